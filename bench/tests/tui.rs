@@ -277,8 +277,72 @@ fn space_stops_everything_in_every_room() {
     for room in '1'..='8' {
         let mut screen = screen(Language::English);
         screen.handle_key(key(room), &view);
-        assert_eq!(screen.handle_key(key(' '), &view), Some(Action::Ask(Purpose::Say, Command::StopAll)));
+        assert_eq!(screen.handle_key(key(' '), &view), stop());
+        screen.handle_key(key('?'), &view);
+        assert_eq!(screen.handle_key(key(' '), &view), stop(), "under the help, too");
     }
+}
+
+fn stop() -> Option<Action> {
+    Some(Action::Ask(Purpose::Stop, Command::StopAll))
+}
+
+#[test]
+fn while_something_is_typed_another_key_stops_and_is_named() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    assert_eq!(press(&mut screen, &view, "6m90 "), None);
+    let text = drawn(&screen, &view, 80, 24);
+    assert!(text.contains("F12 = STOP ALL") && !text.contains("SPACE = STOP ALL"), "{text}");
+    assert_eq!(screen.handle_key(KeyEvent::new(KeyCode::F(12), KeyModifiers::NONE), &view), stop());
+    assert_eq!(press(&mut screen, &view, "q"), Some(Action::Leave), "nothing is typed any more");
+    screen.take(Purpose::Stop, Err(Refused::new("node 5 does not answer")));
+    assert!(drawn(&screen, &view, 80, 24).contains("NOT STOPPED: node 5 does not answer"));
+}
+
+#[test]
+fn an_order_goes_to_the_drive_it_was_asked_for() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "6m90");
+    assert!(drawn(&screen, &view, 80, 24).contains("5 feeder: to which position: 90"));
+    // Another drive is found meanwhile, and takes the row.
+    view.drives.insert(0, Drive { node: 3, ..Drive::default() });
+    view.nodes.insert(0, Node { id: 3, ..Node::default() });
+    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90".to_owned()) };
+    assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
+}
+
+#[test]
+fn entries_of_another_node_are_not_shown_and_not_written() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "2]");
+    let text = drawn(&screen, &view, 80, 24);
+    assert!(text.contains("no data sheet") && !text.contains("200 rpm"), "{text}");
+    assert_eq!(press(&mut screen, &view, "\n1\n"), None);
+}
+
+#[test]
+fn keys_with_control_or_alt_give_no_order() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    screen.handle_key(key('6'), &view);
+    for modifier in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
+        assert_eq!(screen.handle_key(KeyEvent::new(KeyCode::Char('e'), modifier), &view), None);
+    }
+    // Backspace, as some terminals send it.
+    press(&mut screen, &view, "m95");
+    screen.handle_key(KeyEvent::new(KeyCode::Char('h'), KeyModifiers::CONTROL), &view);
+    assert!(drawn(&screen, &view, 80, 24).contains("to which position: 9▏"));
+}
+
+#[test]
+fn a_file_that_is_there_is_kept_and_one_that_is_not_is_not_restored() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kept.log");
+    fs::write(&path, "recorded").unwrap();
+    let file = Answer::File { name: "bus.log".to_owned(), bytes: Vec::new() };
+    screen.take(Purpose::File(path.display().to_string()), Ok(file));
+    assert_eq!(fs::read_to_string(path).unwrap(), "recorded");
+    assert_eq!(press(&mut screen, &view, "2uno such file.dcf\n"), None);
+    assert!(drawn(&screen, &view, 140, 40).contains("no such file.dcf: "));
 }
 
 #[test]
@@ -329,12 +393,12 @@ fn a_mapping_is_made_checked_and_written() {
         let objects = objects.iter().map(|&object| object.to_owned()).collect();
         let transmission = Some("every:10ms".to_owned());
         Some(Action::Ask(
-            Purpose::Say,
+            Purpose::Mapped(5),
             Command::MapPdo { node: 5, pdo: "TPDO1".to_owned(), objects, transmission, check },
         ))
     };
     assert_eq!(press(&mut screen, &view, "3a606C\ntevery:10ms\nc"), map(&["6041:00", "6064:00", "606C"], true));
-    screen.take(Purpose::Say, Ok(Answer::Objections(vec!["80 bits are mapped".to_owned()])));
+    screen.take(Purpose::Mapped(5), Ok(Answer::Objections(vec!["80 bits are mapped".to_owned()])));
     assert!(drawn(&screen, &view, 140, 40).contains("80 bits are mapped"));
     screen.handle_key(KeyEvent::new(KeyCode::Delete, KeyModifiers::NONE), &view);
     assert_eq!(press(&mut screen, &view, "\n"), map(&["6041:00", "6064:00"], false));

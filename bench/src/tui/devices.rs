@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Row, Table, TableState};
 
-use super::screen::{Action, Screen, Then, first_shown, say};
+use super::screen::{Action, Purpose, Screen, first_shown, say};
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Input, Simulated, View};
@@ -24,13 +24,12 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     let (device, input) = rows(view).nth(screen.row())?;
     match code {
         KeyCode::Char('p') => say(Command::Power { node: device.node, on: !device.is_on }),
-        KeyCode::Enter if input.is_some() => screen.prompt(
-            Text::AskInput,
-            Then::Ask(|screen, view, typed| {
-                let (device, input) = rows(view).nth(screen.row())?;
-                say(Command::Input { node: device.node, text: format!("{} = {typed}", input?.name) })
-            }),
-        ),
+        KeyCode::Enter => {
+            let (node, input) = (device.node, input?.name.clone());
+            screen.ask(Text::AskInput, format!("{node} {} {input}", device.name), move |typed| {
+                Ok(Action::Ask(Purpose::Say, Command::Input { node, text: format!("{input} = {typed}") }))
+            })
+        }
         _ => None,
     }
 }

@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, List, ListState, Paragraph, Wrap};
 
-use super::screen::{Action, Screen, Then, say};
+use super::screen::{Action, Purpose, Screen, say};
 use super::text::Text;
 use crate::command::{Command, Order};
 use crate::view::{Drive, View};
@@ -19,29 +19,24 @@ const WAY: [&str; 4] = ["SWITCH ON DISABLED", "READY TO SWITCH ON", "SWITCHED ON
 const BESIDE: [&str; 4] = ["NOT READY TO SWITCH ON", "QUICK STOP ACTIVE", "FAULT REACTION ACTIVE", "FAULT"];
 
 pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let node = view.drives.get(screen.row())?.node;
+    let Drive { node, name, .. } = view.drives.get(screen.row())?;
+    let (node, of) = (*node, format!("{node} {name}"));
     let plain = |order| say(Command::Drive { node, order, value: None });
-    macro_rules! ask {
-        ($title:expr, $order:expr) => {
-            screen.prompt(
-                $title,
-                Then::Ask(|screen, view, typed| {
-                    let node = view.drives.get(screen.row())?.node;
-                    say(Command::Drive { node, order: $order, value: Some(typed) })
-                }),
-            )
-        };
-    }
+    let ask = |title, order| {
+        screen.ask(title, of, move |typed| {
+            Ok(Action::Ask(Purpose::Say, Command::Drive { node, order, value: Some(typed) }))
+        })
+    };
     match code {
         KeyCode::Char('e') => plain(Order::Enable),
         KeyCode::Char('d') => plain(Order::Disable),
         KeyCode::Char('f') => plain(Order::ResetFault),
         KeyCode::Char('k') => plain(Order::Stop),
         KeyCode::Char('K') => plain(Order::QuickStop),
-        KeyCode::Char('m') => ask!(Text::AskPosition, Order::MoveTo),
-        KeyCode::Char('s') => ask!(Text::AskDistance, Order::Step),
-        KeyCode::Char('v') => ask!(Text::AskVelocity, Order::Run),
-        KeyCode::Char('o') => ask!(Text::AskMethod, Order::Home),
+        KeyCode::Char('m') => ask(Text::AskPosition, Order::MoveTo),
+        KeyCode::Char('s') => ask(Text::AskDistance, Order::Step),
+        KeyCode::Char('v') => ask(Text::AskVelocity, Order::Run),
+        KeyCode::Char('o') => ask(Text::AskMethod, Order::Home),
         _ => None,
     }
 }

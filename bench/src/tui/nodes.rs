@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Style, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table, TableState, Wrap};
 
-use super::screen::{Action, Room, Screen, Then, say};
+use super::screen::{Action, Purpose, Room, Screen, say};
 use super::text::Text;
 use crate::command::{Command, Nmt};
 use crate::view::{Node, View};
@@ -23,12 +23,16 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('r') => nmt(Nmt::ResetNode),
         KeyCode::Char('c') => nmt(Nmt::ResetCommunication),
         KeyCode::Char('f') => say(Command::Scan),
-        KeyCode::Char('a') => screen
-            .prompt(Text::AskId, Then::Ask(|_, _, typed| say(Command::Assign { node: typed.trim().parse().ok()? }))),
-        KeyCode::Char('d') => screen.prompt(
-            Text::AskSheet,
-            Then::Ask(|screen, view, sheet| say(Command::SetSheet { node: screen.node(view)?.id, sheet })),
-        ),
+        KeyCode::Char('a') => screen.ask(Text::AskId, String::new(), |typed| {
+            let node = typed.trim().parse().map_err(|error| format!("{typed}: {error}"))?;
+            Ok(Action::Ask(Purpose::Say, Command::Assign { node }))
+        }),
+        KeyCode::Char('d') => {
+            let (node, name) = node.map(|node| (node.id, node.name.clone()))?;
+            screen.ask(Text::AskSheet, format!("{node} {name}"), move |sheet| {
+                Ok(Action::Ask(Purpose::Say, Command::SetSheet { node, sheet }))
+            })
+        }
         KeyCode::Char('g') => {
             let fault = node.and_then(|node| node.faults.first().or(node.history.first()))?.row;
             screen.show_row(fault, view);

@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Style, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table, TableState, Wrap};
 
-use super::screen::{Action, Purpose, Screen, Then, first_shown, say};
+use super::screen::{Action, Purpose, Screen, first_shown, say};
 use super::text::Text;
 use crate::command::{Command, Other};
 use crate::view::{Object, View};
@@ -33,9 +33,11 @@ impl State {
 }
 
 /// The entries that contain what is searched, in their names, addresses, values or groups.
-pub(super) fn shown(screen: &Screen) -> impl Iterator<Item = &Object> {
+pub(super) fn shown<'a>(screen: &'a Screen, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
     let wanted = screen.objects.search.to_lowercase();
-    screen.objects.objects.iter().filter(move |object| {
+    // Those of the node before are no entries of this one.
+    let are_of_node = screen.node(view).is_some_and(|node| node.id == screen.objects.node);
+    screen.objects.objects.iter().filter(move |_| are_of_node).filter(move |object| {
         let value = object.value.as_ref().map_or("", |value| &value.text);
         [&*object.object, &object.name, &object.address, value, &object.group]
             .iter()
@@ -44,23 +46,19 @@ pub(super) fn shown(screen: &Screen) -> impl Iterator<Item = &Object> {
 }
 
 pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let node = screen.node(view)?.id;
-    let selected = || shown(screen).nth(screen.row()).map(|object| object.address.clone());
+    let (node, name) = screen.node(view).map(|node| (node.id, node.name.clone()))?;
+    let selected = || shown(screen, view).nth(screen.row()).map(|object| object.address.clone());
     match code {
-        KeyCode::Char('/') => screen.prompt(
-            Text::AskSearch,
-            Then::Change(|screen, typed| {
-                screen.objects.search = typed;
-                screen.rows = [0; 8];
-            }),
-        ),
-        KeyCode::Enter => screen.prompt(
-            Text::AskValue,
-            Then::Ask(|screen, view, text| {
-                let address = shown(screen).nth(screen.row())?.address.clone();
-                say(Command::Write { node: screen.node(view)?.id, address, text, force: false })
-            }),
-        ),
+        KeyCode::Char('/') => screen.change(Text::AskSearch, |screen, typed| {
+            screen.objects.search = typed;
+            *screen.row_mut() = 0;
+        }),
+        KeyCode::Enter => {
+            let address = selected()?;
+            screen.ask(Text::AskValue, format!("{node} {name} {address}"), move |text| {
+                Ok(Action::Ask(Purpose::Say, Command::Write { node, address, text, force: false }))
+            })
+        }
         KeyCode::Char('r') => say(Command::Read { node, addresses: vec![selected()?] }),
         KeyCode::Char('R') => {
             let address = selected()?;
@@ -79,16 +77,10 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('g') => say(Command::Plot { node, signals: vec![selected()?], every_ms: PLOTTED_MS }),
         KeyCode::Char('d') => say(Command::Compare { node, with: Other::Defaults }),
         KeyCode::Char('b') => Some(Action::Ask(Purpose::File(String::new()), Command::Backup { node })),
-        KeyCode::Char('u') => screen.prompt(
-            Text::AskFile,
-            Then::Ask(|screen, view, path| match std::fs::read_to_string(path.trim()) {
-                Ok(dcf) => say(Command::Restore { node: screen.node(view)?.id, dcf }),
-                Err(error) => {
-                    screen.complain(format!("{path}: {error}"));
-                    None
-                }
-            }),
-        ),
+        KeyCode::Char('u') => screen.ask(Text::AskFile, format!("{node} {name}"), move |path| {
+            let dcf = std::fs::read_to_string(path.trim()).map_err(|error| format!("{}: {error}", path.trim()))?;
+            Ok(Action::Ask(Purpose::Say, Command::Restore { node, dcf }))
+        }),
         _ => None,
     }
 }
@@ -101,11 +93,7 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
         Constraint::Length(if watched > 0 { watched + 1 } else { 0 }),
     ])
     .areas(area);
-    let objects: Vec<_> = shown(screen).collect();
-    if objects.is_empty() {
-        let empty = if screen.objects.search.is_empty() { screen.text(Text::NoSheet) } else { "0" };
-        frame.render_widget(Line::from(empty).dim(), list);
-    }
+    let objects: Vec<_> = shown(screen, view).collect();
     let head = [Text::Address, Text::Name, Text::Value, Text::Default, Text::Limits, Text::Access];
     let lines = usize::from(list.height.saturating_sub(1));
     let first = first_shown(screen.row(), lines);
@@ -135,6 +123,11 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
         .row_highlight_style(Modifier::REVERSED);
     let selected = Some(screen.row() - first).filter(|_| !objects.is_empty());
     frame.render_stateful_widget(table, list, &mut TableState::new().with_selected(selected));
+    if objects.is_empty() {
+        let empty = if screen.objects.search.is_empty() { screen.text(Text::NoSheet) } else { "0" };
+        frame.render_widget(Line::from(empty).dim(), list.centered_vertically(Constraint::Length(1)));
+    }
+
     let node = screen.node(view).map_or_else(String::new, |node| format!(" {} {} ", node.id, node.name));
     let block = Block::bordered().title(node);
     let text = objects.get(screen.row()).map(|object| details(screen, object)).unwrap_or_default();

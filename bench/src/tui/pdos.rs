@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, List, ListState, Paragraph};
 
-use super::screen::{Action, Purpose, Screen, Then, say};
+use super::screen::{Action, Purpose, Screen};
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Pdo, View};
@@ -19,11 +19,12 @@ const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Mag
 #[derive(Default)]
 pub(super) struct State {
     pub(super) node: Option<u8>,
-    pub(super) pdos: Vec<Pdo>,
+    pdos: Vec<Pdo>,
     draft: Option<Draft>,
 }
 
 /// A mapping that was not written yet.
+#[derive(Clone)]
 struct Draft {
     pdo: String,
     objects: Vec<String>,
@@ -35,8 +36,16 @@ impl State {
         *self = State { node: Some(node), pdos, draft: None };
     }
 
-    /// Takes PDOs that were written.
-    pub(super) fn replace(&mut self, new: Vec<Pdo>) {
+    /// The PDOs, if they are those of this node.
+    pub(super) fn of(&self, node: u8) -> &[Pdo] {
+        if self.node == Some(node) { &self.pdos } else { &[] }
+    }
+
+    /// Takes PDOs of a node that were written.
+    pub(super) fn replace(&mut self, node: u8, new: Vec<Pdo>) {
+        if self.node != Some(node) {
+            return;
+        }
         self.draft = None;
         for new in new {
             if let Some(old) = self.pdos.iter_mut().find(|old| old.name == new.name) {
@@ -60,46 +69,41 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     let node = screen.node(view)?.id;
     let row = screen.row();
     match code {
+        KeyCode::Char(_) | KeyCode::Delete | KeyCode::Backspace | KeyCode::Enter
+            if code != KeyCode::Char('r') && screen.pdos.of(node).is_empty() =>
+        {
+            None
+        }
         KeyCode::Char('r') => Some(Action::Ask(Purpose::Pdos(node), Command::Pdos { node })),
-        KeyCode::Char('a') => screen.prompt(
-            Text::AskObject,
-            Then::Change(|screen, typed| {
-                let row = screen.row();
-                if let Some(draft) = screen.pdos.draft(row) {
-                    draft.objects.push(typed);
-                }
-            }),
-        ),
-        KeyCode::Char('t') => screen.prompt(
-            Text::AskTiming,
-            Then::Change(|screen, typed| {
-                let row = screen.row();
-                if let Some(draft) = screen.pdos.draft(row) {
-                    draft.transmission = Some(typed);
-                }
-            }),
-        ),
+        KeyCode::Char('a') => screen.change(Text::AskObject, |screen, typed| {
+            let row = screen.row();
+            if let Some(draft) = screen.pdos.draft(row) {
+                draft.objects.push(typed);
+            }
+        }),
+        KeyCode::Char('t') => screen.change(Text::AskTiming, |screen, typed| {
+            let row = screen.row();
+            if let Some(draft) = screen.pdos.draft(row) {
+                draft.transmission = Some(typed);
+            }
+        }),
         KeyCode::Delete | KeyCode::Backspace => {
             screen.pdos.draft(row)?.objects.pop();
             None
         }
         KeyCode::Char('c') | KeyCode::Enter => {
             let draft = screen.pdos.draft(row)?;
-            say(Command::MapPdo {
-                node,
-                pdo: draft.pdo.clone(),
-                objects: draft.objects.clone(),
-                transmission: draft.transmission.clone(),
-                check: code == KeyCode::Char('c'),
-            })
+            let Draft { pdo, objects, transmission } = draft.clone();
+            let check = code == KeyCode::Char('c');
+            Some(Action::Ask(Purpose::Mapped(node), Command::MapPdo { node, pdo, objects, transmission, check }))
         }
         _ => None,
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, _: &View) {
+pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
     let [list, detail] = Layout::horizontal([Constraint::Length(34), Constraint::Min(40)]).areas(area);
-    let pdos = &screen.pdos.pdos;
+    let pdos = screen.node(view).map_or(&[][..], |node| screen.pdos.of(node.id));
     let items = pdos.iter().map(|pdo| {
         let line = Line::from(format!("{:<7} {}h  {:>6.1}/s", pdo.name, pdo.id, pdo.per_second));
         match (&pdo.conflict, pdo.is_on) {

@@ -8,7 +8,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::Line;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType};
 
-use super::screen::{Action, Purpose, Screen, Then, say};
+use super::screen::{Action, Purpose, Screen, say};
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Curve, View};
@@ -37,17 +37,18 @@ impl State {
     }
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, _: &View) -> Option<Action> {
+pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
     let export = |format: &str| {
         Some(Action::Ask(Purpose::File(String::new()), Command::ExportPlot { format: format.to_owned() }))
     };
     match code {
-        KeyCode::Char('a') => screen.prompt(
-            Text::AskSignal,
-            Then::Ask(|screen, view, signal| {
-                say(Command::Plot { node: screen.node(view)?.id, signals: vec![signal], every_ms: PLOTTED_MS })
-            }),
-        ),
+        KeyCode::Char('a') => {
+            let (node, name) = screen.node(view).map(|node| (node.id, node.name.clone()))?;
+            screen.ask(Text::AskSignal, format!("{node} {name}"), move |signal| {
+                let plot = Command::Plot { node, signals: vec![signal], every_ms: PLOTTED_MS };
+                Ok(Action::Ask(Purpose::Say, plot))
+            })
+        }
         KeyCode::Char('c') => say(Command::ClearPlot { node: None }),
         KeyCode::Char('+') => {
             screen.plots.span = (screen.plots.span / 2.0).max(0.5);

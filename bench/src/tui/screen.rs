@@ -1,5 +1,7 @@
 //! The terminal's face as a state machine: keys and answers go in, commands come out, and it draws itself.
 
+use std::io::Write;
+
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -11,6 +13,9 @@ use super::text::{Language, Text};
 use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
 use crate::command::{Answer, Command, Refused};
 use crate::view::{self, View};
+
+/// How many lines at the foot of the screen say what was refused, and why.
+const MOST_LINES: u16 = 4;
 
 /// The rooms of the bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,6 +76,10 @@ pub enum Action {
 pub enum Purpose {
     /// To be said.
     Say,
+    /// To say whether all drives have stopped.
+    Stop,
+    /// To be shown: the PDOs of this node that were written.
+    Mapped(u8),
     /// To be shown: the entries of this node.
     Objects(u8),
     /// The PDOs of this node.
@@ -84,17 +93,18 @@ pub enum Purpose {
 }
 
 /// A question in the last line.
-#[derive(Clone, Debug)]
-pub(super) struct Prompt {
-    pub(super) title: Text,
-    pub(super) typed: String,
-    pub(super) then: Then,
+struct Prompt {
+    title: Text,
+    /// What it is about: `5 feeder 6081:00`.
+    of: String,
+    typed: String,
+    then: Then,
 }
 
 /// What becomes of the answer to a question.
-#[derive(Clone, Debug)]
-pub(super) enum Then {
-    Ask(fn(&mut Screen, &View, String) -> Option<Action>),
+enum Then {
+    /// It knows what it is about: the selected row may be another one by then.
+    Ask(Box<dyn FnOnce(String) -> Result<Action, String>>),
     Change(fn(&mut Screen, String)),
 }
 
@@ -107,7 +117,7 @@ pub struct Screen {
     /// The selected node, and the selected row of each room.
     pub(super) node: Option<u8>,
     pub(super) rows: [usize; 8],
-    pub(super) prompt: Option<Prompt>,
+    prompt: Option<Prompt>,
     /// What was said last, and whether it is an error.
     said: Option<(bool, String)>,
     has_help: bool,
@@ -132,20 +142,28 @@ impl Screen {
         if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
             return Some(Action::Leave);
         }
+        // Whatever else is shown: this stops. A space may belong to what is typed.
+        if key.code == KeyCode::F(12) || (key.code == KeyCode::Char(' ') && self.prompt.is_none()) {
+            (self.prompt, self.has_help) = (None, false);
+            self.said = Some((false, self.text(Text::Stopping).to_owned()));
+            return Some(Action::Ask(Purpose::Stop, Command::StopAll));
+        }
+        // Both together are AltGr on some terminals. Some send Ctrl-H for Backspace.
+        let is_chord = key.modifiers.contains(KeyModifiers::CONTROL) != key.modifiers.contains(KeyModifiers::ALT);
+        let code = match key.code {
+            KeyCode::Char('h') if key.modifiers == KeyModifiers::CONTROL => KeyCode::Backspace,
+            KeyCode::Char(_) if is_chord => return None,
+            code => code,
+        };
         if self.prompt.is_some() {
-            return self.answer(key.code, view);
+            return self.answer(code);
         }
         if std::mem::take(&mut self.has_help) {
             return None;
         }
         let last = Room::ALL.len() - 1;
         let place = self.room as usize;
-        match key.code {
-            // Whatever else is shown: this stops.
-            KeyCode::Char(' ') => {
-                self.said = Some((false, self.text(Text::Stopping).to_owned()));
-                return Some(Action::Ask(Purpose::Say, Command::StopAll));
-            }
+        match code {
             KeyCode::Char('q') => return Some(Action::Leave),
             KeyCode::Char('?') => self.has_help = true,
             KeyCode::Esc => self.said = None,
@@ -162,7 +180,7 @@ impl Screen {
             }
             KeyCode::Left | KeyCode::Right if view.log.is_some() => {
                 let log = view.log.as_ref()?;
-                let step = log.seconds / 50.0 * if key.code == KeyCode::Left { -1.0 } else { 1.0 };
+                let step = log.seconds / 50.0 * if code == KeyCode::Left { -1.0 } else { 1.0 };
                 return say(Command::Seek { seconds: (log.position + step).clamp(0.0, log.seconds) });
             }
             other => return self.handle_in_room(other, view),
@@ -204,8 +222,8 @@ impl Screen {
     fn row_count(&self, view: &View) -> usize {
         match self.room {
             Room::Nodes => view.nodes.len(),
-            Room::Objects => objects::shown(self).count(),
-            Room::Pdos => self.pdos.pdos.len(),
+            Room::Objects => objects::shown(self, view).count(),
+            Room::Pdos => self.node(view).map_or(0, |node| self.pdos.of(node.id).len()),
             Room::Drives => view.drives.len(),
             Room::Bus => view.bus.ids.len(),
             Room::Devices => devices::rows(view).count(),
@@ -223,7 +241,7 @@ impl Screen {
     }
 
     /// A key while a question is asked.
-    fn answer(&mut self, code: KeyCode, view: &View) -> Option<Action> {
+    fn answer(&mut self, code: KeyCode) -> Option<Action> {
         let prompt = self.prompt.as_mut()?;
         match code {
             KeyCode::Esc => self.prompt = None,
@@ -232,7 +250,10 @@ impl Screen {
             KeyCode::Enter => {
                 let Prompt { typed, then, .. } = self.prompt.take()?;
                 match then {
-                    Then::Ask(ask) => return ask(self, view, typed),
+                    Then::Ask(ask) => match ask(typed) {
+                        Ok(action) => return Some(action),
+                        Err(why) => self.said = Some((true, why)),
+                    },
                     Then::Change(change) => change(self, typed),
                 }
             }
@@ -241,9 +262,20 @@ impl Screen {
         None
     }
 
-    /// Asks a question in the last line.
-    pub(super) fn prompt(&mut self, title: Text, then: Then) -> Option<Action> {
-        self.prompt = Some(Prompt { title, typed: String::new(), then });
+    /// Asks in the last line for what a command about something needs.
+    pub(super) fn ask(
+        &mut self,
+        title: Text,
+        of: String,
+        then: impl FnOnce(String) -> Result<Action, String> + 'static,
+    ) -> Option<Action> {
+        self.prompt = Some(Prompt { title, of, typed: String::new(), then: Then::Ask(Box::new(then)) });
+        None
+    }
+
+    /// Asks in the last line for what changes the screen alone.
+    pub(super) fn change(&mut self, title: Text, then: fn(&mut Screen, String)) -> Option<Action> {
+        self.prompt = Some(Prompt { title, of: String::new(), typed: String::new(), then: Then::Change(then) });
         None
     }
 
@@ -274,17 +306,27 @@ impl Screen {
             (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.curves = curves,
             (Purpose::File(path), Ok(Answer::File { name, bytes })) => {
                 let path = if path.is_empty() { name } else { path };
-                self.said = Some(match std::fs::write(&path, bytes) {
+                // It may be the very log that is shown.
+                let file = std::fs::File::create_new(&path);
+                self.said = Some(match file.and_then(|mut file| file.write_all(&bytes)) {
                     Ok(()) => (false, format!("{path} {}", self.text(Text::Written))),
                     Err(error) => (true, format!("{path}: {error}")),
                 });
+            }
+            (Purpose::Stop, Ok(_)) => self.said = Some((false, self.text(Text::Stopped).to_owned())),
+            (Purpose::Stop, Err(refused)) => {
+                self.said = Some((true, format!("{}: {}", self.text(Text::StopFailed), words(&refused))));
+            }
+            (Purpose::Mapped(node), Ok(Answer::Pdos(pdos))) => {
+                self.pdos.replace(node, pdos);
+                self.said = Some((false, self.text(Text::Written).to_owned()));
             }
             (_, Ok(answer)) => self.said = Some((false, self.sentence(answer))),
             (_, Err(refused)) => self.said = Some((true, words(&refused))),
         }
     }
 
-    fn sentence(&mut self, answer: Answer) -> String {
+    fn sentence(&self, answer: Answer) -> String {
         match answer {
             Answer::Values(values) => {
                 let values = values.iter().map(|value| format!("{} = {}", value.address, value.text));
@@ -298,17 +340,8 @@ impl Screen {
                 let text = differences.collect::<Vec<_>>().join("; ");
                 if text.is_empty() { "0".to_owned() } else { text }
             }
-            Answer::Pdos(pdos) => {
-                self.pdos.replace(pdos);
-                self.text(Text::Written).to_owned()
-            }
             _ => self.text(Text::Done).to_owned(),
         }
-    }
-
-    /// Says what is wrong.
-    pub(super) fn complain(&mut self, why: String) {
-        self.said = Some((true, why));
     }
 
     pub(super) fn text(&self, text: Text) -> &'static str {
@@ -325,6 +358,10 @@ impl Screen {
         self.rows[self.room as usize]
     }
 
+    pub(super) fn row_mut(&mut self) -> &mut usize {
+        &mut self.rows[self.room as usize]
+    }
+
     /// Goes to a row of the trace.
     pub(super) fn show_row(&mut self, number: u64, view: &View) {
         self.room = Room::Trace;
@@ -338,11 +375,13 @@ impl Screen {
 
     /// Draws it all.
     pub fn draw(&self, frame: &mut Frame<'_>, view: &View) {
+        let said = self.foot();
+        let lines = lines_of(&said.to_string(), frame.area().width.into()).min(MOST_LINES);
         let [head, body, jobs, foot, keys] = Layout::vertical([
             Constraint::Length(2),
             Constraint::Min(5),
             Constraint::Length(u16::from(view.jobs.iter().any(|job| job.is_success.is_none()) || view.log.is_some())),
-            Constraint::Length(1),
+            Constraint::Length(lines),
             Constraint::Length(1),
         ])
         .areas(frame.area());
@@ -358,9 +397,9 @@ impl Screen {
             Room::Devices => devices::draw(self, frame, body, view),
         }
         self.draw_job(frame, jobs, view);
-        self.draw_foot(frame, foot);
-        let stop =
-            Span::styled(format!(" {} ", self.text(Text::Stop)), Style::new().fg(Color::White).bg(Color::Red).bold());
+        frame.render_widget(Paragraph::new(said).wrap(Wrap { trim: false }), foot);
+        let stop = self.text(if self.prompt.is_some() { Text::StopTyping } else { Text::Stop });
+        let stop = Span::styled(format!(" {stop} "), Style::new().fg(Color::White).bg(Color::Red).bold());
         let line = Line::from(vec![stop, Span::raw(format!("  {}", self.text(Text::Help)))]);
         frame.render_widget(line, keys);
         if self.has_help {
@@ -405,14 +444,16 @@ impl Screen {
         }
     }
 
-    fn draw_foot(&self, frame: &mut Frame<'_>, area: Rect) {
-        let line = match (&self.prompt, &self.said) {
-            (Some(prompt), _) => Line::from(format!(" {}: {}▏", self.text(prompt.title), prompt.typed)).bold(),
+    fn foot(&self) -> Line<'static> {
+        match (&self.prompt, &self.said) {
+            (Some(Prompt { title, of, typed, .. }), _) => {
+                let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
+                Line::from(format!(" {of}{}: {typed}▏", self.text(*title))).bold()
+            }
             (None, Some((true, text))) => Line::from(format!(" {text}")).red(),
             (None, Some((false, text))) => Line::from(format!(" {text}")).green(),
             (None, None) => Line::from(format!(" {}", self.text(self.room.help()))).dim(),
-        };
-        frame.render_widget(line, area);
+        }
     }
 
     fn draw_help(&self, frame: &mut Frame<'_>) {
@@ -426,6 +467,25 @@ impl Screen {
         frame.render_widget(Clear, area);
         frame.render_widget(help, area);
     }
+}
+
+/// How many lines a text takes, wrapped at words.
+fn lines_of(text: &str, width: usize) -> u16 {
+    let (mut lines, mut used, width) = (1, 0, width.max(1));
+    for (word, place) in text.split(' ').zip(0..) {
+        let length = word.chars().count();
+        let space = usize::from(place > 0);
+        if space > 0 && used + space + length > width {
+            (lines, used) = (lines + 1, length);
+        } else {
+            used += space + length;
+        }
+        // A word may be longer than a line.
+        while used > width {
+            (lines, used) = (lines + 1, used - width);
+        }
+    }
+    lines
 }
 
 /// Asks for a command whose answer is only said.

@@ -46,7 +46,7 @@ texts! {
     Plots, "Plots", "Kurven";
     Drives, "Drives", "Antriebe";
     Bus, "Bus", "Bus";
-    Devices, "Devices", "Simulation";
+    Devices, "Devices", "Geräte";
     Id, "ID", "ID";
     Name, "name", "Name";
     State, "state", "Zustand";
@@ -101,8 +101,11 @@ texts! {
     HandsHere, "HANDS ON", "HAND AM BUS";
     HandsThere, "another face has the hands", "eine andere Ansicht hat die Hand";
     Stop, "SPACE = STOP ALL", "LEERTASTE = ALLES HALT";
+    StopTyping, "F12 = STOP ALL", "F12 = ALLES HALT";
     Help, "? help  q leave", "? Hilfe  q Ende";
     Stopping, "stopping all drives...", "alle Antriebe halten...";
+    Stopped, "every drive has stopped", "alle Antriebe stehen";
+    StopFailed, "NOT STOPPED", "NICHT ANGEHALTEN";
     Done, "done", "erledigt";
     Written, "written", "geschrieben";
     Fits, "it can be written: Enter writes it", "schreibbar: Eingabe schreibt";
@@ -131,7 +134,7 @@ texts! {
     HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt";
     HelpBus, "up, down: COB-IDs", "auf, ab: COB-IDs";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
-    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  Esc back", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Esc zurück";
+    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  Esc back  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Esc zurück  F12 hält auch alles an, auch während einer Eingabe";
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Style, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Row, Table};
 
-use super::screen::{Action, Purpose, Screen, Then};
+use super::screen::{Action, Purpose, Screen};
 use super::text::Text;
 use crate::command::{Command, TraceFilter};
 use crate::view::{Frames, View};
@@ -75,23 +75,19 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, _: &View) -> Option
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
         KeyCode::Char('/') => {
-            return screen.prompt(Text::AskFilter, Then::Change(|screen, typed| screen.trace.filter.text = typed));
+            return screen.change(Text::AskFilter, |screen, typed| screen.trace.filter.text = typed);
         }
         KeyCode::Char('s') => {
-            return screen
-                .prompt(Text::AskServices, Then::Change(|screen, typed| screen.trace.filter.services = typed));
+            return screen.change(Text::AskServices, |screen, typed| screen.trace.filter.services = typed);
         }
         KeyCode::Char('n') => {
-            return screen.prompt(Text::AskNodes, Then::Change(|screen, typed| screen.trace.filter.nodes = typed));
+            return screen.change(Text::AskNodes, |screen, typed| screen.trace.filter.nodes = typed);
         }
         KeyCode::Char('x') => {
-            return screen.prompt(
-                Text::AskFormat,
-                Then::Ask(|screen, _, format| {
-                    let filter = screen.trace.filter.clone();
-                    Some(Action::Ask(Purpose::File(String::new()), Command::Export { format, filter }))
-                }),
-            );
+            let filter = state.filter.clone();
+            return screen.ask(Text::AskFormat, String::new(), |format| {
+                Ok(Action::Ask(Purpose::File(String::new()), Command::Export { format, filter }))
+            });
         }
         _ => {}
     }
