@@ -371,7 +371,9 @@ mod tests {
 
     fn wait(nodes: Vec<Slow>, command: NmtCommand, node: u8, wait_ms: u64) -> Seen {
         let bus = VirtualBus::with_bit_rate(500);
-        nodes.into_iter().for_each(|node| bus.attach(node));
+        for node in nodes {
+            bus.attach(node);
+        }
         let questions = Arc::new(AtomicUsize::new(0));
         let count = Arc::clone(&questions);
         bus.observe(move |_, frame| {

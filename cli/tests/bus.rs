@@ -98,7 +98,7 @@ fn a_log_is_monitored_in_words() {
     let run = lexican_in(&folder, &["monitor", "--bus", "log:bus.log", "--json", "--count", "1"]);
     assert_eq!(run.stdout.lines().count(), 1);
     assert!(run.stdout.contains("\"id\":\"405\""), "{run}");
-    check(&["monitor", "--bus", DRIVE, "--for", "1"], 0, "0.000110  705  boot-up node 5");
+    check(&["monitor", "--bus", DRIVE, "--for", "1"], 0, "0.000116  705  boot-up node 5");
 }
 
 #[test]

@@ -141,7 +141,7 @@ fn a_flood_of_frames_delays_neither_the_heartbeat_nor_the_end() {
     assert!(bench.participant.run(end).unwrap().is_none());
     assert!(bench.participant.now() < end + Duration::from_millis(1), "{}", bench.participant.now());
     let now = bench.other.now();
-    assert!(bench.participant.node().heard > 600, "{}", bench.participant.node().heard);
+    assert!(bench.participant.node().heard > 500, "{}", bench.participant.node().heard);
     let beats = core::iter::from_fn(|| bench.other.receive_frame(now).unwrap());
     assert_eq!(beats.filter(|frame| frame.id().raw() == 0x705).count(), 10);
 }

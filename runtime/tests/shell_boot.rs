@@ -22,7 +22,9 @@ const BOOT_TIME: Duration = Duration::from_secs(60);
 /// is unplugged.
 fn bus() -> (VirtualBus, Arc<AtomicBool>) {
     let (bus, unplugged) = (VirtualBus::with_bit_rate(500), Arc::new(AtomicBool::new(false)));
-    [FIVE, SIX].into_iter().for_each(|node| bus.attach(station(node)));
+    for node in [FIVE, SIX] {
+        bus.attach(station(node));
+    }
     let is_unplugged = Arc::clone(&unplugged);
     bus.set_fate(move |_, frame| {
         let is_lost = is_unplugged.load(Ordering::Relaxed) && frame.id().raw() & 0x7F == 5;

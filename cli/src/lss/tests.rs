@@ -32,8 +32,9 @@ struct Bare {
     knows_fastscan: bool,
     /// How long it takes to respond.
     slowness: Duration,
-    /// Its responses, and when it sends them.
+    /// Its responses, and when it has them.
     responses: VecDeque<(Instant, Frame)>,
+    ready: VecDeque<Frame>,
 }
 
 #[derive(Default)]
@@ -59,12 +60,13 @@ impl Node for Bare {
             self.responses.extend(self.lss.poll_transmit(now).map(|response| (now + self.slowness, response)));
         }
     }
-    fn handle_timeout(&mut self, _: Instant) {}
+    fn handle_timeout(&mut self, now: Instant) {
+        let due = self.responses.iter().take_while(|(at, _)| *at <= now).count();
+        self.ready.extend(self.responses.drain(..due).map(|(_, response)| response));
+    }
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        if self.responses.front()?.0 > now {
-            return None;
-        }
-        self.responses.pop_front().map(|(_, response)| response)
+        self.handle_timeout(now);
+        self.ready.pop_front()
     }
     fn poll_timeout(&self) -> Option<Instant> {
         self.responses.front().map(|(at, _)| *at)
@@ -77,10 +79,13 @@ fn bus(devices: &[(u32, u8)]) -> (VirtualBus, Vec<Arc<Mutex<Bare>>>) {
     let bare = |&(serial, node): &(u32, u8)| {
         let lss = LssDevice::new(identity(serial), NodeId::new(node));
         let (host, slowness) = (Host::default(), Duration::ZERO);
-        Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, responses: VecDeque::new() }))
+        let (responses, ready) = (VecDeque::new(), VecDeque::new());
+        Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, responses, ready }))
     };
     let devices: Vec<_> = devices.iter().map(bare).collect();
-    devices.iter().for_each(|device| bus.attach(Arc::clone(device)));
+    for device in &devices {
+        bus.attach(Arc::clone(device));
+    }
     (bus, devices)
 }
 
@@ -163,7 +168,9 @@ fn devices_that_respond_to_every_search_do_not_hide_others() {
         (&[u32::MAX], &[u32::MAX - 1]),
     ] {
         let (bus, _) = bus(&others.iter().map(|serial| (*serial, 0)).collect::<Vec<_>>());
-        stubborn_ones.iter().for_each(|serial| bus.attach(stubborn(identity(*serial))));
+        for serial in stubborn_ones {
+            bus.attach(stubborn(identity(*serial)));
+        }
         let another_vendor = Identity { vendor: 7, ..identity(5) };
         bus.attach(stubborn(another_vendor));
         let mut found = work(&bus, |session| super::find::all(session, |_| Ok(true), |_| Ok(()))).unwrap();

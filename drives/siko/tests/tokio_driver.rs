@@ -30,7 +30,9 @@ fn network(nodes: &[u8]) -> (VirtualBus, Network, Vec<Arc<Mutex<SimulatedDrive>>
     let bus = VirtualBus::with_bit_rate(500);
     let simulated: Vec<_> =
         nodes.iter().map(|node| Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NodeId::literal(*node))))).collect();
-    simulated.iter().for_each(|drive| bus.attach(Arc::clone(drive)));
+    for drive in &simulated {
+        bus.attach(Arc::clone(drive));
+    }
     let network = Network::spawn(bus.link()).unwrap();
     (bus, network, simulated)
 }

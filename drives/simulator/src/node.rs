@@ -305,6 +305,11 @@ impl Node for SimulatedServo {
     fn generation(&self) -> u32 {
         self.device.generation()
     }
+
+    fn set_power(&mut self, now: Instant, on: bool) {
+        // The method of the type, which its users have without the trait.
+        SimulatedServo::set_power(self, now, on);
+    }
 }
 
 /// The dictionary as clients see it: the model may refuse what they write.

@@ -49,7 +49,7 @@ pub(crate) fn simulated(recipe: &Recipe, pace: Pace, fault: Option<Fault>) -> Re
         }
     }
     match (failing, fault) {
-        (Some(alarm), _) => lines.can.attach(alarm),
+        (Some(alarm), _) => drop(lines.can.attach(alarm)),
         (None, Some(Fault { node, .. })) => return Err(format!("--fault: the recipe has no drive at node {node}")),
         (None, None) => {}
     }

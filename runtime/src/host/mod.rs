@@ -49,5 +49,5 @@ pub use replay::{Replay, ReplayError};
 pub use settings::Settings;
 pub use station::Station;
 pub use url::BusUrl;
-pub use virtual_bus::{Fate, Pace, VirtualBus, VirtualLink};
+pub use virtual_bus::{Attachment, Fate, Pace, VirtualBus, VirtualLink};
 pub use wire_bits::wire_bits;

@@ -32,6 +32,12 @@ pub trait Node {
     fn generation(&self) -> u32 {
         0
     }
+
+    /// The node loses its power, or gets it: then it boots, and knows what it has stored. While it has none, nothing
+    /// else is called. By default it forgets nothing.
+    fn set_power(&mut self, now: Instant, on: bool) {
+        let _ = (now, on);
+    }
 }
 
 impl<N: Node + ?Sized> Node for Box<N> {
@@ -52,6 +58,9 @@ impl<N: Node + ?Sized> Node for Box<N> {
     }
     fn generation(&self) -> u32 {
         (**self).generation()
+    }
+    fn set_power(&mut self, now: Instant, on: bool) {
+        (**self).set_power(now, on);
     }
 }
 
@@ -74,6 +83,9 @@ impl<N: Node> Node for Arc<Mutex<N>> {
     }
     fn generation(&self) -> u32 {
         lock(self).generation()
+    }
+    fn set_power(&mut self, now: Instant, on: bool) {
+        lock(self).set_power(now, on);
     }
 }
 
@@ -102,6 +114,9 @@ impl<N: Node> Node for Vec<N> {
     }
     fn generation(&self) -> u32 {
         self.iter().fold(0, |sum, node| sum.wrapping_add(node.generation()))
+    }
+    fn set_power(&mut self, now: Instant, on: bool) {
+        self.iter_mut().for_each(|node| node.set_power(now, on));
     }
 }
 

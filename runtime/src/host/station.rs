@@ -11,7 +11,7 @@ use crate::object::Dictionary;
 use crate::service::nmt::Reset;
 use crate::time::Instant;
 
-/// A device with its dictionary, as a [`Node`]. A reset restores the defaults of the data sheet. The application
+/// A device with its dictionary, as a [`Node`]. A reset restores the defaults of the data sheet, and power-on is one. The application
 /// [follows](Station::follow) the device's events, as the example on the [front page](crate) does.
 pub struct Station<
     const N: usize,
@@ -111,5 +111,11 @@ impl<const N: usize, const RPDOS: usize, const TPDOS: usize, const SERVERS: usiz
 
     fn generation(&self) -> u32 {
         self.device.generation()
+    }
+
+    fn set_power(&mut self, now: Instant, on: bool) {
+        if on {
+            self.follow_event(now, Event::Reset(Reset::Node));
+        }
     }
 }

@@ -490,6 +490,9 @@ impl Node for SimulatedDevice {
     fn generation(&self) -> u32 {
         self.as_node().generation()
     }
+    fn set_power(&mut self, now: Instant, on: bool) {
+        self.set_power(now, if on { Power::On } else { Power::Off });
+    }
 }
 
 #[cfg(test)]

@@ -207,6 +207,10 @@ impl<N: Node> Node for Segment<N> {
     fn generation(&self) -> u32 {
         self.nodes().fold(0, |sum, node| sum.wrapping_add(node.generation()))
     }
+
+    fn set_power(&mut self, now: Instant, on: bool) {
+        self.nodes_mut().for_each(|node| node.set_power(now, on));
+    }
 }
 
 #[cfg(test)]

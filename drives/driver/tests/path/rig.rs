@@ -36,7 +36,9 @@ impl Rig {
         let bus = VirtualBus::new();
         let axes = (1..=count).map(NodeId::literal).map(|node| Arc::new(Mutex::new(Axis::new(node, start(node)))));
         let axes: Vec<_> = axes.collect();
-        axes.iter().for_each(|axis| bus.attach(Arc::clone(axis)));
+        for axis in &axes {
+            bus.attach(Arc::clone(axis));
+        }
         Rig { link: bus.link(), bus, axes }
     }
 

@@ -179,7 +179,9 @@ pub(crate) fn bus(count: u8) -> (VirtualBus, Vec<Arc<Mutex<Supplied>>>) {
     let bus = VirtualBus::new();
     let servos = (1..=count).map(NodeId::literal).map(|node| Arc::new(Mutex::new(Supplied::new(node))));
     let servos: Vec<_> = servos.collect();
-    servos.iter().for_each(|servo| bus.attach(Arc::clone(servo)));
+    for servo in &servos {
+        bus.attach(Arc::clone(servo));
+    }
     (bus, servos)
 }
 

@@ -67,6 +67,10 @@ impl Node for SimulatedDrive {
     fn generation(&self) -> u32 {
         self.device.generation()
     }
+
+    fn set_power(&mut self, now: Instant, on: bool) {
+        if on { self.switch_on(now) } else { self.switch_off(now) }
+    }
 }
 
 impl SimulatedDrive {

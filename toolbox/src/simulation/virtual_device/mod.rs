@@ -147,21 +147,6 @@ impl VirtualDevice {
         self.serves_lss
     }
 
-    pub(super) fn set_power(&mut self, now: Instant, on: bool) {
-        let boots = on && !self.on;
-        if on != self.on
-            && let Some(servo) = &mut self.servo
-        {
-            servo.restart(now);
-        }
-        self.on = on;
-        if boots {
-            let node = self.given.or(self.memory.node());
-            self.lss = LssDevice::new(self.identity, node);
-            self.boot(now, node, Reset::Node);
-        }
-    }
-
     /// Whether it is a drive that moves.
     pub(super) fn servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|_| self.on)
@@ -363,6 +348,21 @@ impl Node for VirtualDevice {
 
     fn generation(&self) -> u32 {
         self.device.as_ref().filter(|_| self.on).map_or(0, |device| device.generation())
+    }
+
+    fn set_power(&mut self, now: Instant, on: bool) {
+        let boots = on && !self.on;
+        if on != self.on
+            && let Some(servo) = &mut self.servo
+        {
+            servo.restart(now);
+        }
+        self.on = on;
+        if boots {
+            let node = self.given.or(self.memory.node());
+            self.lss = LssDevice::new(self.identity, node);
+            self.boot(now, node, Reset::Node);
+        }
     }
 }
 

@@ -1,0 +1,103 @@
+//! The handle of a node on the bus.
+
+use std::sync::{Arc, Mutex};
+
+use super::fate::{Fate, Judge};
+use super::state::State;
+use super::station::Station;
+use crate::host::node::lock;
+use crate::{Duration, Frame, Instant};
+
+/// A node's place on a [`VirtualBus`](super::VirtualBus): to disturb the one node, and to see how it copes. Clones are
+/// handles of the same place; dropping them leaves the node where it is.
+///
+/// Not to be used while the bus calls the node.
+///
+/// ```
+/// use lexican_runtime::host::VirtualBus;
+/// use lexican_runtime::Duration;
+/// # fn sensor() -> impl lexican_runtime::host::Node + Send { std::vec::Vec::<Box<dyn lexican_runtime::host::Node + Send>>::new() }
+///
+/// let bus = VirtualBus::with_bit_rate(125);
+/// let sensor = bus.attach(sensor());
+/// sensor.set_response_time(Duration::from_millis(20));
+/// sensor.detach();
+/// bus.advance(Duration::from_secs(1));
+/// sensor.attach();
+/// ```
+#[derive(Clone)]
+pub struct Attachment {
+    state: Arc<Mutex<State>>,
+    place: usize,
+}
+
+impl Attachment {
+    pub(super) const fn new(state: Arc<Mutex<State>>, place: usize) -> Self {
+        Attachment { state, place }
+    }
+
+    /// Pulls the plug: the node hears nothing, and what it sends waits. A frame that it is sending is cut off, and sent
+    /// again when it is [attached](Attachment::attach).
+    pub fn detach(&self) {
+        let mut state = lock(&self.state);
+        if let Some(frame) = state.cut_off(self.place) {
+            state.stations[self.place].hold(frame);
+        }
+        state.stations[self.place].set_attached(false);
+    }
+
+    /// Connects the node again.
+    pub fn attach(&self) {
+        self.with_station(|station, _| station.set_attached(true));
+    }
+
+    /// The node loses its power, and its controller all frames. See [`Node::set_power`](crate::host::Node::set_power).
+    pub fn power_off(&self) {
+        lock(&self.state).cut_off(self.place);
+        self.with_station(|station, now| station.set_power(now, false));
+    }
+
+    /// The node gets its power back.
+    pub fn power_on(&self) {
+        self.with_station(|station, now| station.set_power(now, true));
+    }
+
+    /// How long the node takes for each frame that [concerns](crate::host::Node::concerns) it, from now on. It handles one
+    /// after the other; what comes meanwhile waits in the mailbox.
+    ///
+    /// In the beginning a link takes no time, nor does a node of a bus on which frames take none; other nodes take 100 us,
+    /// as microcontrollers do.
+    pub fn set_response_time(&self, response_time: Duration) {
+        self.with_station(|station, _| station.response_time = response_time);
+    }
+
+    /// How many frames the mailbox has room for, the one that is being handled among them; in the beginning, for all. A
+    /// frame for which there is no room is lost. The mailbox of a link is what its application has not received, and the
+    /// loss is reported there ([`Incoming::Gap`](crate::host::Incoming::Gap)).
+    ///
+    /// # Panics
+    ///
+    /// When it is 0.
+    pub fn set_mailbox(&self, frames: usize) {
+        assert!(frames > 0, "a mailbox has room for a frame");
+        self.with_station(|station, _| station.set_capacity(frames));
+    }
+
+    /// How many frames were lost because the mailbox was full.
+    #[must_use]
+    pub fn overruns(&self) -> u64 {
+        self.with_station(|station, _| station.overruns())
+    }
+
+    /// Calls `fate` for each frame that the node sends, with its number from 0, to decide what happens to it. On a frame
+    /// that is to be delivered, the fate of the [bus](super::VirtualBus::set_fate) has the last word.
+    pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
+        self.with_station(|station, _| station.judge = Judge::new(fate));
+    }
+
+    fn with_station<R>(&self, what: impl FnOnce(&mut Station, Instant) -> R) -> R {
+        let mut state = lock(&self.state);
+        let now = state.now;
+        what(&mut state.stations[self.place], now)
+    }
+}

@@ -1,0 +1,293 @@
+//! A CAN bus inside the process, in virtual time.
+//!
+//! One frame at a time, for as long as its bits take, stuff bits and the intermission after it among them. A frame that is
+//! ready while the bus is busy waits in the transmit buffer of its node; of the frames that wait, the one with the lowest
+//! identifier goes first (ISO 11898-1). All nodes but the sender receive it, and take a while to handle it. Time jumps from event to
+//! event, so an hour of a slow drive takes milliseconds, and the same program gives the same log every time.
+//!
+//! A node may be [unplugged, without power, or slow](Attachment). Faults are injected frame by frame ([`Fate`]), by those
+//! that one node sends or by all.
+//!
+//! What a bus has besides, and this one does not:
+//!
+//! - Bit errors and error frames: a frame is lost for all nodes or for none, and is not sent again. The states of the
+//!   controllers are [set](VirtualBus::set_state), and do not come of errors.
+//! - Nodes that do not hear each other's acknowledgements: a frame counts as sent also on a bus without another node.
+//! - Two nodes that send with the same identifier: here one waits for the other; on a bus, an error follows where their
+//!   frames differ.
+//! - Clocks that drift: all nodes have the time of the bus, and the same bit rate.
+//! - The two bit times by which a frame is received before it is over.
+
+mod attachment;
+mod fate;
+mod inbox;
+mod link;
+mod state;
+mod station;
+
+use std::boxed::Box;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+pub use self::attachment::Attachment;
+pub use self::fate::Fate;
+use self::fate::Judge;
+use self::inbox::Inbox;
+pub use self::link::VirtualLink;
+use self::state::State;
+use self::station::Station;
+use super::node::lock;
+use super::{BusState, Node};
+use crate::{Duration, Frame, Instant};
+
+/// How long a node takes for a frame where frames take time: as a microcontroller whose main loop has other things to do.
+/// Without it an SDO server would answer in the intermission, and its client ask again, and nothing else would get through.
+const RESPONSE_TIME: Duration = Duration::from_micros(100);
+
+/// How fast virtual time passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pace {
+    /// As fast as the machine can compute it.
+    #[default]
+    Virtual,
+    /// As fast as the clock on the wall.
+    RealTime,
+}
+
+/// A handle of a bus; clones are handles of the same bus.
+#[derive(Clone, Default)]
+pub struct VirtualBus {
+    state: Arc<Mutex<State>>,
+}
+
+impl VirtualBus {
+    /// A bus on which a frame takes no time, nor do nodes to handle it.
+    #[must_use]
+    pub fn new() -> Self {
+        VirtualBus::default()
+    }
+
+    /// A bus of `kbit_per_s`, such as 125 or 500. Nodes take 100 us to handle a frame.
+    ///
+    /// # Panics
+    ///
+    /// When it is 0.
+    #[must_use]
+    pub fn with_bit_rate(kbit_per_s: u32) -> Self {
+        assert!(kbit_per_s > 0, "a bus has a bit rate");
+        VirtualBus { state: Arc::new(Mutex::new(State::with_bit_rate(kbit_per_s))) }
+    }
+
+    /// Connects a node. The handle is for those that disturb it.
+    pub fn attach(&self, node: impl Node + Send + 'static) -> Attachment {
+        let mut state = self.lock();
+        let response_time = if state.has_bit_times() { RESPONSE_TIME } else { Duration::ZERO };
+        self.place(state.add(Station::new(Box::new(node), response_time)))
+    }
+
+    /// A link to this bus, for a shell.
+    #[must_use]
+    pub fn link(&self) -> VirtualLink {
+        let inbox = Arc::new(Mutex::new(Inbox::new()));
+        let place = self.lock().add(Station::of_link(&inbox));
+        VirtualLink::new(Arc::clone(&self.state), inbox, self.place(place))
+    }
+
+    /// Calls `observer` with each frame that is delivered, and its time.
+    pub fn observe(&self, observer: impl FnMut(Instant, &Frame) + Send + 'static) {
+        self.lock().observers.push(Box::new(observer));
+    }
+
+    /// Calls `fate` for each frame, with its number from 0, to decide what happens to it. [`Attachment::set_fate`] is for
+    /// those of one node.
+    pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
+        self.lock().judge = Judge::new(fate);
+    }
+
+    /// Sets the state of the bus. Every link reports it, and while the state [carries no
+    /// frames](BusState::carries_frames) all frames are lost.
+    pub fn set_state(&self, condition: BusState) {
+        let mut state = self.lock();
+        if core::mem::replace(&mut state.condition, condition) != condition {
+            state.stations.iter().for_each(|station| station.report(condition));
+        }
+    }
+
+    /// How fast time passes from now on.
+    pub fn set_pace(&self, pace: Pace) {
+        self.lock().set_real_time(pace == Pace::RealTime);
+    }
+
+    /// The time on the bus.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        self.lock().now
+    }
+
+    /// Lets time pass until `until`, with all events in between.
+    pub fn advance_to(&self, until: Instant) {
+        while state::step(&self.state, until) {}
+    }
+
+    /// Lets `span` pass, with all events in between.
+    pub fn advance(&self, span: Duration) {
+        let until = self.now() + span;
+        self.advance_to(until);
+    }
+
+    fn place(&self, place: usize) -> Attachment {
+        Attachment::new(Arc::clone(&self.state), place)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        lock(&self.state)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::state::MOST_AT_ONCE;
+    use super::*;
+    use crate::CobId;
+    use crate::host::{Incoming, Link, LinkError};
+    use std::vec;
+    use std::vec::Vec;
+
+    fn frame(id: u16, data: &[u8]) -> Frame {
+        Frame::new(CobId::standard(id).unwrap(), data).unwrap()
+    }
+
+    /// Sends `frame` whenever `every` has passed.
+    struct Metronome {
+        frame: Frame,
+        every: Duration,
+        next: Instant,
+        due: bool,
+    }
+
+    impl Node for Metronome {
+        fn handle_frame(&mut self, _: Instant, _: &Frame) {}
+        fn handle_timeout(&mut self, now: Instant) {
+            self.due = true;
+            self.next = now + self.every;
+        }
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            core::mem::take(&mut self.due).then_some(self.frame)
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            Some(self.next)
+        }
+    }
+
+    fn metronome(id: u16) -> Metronome {
+        let every = Duration::from_millis(10);
+        Metronome { frame: frame(id, &[0; 8]), every, next: Instant::ZERO + every, due: false }
+    }
+
+    #[test]
+    fn the_lowest_identifier_wins_and_a_frame_takes_its_bits() {
+        let bus = VirtualBus::with_bit_rate(500);
+        bus.attach(metronome(0x300));
+        bus.attach(metronome(0x100));
+        let mut link = bus.link();
+        let second = Instant::from_micros(1_000_000);
+        // 111 bits at 2 us each, and 15 stuff bits.
+        assert_eq!(link.receive_frame(second).unwrap().unwrap().id().raw(), 0x100);
+        assert_eq!(link.now(), Instant::from_micros(10_252));
+        assert_eq!(link.receive_frame(second).unwrap().unwrap().id().raw(), 0x300);
+        assert_eq!(link.now(), Instant::from_micros(10_504));
+    }
+
+    #[test]
+    fn a_link_waits_until_its_deadline_and_does_not_receive_its_own_frames() {
+        let bus = VirtualBus::new();
+        let (mut a, mut b) = (bus.link(), bus.link());
+        a.send(&frame(0x123, &[1])).unwrap();
+        assert_eq!(a.receive(Instant::from_micros(50)).unwrap(), None);
+        assert_eq!(a.now(), Instant::from_micros(50));
+        assert_eq!(b.receive_frame(Instant::from_micros(50)).unwrap(), Some(frame(0x123, &[1])));
+    }
+
+    #[test]
+    fn a_link_that_is_read_often_is_no_endless_node() {
+        let bus = VirtualBus::new();
+        let mut link = bus.link();
+        bus.lock().standstill = MOST_AT_ONCE - 1;
+        for _ in 0..10 {
+            assert_eq!(link.receive(link.now()).unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn a_node_with_endless_events_is_noticed() {
+        let bus = VirtualBus::new();
+        bus.attach(Metronome { every: Duration::ZERO, ..metronome(0x100) });
+        bus.lock().standstill = MOST_AT_ONCE - 100;
+        assert!(std::thread::spawn(move || bus.advance(Duration::from_millis(20))).join().is_err());
+    }
+
+    #[test]
+    fn in_real_time_a_wait_lets_other_threads_send() {
+        let bus = VirtualBus::new();
+        bus.set_pace(Pace::RealTime);
+        let (mut a, mut b) = (bus.link(), bus.link());
+        let late = Instant::from_micros(5_000_000);
+        let heard = std::thread::spawn(move || (a.receive_frame(late).unwrap(), a.now()));
+        while bus.now() == Instant::ZERO {
+            std::thread::yield_now();
+        }
+        b.send(&frame(0x123, &[1])).unwrap();
+        // Either thread may carry the frame.
+        b.receive(bus.now() + Duration::from_millis(5)).unwrap();
+        let (heard, now) = heard.join().unwrap();
+        assert_eq!(heard, Some(frame(0x123, &[1])));
+        assert!(now < Instant::from_micros(4_000_000), "{now}");
+    }
+
+    #[test]
+    fn fates_apply_to_frames() {
+        let bus = VirtualBus::new();
+        let (mut a, mut b) = (bus.link(), bus.link());
+        bus.set_fate(|n, _| match n {
+            0 => Fate::Lose,
+            1 => Fate::Repeat,
+            2 => Fate::Delay(Duration::from_millis(1)),
+            3 => Fate::Replace(frame(0x7, &[7])),
+            _ => Fate::Deliver,
+        });
+        for id in 0..5 {
+            a.send(&frame(id, &[])).unwrap();
+        }
+        let mut heard = vec![];
+        while let Some(frame) = b.receive_frame(Instant::from_micros(2_000)).unwrap() {
+            heard.push(frame.id().raw());
+        }
+        assert_eq!(heard, [1, 1, 7, 4, 2]);
+    }
+
+    #[test]
+    fn frames_do_not_pile_up_for_a_dropped_link() {
+        let bus = VirtualBus::new();
+        let link = bus.link();
+        let inbox = Arc::clone(&link.inbox);
+        drop(link);
+        bus.link().send(&frame(1, &[])).unwrap();
+        bus.advance(Duration::from_millis(1));
+        bus.set_state(BusState::Off);
+        assert!(lock(&inbox).incoming.is_empty());
+    }
+
+    #[test]
+    fn links_report_the_state_and_a_bus_that_is_off_carries_no_frames() {
+        let bus = VirtualBus::new();
+        let (mut a, mut b) = (bus.link(), bus.link());
+        let soon = Instant::from_micros(10);
+        a.send(&frame(1, &[])).unwrap();
+        bus.set_state(BusState::Off);
+        assert!(matches!(a.send(&frame(2, &[])), Err(error @ LinkError::NoBus(BusState::Off)) if !error.is_final()));
+        bus.set_state(BusState::Active);
+        a.send(&frame(3, &[])).unwrap();
+        let heard: Vec<_> = core::iter::from_fn(|| b.receive(soon).unwrap()).collect();
+        let states = [BusState::Off, BusState::Active].map(Incoming::State);
+        assert_eq!(heard, [states[0], states[1], Incoming::Frame(frame(1, &[])), Incoming::Frame(frame(3, &[]))]);
+    }
+}

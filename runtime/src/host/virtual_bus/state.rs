@@ -1,0 +1,215 @@
+//! Time, arbitration, and who receives what.
+
+use std::boxed::Box;
+use std::sync::Mutex;
+use std::vec::Vec;
+
+use super::fate::{Fate, Judge};
+use super::station::Station;
+use crate::host::clock::pause;
+use crate::host::node::lock;
+use crate::host::{BusState, wire_bits};
+use crate::{Duration, Frame, Instant};
+
+/// In real time, how often a wait checks for frames that other threads have sent.
+const TURN: Duration = Duration::from_millis(1);
+
+/// How many events may happen while no time passes, as endless ones do by a bug in a node.
+pub(super) const MOST_AT_ONCE: u32 = 1_000_000;
+
+pub(super) type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
+
+#[derive(Default)]
+pub(super) struct State {
+    pub(super) now: Instant,
+    wire: Wire,
+    pub(super) condition: BusState,
+    pub(super) stations: Vec<Station>,
+    delayed: Vec<InFlight>,
+    pub(super) observers: Vec<Observer>,
+    pub(super) judge: Judge,
+    pacer: Option<Pacer>,
+    /// How many events happened since time last passed.
+    pub(super) standstill: u32,
+}
+
+/// The two wires.
+#[derive(Default)]
+struct Wire {
+    /// Without a bit rate, frames take no time.
+    kbit_per_s: Option<u32>,
+    frame: Option<InFlight>,
+    /// When the last frame was over, and what is missing to that in 1/`kbit_per_s` us.
+    free: (Instant, u64),
+}
+
+#[derive(Clone, Copy)]
+struct InFlight {
+    sender: usize,
+    frame: Frame,
+    arrives: Instant,
+}
+
+struct Pacer {
+    wall: std::time::Instant,
+    bus: Instant,
+}
+
+/// One event, not later than `until`, or in real time a part of the wait for it. `false` when none is left.
+pub(super) fn step(state: &Mutex<State>, until: Instant) -> bool {
+    let mut state = lock(state);
+    let lead = state.lead(until);
+    if lead.is_zero() {
+        return state.step(until);
+    }
+    // Other threads may use the bus meanwhile.
+    drop(state);
+    pause(lead.min(TURN));
+    true
+}
+
+impl State {
+    pub(super) fn with_bit_rate(kbit_per_s: u32) -> Self {
+        State { wire: Wire { kbit_per_s: Some(kbit_per_s), ..Wire::default() }, ..State::default() }
+    }
+
+    /// Whether a frame takes as long as its bits.
+    pub(super) const fn has_bit_times(&self) -> bool {
+        self.wire.kbit_per_s.is_some()
+    }
+
+    /// Adds a station, and returns its place.
+    pub(super) fn add(&mut self, station: Station) -> usize {
+        self.stations.push(station);
+        self.stations.len() - 1
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "real time is what is asked for")]
+    pub(super) fn set_real_time(&mut self, on: bool) {
+        self.pacer = on.then(|| Pacer { wall: std::time::Instant::now(), bus: self.now });
+    }
+
+    pub(super) const fn is_in_real_time(&self) -> bool {
+        self.pacer.is_some()
+    }
+
+    /// One event, not later than `until`; `false` when none is left before it.
+    fn step(&mut self, until: Instant) -> bool {
+        self.begin();
+        let Some(next) = self.next_event().filter(|next| *next <= until) else {
+            self.pass_to(until);
+            return false;
+        };
+        self.pass_to(next);
+        self.standstill += 1;
+        assert!(self.standstill < MOST_AT_ONCE, "a node sends or expires without end while no time passes");
+        if let Some(arrived) = self.wire.frame.take_if(|frame| frame.arrives <= next) {
+            self.decide(arrived);
+        } else if let Some(at) = self.delayed.iter().position(|frame| frame.arrives <= next) {
+            let arrived = self.delayed.remove(at);
+            self.deliver(arrived.sender, &arrived.frame);
+        } else if !self.stations.iter_mut().any(|station| station.handle_mail(next)) {
+            self.stations.iter_mut().for_each(|station| station.handle_timeout(next));
+        }
+        true
+    }
+
+    /// Begins the next frame, if the bus is free. All frames that are ready in one bit time take part in the
+    /// arbitration, so first happens what else happens now. Where frames take no time, they come before deadlines.
+    fn begin(&mut self) {
+        let is_busy = self.wire.frame.is_some();
+        if is_busy || self.has_bit_times() && self.next_event() == Some(self.now) {
+            return;
+        }
+        let now = self.now;
+        let contenders = self.stations.iter_mut().enumerate();
+        let winner = contenders
+            .filter_map(|(sender, station)| Some((station.contend(now)?, sender)))
+            .min_by_key(|(frame, sender)| (arbitration(frame), *sender));
+        if let Some((frame, sender)) = winner {
+            self.stations[sender].win();
+            self.wire.send(now, sender, frame);
+        }
+    }
+
+    /// Takes from the wire what this station sends.
+    pub(super) fn cut_off(&mut self, sender: usize) -> Option<Frame> {
+        self.wire.frame.take_if(|frame| frame.sender == sender).map(|cut| cut.frame)
+    }
+
+    fn next_event(&self) -> Option<Instant> {
+        let deadlines = self.stations.iter().filter_map(Station::poll_timeout);
+        let arrivals = self.wire.frame.iter().chain(&self.delayed).map(|frame| frame.arrives);
+        deadlines.chain(arrivals).min().map(|next| next.max(self.now))
+    }
+
+    fn pass_to(&mut self, next: Instant) {
+        if next > self.now {
+            self.standstill = 0;
+            self.now = next;
+        }
+    }
+
+    /// In real time, how long it takes to the next event, or to `until`. Lets the time pass that has passed by the clock
+    /// on the wall.
+    fn lead(&mut self, until: Instant) -> Duration {
+        let Some(wall) = self.pacer.as_ref().map(|pacer| pacer.bus + pacer.wall.elapsed().into()) else {
+            return Duration::ZERO;
+        };
+        self.begin();
+        let goal = self.next_event().filter(|next| *next <= until).unwrap_or(until);
+        self.pass_to(wall.min(goal));
+        goal.since(wall)
+    }
+
+    fn decide(&mut self, sent: InFlight) {
+        if !self.condition.carries_frames() {
+            return;
+        }
+        let by_sender = self.stations[sent.sender].judge.decide(&sent.frame);
+        match if by_sender == Fate::Deliver { self.judge.decide(&sent.frame) } else { by_sender } {
+            Fate::Deliver => self.deliver(sent.sender, &sent.frame),
+            Fate::Lose => {}
+            Fate::Repeat => {
+                self.deliver(sent.sender, &sent.frame);
+                self.deliver(sent.sender, &sent.frame);
+            }
+            Fate::Replace(frame) => self.deliver(sent.sender, &frame),
+            Fate::Delay(span) => self.delayed.push(InFlight { arrives: self.now + span, ..sent }),
+        }
+    }
+
+    fn deliver(&mut self, sender: usize, frame: &Frame) {
+        for observer in &mut self.observers {
+            observer(self.now, frame);
+        }
+        for (receiver, station) in self.stations.iter_mut().enumerate() {
+            if receiver != sender {
+                station.receive(self.now, frame);
+            }
+        }
+    }
+}
+
+impl Wire {
+    /// A frame begins now. Fractions of a microsecond add up while frame follows frame.
+    fn send(&mut self, now: Instant, sender: usize, frame: Frame) {
+        let Some(kbit_per_s) = self.kbit_per_s.map(u64::from) else {
+            self.frame = Some(InFlight { sender, frame, arrives: now });
+            return;
+        };
+        let fraction = if self.free.0 == now { self.free.1 } else { 0 };
+        let length = u64::from(wire_bits(&frame)) * 1000 + fraction;
+        let arrives = now + Duration::from_micros(length / kbit_per_s);
+        self.free = (arrives, length % kbit_per_s);
+        self.frame = Some(InFlight { sender, frame, arrives });
+    }
+}
+
+/// The lower key wins: by the 11 bits that both formats begin with, then standard before extended,
+/// data before remote.
+fn arbitration(frame: &Frame) -> (u32, bool, u32, bool) {
+    let id = frame.id();
+    let base = if id.is_extended() { id.raw() >> 18 } else { id.raw() };
+    (base, id.is_extended(), id.raw(), frame.is_remote())
+}

@@ -1,0 +1,163 @@
+//! A node with its controller.
+
+use std::boxed::Box;
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex};
+
+use super::fate::Judge;
+use super::inbox::Inbox;
+use crate::host::node::lock;
+use crate::host::{BusState, Incoming, Node};
+use crate::time::sooner;
+use crate::{CobId, Duration, Frame, Instant};
+
+/// A node and its controller, which has acceptance filters, a mailbox, and a transmit buffer of one frame.
+pub(super) struct Station {
+    node: Box<dyn Node + Send>,
+    /// The queues of a link; the node is these.
+    link: Option<Arc<Mutex<Inbox>>>,
+    is_attached: bool,
+    has_power: bool,
+    /// A frame that lost arbitration waits here, and what else the node has to send waits behind it.
+    buffer: Option<Frame>,
+    /// How long the node takes to handle a frame.
+    pub(super) response_time: Duration,
+    /// The frames that the node has not handled, each with the time when it will have done so.
+    mailbox: VecDeque<(Instant, Frame)>,
+    capacity: usize,
+    overruns: u64,
+    /// The filters: the identifiers that concern the node, in this generation of them.
+    accepted: Option<(u32, BTreeSet<CobId>)>,
+    /// What happens to the frames that it sends.
+    pub(super) judge: Judge,
+}
+
+impl Station {
+    pub(super) fn new(node: Box<dyn Node + Send>, response_time: Duration) -> Self {
+        Station {
+            node,
+            link: None,
+            is_attached: true,
+            has_power: true,
+            buffer: None,
+            response_time,
+            mailbox: VecDeque::new(),
+            capacity: usize::MAX,
+            overruns: 0,
+            accepted: None,
+            judge: Judge::default(),
+        }
+    }
+
+    /// A link. It reports a frame when it comes, as the controllers of interfaces take its time.
+    pub(super) fn of_link(inbox: &Arc<Mutex<Inbox>>) -> Self {
+        let station = Station::new(Box::new(Arc::clone(inbox)), Duration::ZERO);
+        Station { link: Some(Arc::clone(inbox)), ..station }
+    }
+
+    /// Whether it hears and sends.
+    const fn is_on_bus(&self) -> bool {
+        self.is_attached && self.has_power
+    }
+
+    pub(super) const fn set_attached(&mut self, is_attached: bool) {
+        self.is_attached = is_attached;
+    }
+
+    pub(super) fn set_power(&mut self, now: Instant, on: bool) {
+        if core::mem::replace(&mut self.has_power, on) != on {
+            self.buffer = None;
+            self.mailbox.clear();
+            self.node.set_power(now, on);
+        }
+    }
+
+    pub(super) fn set_capacity(&mut self, frames: usize) {
+        self.capacity = frames;
+        if let Some(inbox) = &self.link {
+            lock(inbox).capacity = frames;
+        }
+    }
+
+    pub(super) fn overruns(&self) -> u64 {
+        self.overruns + self.link.as_ref().map_or(0, |inbox| lock(inbox).overruns)
+    }
+
+    /// A link reports the state of the bus.
+    pub(super) fn report(&self, condition: BusState) {
+        if let Some(inbox) = &self.link {
+            lock(inbox).take(Incoming::State(condition));
+        }
+    }
+
+    /// The frame with which it takes part in the next arbitration.
+    pub(super) fn contend(&mut self, now: Instant) -> Option<Frame> {
+        if !self.is_on_bus() {
+            return None;
+        }
+        if self.buffer.is_none() {
+            self.buffer = self.node.poll_transmit(now);
+        }
+        self.buffer
+    }
+
+    /// It has won arbitration.
+    pub(super) const fn win(&mut self) {
+        self.buffer = None;
+    }
+
+    /// Its frame was cut off, and is sent again.
+    pub(super) const fn hold(&mut self, frame: Frame) {
+        self.buffer = Some(frame);
+    }
+
+    /// A frame has come over the bus.
+    pub(super) fn receive(&mut self, now: Instant, frame: &Frame) {
+        if !self.is_on_bus() {
+            return;
+        }
+        if self.response_time.is_zero() && self.mailbox.is_empty() {
+            return self.node.handle_frame(now, frame);
+        }
+        if !self.accepts(frame.id()) {
+            return;
+        }
+        if self.mailbox.len() >= self.capacity {
+            self.overruns += 1;
+            return;
+        }
+        // One after the other.
+        let begins = self.mailbox.back().map_or(now, |(handled, _)| *handled);
+        self.mailbox.push_back((begins + self.response_time, *frame));
+    }
+
+    fn accepts(&mut self, id: CobId) -> bool {
+        let generation = self.node.generation();
+        let accepted = match &self.accepted {
+            Some((of, accepted)) if *of == generation => accepted,
+            _ => &self.accepted.insert((generation, self.node.concerns().into_iter().collect())).1,
+        };
+        accepted.is_empty() || accepted.contains(&id)
+    }
+
+    /// The node handles the oldest frame of the mailbox, if it is done with it by `now`.
+    pub(super) fn handle_mail(&mut self, now: Instant) -> bool {
+        let is_handled = self.mailbox.front().is_some_and(|(handled, _)| *handled <= now);
+        if is_handled && let Some((_, frame)) = self.mailbox.pop_front() {
+            self.node.handle_frame(now, &frame);
+        }
+        is_handled
+    }
+
+    pub(super) fn handle_timeout(&mut self, now: Instant) {
+        if self.has_power && self.node.poll_timeout().is_some_and(|at| at <= now) {
+            self.node.handle_timeout(now);
+        }
+    }
+
+    /// When it does something by itself.
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        let handled = self.mailbox.front().map(|(handled, _)| *handled);
+        if self.has_power { sooner(self.node.poll_timeout(), handled) } else { None }
+    }
+}
