@@ -72,6 +72,10 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     }
     let result = run(station, &mut drive, order);
     let ending = end(station, drive, order, result);
+    if !is_stop(order) {
+        // What stood in its way is another matter now.
+        station.ask(0, move |station| look(station, description));
+    }
     let is_success = ending.is_success;
     let refused = Refused { why: ending.text.clone(), remedy: ending.remedy.clone() };
     let mut model = lock(&station.model);

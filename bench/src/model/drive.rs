@@ -73,7 +73,8 @@ impl Drive {
             velocity: number(velocity, look.and_then(|look| look.velocity)),
             velocity_unit: unit(velocity),
             target: self.target.and_then(|number| report(target, number)).and_then(|report| series::number(&report)),
-            obstacles: self.obstacles.clone(),
+            // It moves: nothing stands in its way.
+            obstacles: if self.order.is_some() { Vec::new() } else { self.obstacles.clone() },
             order: self.order.clone(),
             ending: self.ending.clone(),
             orders: orders(description),
