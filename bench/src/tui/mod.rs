@@ -28,7 +28,7 @@ pub use text::Language;
 /// How often the screen is drawn.
 const DRAW: Duration = Duration::from_millis(100);
 
-/// Shows a bench on a terminal until somebody leaves, or `is_over`. The terminal is taken and given back by the caller.
+/// Shows a bench on a terminal until somebody leaves. The terminal is taken and given back by the caller.
 ///
 /// # Errors
 ///
@@ -37,12 +37,11 @@ pub fn run<B: Backend<Error = io::Error>>(
     bench: &Bench,
     terminal: &mut Terminal<B>,
     language: Language,
-    is_over: impl Fn() -> bool,
 ) -> io::Result<()> {
     let face = bench.open_face();
     let mut screen = Screen::new(face.number(), language);
     let mut open: Vec<(Purpose, Reply)> = Vec::new();
-    while !is_over() {
+    loop {
         let view = bench.view();
         terminal.draw(|frame| screen.draw(frame, &view))?;
         if let Some((purpose, command)) = screen.wants(&view)
@@ -68,7 +67,6 @@ pub fn run<B: Backend<Error = io::Error>>(
         }
         open = waiting;
     }
-    Ok(())
 }
 
 fn next_key(wait: Duration) -> io::Result<Option<KeyEvent>> {

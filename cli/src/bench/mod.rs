@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::{AddrParseError, IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
 
 use lexican_bench::Bench;
 use lexican_bench::engine::{Setup, Simulation};
@@ -21,7 +20,7 @@ use lexican_toolbox::simulation::{Files, Plant};
 
 use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
 use crate::device::{load, load_input};
-use crate::output::{Failure, Outcome, ctrl_c, note, on_ctrl_c, reason, stdout, warn};
+use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
 use simulation::Devices;
 
 /// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
@@ -105,13 +104,19 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 fn on_terminal(bench: &Bench) -> Result<Outcome, Failure> {
     let unusable =
         |error: std::io::Error| Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)));
-    let is_over = ctrl_c()?;
+    let ending = bench.clone();
+    on_ctrl_c(move || {
+        // A terminal that is gone never lets go of who reads its keys, so the drives are stopped from here.
+        ending.end();
+        ratatui::restore();
+        std::process::exit(0);
+    })?;
     let mut terminal = ratatui::try_init().map_err(unusable)?;
     let locale = ["LC_ALL", "LC_MESSAGES", "LANG"]
         .into_iter()
         .find_map(|name| std::env::var(name).ok().filter(|it| !it.is_empty()));
     let language = Language::of_locale(&locale.unwrap_or_default());
-    let shown = tui::run(bench, &mut terminal, language, || is_over.load(Ordering::Relaxed));
+    let shown = tui::run(bench, &mut terminal, language);
     ratatui::restore();
     bench.end();
     shown.map_err(unusable)?;
