@@ -204,3 +204,18 @@ fn what_happens_while_the_drive_is_off_is_no_fault_later() {
     assert!(bench.see(|drive, _| drive.controller().faults().is_empty()));
     assert_eq!(bench.read(0x1003, 0), Ok(0));
 }
+
+#[test]
+fn a_drive_whose_bus_takes_its_power_starts_anew_when_it_has_it_again() {
+    let mut bench = Bench::new();
+    let state = |bench: &Bench| bench.see(|drive, _| drive.nmt_state());
+    bench.ask("000#0105");
+    assert_eq!(state(&bench), NmtState::Operational);
+    bench.see(|drive, now| Node::set_power(drive, now, false));
+    bench.pass(100);
+    bench.see(|drive, now| Node::set_power(drive, now, true));
+    bench.pass(2000);
+    assert_eq!(state(&bench), NmtState::PreOperational);
+    bench.ask("000#0105");
+    assert_eq!(state(&bench), NmtState::Operational);
+}
