@@ -1,4 +1,4 @@
-//! One thread owns the link to the bus; whoever sends something has a link to that thread.
+//! One thread owns the link to the bus; all others send and receive through a link to that thread.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;

@@ -29,7 +29,7 @@ use lexican_toolbox::sampler::Signal;
 use tokio::sync::oneshot;
 
 use crate::command::{Answer, Command, Order, Other, Refused, TraceFilter};
-use crate::model::{BusInfo, Model, Which, watched};
+use crate::model::{BusInfo, DEVICE_NAME, Model, Which, watched};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 use hub::Ports;
@@ -366,9 +366,6 @@ fn get_to_know(station: &Station) {
     });
 }
 
-/// The manufacturer device name (CiA 301, 7.5.2.9).
-const DEVICE_NAME: u16 = 0x1008;
-
 impl Face {
     /// Its number, from 1.
     #[must_use]
@@ -407,8 +404,7 @@ impl Face {
     fn may_change(&self) -> Result<(), Refused> {
         match lock(&self.bench.0.faces).holder {
             Some(holder) if holder == self.number => Ok(()),
-            Some(other) => Err(Refused::new(format_args!("face {other} has the hands"))
-                .with_remedy("ask there for them, or take them: what it started is stopped then")),
+            Some(other) => Err(held_by(other)),
             None => Err(Refused::new("nobody has the hands").with_remedy("take the hands first")),
         }
     }
@@ -467,7 +463,7 @@ impl Face {
                     drop(sender.send(Err(refused)));
                     return;
                 }
-                // Whoever has a conversation is asked in it.
+                // A node that has a station is asked through it.
                 for station in lock(&bench.0.stations).values() {
                     get_to_know(station);
                 }
@@ -499,8 +495,7 @@ impl Face {
                 let before = faces.holder.filter(|holder| *holder != number);
                 if let Some(other) = before {
                     if !force {
-                        return Err(Refused::new(format_args!("face {other} has the hands"))
-                            .with_remedy("ask there for them, or take them: what it started is stopped then"));
+                        return Err(held_by(other));
                     }
                     bench.stop_started_by(other);
                 }
@@ -774,6 +769,12 @@ fn extension(format: &str) -> &str {
         trc if trc.starts_with("trc") => "trc",
         other => other,
     }
+}
+
+/// Another face has the hands.
+fn held_by(face: u32) -> Refused {
+    Refused::new(format_args!("face {face} has the hands"))
+        .with_remedy("ask there for them, or take them: what it started is stopped then")
 }
 
 fn gone() -> Refused {

@@ -8,7 +8,7 @@ use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_
 
 use super::hub::Port;
 use super::lock;
-use super::station::Station;
+use super::station::{NOBODY, Station};
 use crate::command::{self, Answer, Refused};
 use crate::view;
 
@@ -74,7 +74,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     let ending = end(station, drive, order, result);
     if !is_stop(order) {
         // What stood in its way is another matter now.
-        station.ask(0, move |station| look(station, description));
+        station.ask(NOBODY, move |station| look(station, description));
     }
     let is_success = ending.is_success;
     let refused = Refused { why: ending.text.clone(), remedy: ending.remedy.clone() };
@@ -117,7 +117,7 @@ fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending,
             done(true, text.to_owned(), None)
         }
         Err(error) if has_ended(&error) => done(false, error.to_string(), remedy(&error)),
-        // A drive that was not told to stop may be moving, whoever has set it in motion.
+        // A drive that was not told to stop may be moving, also by the order of somebody else.
         Err(error) if !matches!(error, Error::MayBeMoving { .. }) && !is_stop(order) => {
             done(false, error.to_string(), None)
         }

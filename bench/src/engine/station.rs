@@ -109,7 +109,7 @@ impl Station {
         queue.stops.push_back(Box::new(task));
         self.interrupt(&mut queue);
         drop(queue);
-        // Whoever waits for these hears that, and may look at this station.
+        // A face whose task is dropped gets its answer here, and may look at this station.
         drop(dropped);
         self.changed.notify_all();
     }
@@ -233,7 +233,7 @@ impl Station {
         let mut queue = lock(&self.queue);
         loop {
             if self.ports.is_over() {
-                // Whoever waits for an answer gets none.
+                // The faces that wait for an answer get the one that the bench has ended.
                 queue.is_over = true;
                 let (stops, tasks) = (std::mem::take(&mut queue.stops), std::mem::take(&mut queue.tasks));
                 drop(queue);

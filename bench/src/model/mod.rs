@@ -34,7 +34,7 @@ use trace::{Trace, is_part};
 use trouble::Troubles;
 
 pub(crate) use drive::{Drive, watched};
-pub(crate) use node::value;
+pub(crate) use node::{DEVICE_NAME, value};
 pub use trace::{Page, Which};
 
 /// How many rows of the trace are kept.

@@ -13,7 +13,7 @@ use crate::sheet::Sheet;
 use crate::view;
 
 /// The manufacturer device name (CiA 301, 7.5.2.9).
-const DEVICE_NAME: u16 = 0x1008;
+pub(crate) const DEVICE_NAME: u16 = 0x1008;
 
 /// How many emergencies are remembered.
 const HISTORY: usize = 100;
