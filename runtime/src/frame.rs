@@ -56,6 +56,14 @@ impl Frame {
         self.remote
     }
 
+    /// The key of arbitration: of the frames that begin at the same time, the one with the lowest key is sent first. By the 11
+    /// bits that both formats begin with, then standard before extended, then data before remote (ISO 11898-1).
+    #[must_use]
+    pub const fn arbitration(&self) -> (u32, bool, u32, bool) {
+        let base = if self.id.is_extended() { self.id.raw() >> 18 } else { self.id.raw() };
+        (base, self.id.is_extended(), self.id.raw(), self.remote)
+    }
+
     /// The data; empty in a remote frame.
     #[inline]
     #[must_use]

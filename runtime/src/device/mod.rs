@@ -140,6 +140,13 @@ impl<
         self.services.get().emcy.register()
     }
 
+    /// How many emergencies were not sent because newer ones have taken their place: the device keeps
+    /// [`EmcyProducer::PENDING`](crate::service::emcy_producer::EmcyProducer::PENDING) until they can be sent.
+    #[must_use]
+    pub const fn replaced_emergencies(&self) -> u16 {
+        self.services.get().emcy.replaced()
+    }
+
     /// Power-on, or the end of a reset: configures everything from the dictionary anew. The boot-up
     /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] lists the
     /// parameters that are not served.

@@ -20,11 +20,12 @@ pub struct EmcyProducer {
     pending: [Emergency; EmcyProducer::PENDING],
     first: u8,
     len: u8,
+    replaced: u16,
 }
 
 impl EmcyProducer {
     /// How many emergencies wait while the inhibit time holds; when there are more, the newest replaces
-    /// the one before it. The history has them all.
+    /// the one before it, which is [counted](EmcyProducer::replaced). The history has them all.
     pub const PENDING: usize = 8;
 
     /// Sends nothing, until it has a COB-ID.
@@ -39,6 +40,7 @@ impl EmcyProducer {
             pending: [NOTHING; EmcyProducer::PENDING],
             first: 0,
             len: 0,
+            replaced: 0,
         }
     }
 
@@ -87,7 +89,14 @@ impl EmcyProducer {
         objects::write(od, cia301::ERROR_REGISTER, 0, u32::from(register.0));
     }
 
+    /// How many emergencies were not sent because newer ones have taken their place; 65535 stands for more.
+    #[must_use]
+    pub const fn replaced(&self) -> u16 {
+        self.replaced
+    }
+
     fn push(&mut self, emergency: Emergency) {
+        self.replaced = self.replaced.saturating_add(u16::from(usize::from(self.len) == Self::PENDING));
         let last = usize::from(self.len).min(Self::PENDING - 1);
         if let Some(place) = self.pending.get_mut((usize::from(self.first) + last) % Self::PENDING) {
             *place = emergency;
@@ -206,5 +215,6 @@ mod tests {
         let sent = sent(&mut producer, 0);
         assert_eq!(sent.len(), EmcyProducer::PENDING);
         assert_eq!((sent[0].as_str(), sent[7].as_str()), ("085#0100050000000000", "085#0C00050000000000"));
+        assert_eq!(producer.replaced(), 4);
     }
 }

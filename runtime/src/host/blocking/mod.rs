@@ -255,8 +255,22 @@ impl<L: Link> Network<L> {
     /// [`AccessError`].
     pub fn read_bytes(&mut self, node: NodeId, address: Address) -> Result<Vec<u8>, AccessError> {
         let mut data = Bytes::room_for(LONGEST);
-        let len = self.transfer(node, address, &mut data, |manager, now| manager.read(now, node, address))?;
+        let len = self.read_into(node, address, &mut data)?;
         Ok(data.into_vec(len))
+    }
+
+    /// Reads an entry into `payload`, and returns the number of bytes: into a file, or bytes whose transfer is followed.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    pub fn read_into(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        payload: &mut impl Payload,
+    ) -> Result<u32, AccessError> {
+        self.transfer(node, address, payload, |manager, now| manager.read(now, node, address))
     }
 
     /// Writes bytes into an entry of any type.

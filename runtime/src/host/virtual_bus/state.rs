@@ -125,7 +125,7 @@ impl State {
         let contenders = self.stations.iter_mut().enumerate();
         let winner = contenders
             .filter_map(|(sender, station)| Some((station.contend(now)?, sender)))
-            .min_by_key(|(frame, sender)| (arbitration(frame), *sender));
+            .min_by_key(|(frame, sender)| (frame.arbitration(), *sender));
         if let Some((frame, sender)) = winner {
             self.stations[sender].win();
             self.wire.send(now, sender, frame);
@@ -204,12 +204,4 @@ impl Wire {
         self.free = (arrives, length % kbit_per_s);
         self.frame = Some(InFlight { sender, frame, arrives });
     }
-}
-
-/// The lower key wins: by the 11 bits that both formats begin with, then standard before extended,
-/// data before remote.
-fn arbitration(frame: &Frame) -> (u32, bool, u32, bool) {
-    let id = frame.id();
-    let base = if id.is_extended() { id.raw() >> 18 } else { id.raw() };
-    (base, id.is_extended(), id.raw(), frame.is_remote())
 }
