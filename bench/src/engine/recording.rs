@@ -119,13 +119,11 @@ impl Player {
             let (seek, mut speed) = self.recording.next();
             let elapsed = before.elapsed();
             before += elapsed;
+            let mut answer = None;
             if let Some(seek) = seek {
                 let is_there = self.go(seek.to.unwrap_or(self.position), seek.anew);
                 let result = if is_there { Ok(Answer::Done) } else { Err(Refused::new("another time was asked for")) };
-                if let Some(sender) = seek.sender {
-                    // A face that has gone hears nothing.
-                    let _ = sender.send(result);
-                }
+                answer = seek.sender.map(|sender| (sender, result));
             } else if speed > 0.0 {
                 self.go(self.position + micros(elapsed.as_secs_f64() * speed), false);
                 if self.position == self.length() {
@@ -133,7 +131,12 @@ impl Player {
                     self.recording.play(speed);
                 }
             }
+            // A face that has its answer sees where the log stands.
             self.show(speed);
+            if let Some((sender, result)) = answer {
+                // A face that has gone hears nothing.
+                let _ = sender.send(result);
+            }
         }
     }
 
