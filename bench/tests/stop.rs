@@ -8,9 +8,9 @@ use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
-use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_runtime::host::{Fate, Pace, VirtualBus};
 use lexican_runtime::{CobId, Duration};
-use lexican_toolbox::simulation::{Action, Fault, Files, Plant, Segment, SimulatedDevice};
+use lexican_toolbox::simulation::{Fault, Files, Plant, Segment, SimulatedDevice};
 
 const PLANT: &str = "
 [[node]]
@@ -30,11 +30,11 @@ struct Rig {
     segment: Arc<Mutex<Segment<SimulatedDevice>>>,
 }
 
-fn rig(action: Action) -> Rig {
+fn rig(fate: Fate) -> Rig {
     let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     let id = Some(CobId::standard(0x586).unwrap());
-    let fault = Fault { sender: None, id, every: 1, in_a_row: 1, action };
+    let fault = Fault { sender: None, id, every: 1, in_a_row: 1, fate };
     let plant = Plant { faults: vec![fault], ..plant };
     let mut segment = plant.segment(bus.now()).unwrap();
     segment.set_fault(0, false);
@@ -91,7 +91,7 @@ fn travel(bench: &Bench, face: &Face) -> lexican_bench::engine::Reply {
 
 #[test]
 fn a_stop_ends_a_backup_and_what_waits_behind_it() {
-    let rig = rig(Action::Delay(Duration::from_millis(20)));
+    let rig = rig(Fate::Delay(Duration::from_millis(20)));
     let face = rig.face();
     rig.disturb(true);
     let backup = face.ask(Command::Backup { node: 6 });
@@ -109,7 +109,7 @@ fn a_stop_ends_a_backup_and_what_waits_behind_it() {
 
 #[test]
 fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let face = rig.face();
     rig.disturb(true);
     face.ask(Command::StopAll).wait().unwrap_err();
@@ -125,7 +125,7 @@ fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
 
 #[test]
 fn a_second_stop_does_not_undo_the_first() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let face = rig.face();
     let travel = travel(&rig.bench, &face);
     let stops: Vec<_> = (0..4).map(|_| face.ask(Command::StopAll)).collect();
@@ -139,7 +139,7 @@ fn a_second_stop_does_not_undo_the_first() {
 
 #[test]
 fn an_order_that_waits_is_dropped_with_its_face() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let lost = rig.face();
     lost.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
     lost.ask(drive(5, Order::Enable, None)).wait().unwrap();
@@ -158,7 +158,7 @@ fn an_order_that_waits_is_dropped_with_its_face() {
 
 #[test]
 fn whoever_takes_the_hands_ends_what_was_ordered() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let one = rig.face();
     let travel = travel(&rig.bench, &one);
     let queued = one.ask(drive(5, Order::MoveTo, Some("0")));
@@ -175,7 +175,7 @@ fn whoever_takes_the_hands_ends_what_was_ordered() {
 
 #[test]
 fn a_silent_node_does_not_hold_up_others() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let face = rig.face();
     rig.disturb(true);
     let silent = face.ask(Command::Read { node: 6, addresses: vec!["1000:00".to_owned()] });
@@ -189,7 +189,7 @@ fn a_silent_node_does_not_hold_up_others() {
 
 #[test]
 fn nodes_are_compared_with_each_other_both_ways_at_once() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let face = rig.face();
     let compare = |node, other| face.ask(Command::Compare { node, with: Other::Node(other) });
     let (there, back) = (compare(5, 6), compare(6, 5));
@@ -203,7 +203,7 @@ fn nodes_are_compared_with_each_other_both_ways_at_once() {
 
 #[test]
 fn a_faster_watch_that_ends_leaves_the_slower_one() {
-    let rig = rig(Action::Lose);
+    let rig = rig(Fate::Lose);
     let face = rig.face();
     let watch = |every_ms| Command::Watch { node: 5, address: "6064:00".to_owned(), every_ms };
     for every_ms in [10, 500, 20] {

@@ -31,6 +31,6 @@ mod virtual_device;
 pub use command::{Command, Power};
 pub use device::{SimulatedDevice, SimulationError};
 pub use plant::{Files, Plant, PlantDevice, PlantError};
-pub use segment::{Action, Fault, Segment};
+pub use segment::{Fault, Segment};
 pub use simulator::script::{Input, Range, Takes};
 pub use virtual_device::VirtualDevice;

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::fmt::{self, Display};
 
-use lexican_runtime::host::Node;
-use lexican_runtime::{CobId, Duration, Frame, Instant};
+use lexican_runtime::host::{Fate, Node};
+use lexican_runtime::{CobId, Frame, Instant};
 
 /// What is done to some of the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +17,8 @@ pub struct Fault {
     pub every: u32,
     /// How many in a row, the last of which is the one that `every` counts.
     pub in_a_row: u32,
-    /// What is done to them.
-    pub action: Action,
+    /// What happens to them.
+    pub fate: Fate,
 }
 
 /// `4 of 20 frames with COB-ID 707h are lost`.
@@ -31,23 +31,14 @@ impl Display for Fault {
         if let Some(id) = self.id {
             write!(f, " with COB-ID {id}h")?;
         }
-        match self.action {
-            Action::Lose => write!(f, " are lost"),
-            Action::Repeat => write!(f, " come twice"),
-            Action::Delay(span) => write!(f, " are {} ms late", span.as_micros() / 1000),
+        match self.fate {
+            Fate::Deliver => write!(f, " come as they are"),
+            Fate::Lose => write!(f, " are lost"),
+            Fate::Repeat => write!(f, " come twice"),
+            Fate::Replace(other) => write!(f, " come as {other}"),
+            Fate::Delay(span) => write!(f, " are {} ms late", span.as_micros() / 1000),
         }
     }
-}
-
-/// What happens to a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
-    /// No node receives it.
-    Lose,
-    /// All nodes receive it twice.
-    Repeat,
-    /// All nodes receive it later; frames sent meanwhile overtake it.
-    Delay(Duration),
 }
 
 /// The nodes of a plant as one node of the bus behind a link.
@@ -113,21 +104,21 @@ impl<N: Node> Segment<N> {
         true
     }
 
-    /// The first fault that happens to a frame.
-    fn fault(&mut self, sender: Option<usize>, frame: &Frame) -> Option<Action> {
-        let mut action = None;
+    /// What the first fault that happens to a frame makes of it.
+    fn fate(&mut self, sender: Option<usize>, frame: &Frame) -> Fate {
+        let mut fate = None;
         for Happening { fault, count, .. } in self.faults.iter_mut().filter(|happening| happening.on) {
             if fault.sender.is_none_or(|wanted| Some(wanted) == sender) && fault.id.is_none_or(|id| id == frame.id()) {
                 *count += 1;
                 if *count + fault.in_a_row > fault.every {
-                    action = action.or(Some(fault.action));
+                    fate = fate.or(Some(fault.fate));
                 }
                 if *count >= fault.every {
                     *count = 0;
                 }
             }
         }
-        action
+        fate.unwrap_or(Fate::Deliver)
     }
 
     /// All nodes but the sender receive a frame, and the world outside, if a node sends it.
@@ -143,14 +134,15 @@ impl<N: Node> Segment<N> {
     }
 
     fn carry(&mut self, now: Instant, sender: Option<usize>, frame: Frame) {
-        match self.fault(sender, &frame) {
-            None => self.deliver(now, sender, &frame),
-            Some(Action::Lose) => {}
-            Some(Action::Repeat) => {
+        match self.fate(sender, &frame) {
+            Fate::Deliver => self.deliver(now, sender, &frame),
+            Fate::Lose => {}
+            Fate::Repeat => {
                 self.deliver(now, sender, &frame);
                 self.deliver(now, sender, &frame);
             }
-            Some(Action::Delay(span)) => self.delayed.push(Delayed { sender, frame, due: now + span }),
+            Fate::Replace(other) => self.deliver(now, sender, &other),
+            Fate::Delay(span) => self.delayed.push(Delayed { sender, frame, due: now + span }),
         }
     }
 
@@ -163,7 +155,7 @@ impl<N: Node> Segment<N> {
         }
         let waiting = self.stations.iter().enumerate();
         let waiting = waiting.filter_map(|(sender, station)| station.buffer.map(|frame| (sender, frame)));
-        let winner = waiting.min_by_key(|(_, frame)| (frame.id(), frame.is_remote()))?;
+        let winner = waiting.min_by_key(|(_, frame)| frame.arbitration())?;
         self.stations[winner.0].buffer = None;
         Some(winner)
     }
@@ -216,6 +208,7 @@ impl<N: Node> Node for Segment<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lexican_runtime::Duration;
 
     /// A node that sends some frames, and notes the identifiers of those that it hears, with the time in ms.
     #[derive(Default)]
@@ -265,12 +258,12 @@ mod tests {
 
     #[test]
     fn faults_are_of_a_sender_of_an_identifier_or_of_each_nth_frame() {
-        let fault = Fault { sender: None, id: None, every: 1, in_a_row: 1, action: Action::Lose };
+        let fault = Fault { sender: None, id: None, every: 1, in_a_row: 1, fate: Fate::Lose };
         let first = Fault { sender: Some(0), ..fault };
         let heartbeat = Fault { id: CobId::standard(0x702), ..fault };
         let second = Fault { every: 2, ..fault };
         let most = Fault { every: 4, in_a_row: 3, ..fault };
-        let twice = Fault { action: Action::Repeat, ..heartbeat };
+        let twice = Fault { fate: Fate::Repeat, ..heartbeat };
         // The first fault that happens to a frame decides; all of them count it.
         for (faults, expected) in [
             (&[][..], &[0x81, 0x701, 0x702, 0x82][..]),
@@ -292,7 +285,7 @@ mod tests {
 
     #[test]
     fn a_fault_is_switched_off_and_on() {
-        let fault = Fault { sender: None, id: None, every: 2, in_a_row: 1, action: Action::Lose };
+        let fault = Fault { sender: None, id: None, every: 2, in_a_row: 1, fate: Fate::Lose };
         let mut plant = segment([&[0x81, 0x82, 0x83], &[]], &[fault]);
         assert!(plant.set_fault(0, false) && !plant.set_fault(1, false));
         assert_eq!(plant.faults().collect::<Vec<_>>(), [(fault, false)]);
@@ -304,19 +297,19 @@ mod tests {
 
     #[test]
     fn a_fault_in_words_says_what_happens_to_which_frames() {
-        let fault = Fault { sender: None, id: CobId::standard(0x707), every: 20, in_a_row: 4, action: Action::Lose };
+        let fault = Fault { sender: None, id: CobId::standard(0x707), every: 20, in_a_row: 4, fate: Fate::Lose };
         assert_eq!(fault.to_string(), "4 of 20 frames with COB-ID 707h are lost");
-        let action = Action::Delay(Duration::from_millis(20));
-        assert_eq!(Fault { id: None, every: 1, in_a_row: 1, action, ..fault }.to_string(), "all frames are 20 ms late");
-        assert_eq!(Fault { action: Action::Repeat, ..fault }.to_string(), "4 of 20 frames with COB-ID 707h come twice");
+        let fate = Fate::Delay(Duration::from_millis(20));
+        assert_eq!(Fault { id: None, every: 1, in_a_row: 1, fate, ..fault }.to_string(), "all frames are 20 ms late");
+        assert_eq!(Fault { fate: Fate::Repeat, ..fault }.to_string(), "4 of 20 frames with COB-ID 707h come twice");
     }
 
     #[test]
     fn a_delayed_frame_comes_later() {
-        let action = Action::Delay(Duration::from_millis(20));
+        let fate = Fate::Delay(Duration::from_millis(20));
         let mut plant = segment(
             [&[0x81], &[0x82]],
-            &[Fault { sender: None, id: CobId::standard(0x81), every: 1, in_a_row: 1, action }],
+            &[Fault { sender: None, id: CobId::standard(0x81), every: 1, in_a_row: 1, fate }],
         );
         assert_eq!(sent(&mut plant, Instant::ZERO), [0x82]);
         plant.handle_frame(Instant::ZERO, &frame(0x81));

@@ -5,6 +5,7 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use lexican_eds::{Input, Source};
+use lexican_runtime::host::Fate;
 use lexican_runtime::{CobId, Duration, NodeId};
 use serde::{Deserialize, Deserializer};
 use toml::{Spanned, Table};
@@ -14,7 +15,7 @@ use super::{BIT_RATE_KBIT, Line, Plant, PlantDevice, ScriptText};
 use crate::data_sheet::{DataSheet, DataSheetError, beside, find_known, find_shipped};
 use crate::files::{ReadError, read};
 use crate::node_id::node_id;
-use crate::simulation::segment::{Action, Fault};
+use crate::simulation::segment::Fault;
 use crate::toml_text::{line, parse};
 
 /// Where the files are that a plant names.
@@ -295,18 +296,18 @@ impl Reader<'_> {
             .as_ref()
             .map(|id| cob_id(*id.get_ref()).ok_or_else(|| self.wrong_at(id, Problem::NoCobId(*id.get_ref()))));
         let wrong = |problem| Err(self.wrong_at(&table.action, problem));
-        let action = match (table.action.get_ref(), table.delay) {
+        let fate = match (table.action.get_ref(), table.delay) {
             (ActionName::Delay, None) => return wrong(Problem::NoDelay),
-            (ActionName::Delay, Some(ms)) => Action::Delay(Duration::from_millis(ms.into())),
+            (ActionName::Delay, Some(ms)) => Fate::Delay(Duration::from_millis(ms.into())),
             (_, Some(_)) => return wrong(Problem::OnlyDelay),
-            (ActionName::Lose, None) => Action::Lose,
-            (ActionName::Repeat, None) => Action::Repeat,
+            (ActionName::Lose, None) => Fate::Lose,
+            (ActionName::Repeat, None) => Fate::Repeat,
         };
         let [every, in_a_row] = [table.every, table.in_a_row].map(|number| number.map_or(1, NonZeroU32::get));
         if in_a_row > every {
             return wrong(Problem::TooManyInARow);
         }
-        Ok(Fault { sender: sender.transpose()?, id: id.transpose()?, every, in_a_row, action })
+        Ok(Fault { sender: sender.transpose()?, id: id.transpose()?, every, in_a_row, fate })
     }
 }
 
