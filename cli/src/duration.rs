@@ -7,39 +7,43 @@ pub(crate) fn in_milliseconds(duration: Duration) -> u64 {
     duration.as_micros() / 1000
 }
 
-/// Parses whole milliseconds: `500`, `500ms`, `2s`. Up to an hour.
-pub(crate) fn milliseconds(text: &str) -> Result<Duration, String> {
-    let whole = micros(text, 1e3).filter(|micros| *micros <= HOUR && micros % 1000 == 0);
-    whole
-        .map(Duration::from_micros)
-        .ok_or_else(|| format!("{text:?} is not a number of milliseconds such as 500, or a time such as 500ms or 2s"))
-}
-
-/// Parses seconds: `10`, `0.5`, `500ms`, `2min`.
-pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
-    micros(text, 1e6).map(Duration::from_micros).ok_or_else(|| {
-        format!("{text:?} is not a number of seconds such as 10 or 0.5, or a time such as 500ms or 2min")
+/// Parses a time: `10s`, `0.5s`, `500ms`, `2min`, `0`.
+pub(crate) fn time(text: &str) -> Result<Duration, String> {
+    micros(text).map(Duration::from_micros).ok_or_else(|| match text.bytes().all(|byte| byte.is_ascii_digit()) {
+        true if !text.is_empty() => format!("{text} of what? write {text}ms, {text}s or {text}min"),
+        _ => format!("{text:?} is not a time such as 500ms, 10s, 0.5s or 2min"),
     })
 }
 
-/// Parses a time with its unit: `10ms`, `0.5s`, `250us`; a plain number is in milliseconds. Not zero, and up to an hour.
+/// Parses a time of whole milliseconds, up to an hour.
+pub(crate) fn milliseconds(text: &str) -> Result<Duration, String> {
+    let whole = |time: &Duration| time.as_micros() <= HOUR && time.as_micros().is_multiple_of(1000);
+    let wrong = || format!("{text} is not a time of whole milliseconds, up to an hour");
+    time(text).and_then(|time| Some(time).filter(whole).ok_or_else(wrong))
+}
+
+/// Parses a time that is not zero, up to an hour.
 pub(crate) fn period(text: &str) -> Result<Duration, String> {
-    let period = micros(text, 1e3).filter(|micros| (1..=HOUR).contains(micros));
-    period.map(Duration::from_micros).ok_or_else(|| format!("{text:?} is not a time such as 10ms, 0.5s or 250us"))
+    let is_period = |time: &Duration| (1..=HOUR).contains(&time.as_micros());
+    time(text).and_then(|time| {
+        Some(time).filter(is_period).ok_or_else(|| format!("{text} is not a time above zero, up to an hour"))
+    })
 }
 
 /// In microseconds: a longer time that is usually one of milliseconds is a mistake.
 const HOUR: u64 = 3_600_000_000;
 
-/// A number with a unit, or a plain one in units of `plain` microseconds, as whole microseconds; of less than 30 years.
-fn micros(text: &str, plain: f64) -> Option<u64> {
-    let (number, unit) = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 6e7)]
+/// A number with a unit, or zero, as whole microseconds; of less than 30 years.
+fn micros(text: &str) -> Option<u64> {
+    if text == "0" {
+        return Some(0);
+    }
+    let (number, micros) = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 6e7)]
         .into_iter()
-        .find_map(|(unit, micros)| Some((text.strip_suffix(unit)?.trim_end(), micros)))
-        .unwrap_or((text, plain));
+        .find_map(|(unit, micros)| Some((text.strip_suffix(unit)?.trim_end(), micros)))?;
     let digits = number.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     let number: Option<f64> = number.parse().ok().filter(|_| digits);
-    number.map(|number| (number * unit).round()).filter(|micros| *micros < 1e15).map(|micros| micros as u64)
+    number.map(|number| (number * micros).round()).filter(|micros| *micros < 1e15).map(|micros| micros as u64)
 }
 
 #[cfg(test)]
@@ -47,25 +51,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_plain_or_have_a_unit() {
-        let check = |text: &str, in_ms: Option<u64>, in_s: Option<u64>, as_period: Option<u64>| {
+    fn times_have_a_unit() {
+        let check = |text: &str, any: Option<u64>, in_ms: Option<u64>, as_period: Option<u64>| {
             let micros = |duration: Result<Duration, String>| duration.ok().map(Duration::as_micros);
-            let parsed = (micros(milliseconds(text)), micros(seconds(text)), micros(period(text)));
-            assert_eq!(parsed, (in_ms, in_s, as_period), "{text:?}");
+            let parsed = (micros(time(text)), micros(milliseconds(text)), micros(period(text)));
+            assert_eq!(parsed, (any, in_ms, as_period), "{text:?}");
         };
         check("0", Some(0), Some(0), None);
-        check("500", Some(500_000), Some(500_000_000), Some(500_000));
-        check("0.5", None, Some(500_000), Some(500));
         check("500ms", Some(500_000), Some(500_000), Some(500_000));
         check("1.5 s", Some(1_500_000), Some(1_500_000), Some(1_500_000));
         check("2min", Some(120_000_000), Some(120_000_000), Some(120_000_000));
-        check("250us", None, Some(250), Some(250));
+        check("250us", Some(250), None, Some(250));
         check("0ms", Some(0), Some(0), None);
-        check("3600001", None, Some(3_600_001_000_000), None);
-        check("3601s", None, Some(3_601_000_000), None);
-        for text in ["", "s", "-1", "-1ms", "+1", "+1s", "1e3", "1e3ms", "1m", "1h", "NaN", "inf", ".", "1.2.3"] {
+        check("3601s", Some(3_601_000_000), None, None);
+        for text in ["", "s", "500", "0.5", "-1ms", "+1s", "1e3ms", "1m", "1h", "NaN", "infs", ".s", "1.2.3s"] {
             check(text, None, None, None);
         }
-        check("10000000000", None, None, None);
+        check("10000000000s", None, None, None);
+        assert_eq!(time("500"), Err("500 of what? write 500ms, 500s or 500min".to_owned()));
     }
 }

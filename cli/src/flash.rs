@@ -4,11 +4,12 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use lexican_runtime::NodeId;
 use lexican_runtime::host::AccessError;
 use lexican_toolbox::flash::{Cause, FlashError, Held, Loader, Progress, Stage, flash, held};
 use serde_json::json;
 
-use crate::bus::{Connected, NodeArgs};
+use crate::bus::{Connected, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, ctrl_c, fields, note, print_result, progress, warn};
 use crate::toml_text::parse;
 use lexican_toolbox::files::read_up_to;
@@ -22,7 +23,7 @@ use lexican_toolbox::files::read_up_to;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    node: NodeArgs,
+    network: NetworkArgs,
 
     /// What the boot loader deviates in (TOML); see below
     #[arg(long, value_name = "FILE")]
@@ -39,6 +40,10 @@ pub(crate) struct Args {
     /// Print a JSON object
     #[arg(long)]
     json: bool,
+
+    /// The node-ID: 1 to 127, or 0x1 to 0x7F
+    #[arg(value_name = "NODE", value_parser = node_id)]
+    node: NodeId,
 
     /// The image, as the boot loader takes it
     #[arg(value_name = "IMAGE", required_unless_present = "status")]
@@ -60,9 +65,9 @@ A loader's file has what differs from CiA 302-3; these are the defaults:
 stop = false, clear = false or start = false leave a step out.
 
 Examples:
-    lexican flash --bus can0 --node 5 firmware.bin
-    lexican flash --bus can0 --node 5 --loader bootloader.toml firmware.bin
-    lexican flash --bus can0 --node 5 --status";
+    lexican flash --bus can0 5 firmware.bin
+    lexican flash --bus can0 5 --loader bootloader.toml firmware.bin
+    lexican flash --bus can0 5 --status";
 
 /// More than any microcontroller's flash.
 const MAX_BYTES: usize = 256 << 20;
@@ -71,7 +76,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut loader = args.loader.as_deref().map_or_else(|| Ok(Loader::default()), load)?;
     loader.program = args.program.unwrap_or(loader.program);
     let image = args.image.as_deref().map(read).transpose()?;
-    let Connected { mut network, id, .. } = args.node.connect()?;
+    let Connected { mut network, id, .. } = args.network.connect(Some(args.node))?;
     let Some(image) = image else {
         let held = held(&mut network, id, &loader);
         let state = json!({ "node": id.get(), "held": word(held), "text": held.to_string() });

@@ -12,14 +12,14 @@ use crate::output::{self, Failure, Outcome, warn, write_whole};
 /// Generate Rust code from a data sheet: what lexican-codegen does in a build script
 ///
 /// If the data sheet has errors, they are printed in full, and nothing is written (exit code 1); correct them with an
-/// overlay, or drop them with --allow.
+/// overlay, or drop them with --ignore.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
     device: DeviceArgs,
 
     /// The file to write; stdout by default
-    #[arg(short, long, value_name = "FILE.rs")]
+    #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 
     /// Also generate the device's side: the table of all entries and a storage with the defaults
@@ -40,7 +40,7 @@ pub(crate) struct Args {
 
     /// Drop findings with this code; may be given several times
     #[arg(long, value_name = "CODE")]
-    allow: Vec<String>,
+    ignore: Vec<String>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     sheet.diagnostics.extend(output.diagnostics);
     sheet.diagnostics.finish();
     args.deny.iter().for_each(|code| sheet.diagnostics.deny(code));
-    args.allow.iter().for_each(|code| sheet.diagnostics.allow(code));
+    args.ignore.iter().for_each(|code| sheet.diagnostics.allow(code));
     if show_errors(&sheet) {
         warn(format_args!("{}: nothing is generated from a data sheet with errors", sheet.input.eds.name()));
         return Ok(Outcome::Found);

@@ -32,6 +32,8 @@ mod screen;
 mod send;
 mod simulate;
 mod statistics;
+#[cfg(test)]
+mod style;
 mod toml_text;
 
 use std::process::ExitCode;

@@ -31,18 +31,18 @@ pub(crate) struct Args {
     command: Command,
 
     /// The node-IDs: 5, 0x10, 3,5-9
-    #[arg(long, value_name = "IDS")]
+    #[arg(long, value_name = "NODES")]
     node: Option<NodeIds>,
 
     /// All nodes
     #[arg(long)]
     all: bool,
 
-    /// Wait up to so many ms until the node reports the new state, or its boot-up after a reset
+    /// Wait up to this long until the node reports the new state, or its boot-up after a reset
     ///
     /// A node without heartbeat is asked by node guarding, and by SDO whether it has a heartbeat at all. With --all,
     /// the nodes that are heard or respond count, and the command always lasts that long.
-    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    #[arg(long, value_name = "TIME", value_parser = milliseconds)]
     wait: Option<Duration>,
 
     /// Print JSON objects
@@ -52,7 +52,7 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican nmt --bus can0 start --node 5 --wait 2000
+    lexican nmt --bus can0 start --node 5 --wait 2s
     lexican nmt --bus can0 stop --node 3,5-9
     lexican nmt --bus can0 reset-node --all";
 

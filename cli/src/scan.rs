@@ -32,9 +32,9 @@ pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// How long to wait for answers, in milliseconds
-    #[arg(long, value_name = "MS", default_value = "500", value_parser = milliseconds)]
-    wait: Duration,
+    /// How long to wait for answers
+    #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = milliseconds)]
+    timeout: Duration,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -64,7 +64,7 @@ struct Found {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let link = args.bus.open(Pace::Virtual)?.link;
-    let found = Scanner::new(link, args.wait).scan()?;
+    let found = Scanner::new(link, args.timeout).scan()?;
     print(args.json, &found)?;
     let suspicious = found.values().any(|found| !found.evidence.is_empty());
     Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })

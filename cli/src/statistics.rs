@@ -30,16 +30,16 @@ pub(crate) struct Args {
     #[arg(long, value_name = "KBIT", value_parser = clap::value_parser!(u32).range(1..=1000))]
     bit_rate: Option<u32>,
 
-    /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration::seconds)]
+    /// Stop after this time
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::time)]
     span: Option<Duration>,
 
-    /// Print JSON objects: one at the end, or one every so many seconds with --every
+    /// Print JSON objects: one at the end, or one again and again with --every
     #[arg(long)]
     json: bool,
 
-    /// Print the numbers every so many seconds, instead of at the end
-    #[arg(long, value_name = "SECONDS", value_parser = duration::seconds)]
+    /// Print the numbers again and again, this far apart, instead of at the end
+    #[arg(long, value_name = "TIME", value_parser = duration::period)]
     every: Option<Duration>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut screen = if args.json || args.every.is_some() || !link.is_real_time() { None } else { Screen::take()? };
     let left = if screen.is_some() { None } else { Some(ctrl_c()?) };
     let (mut pump, end) = (Pump::new(), args.span.map(|span| link.now() + span));
-    let period = if screen.is_some() { Some(DRAWN) } else { args.every.filter(|every| !every.is_zero()) };
+    let period = if screen.is_some() { Some(DRAWN) } else { args.every };
     let mut shown = period.map(|period| link.now() + period);
     // Frames without end must not keep anybody from leaving, and a link may not wait for ever.
     const LOOK: Duration = Duration::from_millis(100);

@@ -46,11 +46,11 @@ fn objects_are_named_by_path_and_read_as_a_whole() {
 fn several_nodes_are_read_one_after_the_other() {
     let run = lexican(&["read", "--bus", DRIVE, "--node", "0x5", "6060"]);
     run.on_stdout(0, "6060:00 Modes of Operation = profile position (1)\n");
-    let run = lexican(&["read", "--bus", DRIVE, "--node", "4-6", "--timeout", "50", "6060"]);
+    let run = lexican(&["read", "--bus", DRIVE, "--node", "4-6", "--timeout", "50ms", "6060"]);
     run.on_stdout(2, "node 5: 6060:00 Modes of Operation = profile position (1)\n");
     assert!(run.stderr.contains("node 4: ") && run.stderr.contains("node 6: "), "{run}");
-    lexican(&["nmt", "--bus", DRIVE, "--node", "0x5", "start", "--wait", "2000"]).on_stdout(0, "node 5: OPERATIONAL\n");
-    let run = lexican(&["nmt", "--bus", DRIVE, "--node", "5-6", "start", "--wait", "2000"]);
+    lexican(&["nmt", "--bus", DRIVE, "--node", "0x5", "start", "--wait", "2s"]).on_stdout(0, "node 5: OPERATIONAL\n");
+    let run = lexican(&["nmt", "--bus", DRIVE, "--node", "5-6", "start", "--wait", "2s"]);
     run.on_stdout(1, "node 5: OPERATIONAL\n");
     assert!(run.stderr.contains("nothing was heard of node 6"), "{run}");
     let run = lexican(&["nmt", "--bus", DRIVE, "--node", "3,5", "stop"]);

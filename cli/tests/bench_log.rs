@@ -123,7 +123,7 @@ fn the_bench_shows_of_a_log_what_the_monitor_says() {
     compare(&folder, &["--without", "heartbeat", "--node", "5-6"], without);
     let object = TraceFilter { object: "6041".to_owned(), ..none() };
     compare(&folder, &["--object", "6041"], object);
-    compare(&folder, &["--id", "580-5FF"], TraceFilter { ids: "580-5FF".to_owned(), ..none() });
+    compare(&folder, &["--cob-id", "580-5FF"], TraceFilter { ids: "580-5FF".to_owned(), ..none() });
     compare(&folder, &["--text", "position"], TraceFilter { text: "position".to_owned(), ..none() });
     compare(&folder, &["--transfers"], TraceFilter { transfers: true, ..none() });
     let refused = TraceFilter { transfers: true, services: "sdo".to_owned(), ..none() };

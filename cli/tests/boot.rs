@@ -15,8 +15,8 @@ fn boot(args: &[&str]) -> Run {
 fn a_network_of_flags_is_booted() {
     for args in [
         &["--node", "5"][..],
-        &["--node", "5=siko/ag03-1", "--heartbeat", "100"],
-        &["--node", "5", "--guarding", "100", "--for", "2"],
+        &["--node", "5=siko/ag03-1", "--heartbeat", "100ms"],
+        &["--node", "5", "--guarding", "100ms", "--for", "2s"],
         &["--node", "5", "--optional", "6"],
     ] {
         let run = boot(args);
@@ -33,7 +33,7 @@ fn a_network_that_is_not_ready_is_explained() {
     let events: Vec<serde_json::Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!((&events[0]["event"], &events[0]["node"]), (&"booted".into(), &5.into()));
     assert_eq!((&events[1]["event"], &events[1]["mandatory"]), (&"failed".into(), &true.into()));
-    boot(&["--node", "7", "--boot-time", "100"]).on_stderr(1, "node 7 has not booted in time");
+    boot(&["--node", "7", "--boot-time", "100ms"]).on_stderr(1, "node 7 has not booted in time");
 }
 
 #[test]

@@ -73,10 +73,10 @@ fn a_scan_finds_and_recognises_the_drive() {
     check(&["nmt", "--bus", DRIVE, "start", "--node", "5"], 0, "node 5: enter OPERATIONAL");
     check(&["nmt", "--bus", DRIVE, "reset-node", "--all"], 0, "all nodes: reset node");
     check(&["nmt", "--bus", DRIVE, "stop", "--node", "5", "--json"], 0, "\"node\":5");
-    check(&["nmt", "--bus", DRIVE, "start", "--node", "5", "--wait", "2000"], 0, "node 5: OPERATIONAL\n");
-    check(&["nmt", "--bus", DRIVE, "reset-node", "--all", "--wait", "2000"], 0, "node 5: has booted\n");
-    check(&["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "2000"], 1, "nothing was heard of node 6");
-    let states = lexican(&["nmt", "--bus", DRIVE, "start", "--all", "--wait", "2000", "--json"]);
+    check(&["nmt", "--bus", DRIVE, "start", "--node", "5", "--wait", "2s"], 0, "node 5: OPERATIONAL\n");
+    check(&["nmt", "--bus", DRIVE, "reset-node", "--all", "--wait", "2s"], 0, "node 5: has booted\n");
+    check(&["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "2s"], 1, "nothing was heard of node 6");
+    let states = lexican(&["nmt", "--bus", DRIVE, "start", "--all", "--wait", "2s", "--json"]);
     assert_eq!(states.stdout, "{\"command\":\"start\",\"node\":5,\"reached\":true,\"state\":\"OPERATIONAL\"}\n");
 }
 
@@ -98,7 +98,7 @@ fn a_log_is_monitored_in_words() {
     let run = lexican_in(&folder, &["monitor", "--bus", "log:bus.log", "--json", "--count", "1"]);
     assert_eq!(run.stdout.lines().count(), 1);
     assert!(run.stdout.contains("\"id\":\"405\""), "{run}");
-    check(&["monitor", "--bus", DRIVE, "--for", "1"], 0, "0.000116  705  boot-up node 5");
+    check(&["monitor", "--bus", DRIVE, "--for", "1s"], 0, "0.000116  705  boot-up node 5");
 }
 
 #[test]
@@ -126,9 +126,9 @@ fn impossible_arguments_are_refused_with_advice() {
     check(&["read", "--bus", "pty", "--node", "5", "6064"], 2, "slcan:/dev/pts/3");
     check(&["read", "--bus", "carrier:pigeon", "6064"], 2, "there is no kind of bus");
     check(&["read", "--bus", "slcan:/dev/pts/none", "--node", "5", "6064"], 2, "is `lexican simulate` still running?");
-    check(&["scan", "--bus", "can0", "--wait", "250us"], 2, "is not a number of milliseconds such as 500");
-    check(&["monitor", "--bus", DRIVE, "--for", "1 day"], 2, "is not a number of seconds such as 10 or 0.5");
-    check(&["nmt", "--bus", "can0", "start"], 2, "--node <IDS>|--all");
+    check(&["scan", "--bus", "can0", "--timeout", "250us"], 2, "250us is not a time of whole milliseconds");
+    check(&["monitor", "--bus", DRIVE, "--for", "1 day"], 2, "is not a time such as 500ms, 10s");
+    check(&["nmt", "--bus", "can0", "start"], 2, "--node <NODES>|--all");
     // The message depends on the machine.
     check(&["read", "--bus", "no-such-can", "--node", "5", "6064"], 2, "error: ");
     check(&["read", "--bus", DRIVE, "controlwort of another drive"], 2, "names no object");

@@ -108,7 +108,7 @@ fn findings_are_fields_for_programs() {
 fn a_missing_node_is_reported_as_silent() {
     let folder = folder("check-silent");
     std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
-    let args = ["check", "--bus", "sim:sensor.eds?node=7", "--node", "8", "--device", "sensor.eds"];
+    let args = ["check", "--bus", "sim:sensor.eds?node=7", "8", "--device", "sensor.eds"];
     let run = lexican_in(&folder, &args);
     run.on_stderr(2, "no answer");
     run.on_stderr(2, "lexican scan");

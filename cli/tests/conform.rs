@@ -15,7 +15,7 @@ fn conform(name: &str, wrong: Option<(&str, &str)>, args: &[&str]) -> (std::path
     assert!(SHEET.contains(right));
     std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
     std::fs::write(folder.join("tested.eds"), SHEET.replacen(right, other, 1)).unwrap();
-    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "tested.eds"];
+    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--device", "tested.eds"];
     let run = lexican_in(&folder, &[&device[..], args].concat());
     (folder, run)
 }
@@ -31,7 +31,12 @@ fn a_device_like_its_data_sheet_passes() {
 #[test]
 fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     let wrong = ("DefaultValue=5\n", "DefaultValue=6\n");
-    let reports = ["--only", "4.2", "--json", "r.json", "--junit", "r.xml", "--html", "r.html"];
+    let reports = ["--only", "4.2", "--report", "r.json", "--report", "r.xml", "--report", "r.html"];
+    let (_, run) = conform("conform-fails-json", Some(wrong), &["--only", "4.2", "--json"]);
+    let lines: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [case, sum] = &lines[..] else { panic!("{run}") };
+    assert_eq!((&case["event"], &case["verdict"]), (&"case".into(), &"failed".into()), "{case}");
+    assert_eq!((&sum["event"], &sum["failed"], run.code), (&"summary".into(), &1.into(), Some(1)), "{sum}");
     let (folder, run) = conform("conform-fails", Some(wrong), &reports);
     run.on_stdout(1, "failed 306-1/6.5.2/2 values are the defaults: 2001:00 is 5, by default 6");
     run.on_stdout(1, "2001:00 Averaged Samples = 5");

@@ -92,7 +92,7 @@ fn a_folder_that_cannot_be_written_is_a_clear_error() {
     let folder = folder("demo-out");
     std::fs::write(folder.join("file"), "in the way").unwrap();
     let out = folder.join("file");
-    let run = lexican(&["demo", "--out", out.to_str().unwrap()]);
+    let run = lexican(&["demo", "--folder", out.to_str().unwrap()]);
     run.on_stderr(2, "cannot create");
     assert_eq!(files(&folder), ["file"]);
 }

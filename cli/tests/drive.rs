@@ -40,16 +40,16 @@ fn a_drive_does_what_is_ordered() {
         ),
         (AG03_1, &["step", "-300", "--enable"], "it has reached its target; SWITCH ON DISABLED, at -300 increments"),
         (AG03_1, &["step", "--enable"], "at +1600 increments"),
-        (AG03_1, &["run", "60 rev/min", "--enable", "--for", "2"], "it has run, and has been stopped"),
+        (AG03_1, &["run", "60 rev/min", "--enable", "--for", "2s"], "it has run, and has been stopped"),
         (AG03_1, &["enable"], "it is enabled; OPERATION ENABLED"),
         (AG03_1, &["disable"], "it is disabled"),
         (AG03_1, &["stop"], "it stands"),
         (AG03_1, &["quick-stop"], "it stands"),
         (AG03_1, &["reset-fault"], "it was in no fault"),
-        (AG03_1, &["watch", "--for", "2"], "watching it"),
+        (AG03_1, &["watch", "--for", "2s"], "watching it"),
         (AKD, &["home", "35", "--enable"], "it has found its reference point"),
         (AKD, &["move-to", "-256", "--enable"], "at -256 units"),
-        (AKD, &["run", "60", "--enable", "--for", "1", "--protect", "0"], "it has run"),
+        (AKD, &["run", "60", "--enable", "--for", "1s", "--protect", "0"], "it has run"),
     ] {
         check(bus, args, 0, words);
     }
@@ -57,7 +57,7 @@ fn a_drive_does_what_is_ordered() {
 
 #[test]
 fn progress_is_printed_in_the_units_of_the_drive_and_as_json() {
-    let run = check(AG03_1, &["move-to", "5000", "--enable", "--every", "1000"], 0, "velocity +30 rev/min");
+    let run = check(AG03_1, &["move-to", "5000", "--enable", "--every", "1s"], 0, "velocity +30 rev/min");
     assert!((8..=11).contains(&run.stdout.lines().count()), "a line per second: {run}");
     let run = check(AG03_1, &["move-to", "5000", "--enable", "--json"], 0, "");
     let events: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -77,7 +77,7 @@ fn what_is_refused_has_a_reason_and_a_remedy() {
         (AG03_1, &["run", "20000", "--enable"], "is more than its gear allows"),
         (AG03_1, &["move-to", "2147483647", "--enable"], "above the limits of the data sheet"),
         (AG03_1, &["home", "--enable"], "has no homing mode"),
-        (AG03_1, &["move-to", "5000", "--enable", "--within", "0.5"], "not finished in time; it has been stopped"),
+        (AG03_1, &["move-to", "5000", "--enable", "--within", "0.5s"], "not finished in time; it has been stopped"),
         (AKD, &["home", "--enable"], "its methods are 1, 2, 8"),
         (AKD, &["step", "--enable"], "has no inching operation"),
     ] {
@@ -181,8 +181,8 @@ impl Moving {
 }
 
 /// What becomes of the drive in some seconds, seen by another command.
-fn state_after(drive: &Simulation, seconds: &str) -> Value {
-    let run = lexican(&["drive", "--bus", &drive.buses[1], "5", "watch", "--for", seconds, "--json"]);
+fn state_after(drive: &Simulation, time: &str) -> Value {
+    let run = lexican(&["drive", "--bus", &drive.buses[1], "5", "watch", "--for", time, "--json"]);
     serde_json::from_str(run.stdout.lines().last().expect("it has been watched")).unwrap()
 }
 
@@ -191,7 +191,7 @@ fn a_signal_stops_the_drive() {
     for (signal, args, code) in [
         ("INT", &["move-to", "1000000"][..], 1),
         ("TERM", &["run", "60"], 0),
-        ("HUP", &["run", "60", "--for", "60"], 0),
+        ("HUP", &["run", "60", "--for", "60s"], 0),
     ] {
         let moving = Moving::start("siko/ag03-1", "drive-signal", args);
         let Ended { drive, code: exit, stderr, last } = moving.signal(signal);
@@ -206,12 +206,12 @@ fn a_signal_stops_the_drive() {
 #[test]
 fn a_drive_whose_command_is_killed_notices_if_it_is_protected() {
     for (device, protect, stands) in
-        [("siko/ag03-1", "1000", true), ("kollmorgen/akd", "1000", true), ("siko/ag03-1", "0", false)]
+        [("siko/ag03-1", "1s", true), ("kollmorgen/akd", "1s", true), ("siko/ag03-1", "0", false)]
     {
         let moving = Moving::start(device, "drive-kill", &["run", "60", "--protect", protect]);
         let Ended { drive, code, .. } = moving.signal("KILL");
         assert_eq!(code, None);
-        let after = state_after(&drive, "3");
+        let after = state_after(&drive, "3s");
         assert_eq!(after["velocity"] == 0, stands, "{device} {protect}: {after}");
         assert_eq!(after["state"] != "OPERATION ENABLED", stands, "{device} {protect}: {after}");
         // The next command stops it.

@@ -19,12 +19,12 @@ fn guessed() -> String {
 
 #[test]
 fn the_drive_has_138_entries() {
-    let dump = |format: &str| {
-        let run = lexican(&["eds", "dump", "siko/ag03-1", "--format", format]);
+    let dump = |format: &[&str]| {
+        let run = lexican(&[&["eds", "dump", "siko/ag03-1"], format].concat());
         assert_eq!(run.code, Some(0), "{run}");
         run.stdout
     };
-    let csv = dump("csv");
+    let csv = dump(&["--format", "csv"]);
     let lines: Vec<_> = csv.lines().collect();
     assert_eq!(
         lines[0],
@@ -35,9 +35,9 @@ fn the_drive_has_138_entries() {
     assert!(row("1400,01,").is_some_and(|row| row.contains("UNSIGNED32,rw") && row.contains("$NODEID+0x200")));
     assert!(row("1800,04,").is_none());
     assert!(row("607A,00,").is_some_and(|row| row.contains(",VAR,INTEGER32,")));
-    let json = dump("json");
+    let json = dump(&["--json"]);
     assert!(json.starts_with('{') && json.trim_end().ends_with('}'));
-    assert!(dump("md").starts_with("| index |"));
+    assert!(dump(&["--format", "md"]).starts_with("| index |"));
     let devices = lexican(&["devices"]);
     assert!(devices.stdout.contains("siko/ag03-1") && devices.stdout.contains("138 entries"), "{}", devices.stdout);
     let lint = lexican(&["eds", "lint", "siko/ag03-1"]);
@@ -72,13 +72,13 @@ fn findings_name_file_line_and_column() {
     let line = 1 + SHEET.lines().position(|line| line == "DefaultValue=4").unwrap();
     let place = format!("x.eds:{line}:");
     for (format, text) in [
-        ("text", &*place),
-        ("short", &format!("\n{place}")),
-        ("sarif", "\"version\": \"2.1.0\""),
-        ("json", "\"files\""),
+        (&["--format", "text"][..], &*place),
+        (&["--format", "short"], &format!("\n{place}")),
+        (&["--format", "sarif"], "\"version\": \"2.1.0\""),
+        (&["--json"], "\"files\""),
     ] {
-        let run = lexican_in(&folder, &["eds", "lint", "x.eds", "--format", format]);
-        assert!(format!("\n{}", run.stdout).contains(text), "{format}: {}", run.stdout);
+        let run = lexican_in(&folder, &[&["eds", "lint", "x.eds"], format].concat());
+        assert!(format!("\n{}", run.stdout).contains(text), "{format:?}: {}", run.stdout);
     }
 }
 
@@ -98,7 +98,7 @@ fn what_has_one_right_answer_is_fixed_in_place_and_nothing_else() {
     assert!(preview.stdout.starts_with("--- x.eds\n+++ x.eds\n@@ "), "{preview}");
     preview.on_stderr(1, "1 data sheet: 2 findings would be fixed");
     assert_eq!(std::fs::read(folder.join("x.eds")).unwrap(), bytes(&wrong), "a preview writes nothing");
-    let json = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run", "--format", "json"]);
+    let json = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(json["files"][0]["fixed"], serde_json::json!({ "eds::bad-flag": 1, "eds::list-count": 1 }));
 
@@ -292,13 +292,13 @@ fn a_dump_says_what_is_configured_and_what_the_device_can() {
         .replace("BaudRate_500=1", "BaudRate_1000=1")
         .replace("ParameterName=Error Register\n", "ParameterName=Error Register\nObjFlags=1\nParameterValue=7\n");
     std::fs::write(folder.join("x.dcf"), text).unwrap();
-    let dump = |format: &str| lexican_in(&folder, &["eds", "dump", "x.dcf", "--format", format]).stdout;
-    assert!(dump("csv").lines().any(|line| line.starts_with("1001,00,") && line.ends_with(",7,1")));
-    let md = dump("md");
+    let dump = |format: &[&str]| lexican_in(&folder, &[&["eds", "dump", "x.dcf"], format].concat()).stdout;
+    assert!(dump(&["--format", "csv"]).lines().any(|line| line.starts_with("1001,00,") && line.ends_with(",7,1")));
+    let md = dump(&["--format", "md"]);
     for row in ["| NodeID | 5 |", "| Baudrate | 125 |", "| BaudRate | 250, 1000 |", "| LSS_Supported | 1 |"] {
         assert!(md.contains(row), "{row}:\n{md}");
     }
-    let json: serde_json::Value = serde_json::from_str(&dump("json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&dump(&["--json"])).unwrap();
     assert_eq!((&json["commissioning"]["node_id"], &json["lss"]), (&5.into(), &true.into()));
     assert_eq!((&json["objects"][1]["flags"], &json["objects"][1]["entries"][0]["configured"]), (&1.into(), &7.into()));
 }
@@ -312,16 +312,16 @@ fn findings_of_many_files_are_one_document_in_the_order_of_the_files() {
             if number % 3 == 0 { SHEET.replace("DefaultValue=0\n", "DefaultValue=x\n") } else { SHEET.to_owned() };
         std::fs::write(folder.join(name), text).unwrap();
     }
-    let lint = |format: &str| {
-        let files = names.iter().map(String::as_str);
-        let args: Vec<&str> = ["eds", "lint", "--format", format].into_iter().chain(files).collect();
+    let lint = |format: &[&str]| {
+        let files: Vec<_> = names.iter().map(String::as_str).collect();
+        let args = [&["eds", "lint"], format, &files].concat();
         let text = lexican_in(&folder, &args).stdout;
         serde_json::from_str::<serde_json::Value>(&text).unwrap()
     };
-    let json = lint("json");
+    let json = lint(&["--json"]);
     let files: Vec<_> = json["files"].as_array().into_iter().flatten().map(|file| file["file"].as_str()).collect();
     assert_eq!(files, names.iter().map(|name| Some(name.as_str())).collect::<Vec<_>>());
-    let sarif = lint("sarif");
+    let sarif = lint(&["--format", "sarif"]);
     assert_eq!(sarif["runs"].as_array().map(Vec::len), Some(1));
     let run = &sarif["runs"][0];
     let bad = |values: &serde_json::Value, key: &str| {

@@ -22,7 +22,7 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
         let file = &*format!("{name}.eds");
         new(
             &folder,
-            &format!("{name} --profile {profile} --pdos {pdos} --vendor-id 0x1234 --product 7 --vendor Nobody"),
+            &format!("{name} --profile {profile} --pdos {pdos} --vendor 0x1234 --product 7 --vendor-name Nobody"),
         )
         .on_stdout(0, &format!("{file}: {objects} objects"));
         let lint = lexican_in(&folder, &["eds", "lint", "--strict", "--fail-on", "note", file]);
@@ -37,14 +37,14 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
     lexican_in(&folder, &["read", "--bus", "sim:p402.eds?node=5", "--device", "p402.eds", "6041"])
         .on_stdout(0, "SWITCH ON DISABLED");
 
-    new(&folder, "p301 --vendor-id 1 --product 2").on_stderr(2, "there is a p301.eds already");
-    new(&folder, "p301 --vendor-id 1 --product 2 --force --json").on_stdout(0, "\"objects\":24");
+    new(&folder, "p301 --vendor 1 --product 2").on_stderr(2, "there is a p301.eds already");
+    new(&folder, "p301 --vendor 1 --product 2 --force --json").on_stdout(0, "\"objects\":24");
     for (args, words) in [
-        ("x --vendor-id 1 --product 2 --profile 406", "there are templates for 301, 401 and 402"),
-        ("x --vendor-id 1 --product 2 --pdos 4", "is not two numbers up to 512"),
-        ("x --vendor-id 1 --product 2 --pdos 1+513", "is not two numbers up to 512"),
-        ("x --vendor-id CiA --product 2", "is not a number of 32 bits"),
-        ("x --product 2", "--vendor-id"),
+        ("x --vendor 1 --product 2 --profile 406", "there are templates for 301, 401 and 402"),
+        ("x --vendor 1 --product 2 --pdos 4", "is not two numbers up to 512"),
+        ("x --vendor 1 --product 2 --pdos 1+513", "is not two numbers up to 512"),
+        ("x --vendor CiA --product 2", "is not a number of 32 bits"),
+        ("x --product 2", "--vendor"),
     ] {
         new(&folder, args).on_stderr(2, words);
     }
@@ -113,7 +113,7 @@ fn a_value_with_its_unit_or_name_is_set_by_an_overlay() {
 #[test]
 fn objects_and_sub_indices_come_and_go() {
     let folder = folder("eds-add");
-    new(&folder, "x --profile 402 --pdos 1+1 --vendor-id 1 --product 2").on_stdout(0, "x.eds");
+    new(&folder, "x --profile 402 --pdos 1+1 --vendor 1 --product 2").on_stdout(0, "x.eds");
     let read = || std::fs::read_to_string(folder.join("x.eds")).unwrap();
     let eds = |args: &[&str]| lexican_in(&folder, &[&["eds", args[0], "x.eds"], &args[1..]].concat());
     let before = read();

@@ -21,7 +21,7 @@ const LOG: &str = "\
 
 #[test]
 fn watch_prints_a_line_for_each_change() {
-    let run = lexican(&["watch", "--bus", DRIVE, "--for", "1", "6064", "modes of operation"]);
+    let run = lexican(&["watch", "--bus", DRIVE, "--for", "1s", "6064", "modes of operation"]);
     run.on_stdout(0, "6060:00 Modes of Operation = profile position (1)\n");
     assert_eq!(run.stdout.lines().count(), 2, "nothing changes: {run}");
     let folder = folder("watch-log");
@@ -47,7 +47,7 @@ fn plot_writes_a_picture_and_a_table() {
     let picture = std::fs::read_to_string(folder.join("a.svg")).unwrap();
     assert!(picture.contains("[increments]") && picture.contains("Position Actual Value"), "{picture}");
     lexican_in(&folder, &log).on_stderr(2, "--svg FILE");
-    let nothing = [&log[..], &["--svg", "b.svg", "--for", "0.05"]].concat();
+    let nothing = [&log[..], &["--svg", "b.svg", "--for", "0.05s"]].concat();
     lexican_in(&folder, &nothing).on_stderr(2, "no value has come");
 }
 
@@ -62,5 +62,5 @@ fn statistics_name_what_is_silent() {
     let report: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!((&report["frames"], &report["nodes"][0]["silent_seconds"]), (&7.into(), &0.5.into()), "{run}");
     assert_eq!(report["ids"][2]["gaps"]["mean_ms"], 100.0, "{run}");
-    lexican(&["statistics", "--bus", DRIVE, "--for", "1"]).on_stdout(0, "load unknown: name the bit rate");
+    lexican(&["statistics", "--bus", DRIVE, "--for", "1s"]).on_stdout(0, "load unknown: name the bit rate");
 }

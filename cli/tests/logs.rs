@@ -65,16 +65,16 @@ fn a_log_goes_through_every_format_and_back() {
 fn frames_are_chosen_and_shifted() {
     let folder = with_log("logs-chosen");
     for (options, lines) in [
-        (&["--only", "605,700-7FF"][..], &[0, 2][..]),
+        (&["--cob-id", "605,700-7FF"][..], &[0, 2][..]),
         (&["--except", "00000185"], &[0, 2, 3]),
         (&["--interface", "can1"], &[1]),
-        (&["--after", "0.1", "--before", "0.3"], &[1, 2]),
+        (&["--after", "0.1s", "--before", "0.3s"], &[1, 2]),
     ] {
         let expected: String = lines.iter().map(|at| LOG.split_inclusive('\n').nth(*at).unwrap()).collect();
         let run = lexican_in(&folder, &[&["convert", "bus.log", "-", "--to", "candump"], options].concat());
         assert_eq!((run.code, &run.stdout), (Some(0), &expected), "{run}");
     }
-    let shifted = ["convert", "bus.log", "-", "--to", "candump", "--start", "2026-09-30T15:06:13Z", "--after", "0.1"];
+    let shifted = ["convert", "bus.log", "-", "--to", "candump", "--begin", "2026-09-30T15:06:13Z", "--after", "0.1s"];
     lexican_in(&folder, &shifted)
         .on_stdout(0, "(1790780773.000000) can1 00000185#AB\n(1790780773.100000) can0 705#R1\n");
 }
@@ -94,8 +94,8 @@ fn what_cannot_be_read_or_written_is_named() {
         (&["convert", "bus.log", "-"], 2, "name it with --to: candump, pcap"),
         (&["convert", "bus.log", "bus.log"], 2, "cannot be read and written at the same time"),
         (&["convert", "bus.log", "no/folder/a.asc"], 2, "cannot write no/folder/a.asc: no such file or directory"),
-        (&["convert", "bus.log", "a.asc", "--only", "800"], 2, "names no identifiers"),
-        (&["convert", "bus.log", "a.asc", "--start", "today"], 2, "is no time"),
+        (&["convert", "bus.log", "a.asc", "--cob-id", "800"], 2, "names no identifiers"),
+        (&["convert", "bus.log", "a.asc", "--begin", "today"], 2, "is no time"),
         (&["replay", "missing.log", "--bus", "sim:siko/ag03-1"], 2, "cannot read the log missing.log"),
         (&["replay", "bus.log", "--bus", "sim:siko/ag03-1", "--speed", "0"], 2, "is no factor"),
         (&["record", "--bus", "log:bus.log", "-o", "a", "--max-size", "1k"], 2, "--split-size"),
@@ -110,12 +110,12 @@ fn what_cannot_be_read_or_written_is_named() {
 #[test]
 fn a_bus_is_recorded_until_the_end() {
     let folder = with_log("logs-record");
-    let fields = result(&folder, &["record", "--bus", "log:bus.log", "-o", "a.trc", "--only", "605,085", "--json"]);
+    let fields = result(&folder, &["record", "--bus", "log:bus.log", "-o", "a.trc", "--cob-id", "605,085", "--json"]);
     let bytes = fs::metadata(folder.join("a.trc")).unwrap().len();
     assert_eq!([&fields["frames"], &fields["bytes"], &fields["missing"]], [&json!(2), &json!(bytes), &json!(0)]);
     assert_eq!(fields["file"], "a.trc");
     let bus = "sim:siko/ag03-1?node=5";
-    lexican_in(&folder, &["record", "--bus", bus, "-o", "sim.blf", "--for", "5"]).on_stdout(0, " in 5.0 s, ");
+    lexican_in(&folder, &["record", "--bus", bus, "-o", "sim.blf", "--for", "5s"]).on_stdout(0, " in 5.0 s, ");
     lexican_in(&folder, &["monitor", "--bus", "log:sim.blf"]).on_stdout(0, "boot-up");
     let counted = result(&folder, &["record", "--bus", "log:bus.log", "-o", "b.log", "--count", "1", "--json"]);
     assert_eq!(counted["frames"], 1);
@@ -153,7 +153,7 @@ fn a_log_commands_a_simulated_drive() {
     let fast = replay(&["--fast", "--loop", "3"]);
     assert_eq!([&fast["frames"], &fast["passes"]], [9, 3].map(|number| json!(number)).each_ref());
     assert!(seconds(&fast) < 0.1, "{fast}");
-    assert_eq!(replay(&["--only", "605"])["frames"], 2);
+    assert_eq!(replay(&["--cob-id", "605"])["frames"], 2);
 }
 
 #[test]

@@ -31,7 +31,7 @@ const BUS: &str = "080# 705#05 385#370200000000 605#4064600000000000 585#4364600
 #[test]
 fn options_choose_the_frames() {
     check(&monitor("monitor-node", BUS, &["--node", "6,7"]), &["PRE-OPERATIONAL"]);
-    check(&monitor("monitor-id", BUS, &["--id", "700-77F"]), &["node 5", "node 5", "node 6"]);
+    check(&monitor("monitor-id", BUS, &["--cob-id", "700-77F"]), &["node 5", "node 5", "node 6"]);
     check(&monitor("monitor-service", BUS, &["--service", "sync,pdo"]), &["SYNC", "TPDO3", "SYNC", "TPDO3"]);
     check(&monitor("monitor-without", BUS, &["--without", "sync,pdo,heartbeat", "--text", "abort"]), &["abort 2FFF"]);
     check(
@@ -40,7 +40,7 @@ fn options_choose_the_frames() {
     );
     check(&monitor("monitor-count", BUS, &["--service", "heartbeat", "--count", "2"]), &["OPERATIONAL", "OPERATIONAL"]);
     monitor("monitor-word", BUS, &["--service", "pdos"]).on_stderr(2, "nmt, sync, time, emcy, pdo");
-    monitor("monitor-range", BUS, &["--id", "1FF-180"]).on_stderr(2, "names no identifiers");
+    monitor("monitor-range", BUS, &["--cob-id", "1FF-180"]).on_stderr(2, "names no identifiers");
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn the_mapping_is_that_of_the_device() {
     let mapping = "605#40021A0000000000 585#4F021A0001000000 605#40021A0100000000 585#43021A0110004160 385#3702";
     check(&monitor("monitor-mapping", mapping, &["--service", "pdo"]), &["Statusword = OPERATION ENABLED"]);
     let run =
-        lexican(&["monitor", "--bus", "sim:siko/ag03-1?node=5", "--read-mapping", "--for", "3", "--service", "sdo"]);
+        lexican(&["monitor", "--bus", "sim:siko/ag03-1?node=5", "--read-mapping", "--for", "3s", "--service", "sdo"]);
     run.on_stdout(0, "read 1A02:01");
     let run = monitor("monitor-log", BUS, &["--read-mapping"]);
     run.on_stderr(2, "a log takes no frames");

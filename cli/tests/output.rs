@@ -34,7 +34,7 @@ fn a_closed_pipe_keeps_the_exit_code() {
     for (code, args) in [
         (1, &["eds", "lint", "--strict", "bad.eds"][..]),
         (1, &["eds", "lint", "--strict", "bad.eds", "--format", "short"]),
-        (1, &["eds", "lint", "--strict", "bad.eds", "--format", "json"]),
+        (1, &["eds", "lint", "--strict", "bad.eds", "--json"]),
         (1, &["eds", "lint", "--strict", "bad.eds", "--format", "sarif"]),
         (2, &["eds", "lint", "missing.eds", "good.eds"]),
         (1, &["eds", "diff", "good.eds", "bad.eds"]),
@@ -45,11 +45,11 @@ fn a_closed_pipe_keeps_the_exit_code() {
         (0, &["scan", "--bus", DRIVE]),
         (1, &["read", "--bus", DRIVE, "2FFF", "6064"]),
         (1, &["write", "--bus", DRIVE, "1018:01", "1"]),
-        (1, &["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "300"]),
-        (1, &["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "300", "--json"]),
+        (1, &["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "300ms"]),
+        (1, &["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "300ms", "--json"]),
         (1, &["lss", "find", "--bus", DRIVE]),
         (0, &["check", "--bus", DRIVE]),
-        (0, &["monitor", "--bus", DRIVE, "--for", "1"]),
+        (0, &["monitor", "--bus", DRIVE, "--for", "1s"]),
     ] {
         let read = lexican_in(&folder, args);
         assert_eq!((read.code, unread(&folder, args)), (Some(code), Some(code)), "{args:?}: {}", read.stderr);
@@ -63,7 +63,7 @@ fn no_color_is_obeyed_by_every_command() {
         &["eds", "lint", "bad.eds"][..],
         &["scan", "--bus", DRIVE],
         &["read", "--bus", DRIVE, "2FFF"],
-        &["monitor", "--bus", DRIVE, "--for", "1"],
+        &["monitor", "--bus", DRIVE, "--for", "1s"],
         &["--help"],
     ] {
         let output = |without: Option<&str>| {

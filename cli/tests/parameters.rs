@@ -6,6 +6,7 @@ mod common;
 #[path = "common/simulation.rs"]
 mod simulation;
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -32,7 +33,7 @@ fn round_trip(name: &str, sheet: &str, sheet_args: &[&str], changes: &[(&str, &s
     let folder = with_sheet(name);
     let device = Simulation::begin(&folder, &[sheet, "--node", "5"]);
     let run = |command: &str, args: &[&str]| run(&device, &folder, command, &[sheet_args, args].concat());
-    let backup = run("backup", &["--node", "5", "-o", "kept.dcf"]);
+    let backup = run("backup", &["5", "-o", "kept.dcf"]);
     assert_eq!(backup.code, Some(0), "{backup}");
     assert_eq!(run("compare", &["node:5", "kept.dcf"]).code, Some(0));
     for (object, value) in changes {
@@ -41,13 +42,13 @@ fn round_trip(name: &str, sheet: &str, sheet_args: &[&str], changes: &[(&str, &s
     }
     let differing = run("compare", &["node:5", "kept.dcf", "--json"]);
     assert_eq!((differing.code, differing.stdout.lines().count()), (Some(1), changes.len() + 1), "{differing}");
-    let dry = run("restore", &["--node", "5", "kept.dcf", "--dry-run"]);
+    let dry = run("restore", &["5", "kept.dcf", "--dry-run"]);
     dry.on_stdout(0, &format!("{} would be written", plural(changes.len())));
-    let restored = run("restore", &["--node", "5", "kept.dcf"]);
+    let restored = run("restore", &["5", "kept.dcf"]);
     restored.on_stdout(0, &format!("{} written, ", plural(changes.len())));
     let same = run("compare", &["kept.dcf", "node:5"]);
     assert_eq!(same.code, Some(0), "{same}");
-    run("restore", &["--node", "5", "kept.dcf"]).on_stdout(0, "node 5: 0 parameters written, ");
+    run("restore", &["5", "kept.dcf"]).on_stdout(0, "node 5: 0 parameters written, ");
 }
 
 fn plural(count: usize) -> String {
@@ -84,18 +85,18 @@ fn what_is_backed_up_is_restored_to_any_device() {
 fn a_pdo_is_restored_by_switching_it_off() {
     let folder = with_sheet("restore-pdo");
     let mut device = Simulation::begin(&folder, &["sensor.eds", "--node", "5"]);
-    let sheet = ["--device", "sensor.eds", "--node", "5"];
+    let sheet = ["--device", "sensor.eds"];
     let run =
         |device: &Simulation, command: &str, args: &[&str]| run(device, &folder, command, &[&sheet, args].concat());
-    assert_eq!(run(&device, "backup", &["-o", "kept.dcf"]).code, Some(0));
+    assert_eq!(run(&device, "backup", &["5", "-o", "kept.dcf"]).code, Some(0));
     // $NODEID stays what it is, so that the backup fits another node-ID.
     let dcf = std::fs::read_to_string(folder.join("kept.dcf")).unwrap();
     assert!(dcf.contains("ParameterValue=$NODEID+0x180") && dcf.contains("NodeID=5"), "{dcf}");
     for (object, value) in [("1800:01", "0x80000185"), ("1A00:00", "0"), ("1800:01", "0x185")] {
-        assert_eq!(run(&device, "write", &[object, value]).code, Some(0));
+        assert_eq!(run(&device, "write", &["--node", "5", object, value]).code, Some(0));
         device.until("written");
     }
-    run(&device, "restore", &["kept.dcf"]).on_stdout(0, "1A00:00 TPDO1 Mapping, Number of Entries = 1, was 0\n");
+    run(&device, "restore", &["5", "kept.dcf"]).on_stdout(0, "1A00:00 TPDO1 Mapping, Number of Entries = 1, was 0\n");
     let written: Vec<_> = (0..5)
         .map(|_| {
             let written = device.until("written");
@@ -131,12 +132,15 @@ fn a_restore_that_ends_half_way_goes_on_where_it_was() {
         let folder = with_sheet(&format!("restore-{}", ends.replace(' ', "-")));
         many(&folder);
         let mut device = Simulation::begin(&folder, &["many.eds", "--node", "5"]);
-        let args = ["--bus", &device.buses[0], "--device", "many.eds", "--node", "5", "--timeout", "200", "many.dcf"];
+        let args = ["--bus", &device.buses[0], "--device", "many.eds", "--timeout", "200ms", "5", "many.dcf"];
         let args = args.map(str::to_owned);
         let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
         let command = command.arg("restore").args(&args).current_dir(&folder);
-        let restore = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        device.until("written");
+        let mut restore = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(restore.stdout.take().unwrap());
+        let mut stdout = String::new();
+        lines.read_line(&mut stdout).unwrap();
+        assert_eq!(stdout, "3000:00 Parameter 0 = 7, was 0\n");
         if ends == "interrupted" {
             let pid = restore.id().to_string();
             assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
@@ -144,11 +148,11 @@ fn a_restore_that_ends_half_way_goes_on_where_it_was() {
             // Its events are read on, so that it does not wait for its reader.
             device.asks("power off", "state");
         }
+        lines.read_to_string(&mut stdout).unwrap();
         let output = restore.wait_with_output().unwrap();
-        let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{stdout}{stderr}");
         assert!(stderr.contains(ends) && stderr.contains("the same command goes on from here"), "{stderr}");
-        assert!(stdout.contains("3000:00 Parameter 0 = 7, was 0\n"), "it says what was written: {stdout}");
         let done = stdout.lines().count() - 1;
         assert!(done < 400, "{done}");
         if ends == "no answer" {
@@ -171,7 +175,7 @@ fn what_the_device_refuses_is_listed() {
     let dcf = sheet.replace("DefaultValue=5\n", "DefaultValue=5\nParameterValue=200\n");
     let dcf = dcf.replace("DefaultValue=sensor\n", "DefaultValue=sensor\nParameterValue=left\n");
     std::fs::write(folder.join("wide.dcf"), dcf).unwrap();
-    let restore = ["restore", "--bus", "sim:sensor.eds?node=7", "--device", "wide.eds", "wide.dcf", "--store"];
+    let restore = ["restore", "--bus", "sim:sensor.eds?node=7", "--device", "wide.eds", "7", "wide.dcf", "--store"];
     let run = lexican_in(&folder, &restore);
     run.on_stdout(1, "node 7: 1 parameter written, 0 had their value, 1 refused\n");
     assert!(run.stdout.contains("2002:00 Label = \"left\", was \"sensor\"\n"), "{run}");
@@ -192,27 +196,54 @@ fn another_device_is_not_restored() {
     let folder = with_sheet("restore-other");
     let backup = ["backup", "--bus", "sim:siko/ag03-1?node=5", "-o", "ag03.dcf"];
     lexican_in(&folder, &backup).on_stdout(0, "parameters in ag03.dcf\n");
-    let restore = ["restore", "--bus", "sim:siko/ag02?node=5", "ag03.dcf"];
+    let restore = ["restore", "--bus", "sim:siko/ag02?node=5", "5", "ag03.dcf"];
     let run = lexican_in(&folder, &restore);
     run.on_stderr(1, "node 5: it is another device: its product is none, that of the backup");
     assert!(run.stdout.is_empty() && run.stderr.contains("--force"), "{run}");
     let forced = lexican_in(&folder, &[&restore[..], &["--force", "--dry-run"]].concat());
     assert!(forced.code == Some(0) && forced.stdout.contains("would be written"), "{forced}");
-    let none = ["restore", "--bus", "sim:sensor.eds?node=5", "sensor.eds"];
+    let none = ["restore", "--bus", "sim:sensor.eds?node=5", "5", "sensor.eds"];
     lexican_in(&folder, &none).on_stderr(2, "sensor.eds configures nothing");
 }
 
 #[test]
-fn the_node_may_stand_before_the_file() {
+fn the_node_stands_first_or_is_named_by_the_url() {
     let folder = with_sheet("node-first");
-    let bus = ["--bus", "sim:sensor.eds?node=7", "--device", "sensor.eds", "--timeout", "50"];
+    let bus = ["--bus", "sim:sensor.eds?node=7", "--device", "sensor.eds", "--timeout", "50ms"];
     let run = |command: &str, args: &[&str]| lexican_in(&folder, &[&[command], &bus[..], args].concat());
+    run("backup", &["-o", "kept.dcf"]).on_stdout(0, " in kept.dcf\n");
     run("backup", &["7", "-o", "kept.dcf"]).on_stdout(0, " in kept.dcf\n");
     run("restore", &["7", "kept.dcf", "--dry-run"]).on_stdout(0, "node 7: 0 parameters would be written");
-    run("restore", &["kept.dcf", "--dry-run"]).on_stdout(0, "node 7: 0 parameters would be written");
+    run("restore", &["kept.dcf"]).on_stderr(2, "<NODE>");
     run("restore", &["9", "kept.dcf"]).on_stderr(2, "node 9");
     run("backup", &["9", "-o", "kept.dcf"]).on_stderr(2, "node 9");
-    run("backup", &["7", "--node", "7", "-o", "kept.dcf"]).on_stderr(2, "cannot be used with");
+}
+
+#[test]
+fn a_domain_is_kept_in_a_file_that_the_dcf_names() {
+    let folder = folder("backup-domain");
+    let table = "[2004]\nParameterName=Cam Table\nObjectType=2\nDataType=0x000F\nAccessType=rw\nPDOMapping=0\n";
+    let sheet = SHEET.replace("[ManufacturerObjects]\nSupportedObjects=4", "[ManufacturerObjects]\nSupportedObjects=5");
+    std::fs::write(folder.join("cam.eds"), format!("{}\n{table}", sheet.replace("4=0x2003", "4=0x2003\n5=0x2004")))
+        .unwrap();
+    let device = Simulation::begin(&folder, &["cam.eds", "--node", "5"]);
+    let run = |command: &str, args: &[&str]| run(&device, &folder, command, &[&["--device", "cam.eds"], args].concat());
+    let content: Vec<u8> = (0..5000_u16).map(|at| (at % 251) as u8).collect();
+    std::fs::write(folder.join("cam.bin"), &content).unwrap();
+    run("write", &["--node", "5", "2004", "@cam.bin"]).on_stdout(0, "2004:00");
+    run("backup", &["5", "-o", "kept.dcf"]).on_stdout(0, "; 1 DOMAIN not saved without --domains");
+    run("backup", &["5", "-o", "kept.dcf", "--domains"]).on_stdout(0, " in kept.dcf\n");
+    assert_eq!(std::fs::read(folder.join("kept.2004-00.bin")).unwrap(), content);
+    std::fs::write(folder.join("other.bin"), &content[..4000]).unwrap();
+    run("write", &["--node", "5", "2004", "@other.bin"]).on_stdout(0, "2004:00");
+    let run_json = run("restore", &["5", "kept.dcf", "--json"]);
+    let events: Vec<serde_json::Value> =
+        run_json.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((&events[0]["event"], &events[0]["address"]), (&"written".into(), &"2004:00".into()), "{run_json}");
+    run("read", &["--node", "5", "2004", "-o", "again.bin"]).on_stdout(0, "");
+    assert_eq!(std::fs::read(folder.join("again.bin")).unwrap(), content);
+    std::fs::remove_file(folder.join("kept.2004-00.bin")).unwrap();
+    run("restore", &["5", "kept.dcf"]).on_stderr(2, "kept.2004-00.bin");
 }
 
 #[test]
@@ -255,7 +286,7 @@ fn settings_of_a_file_are_checked_and_applied() {
     apply(good, &["--json"]).on_stdout(0, "\"equal\":3");
     run(&device, &folder, "read", &["--node", "5", "6060", "2412"]).on_stdout(0, "2412:00 Spindle Pitch = 2.50 mm");
     apply(&good.replace("node.5", "node.\"0x5-5\""), &["--start"]).on_stdout(0, "3 had their value\n");
-    run(&device, &folder, "nmt", &["start", "--node", "5", "--wait", "2000"]).on_stdout(0, "OPERATIONAL");
+    run(&device, &folder, "nmt", &["start", "--node", "5", "--wait", "2s"]).on_stdout(0, "OPERATIONAL");
     apply("[node.200]\n6060 = 1\n", &[]).on_stderr(2, "settings.toml: node.200: 200 is not a node-ID");
     apply("[node.5]\n6060 = 1\n[node.\"4-6\"]\n6060 = 1\n", &[]).on_stderr(2, "node 5 has two sections");
     apply("", &[]).on_stderr(2, "lexican apply --help");

@@ -55,7 +55,7 @@ fn what_the_data_sheet_does_not_allow_is_refused_before_anything_is_sent() {
         (AKD, &["tpdo1", "--cob-id", "585"], 1, "no PDO can have the COB-ID 585h"),
         (AG03, &["tpdo1", "position actual value"], 1, "the mapping of TPDO1 is fixed: 1A00:00 is "),
         (AKD, &["tpdo1", "positon actual value"], 2, "did you mean 6064:00 Position actual value"),
-        (AKD, &["tpdo1", "6064", "--every", "soon"], 2, "is not a time such as 10ms, 0.5s or 250us"),
+        (AKD, &["tpdo1", "6064", "--every", "soon"], 2, "is not a time such as 500ms"),
         (AKD, &["tpdo77"], 2, "node 5 has no TPDO77"),
     ] {
         let run = lexican(&[&["pdo", "map", "5"], args, &["--bus", bus]].concat());

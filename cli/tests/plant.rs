@@ -54,7 +54,7 @@ fn plant(name: &str, text: &str) -> PathBuf {
 /// The heartbeats of a node within two seconds: how many there are.
 fn heartbeats(name: &str, fault: &str, node: u8) -> usize {
     let folder = plant(name, &format!("{PLANT}\n{fault}"));
-    let run = lexican_in(&folder, &["monitor", "--bus", "sim:plant.toml", "--for", "2", "--json"]);
+    let run = lexican_in(&folder, &["monitor", "--bus", "sim:plant.toml", "--for", "2s", "--json"]);
     assert_eq!(run.code, Some(0), "{run}");
     let frames = run.stdout.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     frames.filter(|frame| frame["service"] == "heartbeat" && frame["node"] == node).count()
@@ -73,8 +73,8 @@ fn a_plant_is_a_bus_of_every_command() {
     run("read", &["--node", "5,16", "1017"]).on_stdout(0, "100");
     run("read", &["--node", "0x10", "2000"]).on_stdout(0, "mm");
     run("read", &["6060"]).on_stderr(2, "which node?");
-    run("statistics", &["--for", "2"]).on_stdout(0, "  16  PRE-OPERATIONAL");
-    run("conform", &["--node", "5", "--only", "301/7.2.4.3.6/1", "--boot", "1"]).on_stdout(0, "1 case: 1 passed");
+    run("statistics", &["--for", "2s"]).on_stdout(0, "  16  PRE-OPERATIONAL");
+    run("conform", &["5", "--only", "301/7.2.4.3.6/1", "--boot-time", "1s"]).on_stdout(0, "1 case: 1 passed");
     run("boot", &["--node", "5=siko/ag03-1", "--node", "16=sensor.eds"]).on_stdout(0, "the network is ready");
     lexican_in(&folder, &["scan", "--bus", "sim:plant.toml?node=5"]).on_stderr(2, "which node-IDs its devices have");
 }
@@ -114,7 +114,7 @@ fn devices_on_terminals_are_controlled_one_by_one() {
 #[test]
 fn events_in_words_name_their_node() {
     let folder = plant("plant-words", PLANT);
-    let run = lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.3"]);
+    let run = lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.3s"]);
     run.on_stdout(0, "node 5 feeder: boot-up\n");
     assert!(run.stdout.contains("node 16: boot-up\n") && !run.stdout.contains("spare: boot-up"), "{run}");
     assert!(run.stderr.contains("node 5 feeder: "), "{run}");
@@ -141,7 +141,7 @@ fn the_steps_of_a_plant_happen_to_their_drive() {
     let steps = "[[node.step]]\nat_ms = 200\nfault = 'D'\n[[node.step]]\nafter_ms = 100\nclear = 'all'\n";
     let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\n";
     let folder = plant("plant-steps", &format!("{node}{steps}"));
-    let watch = |bus: &str| lexican_in(&folder, &["monitor", "--bus", bus, "--for", "1"]);
+    let watch = |bus: &str| lexican_in(&folder, &["monitor", "--bus", bus, "--for", "1s"]);
     watch("sim:plant.toml").on_stdout(0, "EMCY");
     // The same script in a file of its own.
     std::fs::write(folder.join("faults.toml"), steps.replace("node.step", "step")).unwrap();
@@ -154,7 +154,7 @@ fn errors_name_the_file_the_line_and_the_device() {
     let folder = plant("plant-errors", "");
     let simulate = |text: &str| -> Run {
         std::fs::write(folder.join("plant.toml"), text).unwrap();
-        lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.1"])
+        lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.1s"])
     };
     let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\n";
     let sensor = "[[node]]\nid = 6\nname = 'io'\ndevice = 'sensor.eds'\n";
@@ -201,7 +201,8 @@ fn the_example_runs() {
     }
     // The I/O is lost, and comes back.
     let sheets = ["--node", "5=siko/ag03-1", "--node", "6=kollmorgen/akd", "--optional", "7"];
-    let boot = [&["boot", "--bus", "sim:plants/line.toml", "--heartbeat", "100", "--for", "5"], &sheets[..]].concat();
+    let boot =
+        [&["boot", "--bus", "sim:plants/line.toml", "--heartbeat", "100ms", "--for", "5s"], &sheets[..]].concat();
     let booted = run(&boot);
     booted.on_stdout(0, "the network is ready");
     booted.on_stdout(0, "node 7: is lost");

@@ -39,7 +39,7 @@ fn a_drive_on_profibus_is_a_node_for_every_command() {
     check(&["scan"], "node   5  siko/ag03-1, CiA 402");
     check(&["write", "2412", "2.5 mm"], "Spindle Pitch = 2.50 mm");
     check(&["read", "2412", "6041"], "Spindle Pitch = 2.50 mm");
-    check(&["nmt", "start", "--node", "5", "--wait", "2000"], "OPERATIONAL");
+    check(&["nmt", "start", "--node", "5", "--wait", "2s"], "OPERATIONAL");
     check(&["drive", "5", "step", "3 mm", "--enable"], "it has reached its target");
 }
 

@@ -31,8 +31,8 @@ fn report(folder: &Path) {
         format!("\"{KNOWN}\" = {{ seen = \"*\", why = \"as its manual says\" }}\n"),
     )
     .unwrap();
-    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "other.eds", "--known", "known.toml"];
-    assert_eq!(lexican_in(folder, &[&device[..], &["--html", "report.html"]].concat()).code, Some(1));
+    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--device", "other.eds", "--known", "known.toml"];
+    assert_eq!(lexican_in(folder, &[&device[..], &["--report", "report.html"]].concat()).code, Some(1));
 }
 
 /// The report after its script has run. Nothing is said on its console, and nothing is loaded besides it.

@@ -23,17 +23,17 @@ fn what_was_sent_is_summed_up() {
     for (args, code, words) in [
         (&["sync"][..], 0, "1 frame sent\n"),
         (&["sync", "--every", "10ms", "--count", "100"], 0, "100 frames sent in 1.060 s, at most 0.000 ms late"),
-        (&["sync", "--every", "10ms", "--for", "1", "--json"], 0, "\"sent\":100"),
+        (&["sync", "--every", "10ms", "--for", "1s", "--json"], 0, "\"sent\":100"),
         (&["time"], 0, "1 frame sent\n"),
-        (&["time", "2026-11-23 12:00", "--every", "1s", "--for", "3"], 0, "3 frames sent"),
+        (&["time", "2026-11-23 12:00", "--every", "1s", "--for", "3s"], 0, "3 frames sent"),
         (&["emcy", "5", "4210"], 0, "1 frame sent\n"),
         (&["send", "000#0105", "080#"], 0, "2 frames sent\n"),
-        (&["send", "605#4064600000000000", "--listen", "100ms"], 0, "SDO response: 6064:00 Position Actual Value = 0"),
-        (&["send", "605#40.64.60.00.00.00.00.00", "--listen", "100ms", "--json"], 0, "\"service\":\"SDO response\""),
-        (&["heartbeat", "--every", "500ms", "--for", "5"], 0, "10 heartbeats sent in 5.000 s"),
-        (&["heartbeat", "--every", "500ms", "--for", "5", "--watch", "6-7", "--json"], 1, "\"silent\":[6,7]"),
+        (&["send", "605#4064600000000000", "--wait", "100ms"], 0, "SDO response: 6064:00 Position Actual Value = 0"),
+        (&["send", "605#40.64.60.00.00.00.00.00", "--wait", "100ms", "--json"], 0, "\"service\":\"SDO response\""),
+        (&["heartbeat", "--every", "500ms", "--for", "5s"], 0, "10 heartbeats sent in 5.000 s"),
+        (&["heartbeat", "--every", "500ms", "--for", "5s", "--watch", "6-7", "--json"], 1, "\"silent\":[6,7]"),
         (
-            &["guard", "5", "--for", "5"],
+            &["guard", "5", "--for", "5s"],
             0,
             "10 requests, 10 answers, 0 without toggling, 0 times lost; PRE-OPERATIONAL",
         ),
@@ -56,7 +56,7 @@ fn what_cannot_be_sent_is_refused() {
         (&["send", "605"], "no classic CAN frame"),
         (&["send", "605#11223344556677889900"], "no classic CAN frame"),
         (&["sync", "--count", "5"], "--every"),
-        (&["sync", "--every", "0"], "is not a time such as 10ms"),
+        (&["sync", "--every", "0"], "is not a time above zero"),
         (&["sync", "--counter", "1"], "2..=240"),
         (&["time", "yesterday"], "is not a time such as"),
         (&["emcy", "5", "123456"], "is not an error code"),
@@ -142,7 +142,7 @@ fn nodes_that_go_and_come_back_are_reported() {
     assert_eq!((code, &summary["lost"], &summary["toggle_errors"]), (Some(1), &json!(1), &json!(0)));
 
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
-    let args = ["heartbeat", "--every", "100ms", "--watch", "5", "--within", "1s", "--node", "126"];
+    let args = ["heartbeat", "--every", "100ms", "--watch", "5", "--within", "1s", "--manager", "126"];
     let mut manager = Endless::start(&bus, &args);
     assert_eq!(manager.until("heard")["node"], 5);
     drive.asks("power off", "state");
@@ -153,6 +153,6 @@ fn nodes_that_go_and_come_back_are_reported() {
     assert_eq!((code, &summary["lost"], &summary["same_node_id"]), (Some(1), &json!(1), &json!(0)));
     // Two nodes with one node-ID.
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
-    let twin = drive.run("heartbeat", &["--node", "5", "--every", "100ms", "--for", "1"]);
+    let twin = drive.run("heartbeat", &["--manager", "5", "--every", "100ms", "--for", "1s"]);
     twin.on_stderr(1, "another node 5 is on the bus");
 }

@@ -36,15 +36,15 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     drive.run("read", &["100C"]).on_stderr(1, "0602 0000");
     drive.run("write", &["6091:01", "20000"]).on_stderr(1, "2");
     drive.run("check", &[]).on_stdout(1, "node 1: 98 entries, 2 are not as the data sheet says");
-    drive.check("nmt start --node 1", &["--wait", "2000"], "OPERATIONAL");
-    drive.check("monitor --for 1", &[], "boot-up node 1");
+    drive.check("nmt start --node 1", &["--wait", "2s"], "OPERATIONAL");
+    drive.check("monitor --for 1s", &[], "boot-up node 1");
     let network = folder("sim-serial").join("network.toml");
     let text = "[[node]]\nid = 1\ndevice = \"siko/ag02\"\nsettings = [\"2413 = loop minus\"]\nheartbeat = 100\n";
     std::fs::write(&network, text).unwrap();
     let network = network.display().to_string();
-    drive.check("boot", &[&network, "--for", "1"], "node 1: has booted\nthe network is ready\n");
+    drive.check("boot", &[&network, "--for", "1s"], "node 1: has booted\nthe network is ready\n");
     drive.check("read", &["2413"], "loop minus");
-    drive.check("boot", &["--node", "1", "--guarding", "100", "--for", "1"], "the network is ready\n");
+    drive.check("boot", &["--node", "1", "--guarding", "100ms", "--for", "1s"], "the network is ready\n");
     drive.check("drive", &["1", "move-to", "300", "--enable"], "it has reached its target");
     // Another drive, another speed, another node-ID.
     let refused = |suffix: &str, words: &str| {
@@ -94,8 +94,8 @@ fn several_commands_work_with_one_drive() {
 #[test]
 fn a_drive_on_a_terminal_takes_the_conformance_test() {
     let drive = Simulation::begin(&folder("sim-conform"), &["kollmorgen/akd", "--node", "5", "--bus", "pty"]);
-    let only = ["--only", "402/8.1/4,402/607Ah/2", "--allow", "motion", "--boot", "1"];
-    let test = ["conform", "--bus", &drive.buses[0], "--node", "5", "--eds", "kollmorgen/akd"];
+    let only = ["--only", "402/8.1/4,402/607Ah/2", "--allow", "motion", "--boot-time", "1s"];
+    let test = ["conform", "--bus", &drive.buses[0], "5", "--device", "kollmorgen/akd"];
     lexican(&[&test[..], &only].concat()).on_stdout(0, "2 cases: 2 passed");
 }
 
@@ -103,7 +103,7 @@ fn a_drive_on_a_terminal_takes_the_conformance_test() {
 fn a_conformance_test_whose_bus_is_gone_says_so_and_ends() {
     let mut drive = Simulation::begin(&folder("sim-conform-lost"), &["siko/ag03-1", "--node", "5", "--bus", "pty"]);
     let test = Command::new(env!("CARGO_BIN_EXE_lexican"))
-        .args(["conform", "--bus", &drive.buses[0], "--node", "5", "--eds", "siko/ag03-1", "--reconnect", "1"])
+        .args(["conform", "--bus", &drive.buses[0], "5", "--device", "siko/ag03-1", "--reconnect", "1s"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -122,7 +122,7 @@ fn one_terminal_hears_what_happens_on_the_other() {
     let drive = Simulation::begin(&folder("sim-monitor"), &["siko/ag03-1", "--node", "5", "--bus", "pty:2"]);
     let watching = drive.buses[1].clone();
     let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
-        .args(["monitor", "--bus", &watching, "--device", "5=siko/ag03-1", "--json", "--for", "60"])
+        .args(["monitor", "--bus", &watching, "--device", "5=siko/ag03-1", "--json", "--for", "60s"])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -146,7 +146,7 @@ fn a_monitor_reports_that_its_bus_is_gone_and_identifies_nodes_that_it_hears() {
     let mut drive = Simulation::begin(&folder("sim-removed"), &["siko/ag03-1", "--node", "5"]);
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
-        .args(["monitor", "--bus", &drive.buses[1], "--identify", "--json", "--for", "60"])
+        .args(["monitor", "--bus", &drive.buses[1], "--identify", "--json", "--for", "60s"])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -190,7 +190,7 @@ fn an_inconsistent_configuration_is_reported() {
     assert!(event["text"].as_str().unwrap().starts_with("the configuration is inconsistent: 1A00:01"), "{event}");
     // It is reported at each boot, and a consistent one is not.
     wrong.asks("power cycle", "misconfigured");
-    let summary = |sheet: &str| lexican_in(&folder, &["simulate", sheet, "--node", "7", "--for", "0.2"]).stdout;
+    let summary = |sheet: &str| lexican_in(&folder, &["simulate", sheet, "--node", "7", "--for", "0.2s"]).stdout;
     assert!(summary("wrong.eds").contains("inconsistent") && !summary("sensor.eds").contains("inconsistent"));
 }
 
@@ -325,14 +325,14 @@ fn a_device_without_node_id_gets_one_by_lss() {
     let folder = sensor("sim-lss");
     let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none", "--eeprom", "kept.txt"]);
     // However late the device gets its time on a busy machine.
-    let found = sensor.run("lss find", &["--one", "--json", "--wait", "30000"]);
+    let found = sensor.run("lss find", &["--one", "--json", "--timeout", "30s"]);
     let found: Value = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
     assert_eq!(found, json!({ "vendor": 0, "product": 3, "revision": 1, "serial": 42, "device": null }));
     assert_eq!(sensor.until("lss")["command"], "switch-global");
     // Nothing of a search is left behind.
-    assert_eq!(sensor.run("lss find", &["--one", "--json", "--wait", "30000"]).code, Some(0));
-    let patience = ["--wait", "3000"];
-    let select = ["--wait", "3000", "--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
+    assert_eq!(sensor.run("lss find", &["--one", "--json", "--timeout", "30s"]).code, Some(0));
+    let patience = ["--timeout", "3s"];
+    let select = ["--timeout", "3s", "--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
     sensor.check("lss inquire", &select, "vendor 0h, product 3h, revision 1h, serial 2Ah, no node-ID\n");
     let given = sensor.run("lss node-id", &[&select[..], &["9", "--store", "--json"]].concat());
     let given: Value = serde_json::from_str(&given.stdout).unwrap_or_else(|_| panic!("{}", given.stderr));
@@ -356,17 +356,17 @@ fn a_device_without_node_id_gets_one_by_lss() {
     assert!(rate.stderr.contains("neither activated nor stored"), "{}", rate.stderr);
     let refused = sensor.run("lss bit-rate", &[&patience[..], &["auto"]].concat());
     refused.on_stderr(1, "serial 2Ah: refused: bit rate not supported");
-    let refused = sensor.run("lss bit-rate", &["auto", "--all", "--json", "--store", "--activate", "20"]);
+    let refused = sensor.run("lss bit-rate", &["auto", "--all", "--json", "--store", "--switch-delay", "20ms"]);
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);
     let refused: Value = serde_json::from_str(&refused.stdout).unwrap();
     assert_eq!([&refused["error"], &refused["refusal"]], [&json!(1), &json!("refused: bit rate not supported")]);
     sensor.check(
         "lss bit-rate",
-        &["--all", "500", "--activate", "20", "--json"],
+        &["--all", "500", "--switch-delay", "20ms", "--json"],
         "\"activated\":true,\"kbit_per_s\":500",
     );
     sensor.check("lss store", &["--all"], "all devices: stored\n");
-    sensor.check("nmt", &["start", "--node", "10", "--wait", "10000"], "node 10: OPERATIONAL\n");
+    sensor.check("nmt", &["start", "--node", "10", "--wait", "10s"], "node 10: OPERATIONAL\n");
 }
 
 #[test]
@@ -375,8 +375,8 @@ fn what_lss_cannot_do_says_why() {
     let check = |command: &str, args: &[&str], words: &str| {
         sensor.run(command, args).on_stderr(2, words);
     };
-    check("lss inquire", &["--unconfigured", "--step", "100"], "`lexican scan` shows those that have one");
-    check("lss node-id", &["--unconfigured", "--step", "100", "5"], "no device without node-ID answers");
+    check("lss inquire", &["--unconfigured", "--step", "100ms"], "`lexican scan` shows those that have one");
+    check("lss node-id", &["--unconfigured", "--step", "100ms", "5"], "no device without node-ID answers");
     check("lss store", &["--vendor", "1", "--product", "1", "--revision", "1", "--serial", "1"], "no device with this");
     check("lss store", &["--vendor", "1"], "--product");
     check("lss store", &["--vendor", "1", "--unconfigured"], "cannot be used with");
@@ -387,7 +387,7 @@ fn what_lss_cannot_do_says_why() {
     let run = drive.run("lss inquire", &[]);
     run.on_stderr(2, "no device answers to LSS");
     drive
-        .run("nmt", &["start", "--node", "6", "--wait", "300"])
+        .run("nmt", &["start", "--node", "6", "--wait", "300ms"])
         .on_stderr(1, "nothing was heard of node 6 within 300 ms");
 }
 
@@ -395,7 +395,7 @@ fn what_lss_cannot_do_says_why() {
 fn the_next_steps_are_printed() {
     let folder = sensor("sim-new-user");
     let check = |node: &str, words: &[&str]| {
-        let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1"]);
+        let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1s"]);
         // The bus is also on stdout, for programs that read events there.
         run.on_stdout(0, "  serving on slcan:/dev/pts/");
         words.iter().for_each(|words| assert!(run.stderr.contains(words), "{words}: {}", run.stderr));
@@ -403,12 +403,12 @@ fn the_next_steps_are_printed() {
     check("7", &["lexican monitor --bus slcan:", "--device 7=sensor.eds", "lexican scan --bus slcan:"]);
     check("none", &["lexican monitor --bus slcan:", "lexican lss find --bus slcan:", "--unconfigured 5"]);
     let sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none"]);
-    let silent = sensor.run("monitor", &["--for", "0.1"]);
+    let silent = sensor.run("monitor", &["--for", "0.1s"]);
     assert_eq!((silent.code, silent.stdout.as_str()), (Some(0), ""));
     assert!(silent.stderr.contains("no frame was heard"), "{}", silent.stderr);
-    let silent = sensor.run("nmt", &["start", "--all", "--wait", "100"]);
+    let silent = sensor.run("nmt", &["start", "--all", "--wait", "100ms"]);
     silent.on_stderr(1, "no node was heard within 100 ms");
-    let silent = sensor.run("scan", &["--wait", "100"]);
+    let silent = sensor.run("scan", &["--timeout", "100ms"]);
     silent.on_stdout(1, "lexican lss find");
 }
 
@@ -434,7 +434,7 @@ fn what_cannot_be_simulated_says_why() {
 fn the_hints_of_a_second_simulation_can_be_followed() {
     let folder = sensor("sim-second");
     let first = Simulation::begin(&folder, &["sensor.eds", "--node", "5", "--bus", "pty:3"]);
-    let introduced = |args: &[&str]| lexican_in(&folder, &[&["simulate", "--for", "0.1"], args].concat()).stderr;
+    let introduced = |args: &[&str]| lexican_in(&folder, &[&["simulate", "--for", "0.1s"], args].concat()).stderr;
     let second = introduced(&["sensor.eds", "--node", "6", "--bus", &first.buses[0]]);
     // It has the first terminal for itself: its hints name another one.
     assert!(second.contains("    lexican scan --bus BUS\n"), "{second}");
@@ -461,7 +461,7 @@ fn a_new_node_id_is_activated_when_that_is_wanted() {
     hinted.on_stderr(0, "it is node 5 until");
     assert!(hinted.stderr.contains("--activate does so"), "{}", hinted.stderr);
     sensor.check("lss node-id", &["9", "--activate"], "node-ID 9, and has booted with it\n");
-    sensor.check("scan", &["--wait", "100"], "node   9");
+    sensor.check("scan", &["--timeout", "100ms"], "node   9");
 }
 
 /// A boot loader of CiA 302-3: what its data sheet has besides the mandatory objects.
@@ -503,7 +503,7 @@ fn a_program_is_flashed_into_a_boot_loader() {
     std::fs::write(folder.join("wrong.toml"), "patience_ms = 2000\nclear = true\n").unwrap();
     let mut simulation = Simulation::begin(&folder, &["loader.eds", "--node", "5"]);
     let bus = simulation.buses[0].clone();
-    let flash = |more: &[&str]| lexican_in(&folder, &[&["flash", "--bus", &bus, "--node", "5"], more].concat());
+    let flash = |more: &[&str]| lexican_in(&folder, &[&["flash", "--bus", &bus, "5"], more].concat());
     flash(&["--status"]).on_stdout(0, "the device holds no valid program now");
     // The check value of CRC-32.
     flash(&["--loader", "crc.toml", "small.bin"]).on_stdout(0, "9 bytes");
@@ -516,7 +516,7 @@ fn a_program_is_flashed_into_a_boot_loader() {
     // Somebody interrupts the transfer when it has begun; what was written before is passed over.
     simulation.asks("get 1000", "answer");
     let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
-        .args(["flash", "--bus", &bus, "--node", "5", "--json", "large.bin"])
+        .args(["flash", "--bus", &bus, "5", "--json", "large.bin"])
         .current_dir(&folder)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

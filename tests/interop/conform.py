@@ -23,9 +23,9 @@ def main():
     network = canopen.Network()
     network.connect(**bus)
     their_device.Device(network, NODE)
-    line = [lexican, "conform", "--bus", url, "--node", str(NODE), "--eds", their_device.EDS, "--allow", "all"]
+    line = [lexican, "conform", "--bus", url, str(NODE), "--device", their_device.EDS, "--allow", "all"]
     # It lets the device send an emergency, by the callback that their_device.py has for it.
-    line += ["--emergency", "2004=0x1000", "--json", report]
+    line += ["--emergency", "2004=0x1000", "--report", report]
     sys.exit(subprocess.run(line, stdout=subprocess.DEVNULL).returncode)
 
 

@@ -228,7 +228,7 @@ class Exchange:
         compare(*still, channels=False, directions=False)
 
     def canplayer(self):
-        self.on_the_bus([self.lexican, "record", "--bus", "vcan0", "-o", "-", "--format", "candump"],
+        self.on_the_bus([self.lexican, "record", "--bus", "vcan0", "-o", "-", "--to", "candump"],
                         ["canplayer", "-t", "-I", self.base, "vcan0=can0", "vcan0=can1"])
 
     def replay(self):

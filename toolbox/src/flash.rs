@@ -10,12 +10,14 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link, LinkError};
 use lexican_runtime::manager::{BeginError, Event, Remote};
 use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::{Payload, SdoError};
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::crc::Crc32;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{Duration, NodeId};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
+
+use crate::followed::Followed;
 
 /// What a boot loader deviates in, as data: a file beside its data sheet. The defaults are CiA 302-3.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
@@ -387,10 +389,10 @@ impl<L: Link> Download<'_, L> {
         let patience = Duration::from_millis(self.loader.patience_ms.into());
         let from = if self.loader.block { 0 } else { u32::MAX };
         *client = usual.clone().with_timeout(patience).with_block_writes_from(from);
-        let mut followed = Followed { image, follow, is_interrupted: false };
+        let mut followed = Followed::new(image, |written| follow(Progress { stage: Stage::Write, written }));
         let len = u32::try_from(image.len()).expect("a program has less than 4 GiB");
         let written = self.network.write_from(node, address, len, &mut followed);
-        let is_interrupted = followed.is_interrupted;
+        let is_interrupted = followed.is_interrupted();
         *self.network.manager().sdo(node)? = usual;
         if is_interrupted {
             return Err(Cause::Interrupted);
@@ -411,29 +413,5 @@ impl<L: Link> Download<'_, L> {
             Ok(state) => Held::Program { runs: state == 1, identification: self.identification() },
             Err(_) => Held::Unknown,
         }
-    }
-}
-
-/// The bytes of an image, and who follows their transfer.
-struct Followed<'a, F> {
-    image: &'a [u8],
-    follow: &'a mut F,
-    is_interrupted: bool,
-}
-
-impl<F: FnMut(Progress) -> ControlFlow<()>> Payload for Followed<'_, F> {
-    fn load(&mut self, offset: u32, buffer: &mut [u8]) -> usize {
-        let written = offset.min(self.image.len() as u32);
-        if self.is_interrupted || (self.follow)(Progress { stage: Stage::Write, written }).is_break() {
-            // Too few bytes end the transfer with an abort.
-            self.is_interrupted = true;
-            return 0;
-        }
-        let mut image = self.image;
-        image.load(offset, buffer)
-    }
-
-    fn store(&mut self, _: u32, _: &[u8]) -> usize {
-        0
     }
 }

@@ -7,7 +7,7 @@
 //! makes one thing of the frames of an SDO transfer, and [`statistics`] counts. A [`sampler`] follows values over time, [`series`]
 //! keeps them, and a [`chart`] shows them.
 //! [`check`] compares a device with its data sheet, and [`parameters`] keeps, restores and compares what it is set to, through a
-//! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
+//! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
 //! [`time_of_day`] reads and writes dates; [`node_id`], [`files`] and [`toml_text`] read what people name and write.
 
 pub mod changes;
@@ -21,6 +21,7 @@ pub mod drive;
 pub mod files;
 pub mod filter;
 pub mod flash;
+pub mod followed;
 pub mod identity;
 pub mod json;
 pub mod log;

@@ -3,7 +3,7 @@
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::service::sdo_client::{Payload, SdoError};
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::values::DeviceValues;
@@ -58,6 +58,20 @@ impl<'a, L: Link> RemoteNode<'a, L> {
         self.answer(result)
     }
 
+    /// Reads an entry into `payload`, and returns the number of bytes.
+    ///
+    /// # Errors
+    ///
+    /// As [`RemoteNode::read`].
+    pub fn read_into(
+        &mut self,
+        address: Address,
+        payload: &mut impl Payload,
+    ) -> Result<Result<u32, Refusal>, AccessError> {
+        let result = self.network.read_into(self.node, address, payload);
+        self.answer(result)
+    }
+
     /// Writes an entry.
     ///
     /// # Errors
@@ -65,6 +79,21 @@ impl<'a, L: Link> RemoteNode<'a, L> {
     /// As [`RemoteNode::read`].
     pub fn write(&mut self, address: Address, data: &[u8]) -> Result<Result<(), Refusal>, AccessError> {
         let result = self.network.write_bytes(self.node, address, data);
+        self.answer(result)
+    }
+
+    /// Writes `len` bytes that `payload` has.
+    ///
+    /// # Errors
+    ///
+    /// As [`RemoteNode::read`].
+    pub fn write_from(
+        &mut self,
+        address: Address,
+        len: u32,
+        payload: &mut impl Payload,
+    ) -> Result<Result<(), Refusal>, AccessError> {
+        let result = self.network.write_from(self.node, address, len, payload);
         self.answer(result)
     }
 

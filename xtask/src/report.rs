@@ -1,4 +1,4 @@
-//! What `lexican conform --json` writes, as far as tasks use it.
+//! What `lexican conform --report FILE.json` writes, as far as tasks use it.
 
 use std::fs;
 use std::path::Path;

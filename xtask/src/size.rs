@@ -203,7 +203,7 @@ fn generate(lexican: &Path, workspace: &Path, sheet: &Sheet) -> Result<String, S
     let eds = workspace.join("size.eds");
     outside::write(&eds, &sheet.eds)?;
     let output = Command::new(lexican)
-        .args(["gen", "--allow", "eds::missing-object", "--allow", "cia301::missing-object"])
+        .args(["gen", "--ignore", "eds::missing-object", "--ignore", "cia301::missing-object"])
         .arg(&eds)
         .output()
         .map_err(|error| format!("{}: {error}", lexican.display()))?;

@@ -24,7 +24,8 @@ pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
     let sheet = sheet_of(station)?;
     let mut network = station.network()?;
     let mut node = RemoteNode::new(&mut network, station.node);
-    let kept = backup(&mut node, sheet.device, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
+    let kept =
+        backup(&mut node, sheet.device, false, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
     let name = format!("node-{}.dcf", station.node);
     job.end(true, format!("{} parameters in {name}, {} left out", kept.kept, kept.left_out.len()));
     Ok(Answer::File { name, bytes: kept.dcf().into_bytes() })
@@ -105,13 +106,14 @@ pub(super) fn side(station: &Station, job: &Job) -> Result<Side, Refused> {
         .map_err(ended)
 }
 
-fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress) -> ControlFlow<()> {
+fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress<'_>) -> ControlFlow<()> {
     match progress {
         Progress::Reading { address, at, of } | Progress::Writing { address, at, of } => {
             let entry = sheet.device.entry(address.index(), address.sub());
             let name = entry.map_or("", |entry| &entry.name);
             job.progress(at as f64 / of.max(1) as f64, format!("{address} {name}"));
         }
+        Progress::Transferring { .. } | Progress::Written { .. } => {}
         Progress::Storing => job.progress(1.0, "it stores its parameters".to_owned()),
     }
     if station.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

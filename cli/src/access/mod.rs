@@ -3,17 +3,22 @@
 mod read;
 mod write;
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::{DecimalBytes, ProgressFinish};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::service::sdo_client::{Payload, SdoError};
+use lexican_toolbox::followed::Followed;
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Map, Value as Json, json};
 
-use crate::output::{Failure, print_result, warn};
+use crate::output::{Failure, print_result, spinner, warn};
 
 pub(crate) use read::{ReadArgs, read};
 pub(crate) use write::{WriteArgs, data_type, write};
@@ -59,6 +64,21 @@ pub(crate) fn read_conditions<L: Link>(
 ) -> Result<(), Failure> {
     let conditions = values.entry(address).map(|entry| values.conditions(entry)).unwrap_or_default();
     Ok(RemoteNode::new(network, node).read_conditions(conditions, values)?)
+}
+
+/// Follows the transfer of `payload`, of `len` bytes if that is known: shows how far it is, and aborts it at Ctrl-C.
+fn follow<P: Payload>(
+    what: &str,
+    len: Option<usize>,
+    payload: P,
+    interrupted: &AtomicBool,
+) -> Followed<P, impl FnMut(u32) -> ControlFlow<()>> {
+    let of = len.map(|len| format!(" of {}", DecimalBytes(len as u64))).unwrap_or_default();
+    let bar = spinner(what.to_owned()).with_finish(ProgressFinish::AndClear);
+    Followed::new(payload, move |bytes| {
+        bar.set_message(format!("{what}: {}{of}", DecimalBytes(bytes.into())));
+        if interrupted.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
 }
 
 /// Whether the node has answered, though with an error.

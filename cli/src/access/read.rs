@@ -7,17 +7,17 @@ use clap_complete::engine::ArgValueCompleter;
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 use lexican_runtime::cia301;
-use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Bytes};
 use lexican_runtime::object::Address;
 use lexican_toolbox::object::resolve_all;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::{DeviceValues, is_pdo_mapping};
 
-use super::{Printer, is_answer, read_conditions};
-use crate::bus::{BoxedLink, NodesArgs};
+use super::{Printer, follow, is_answer, read_conditions};
+use crate::bus::{BoxedLink, NODES, NetworkArgs, NodeIds};
 use crate::completions::objects;
-use crate::output::{Failure, Outcome, raw_stdout, spinner, write_whole};
+use crate::output::{Failure, Outcome, ctrl_c, raw_stdout, write_whole};
 
 /// Read objects of nodes by SDO
 ///
@@ -29,7 +29,10 @@ use crate::output::{Failure, Outcome, raw_stdout, spinner, write_whole};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ReadArgs {
     #[command(flatten)]
-    nodes: NodesArgs,
+    network: NetworkArgs,
+
+    #[arg(long, value_name = "NODES", help = NODES)]
+    node: Option<NodeIds>,
 
     /// Write the bytes of the object into a file; - for stdout
     #[arg(long, short, value_name = "FILE", conflicts_with = "json")]
@@ -48,12 +51,12 @@ const EXAMPLES: &str = "\
 Examples:
     lexican read --bus can0 --node 5 6041 6064
     lexican read --bus sim:siko/ag03-1?node=5 \"Position Actual Value\" \"Motor Parameter Set\"
-    lexican read --bus can0 --node 3,5-9 6041 --timeout 200
+    lexican read --bus can0 --node 3,5-9 6041 --timeout 200ms
     lexican read --bus can0 --node 5 1F50:1 -o program.bin
     lexican read --bus can0 --node 7 --device FILE.eds --json 1018:01 | jq .value";
 
 pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
-    let nodes = args.nodes.connect()?;
+    let nodes = args.network.connect_several(args.node.as_ref())?;
     if args.output.is_some() && nodes.are_several() {
         return Err(Failure::new("one file takes the object of one node"));
     }
@@ -77,11 +80,19 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
     })
 }
 
+/// The most that is read: 64 MiB.
+const LONGEST: usize = 64 << 20;
+
 /// Writes the bytes of an entry into a file.
 fn save(network: &mut Network<BoxedLink>, node: NodeId, address: Address, path: &Path) -> Result<Outcome, Failure> {
-    let progress = spinner(format!("reading {address}"));
-    let data = match network.read_bytes(node, address) {
-        Ok(data) => data,
+    let (what, interrupted) = (format!("reading {address}"), ctrl_c()?);
+    let mut followed = follow(&what, None, Bytes::room_for(LONGEST), &interrupted);
+    let result = network.read_into(node, address, &mut followed);
+    if followed.is_interrupted() {
+        return Err(Failure::new(format_args!("{address}: interrupted; {} is as it was", path.display())));
+    }
+    let data = match result {
+        Ok(len) => followed.into_payload().into_vec(len),
         Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
             Printer { node, json: false, names_node: false }
                 .refusal(&ValueReport::without_value(None, address), &error)?;
@@ -89,7 +100,6 @@ fn save(network: &mut Network<BoxedLink>, node: NodeId, address: Address, path: 
         }
         Err(error) => return Err(error.into()),
     };
-    progress.finish_and_clear();
     if path == Path::new("-") {
         let mut stdout = raw_stdout();
         stdout.write_all(&data)?;

@@ -1,6 +1,7 @@
 //! `lexican write`.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use clap_complete::engine::ArgValueCompleter;
 use lexican_eds::model::{Device, Value};
@@ -16,10 +17,10 @@ use lexican_toolbox::values::text::parse_as;
 use lexican_toolbox::values::wire::{encode, written};
 use serde_json::json;
 
-use super::{Printer, is_answer, read_conditions};
-use crate::bus::{BoxedLink, NodesArgs};
+use super::{Printer, follow, is_answer, read_conditions};
+use crate::bus::{BoxedLink, NODES, NetworkArgs, NodeIds};
 use crate::completions::objects;
-use crate::output::{Failure, Outcome, note, spinner, warn};
+use crate::output::{Failure, Outcome, ctrl_c, note, warn};
 use lexican_toolbox::files::read_up_to;
 
 /// Write an object of nodes by SDO
@@ -35,7 +36,10 @@ use lexican_toolbox::files::read_up_to;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct WriteArgs {
     #[command(flatten)]
-    nodes: NodesArgs,
+    network: NetworkArgs,
+
+    #[arg(long, value_name = "NODES", help = NODES)]
+    node: Option<NodeIds>,
 
     /// The data type, if no data sheet gives it: UNSIGNED16, VISIBLE_STRING, DOMAIN
     #[arg(long = "type", value_name = "TYPE", value_parser = data_type)]
@@ -66,11 +70,11 @@ Examples:
     lexican write --bus can0 --node 9 --device none --type UNSIGNED16 1017 1000";
 
 pub(crate) fn write(args: &WriteArgs) -> Result<Outcome, Failure> {
-    let nodes = args.nodes.connect()?;
-    let names_node = nodes.are_several();
+    let nodes = args.network.connect_several(args.node.as_ref())?;
+    let (names_node, interrupted) = (nodes.are_several(), ctrl_c()?);
     nodes.for_each(|network, node, device| {
         let printer = Printer { node, json: args.json, names_node };
-        write_one(network, node, device, args, printer)
+        write_one(network, node, device, args, printer, &interrupted)
     })
 }
 
@@ -80,6 +84,7 @@ fn write_one(
     device: Option<&Device>,
     args: &WriteArgs,
     printer: Printer,
+    interrupted: &AtomicBool,
 ) -> Result<Outcome, Failure> {
     let address = resolve(device, &args.object)?;
     let mut values = device.map(DeviceValues::new);
@@ -122,8 +127,17 @@ fn write_one(
     }
     let data = encode(data_type, &value);
     let data = data.ok_or_else(|| Failure::new(format_args!("{address}: the value is no {data_type}")))?;
-    let progress = spinner(format!("writing {} bytes to {address}", data.len()));
-    match network.write_bytes(node, address, &written(device, data.clone())) {
+    let bytes = written(device, data.clone());
+    let len = u32::try_from(bytes.len()).map_err(|_| Failure::new("SDO transfers less than 4 GiB"))?;
+    let what = format!("writing {address}");
+    let mut followed = follow(&what, Some(bytes.len()), &*bytes, interrupted);
+    let result = network.write_from(node, address, len, &mut followed);
+    if followed.is_interrupted() {
+        return Err(Failure::new(format_args!("{address}: interrupted, after part of it was written"))
+            .help("`lexican read` shows what the device has"));
+    }
+    drop(followed);
+    match result {
         Ok(()) => {}
         Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
             printer.refusal(&report, &error)?;
@@ -131,7 +145,6 @@ fn write_one(
         }
         Err(error) => return Err(error.into()),
     }
-    progress.finish_and_clear();
     let report = ValueReport::of_bytes(values.as_ref(), address, &data);
     let text = if entry.is_some() { report.equation() } else { format!("{address} written") };
     printer.print(report.json(), &text)?;

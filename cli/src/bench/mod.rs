@@ -39,15 +39,15 @@ pub(crate) struct Args {
     demo: bool,
 
     /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
-    #[arg(long, value_name = "ID=DEVICE", value_parser = of_node)]
+    #[arg(long, value_name = "NODE=DEVICE", value_parser = of_node)]
     device: Vec<(NodeId, String)>,
 
     /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
-    #[arg(long, value_name = "ID=FILE", value_parser = of_node)]
+    #[arg(long, value_name = "NODE=FILE", value_parser = of_node)]
     overlay: Vec<(NodeId, String)>,
 
     /// Show it on this terminal, and serve no page
-    #[arg(long, conflicts_with_all = ["listen", "name", "no_open"])]
+    #[arg(long, conflicts_with_all = ["listen", "host", "no_open"])]
     tui: bool,
 
     /// The address to serve the page at: 127.0.0.1:8080, 8080, 192.168.0.7; any free port if it names none
@@ -61,7 +61,7 @@ pub(crate) struct Args {
     ///
     /// As behind a reverse proxy. A page by another name is refused, since names of others may come to mean this machine.
     #[arg(long, value_name = "HOST")]
-    name: Vec<String>,
+    host: Vec<String>,
 
     /// Print the address only, and open no browser
     #[arg(long)]
@@ -176,7 +176,7 @@ impl Args {
     }
 
     fn bind(&self) -> Result<Server, Failure> {
-        Server::bind(self.listen, self.name.clone()).map_err(|error| {
+        Server::bind(self.listen, self.host.clone()).map_err(|error| {
             Failure::new(format_args!("cannot serve the page at {}: {}", self.listen, reason(&error)))
                 .help("leave out the port of --listen for any that is free")
         })

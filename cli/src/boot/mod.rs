@@ -13,7 +13,7 @@ use lexican_runtime::{Duration, NodeId};
 use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};
-use crate::duration::{milliseconds, seconds};
+use crate::duration::{milliseconds, time};
 use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
 use plan::Node;
 
@@ -35,35 +35,35 @@ pub(crate) struct Args {
     file: Option<PathBuf>,
 
     /// A mandatory node: 5, or 5=drive.dcf, 5=siko/ag03-1; may be given several times
-    #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
+    #[arg(long, value_name = "NODE[=DEVICE]", value_parser = node)]
     node: Vec<(NodeId, Option<String>)>,
 
     /// An optional node
-    #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
+    #[arg(long, value_name = "NODE[=DEVICE]", value_parser = node)]
     optional: Vec<(NodeId, Option<String>)>,
 
     /// Corrections and meanings in addition to the data sheet of a node (TOML): 5=FILE.toml; may be given several times
-    #[arg(long, value_name = "ID=FILE", value_parser = of_node, conflicts_with = "file")]
+    #[arg(long, value_name = "NODE=FILE", value_parser = of_node, conflicts_with = "file")]
     overlay: Vec<(NodeId, String)>,
 
-    /// Set the heartbeat of the nodes in ms (1017h); they are lost after three times that
-    #[arg(long, value_name = "MS", value_parser = milliseconds, conflicts_with = "guarding")]
+    /// Set the heartbeat of the nodes (1017h); they are lost after three times that
+    #[arg(long, value_name = "TIME", value_parser = milliseconds, conflicts_with = "guarding")]
     heartbeat: Option<Duration>,
 
-    /// The guard time in ms; the nodes are lost after three times that
-    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    /// The guard time; the nodes are lost after three times that
+    #[arg(long, value_name = "TIME", value_parser = milliseconds)]
     guarding: Option<Duration>,
 
-    /// The time in ms within which the mandatory nodes must boot; 0 for no limit
-    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "10000")]
+    /// The time within which the mandatory nodes must boot; 0 for no limit
+    #[arg(long, value_name = "TIME", value_parser = milliseconds, default_value = "10s")]
     boot_time: Duration,
 
     /// Keep the network up until the command is interrupted: nodes that are lost are booted again
     #[arg(long)]
     keep: bool,
 
-    /// Keep it up for so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Keep it up for this long
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     span: Option<Duration>,
 
     /// Print one JSON object per line
@@ -73,7 +73,7 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100
+    lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100ms
     lexican boot --bus can0 machine.toml --keep";
 
 const FILE_HELP: &str = "\

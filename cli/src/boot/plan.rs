@@ -94,7 +94,7 @@ fn id<'de, D: Deserializer<'de>>(deserializer: D) -> Result<NodeId, D::Error> {
 }
 
 fn ms<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
-    milliseconds(&i64::deserialize(deserializer)?.to_string()).map(Some).map_err(D::Error::custom)
+    milliseconds(&format!("{}ms", i64::deserialize(deserializer)?)).map(Some).map_err(D::Error::custom)
 }
 
 /// How many heartbeats, or responses to guarding, may be missing.
@@ -246,7 +246,7 @@ mod tests {
             ("id = 5\nhartbeat = 1", ":2: unknown field `hartbeat`, expected one of `id`, `device`"),
             ("id = 5\nstart = 1", ":2: invalid type: integer `1`, expected a boolean"),
             ("id = 5\nsettings = [1]", ":2: invalid type: integer `1`, expected a string"),
-            ("id = 5\nheartbeat = -1", ":2: \"-1\" is not a number of milliseconds"),
+            ("id = 5\nheartbeat = -1", ":2: \"-1ms\" is not a time"),
             ("id = 5\nretry = 256\nguarding = 1", ":2: invalid value: integer `256`, expected u8"),
         ] {
             let error = parse::<Node>(keys).err().unwrap_or_default();

@@ -12,38 +12,28 @@ use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
 
-use super::{Bus, BusArgs, NodeIds, network, node_id};
+use super::{Bus, BusArgs, NodeIds, network};
 use crate::completions::devices;
 use crate::device::{load, load_input};
 use crate::duration::milliseconds;
 use crate::output::{Failure, Outcome, note};
 
-/// The arguments that name a node and its device.
+/// The help of an argument that is a node.
+pub(crate) const NODE: &str =
+    "The node-ID: 1 to 127, or 0x1 to 0x7F; may be left out for a simulation, and where the URL names the drive";
+
+/// The help of an argument that is several nodes.
+pub(crate) const NODES: &str =
+    "The node-IDs: 5, 0x10, 3,5-9; may be left out for a simulation, and where the URL names the drive";
+
+/// The arguments of a command that talks with nodes by their data sheets.
 #[derive(clap::Args, Debug)]
-pub(crate) struct NodeArgs {
+pub(crate) struct NetworkArgs {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The node-ID: 1 to 127, or 0x1 to 0x7F; may be left out for a simulation, and where the URL names the drive
-    #[arg(long, value_name = "ID", value_parser = node_id)]
-    node: Option<NodeId>,
-
     #[command(flatten)]
-    sheet: SheetArgs,
-}
-
-/// The arguments that name several nodes and their devices.
-#[derive(clap::Args, Debug)]
-pub(crate) struct NodesArgs {
-    #[command(flatten)]
-    bus: BusArgs,
-
-    /// The node-IDs: 5, 0x10, 3,5-9; may be left out for a simulation, and where the URL names the drive
-    #[arg(long, value_name = "IDS")]
-    node: Option<NodeIds>,
-
-    #[command(flatten)]
-    sheet: SheetArgs,
+    pub(crate) sheet: SheetArgs,
 }
 
 /// The arguments that say what a node is, and how long it may take.
@@ -59,8 +49,8 @@ pub(crate) struct SheetArgs {
     #[arg(long, value_name = "FILE")]
     overlay: Vec<PathBuf>,
 
-    /// How long each answer of a node may take, in milliseconds
-    #[arg(long, value_name = "MS", default_value = "1000", value_parser = milliseconds)]
+    /// How long each answer of a node may take
+    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = milliseconds)]
     timeout: Duration,
 }
 
@@ -90,44 +80,27 @@ pub(crate) struct Nodes {
     is_log: bool,
 }
 
-impl NodeArgs {
+impl NetworkArgs {
     /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
         self.bus.is_log()
     }
 
-    /// Opens the bus, and finds out what the node is.
-    pub(crate) fn connect(&self) -> Result<Connected, Failure> {
-        self.connect_at(Pace::Virtual)
+    /// Opens the bus, and finds out what the node is; `None` for the only one that the URL names.
+    pub(crate) fn connect(&self, node: Option<NodeId>) -> Result<Connected, Failure> {
+        self.connect_at(Pace::Virtual, node)
     }
 
-    /// [`NodeArgs::connect`], to the node that an argument of the command names, or else `--node`.
-    pub(crate) fn connect_to(&self, node: Option<NodeId>) -> Result<Connected, Failure> {
-        self.open(node.or(self.node), Pace::Virtual)
-    }
-
-    /// [`NodeArgs::connect`]; simulated time passes at `pace` unless the URL says otherwise.
-    pub(crate) fn connect_at(&self, pace: Pace) -> Result<Connected, Failure> {
-        self.open(self.node, pace)
-    }
-
-    fn open(&self, node: Option<NodeId>, pace: Pace) -> Result<Connected, Failure> {
+    /// [`NetworkArgs::connect`]; simulated time passes at `pace` unless the URL says otherwise.
+    pub(crate) fn connect_at(&self, pace: Pace, node: Option<NodeId>) -> Result<Connected, Failure> {
         let mut nodes = self.sheet.connect(&self.bus, node.map(|node| vec![node]), pace)?;
         let id = nodes.ids[0];
         let device = nodes.device(id)?;
         Ok(Connected { network: nodes.network, id, device })
     }
-}
 
-impl NodesArgs {
-    /// Opens the bus.
-    pub(crate) fn connect(&self) -> Result<Nodes, Failure> {
-        self.connect_to(None)
-    }
-
-    /// [`NodesArgs::connect`], to the nodes that an argument of the command names, or else `--node`.
-    pub(crate) fn connect_to(&self, nodes: Option<&NodeIds>) -> Result<Nodes, Failure> {
-        let nodes = nodes.or(self.node.as_ref());
+    /// Opens the bus; `None` for the only node that the URL names.
+    pub(crate) fn connect_several(&self, nodes: Option<&NodeIds>) -> Result<Nodes, Failure> {
         self.sheet.connect(&self.bus, nodes.map(|nodes| nodes.0.clone()), Pace::Virtual)
     }
 }
@@ -175,7 +148,7 @@ impl SheetArgs {
 
 /// The failure of a command that needs a node-ID.
 pub(crate) fn which_node() -> Failure {
-    Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
+    Failure::new("which node?").help("name its node-ID; `lexican scan` shows the nodes of the bus")
 }
 
 impl Nodes {

@@ -14,7 +14,7 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use serde_json::json;
 
-use crate::bus::{Connected, NodeArgs};
+use crate::bus::{Connected, NODE, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
 use lexican_toolbox::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
 use lexican_toolbox::remote::{Refusal, RemoteNode};
@@ -31,7 +31,7 @@ use lexican_toolbox::values::{DeviceValues, address};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    node: NodeArgs,
+    network: NetworkArgs,
 
     #[command(flatten)]
     extent: Extent,
@@ -39,6 +39,9 @@ pub(crate) struct Args {
     /// Print one JSON object per line
     #[arg(long)]
     json: bool,
+
+    #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
+    node: Option<NodeId>,
 }
 
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -60,11 +63,11 @@ struct Extent {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican check --bus can0 --node 5 --device FILE.eds
-    lexican check --bus can0 --node 5 --write --defaults";
+    lexican check --bus can0 5 --device FILE.eds
+    lexican check --bus can0 5 --write --defaults";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let Connected { mut network, id, device } = args.node.connect()?;
+    let Connected { mut network, id, device } = args.network.connect(args.node)?;
     let device = device.ok_or_else(|| {
         Failure::new("the data sheet of the device is unknown")
             .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican knows")

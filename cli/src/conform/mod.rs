@@ -16,8 +16,8 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
-use crate::bus::{BUS, Bus, BusArgs, node_id, which_node};
-use crate::duration::seconds;
+use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
+use crate::duration::time;
 use crate::output::{Failure, Outcome, ctrl_c, write_whole};
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
@@ -39,13 +39,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "URL", env = BUS, required_unless_present = "list")]
     bus: Option<BusUrl>,
 
-    /// The node-ID, 1 to 127; may be left out for a simulation
-    #[arg(long, value_name = "ID", value_parser = node_id)]
+    #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
     node: Option<NodeId>,
 
     /// The data sheet: an EDS or DCF file, or a device that lexican knows; may be left out for a simulation
-    #[arg(long, visible_alias = "device", value_name = "FILE|DEVICE")]
-    eds: Option<String>,
+    #[arg(long, value_name = "FILE|DEVICE")]
+    device: Option<String>,
 
     /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
     #[arg(long, value_name = "FILE")]
@@ -106,12 +105,12 @@ struct Conditions {
     #[arg(long, value_name = "FILE")]
     known: Option<PathBuf>,
 
-    /// How many seconds the device may take to boot
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
-    boot: Duration,
+    /// How long the device may take to boot
+    #[arg(long, value_name = "TIME", default_value = "5s", value_parser = time)]
+    boot_time: Duration,
 
-    /// For how many seconds a bus that is lost is waited for
-    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    /// How long to wait for a bus that is lost
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = time)]
     reconnect: Duration,
 
     /// The bit rate of the bus in kbit/s, so that the device has it again after others were given to it by LSS
@@ -138,25 +137,43 @@ struct Conditions {
 
 #[derive(clap::Args, Debug)]
 struct Reports {
-    /// Write a report for build servers
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
+    /// Write a report: an HTML page (FILE.html), JSON (FILE.json), or JUnit's XML for build servers (FILE.xml); may be given several times
+    ///
+    /// The page and JSON have every frame of the test, in words.
+    #[arg(long, value_name = "FILE", value_parser = ReportFile::new)]
+    report: Vec<ReportFile>,
 
-    /// Write a report with all frames as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    /// Print one JSON object per line: each case when it has ended, and the sum
+    #[arg(long, conflicts_with_all = ["list", "plan"])]
+    json: bool,
+}
 
-    /// Write a report with all frames as an HTML page
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
+/// A file to write a report to.
+#[derive(Clone, Debug)]
+struct ReportFile {
+    path: PathBuf,
+    format: fn(&Document) -> String,
+}
+
+impl ReportFile {
+    fn new(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        let format = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("html") => Document::html,
+            Some("json") => Document::json,
+            Some("xml") => Document::junit,
+            _ => return Err("which format is it? let it end in .html, .json or .xml (JUnit)".to_owned()),
+        };
+        Ok(ReportFile { path, format })
+    }
 }
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican conform --bus can0 --node 5 --eds FILE.eds --plan
-    lexican conform --bus can0 --node 5 --eds FILE.eds --html report.html
-    lexican conform --bus can0 --node 5 --eds FILE.eds --only 2,301/7.5.2 --allow store,restore
-    lexican conform --bus can0 --node 5 --eds DRIVE.eds --only 402 --allow motion --velocity 200";
+    lexican conform --bus can0 5 --device FILE.eds --plan
+    lexican conform --bus can0 5 --device FILE.eds --report report.html
+    lexican conform --bus can0 5 --device FILE.eds --only 2,301/7.5.2 --allow store,restore
+    lexican conform --bus can0 5 --device DRIVE.eds --only 402 --allow motion --velocity 200";
 
 #[derive(Clone, Debug)]
 struct Allowed(Vec<Hazard>);
@@ -180,34 +197,38 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         print::list(&args.selection.in_order(chosen))?;
         return Ok(Outcome::Clean);
     };
-    let named = args.eds.as_deref().map(find).transpose()?;
+    let named = args.device.as_deref().map(find).transpose()?;
     let Bus { mut link, nodes, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
     let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
     let input = named.or(known).ok_or_else(|| {
         Failure::new("a device is tested by its data sheet")
-            .help("name it with --eds FILE, or a device that lexican knows")
+            .help("name it with --device FILE, or a device that lexican knows")
     })?;
     let input = with_overlays(input, &args.overlay)?;
     let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
     let settings = args.conditions.settings(node, &sheet.device)?;
     let cases = args.selection.for_device(chosen, &sheet.device);
-    print::plan(&cases, &sheet, &settings)?;
+    if !args.reports.json {
+        print::plan(&cases, &sheet, &settings)?;
+    }
     if args.selection.plan {
         return Ok(Outcome::Clean);
     }
     let about = About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet };
-    let mut screen = Screen::new(node, &sheet.device);
+    let mut screen = Screen::new(node, &sheet.device, args.reports.json);
     let report = test(&mut link, &sheet, &settings, &cases, &*ctrl_c()?, &mut screen);
     screen.finish();
-    if args.reports.are_wanted() {
+    if !args.reports.report.is_empty() {
         let mut decoder = Decoder::new();
         decoder.introduce(node, &sheet.device);
         let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
-        args.reports.write(&document)?;
+        for ReportFile { path, format } in &args.reports.report {
+            write_whole(path, format(&document).as_bytes())?;
+        }
     }
-    print::sum(&report)?;
+    print::sum(&report, args.reports.json)?;
     let tally = report.tally();
     let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
     match &report.ended_early {
@@ -282,7 +303,7 @@ impl Conditions {
         let known = self.known.as_deref().map(known).transpose()?.unwrap_or_default();
         Ok(Settings {
             allow,
-            boot: self.boot,
+            boot: self.boot_time,
             bus: self.reconnect,
             bit_rate_kbit: self.bit_rate,
             stimuli,
@@ -333,22 +354,4 @@ fn write(device: &Device, text: &str) -> Result<Write, Failure> {
         None => value.parse().ok(),
     };
     Ok(Write { index: address.index(), sub: address.sub(), value: value.ok_or_else(wrong)? })
-}
-
-impl Reports {
-    fn are_wanted(&self) -> bool {
-        [&self.junit, &self.json, &self.html].into_iter().any(Option::is_some)
-    }
-
-    fn write(&self, document: &Document) -> Result<(), Failure> {
-        type Format = fn(&Document) -> String;
-        let files: [(&Option<PathBuf>, Format); 3] =
-            [(&self.junit, Document::junit), (&self.json, Document::json), (&self.html, Document::html)];
-        for (path, format) in files {
-            if let Some(path) = path {
-                write_whole(path, format(document).as_bytes())?;
-            }
-        }
-        Ok(())
-    }
 }

@@ -91,11 +91,12 @@ pub(super) struct Screen<'a> {
     bar: ProgressBar,
     node: NodeId,
     device: &'a Device,
+    json: bool,
 }
 
 impl<'a> Screen<'a> {
-    pub(super) fn new(node: NodeId, device: &'a Device) -> Self {
-        Screen { bar: progress("{msg} {wide_bar} {pos}/{len}", 0), node, device }
+    pub(super) fn new(node: NodeId, device: &'a Device, json: bool) -> Self {
+        Screen { bar: progress("{msg} {wide_bar} {pos}/{len}", 0), node, device, json }
     }
 
     pub(super) fn finish(&self) {
@@ -104,6 +105,9 @@ impl<'a> Screen<'a> {
 
     fn show(&self, report: &CaseReport) -> std::io::Result<()> {
         let mut stdout = stdout();
+        if self.json {
+            return writeln!(stdout, "{}", report.json());
+        }
         let verdict = styled(style(report), report.verdict());
         let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
         writeln!(stdout, "{verdict} {} {}: {reason}", report.case.id, report.case.title)?;
@@ -128,7 +132,7 @@ impl Observer for Screen<'_> {
     }
 
     fn ended(&mut self, report: &CaseReport) {
-        if matches!(report.outcome, Err(Verdict::Failed(_))) || !report.notes.is_empty() {
+        if self.json || matches!(report.outcome, Err(Verdict::Failed(_))) || !report.notes.is_empty() {
             // A reader that has left does not end the test.
             self.bar.suspend(|| drop(self.show(report)));
         }
@@ -158,7 +162,11 @@ pub(super) fn words(decoded: &Decoded) -> String {
 }
 
 /// What the test has led to; the last line has all of it in short.
-pub(super) fn sum(report: &Report) -> Result<(), Failure> {
+pub(super) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
+    if as_json {
+        writeln!(stdout(), "{}", report.json())?;
+        return Ok(());
+    }
     let says_all = report.cases.is_empty() || matches!(report.ended_early, Some(Ended::Unfit(_)));
     if says_all && report.ended_early.is_some() {
         return Ok(());

@@ -30,7 +30,7 @@ pub(crate) struct Args {
 
     /// The folder of demo.svg and demo.log
     #[arg(long, value_name = "DIR", default_value = ".")]
-    out: PathBuf,
+    folder: PathBuf,
 }
 
 /// The data sheet to decode frames with.
@@ -39,7 +39,7 @@ const DEVICE: &str = "siko/ag03-1";
 const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    std::fs::create_dir_all(&args.out).map_err(|error| Failure::file("create", &args.out, &error))?;
+    std::fs::create_dir_all(&args.folder).map_err(|error| Failure::file("create", &args.folder, &error))?;
     let device = load(DEVICE, &[])?.device;
     let examples = [&POSITIONING, &VELOCITY];
     let rows = examples.iter().map(|example| example.rows.len()).sum();
@@ -59,8 +59,8 @@ fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> 
     let picture = picture.map_err(|error| Failure::new(format_args!("cannot draw the picture: {error}")))?;
     let line = |&(at, frame)| Line { at, interface: INTERFACE.to_owned(), frame }.to_string() + "\n";
     let log: String = recording.frames.iter().map(line).collect();
-    write_whole(&args.out.join("demo.svg"), picture.as_bytes())?;
-    write_whole(&args.out.join("demo.log"), log.as_bytes())
+    write_whole(&args.folder.join("demo.svg"), picture.as_bytes())?;
+    write_whole(&args.folder.join("demo.log"), log.as_bytes())
 }
 
 #[cfg(test)]

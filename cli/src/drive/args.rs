@@ -6,7 +6,7 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Order, Scales};
 
 use crate::bus::{BusArgs, node_id};
-use crate::duration::{milliseconds, seconds};
+use crate::duration::{milliseconds, time};
 use crate::output::Failure;
 
 /// Move a drive of CiA 402, by its data sheet
@@ -55,24 +55,24 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(super) enable: bool,
 
-    /// Run or watch for so many seconds; without it, until Ctrl-C
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Run or watch for this long; without it, until Ctrl-C
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     pub(super) span: Option<Duration>,
 
-    /// Stop the drive if it has not done what was ordered within so many seconds
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "600")]
+    /// Stop the drive if it has not done what was ordered within this time
+    #[arg(long, value_name = "TIME", value_parser = time, default_value = "10min")]
     pub(super) within: Duration,
 
     /// How soon the drive is to notice that the command is gone; 0 for not at all
-    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "1000")]
+    #[arg(long, value_name = "TIME", value_parser = milliseconds, default_value = "1s")]
     pub(super) protect: Duration,
 
     /// The node-ID of the command, under which it sends heartbeats to the drive; no node may have it
-    #[arg(long, value_name = "ID", value_parser = node_id, default_value = "127")]
+    #[arg(long, value_name = "NODE", value_parser = node_id, default_value = "127")]
     pub(super) manager: NodeId,
 
-    /// Print a line each so many ms while it moves; on a terminal, one line changes
-    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "500")]
+    /// Print a line this often while it moves; on a terminal, one line changes
+    #[arg(long, value_name = "TIME", value_parser = milliseconds, default_value = "500ms")]
     pub(super) every: Duration,
 
     /// Print one JSON object per line
@@ -85,7 +85,7 @@ Examples:
     lexican drive --bus can0 5 enable
     lexican drive --bus can0 5 move-to 5000
     lexican drive --bus can0 5 step \"-0.5 mm\"
-    lexican drive --bus can0 7 run \"60 rpm\" --for 10 --enable --device FILE.eds --overlay units.toml
+    lexican drive --bus can0 7 run \"60 rpm\" --for 10s --enable --device FILE.eds --overlay units.toml
     lexican drive --bus can0 5 watch
     lexican drive --bus sim:siko/ag03-1?node=5 5 move-to 5000 --enable";
 

@@ -1,6 +1,7 @@
 //! `lexican eds diff`: compares two data sheets.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
 use lexican_eds::diff::{ChangeKind, diff, json};
@@ -10,7 +11,7 @@ use crate::output::{self, Failure, Outcome, styled};
 
 /// Compare two data sheets by object, regardless of order and spelling
 ///
-/// Exit code 0 if they are equivalent, 1 if they differ, 2 if one cannot be read.
+/// A line is a difference: + added, - removed, ~ changed. Exit code 0 if they are equivalent, 1 if they differ, 2 if one cannot be read.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// An EDS or DCF file, or a device that lexican knows
@@ -21,29 +22,24 @@ pub(crate) struct Args {
     #[arg(value_name = "FILE|DEVICE")]
     after: String,
 
-    /// How to print the differences
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-}
+    /// Corrections and meanings in addition to both data sheets (TOML); may be given several times
+    #[arg(long, value_name = "FILE")]
+    overlay: Vec<PathBuf>,
 
-#[derive(clap::ValueEnum, Clone, Copy, Debug)]
-enum Format {
-    /// One line per difference: + added, - removed, ~ changed
-    Text,
-    /// A JSON array
-    Json,
+    /// Print a JSON array
+    #[arg(long)]
+    json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let (before, after) = (load(&args.before, &[])?, load(&args.after, &[])?);
+    let (before, after) = (load(&args.before, &args.overlay)?, load(&args.after, &args.overlay)?);
     let changes = diff(&before.device, &after.device);
     let mut stdout = output::stdout();
-    match args.format {
-        Format::Json => writeln!(stdout, "{:#}", json(&changes))?,
-        Format::Text => {
-            for change in &changes {
-                writeln!(stdout, "{}", styled(style(&change.kind), change))?;
-            }
+    if args.json {
+        writeln!(stdout, "{:#}", json(&changes))?;
+    } else {
+        for change in &changes {
+            writeln!(stdout, "{}", styled(style(&change.kind), change))?;
         }
     }
     stdout.flush()?;

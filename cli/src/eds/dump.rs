@@ -19,14 +19,16 @@ pub(crate) struct Args {
     /// How to print it
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     format: Format,
+
+    /// Print JSON, including the data of overlays and the PDOs
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 enum Format {
     /// Comma-separated values, with a header
     Csv,
-    /// JSON, including the data of overlays and the PDOs
-    Json,
     /// A Markdown table
     Md,
 }
@@ -34,8 +36,8 @@ enum Format {
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let sheet = args.device.load()?;
     let text = match args.format {
+        _ if args.json => format!("{:#}\n", dump::json(&sheet.device)),
         Format::Csv => dump::csv(&sheet.device),
-        Format::Json => format!("{:#}\n", dump::json(&sheet.device)),
         Format::Md => dump::md(&sheet.device),
     };
     let mut stdout = output::raw_stdout();

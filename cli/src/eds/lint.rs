@@ -38,6 +38,10 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
 
+    /// Print one JSON document with all files and findings
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
+
     /// The level of findings with exit code 1
     #[arg(long, value_enum, default_value_t = Level::Error)]
     fail_on: Level,
@@ -67,7 +71,7 @@ enum Format {
     Text,
     /// One line per finding: file, line, column, severity, code, message
     Short,
-    /// One JSON document with all files and findings
+    #[value(skip)]
     Json,
     /// SARIF 2.1.0, as code review tools read it
     Sarif,
@@ -81,6 +85,12 @@ enum Level {
     Warning,
     /// Any finding
     Note,
+}
+
+impl Args {
+    const fn format(&self) -> Format {
+        if self.json { Format::Json } else { self.format }
+    }
 }
 
 /// The result for one file. The file and its findings are freed, because there may be thousands.
@@ -103,13 +113,11 @@ struct Checked {
 const SEVERITIES: [Severity; 3] = [Severity::Error, Severity::Warning, Severity::Note];
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    if args.dry_run && args.format == Format::Sarif {
-        return Err(
-            Failure::new("a SARIF log has findings, not changes").help("use --format json, or do without --dry-run")
-        );
+    if args.dry_run && args.format() == Format::Sarif {
+        return Err(Failure::new("a SARIF log has findings, not changes").help("use --json, or do without --dry-run"));
     }
     let colours = output::colours();
-    let mut printer = Printer { format: args.format, stdout: output::raw_stdout(), any: false };
+    let mut printer = Printer { format: args.format(), stdout: output::raw_stdout(), any: false };
     let mut log = sarif([]);
     let mut summary = Summary::default();
     let mut failures = Vec::new();
@@ -160,7 +168,7 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
         }
         if args.dry_run {
             let diff = file::difference(&input.eds, &after.eds);
-            let text = match args.format {
+            let text = match args.format() {
                 Format::Json => {
                     let diff = strip_str(&diff).to_string();
                     format!("{:#}", json!({ "file": input.eds.name(), "fixed": fixed, "diff": diff }))
@@ -183,7 +191,7 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
             diagnostics.iter().filter(|it| it.severity == Severity::Warning).map(|it| it.code).collect();
         codes.into_iter().for_each(|code| diagnostics.deny(code));
     }
-    let text = match args.format {
+    let text = match args.format() {
         Format::Text if colours => diagnostics.render_styled(&input),
         Format::Text => diagnostics.render(&input),
         Format::Short => diagnostics.iter().map(|finding| short(finding, &input)).collect(),
@@ -197,7 +205,7 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
         }
         Format::Sarif => String::new(),
     };
-    let sarif = (args.format == Format::Sarif).then(|| diagnostics.to_sarif(&input));
+    let sarif = (args.format() == Format::Sarif).then(|| diagnostics.to_sarif(&input));
     let failure = device.objects.is_empty().then(|| no_object(input.clone()));
     Ok(Checked {
         text,

@@ -30,7 +30,7 @@ pub(crate) struct Args {
 
     /// The vendor-ID that CiA has given its manufacturer: 405, 0x195 or 195h
     #[arg(long, value_name = "NUMBER", value_parser = number)]
-    vendor_id: u32,
+    vendor: u32,
 
     /// The product code
     #[arg(long, value_name = "NUMBER", value_parser = number)]
@@ -42,7 +42,7 @@ pub(crate) struct Args {
 
     /// The name of its manufacturer
     #[arg(long, value_name = "NAME", default_value = "")]
-    vendor: String,
+    vendor_name: String,
 
     /// The name of the device; that of the file by default
     #[arg(long, value_name = "NAME")]
@@ -59,8 +59,8 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican eds new valve --vendor-id 0x195 --product 7
-    lexican eds new servo.eds --profile 402 --pdos 2+2 --vendor-id 405 --product 8 --vendor \"SIKO GmbH\" --name Servo
+    lexican eds new valve --vendor 0x195 --product 7
+    lexican eds new servo.eds --profile 402 --pdos 2+2 --vendor 405 --product 8 --vendor-name \"SIKO GmbH\" --name Servo
     lexican simulate servo.eds --node 5";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -76,8 +76,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (receive_pdos, transmit_pdos) = args.pdos;
     let template = Template {
         file_name: part(path.file_name()),
-        vendor_name: args.vendor.clone(),
-        vendor_number: args.vendor_id,
+        vendor_name: args.vendor_name.clone(),
+        vendor_number: args.vendor,
         product_name,
         product_number: args.product,
         revision_number: args.revision,

@@ -22,11 +22,11 @@ pub(crate) struct Args {
     device: DeviceArgs,
 
     /// The node-IDs that have this data sheet: 5, 0x05, 3,5-9; by default the one that a DCF says
-    #[arg(long, value_name = "IDS")]
+    #[arg(long, value_name = "NODES")]
     node: Option<NodeIds>,
 
     /// The file to write; stdout by default
-    #[arg(short, long, value_name = "FILE.dbc")]
+    #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 

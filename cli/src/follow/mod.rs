@@ -7,12 +7,12 @@ use std::sync::atomic::Ordering;
 
 use lexican_eds::model::Device;
 use lexican_runtime::host::{LinkError, Pace, Pump, Turn};
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::{Duration, Instant, NodeId};
 use lexican_toolbox::sampler::{Sampled, Sampler, Signal};
 use lexican_toolbox::values::report::ValueReport;
 
-use crate::bus::{Connected, NodeArgs};
-use crate::duration::{milliseconds, seconds};
+use crate::bus::{Connected, NODE, NetworkArgs, node_id};
+use crate::duration::{milliseconds, time};
 use crate::output::{Failure, ctrl_c, missing_frames, warn};
 use crate::screen::Screen;
 
@@ -23,18 +23,21 @@ pub(crate) use watch::{WatchArgs, watch};
 #[derive(clap::Args, Debug)]
 struct SignalArgs {
     #[command(flatten)]
-    node: NodeArgs,
+    network: NetworkArgs,
 
-    /// How often the objects are read, in milliseconds; a node that is slower is read without a pause
-    #[arg(long, value_name = "MS", default_value = "100", value_parser = milliseconds)]
+    #[arg(long, value_name = "NODE", value_parser = node_id, help = NODE)]
+    node: Option<NodeId>,
+
+    /// How often the objects are read; a node that is slower is read without a pause
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = milliseconds)]
     every: Duration,
 
     /// Send nothing: take only what PDOs and the transfers of others carry
     #[arg(long)]
-    listen: bool,
+    passive: bool,
 
-    /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Stop after this time
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     span: Option<Duration>,
 
     /// The objects, by address or name, and PDOs: 6064, 2410:05, "Position Actual Value", tpdo1
@@ -62,13 +65,13 @@ impl SignalArgs {
     /// Follows the values until the end: that of the span, of a log, or by a key on the screen.
     fn follow(&self, wants_screen: bool, follower: &mut impl Follower) -> Result<(), Failure> {
         let pace = if self.span.is_some() { Pace::Virtual } else { Pace::RealTime };
-        let Connected { mut network, id, device } = self.node.connect_at(pace)?;
+        let Connected { mut network, id, device } = self.network.connect_at(pace, self.node)?;
         network.listen_to_all()?;
         let mut link = network.into_link();
         let device: Option<&Device> = device.as_ref();
         let signals = self.signals.iter().map(|text| Signal::parse(device, text));
         let signals = signals.collect::<Result<Vec<_>, _>>()?;
-        let every = (!self.listen && !self.node.is_log()).then_some(self.every);
+        let every = (!self.passive && !self.network.is_log()).then_some(self.every);
         let mut screen = if wants_screen && link.is_real_time() { Screen::take()? } else { None };
         let interrupted = if screen.is_some() { None } else { Some(ctrl_c()?) };
         let mut sampler = Sampler::new(link.now(), id, device, signals, every);

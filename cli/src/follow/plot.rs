@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lexican_runtime::Instant;
+use lexican_runtime::{Duration, Instant};
 use lexican_toolbox::chart;
 use lexican_toolbox::series::{Recording, Series, number};
 use lexican_toolbox::values::report::ValueReport;
@@ -14,6 +14,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use super::{Follower, SignalArgs};
+use crate::duration::period;
 use crate::output::{Failure, Outcome, note, write_whole};
 use crate::screen::Screen;
 
@@ -35,15 +36,15 @@ pub(crate) struct PlotArgs {
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
-    /// How many of the last seconds the terminal shows
-    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    window: u32,
+    /// How much of the end the terminal shows
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = period)]
+    window: Duration,
 }
 
 const EXAMPLES: &str = "\
 Examples:
     lexican plot --bus can0 --node 5 \"position actual value\" \"velocity actual value\"
-    lexican plot --bus can0 --node 5 --listen tpdo3 --for 10 --svg travel.svg --csv travel.csv
+    lexican plot --bus can0 --node 5 --passive tpdo3 --for 10s --svg travel.svg --csv travel.csv
     lexican plot --bus log:travel.log --node 5 --device siko/ag03-1 tpdo3 --svg travel.svg";
 
 pub(crate) fn plot(args: &PlotArgs) -> Result<Outcome, Failure> {
@@ -53,7 +54,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Outcome, Failure> {
     }
     let rows = args.csv.as_ref().map(|_| csv::Writer::from_writer(Vec::new()));
     let mut plot =
-        Plot { recording: Recording::default(), began: None, rows, window: args.window.into(), trouble: None };
+        Plot { recording: Recording::default(), began: None, rows, window: args.window.as_secs_f64(), trouble: None };
     if let Some(rows) = &mut plot.rows {
         rows.write_record(["time_s", "entry", "name", "value", "unit", "text"]).map_err(csv_failure)?;
     }

@@ -35,8 +35,8 @@ pub(crate) struct WatchArgs {
 const EXAMPLES: &str = "\
 Examples:
     lexican watch --bus can0 --node 5 statusword \"position actual value\" 241B:01
-    lexican watch --bus can0 --node 5 --listen tpdo1
-    lexican watch --bus sim:siko/ag03-1?node=5 --for 2 --json 6064";
+    lexican watch --bus can0 --node 5 --passive tpdo1
+    lexican watch --bus sim:siko/ag03-1?node=5 --for 2s --json 6064";
 
 pub(crate) fn watch(args: &WatchArgs) -> Result<Outcome, Failure> {
     let is_screen = !args.lines && !args.json;

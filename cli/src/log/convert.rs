@@ -41,8 +41,8 @@ pub(crate) struct Args {
     selection: SelectionArgs,
 
     /// Shift all times, so that the first frame of OUT is at this time: 2026-09-30T15:06:13Z, or seconds since 1970
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    start: Option<Instant>,
+    #[arg(long, value_name = "WHEN", value_parser = parse_time)]
+    begin: Option<Instant>,
 
     /// Print the result as one JSON object, if OUT is a file
     ///
@@ -54,9 +54,9 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican convert bus.log bus.pcapng
-    lexican convert bus.blf bus.asc --only 185,705 --after 10 --before 20
+    lexican convert bus.blf bus.asc --cob-id 185,705 --after 10s --before 20s
     candump -ta can0 | lexican convert - - --to pcap | wireshark -k -i -
-    lexican convert trace.trc bus.log --start 2026-09-30T15:06:13Z";
+    lexican convert trace.trc bus.log --begin 2026-09-30T15:06:13Z";
 
 /// How many frames are converted between two looks at the progress.
 const STEP: u64 = 1 << 14;
@@ -88,8 +88,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         if !selection.contains(&record, *begin.get_or_insert(record.at)) {
             continue;
         }
-        if let Some(start) = args.start {
-            record.at = start + record.at.since(*first.get_or_insert(record.at));
+        if let Some(begin) = args.begin {
+            record.at = begin + record.at.since(*first.get_or_insert(record.at));
         }
         writer.write(&record).map_err(|error| write_failure(output, error))?;
         written += 1;

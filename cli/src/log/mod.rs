@@ -12,38 +12,38 @@ use lexican_runtime::Duration;
 use lexican_toolbox::cob_ids::CobIds;
 use lexican_toolbox::log::{Format, LogError, Reader, Selection, Skipped, WriteError};
 
-use crate::duration::seconds;
+use crate::duration::time;
 use crate::output::{Failure, note, plural, reason, warn};
 
 /// Which frames of a log are meant.
 #[derive(clap::Args, Debug)]
 struct SelectionArgs {
-    /// Only these identifiers, in hexadecimal: 185,280-28F,00000185
-    #[arg(long, value_name = "IDS")]
-    only: Option<CobIds>,
+    /// Only these COB-IDs, in hexadecimal: 185,280-28F; with eight digits for extended ones
+    #[arg(long, value_name = "COB-IDS")]
+    cob_id: Option<CobIds>,
 
-    /// None of these identifiers
-    #[arg(long, value_name = "IDS")]
+    /// None of these COB-IDs
+    #[arg(long, value_name = "COB-IDS")]
     except: Option<CobIds>,
 
     /// Only the frames of this interface
     #[arg(long, value_name = "NAME")]
     interface: Option<String>,
 
-    /// Only from so many seconds after the log's first frame on
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    /// Only from this time after the log's first frame on
+    #[arg(long, value_name = "TIME", value_parser = time)]
     after: Option<Duration>,
 
-    /// Only until so many seconds after the log's first frame
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    /// Only until this time after the log's first frame
+    #[arg(long, value_name = "TIME", value_parser = time)]
     before: Option<Duration>,
 }
 
 impl SelectionArgs {
     fn selection(&self) -> Selection {
-        let SelectionArgs { only, except, interface, after, before } = self;
+        let SelectionArgs { cob_id, except, interface, after, before } = self;
         Selection {
-            only: only.clone(),
+            only: cob_id.clone(),
             except: except.clone(),
             interface: interface.clone(),
             after: *after,

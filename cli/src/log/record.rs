@@ -15,7 +15,7 @@ use serde_json::json;
 
 use super::{format_of, frames, is_pipe, size, write_failure};
 use crate::bus::{Bus, BusArgs};
-use crate::duration::seconds;
+use crate::duration::time;
 use crate::output::{Failure, Outcome, ctrl_c, fields, missing_frames, note, print_result, warn};
 
 /// Record the frames of a bus in a file
@@ -35,18 +35,18 @@ pub(crate) struct Args {
 
     /// The format: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0
     #[arg(long, value_name = "FORMAT")]
-    format: Option<Format>,
+    to: Option<Format>,
 
-    /// Only these identifiers, in hexadecimal: 185,280-28F,00000185
-    #[arg(long, value_name = "IDS")]
-    only: Option<CobIds>,
+    /// Only these COB-IDs, in hexadecimal: 185,280-28F; with eight digits for extended ones
+    #[arg(long, value_name = "COB-IDS")]
+    cob_id: Option<CobIds>,
 
-    /// None of these identifiers
-    #[arg(long, value_name = "IDS")]
+    /// None of these COB-IDs
+    #[arg(long, value_name = "COB-IDS")]
     except: Option<CobIds>,
 
-    /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Stop after this time
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     span: Option<Duration>,
 
     /// Stop after so many frames
@@ -71,9 +71,9 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican record --bus can0 -o bus.log
-    lexican record --bus can0 -o bus.blf --for 60
+    lexican record --bus can0 -o bus.blf --for 1min
     lexican record --bus can0 -o bus.pcapng --split-size 100M --max-size 1G
-    lexican record --bus can0 -o - --format pcap | wireshark -k -i -";
+    lexican record --bus can0 -o - --to pcap | wireshark -k -i -";
 
 /// How long frames may wait to be written, and how often the progress is shown.
 const FLUSH: Duration = Duration::from_millis(200);
@@ -81,7 +81,7 @@ const FLUSH: Duration = Duration::from_millis(200);
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let format = format_of(&args.output, args.format, "--format")?;
+    let format = format_of(&args.output, args.to, "--to")?;
     let stop = ctrl_c()?;
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, .. } = args.bus.open(pace)?;
@@ -159,8 +159,8 @@ impl Recorder<'_> {
     }
 
     fn frame(&mut self, now: Instant, frame: Frame) -> Result<(), Failure> {
-        let (id, Args { only, except, .. }) = (frame.id(), self.args);
-        if only.as_ref().is_some_and(|ids| !ids.contains(id)) || except.as_ref().is_some_and(|ids| ids.contains(id)) {
+        let (id, Args { cob_id, except, .. }) = (frame.id(), self.args);
+        if cob_id.as_ref().is_some_and(|ids| !ids.contains(id)) || except.as_ref().is_some_and(|ids| ids.contains(id)) {
             return Ok(());
         }
         let at = now + self.origin;

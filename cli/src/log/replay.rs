@@ -59,7 +59,7 @@ const EXAMPLES: &str = "\
 Examples:
     lexican replay bus.log --bus vcan0
     lexican replay bus.blf --bus vcan0 --speed 10 --loop
-    lexican replay bus.asc --bus can0 --only 181-1FF,281-2FF           (TPDOs alone)
+    lexican replay bus.asc --bus can0 --cob-id 181-1FF,281-2FF           (TPDOs alone)
     lexican replay bus.asc --bus can0 --except 000,080,200-27F,300-37F,400-47F,500-57F,600-67F
     lexican monitor --bus log:bus.blf?pace=real";
 

@@ -14,15 +14,15 @@ pub(crate) struct LinkArgs {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// How long to wait for a response, in milliseconds
-    #[arg(long, value_name = "MS", default_value = "500", value_parser = milliseconds)]
-    wait: Duration,
+    /// How long to wait for a response
+    #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = milliseconds)]
+    timeout: Duration,
 
-    /// How long each of the 133 steps of the search for devices without node-ID lasts, in milliseconds
+    /// How long each of the 133 steps of the search for devices without node-ID lasts
     ///
-    /// A response that comes later, within --wait, is waited for, unless the device does not know the request "identify
+    /// A response that comes later, within --timeout, is waited for, unless the device does not know the request "identify
     /// non-configured remote slave".
-    #[arg(long, value_name = "MS", default_value = "25", value_parser = milliseconds)]
+    #[arg(long, value_name = "TIME", default_value = "25ms", value_parser = milliseconds)]
     step: Duration,
 
     /// Print one JSON object per line
@@ -37,7 +37,7 @@ impl LinkArgs {
         work: impl FnOnce(&mut Session<Box<dyn Link + Send>>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let link = self.bus.open(Pace::Virtual)?.settled()?.link;
-        let times = Times { response: self.wait, step: self.step };
+        let times = Times { response: self.timeout, step: self.step };
         Session::run(link, times, work)
     }
 }
@@ -100,8 +100,7 @@ impl DevicesArgs {
     }
 }
 
-/// A number of 32 bits in decimal, or in hexadecimal as it is printed or as programs write it.
-/// A number of an identity.
+/// A number of an identity, of 32 bits: in decimal, or in hexadecimal as it is printed or as programs write it.
 pub(crate) fn number(text: &str) -> Result<u32, String> {
     let hex = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).or_else(|| text.strip_suffix(['h', 'H']));
     let (digits, radix) = hex.map_or((text, 10), |digits| (digits, 16));

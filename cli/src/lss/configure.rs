@@ -9,6 +9,7 @@ use super::args::{DeviceArgs, DevicesArgs};
 use super::print::{describe, print, print_refusal, selected_json, title};
 use super::session::{Selected, Session};
 use crate::bus::NodeOrNone;
+use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, Outcome, note, warn};
 use lexican_toolbox::decode::lss::AUTOMATIC;
 
@@ -36,8 +37,8 @@ pub(crate) struct NodeIdArgs {
     #[arg(long)]
     force: bool,
 
-    /// The node-ID, 1 to 127; none takes it away
-    #[arg(value_name = "ID")]
+    /// The node-ID that it gets, 1 to 127; none takes it away
+    #[arg(value_name = "NODE|none")]
     node: NodeOrNone,
 }
 
@@ -61,11 +62,11 @@ pub(crate) struct BitRateArgs {
     #[arg(long)]
     store: bool,
 
-    /// Let the devices be silent for so many ms, then change, and be silent for as long again
+    /// Let the devices be silent for this long, then change, and be silent for as long again
     ///
     /// The command ends after that; then the interface must be set to the new bit rate.
-    #[arg(long, value_name = "MS")]
-    activate: Option<u16>,
+    #[arg(long, value_name = "TIME", value_parser = switch_delay)]
+    switch_delay: Option<u16>,
 
     /// In kbit/s: 1000, 800, 500, 250, 125, 50, 20 or 10; auto lets the device detect it
     #[arg(value_name = "KBIT", value_parser = rate)]
@@ -75,7 +76,7 @@ pub(crate) struct BitRateArgs {
 const BIT_RATE_EXAMPLES: &str = "\
 Examples:
     lexican lss bit-rate --bus can0 --all 250 --store                  (for the next start)
-    lexican lss bit-rate --bus can0 --all 250 --store --activate 1000  (in a second)
+    lexican lss bit-rate --bus can0 --all 250 --store --switch-delay 1s  (in a second)
     ip link set can0 down; ip link set can0 up type can bitrate 250000";
 
 /// An entry of the table of CiA 305.
@@ -84,6 +85,12 @@ struct Rate {
     entry: u8,
     /// `None` if the device detects it.
     kbit_per_s: Option<u16>,
+}
+
+/// The switch delay in milliseconds (CiA 305, activate bit timing parameters).
+fn switch_delay(text: &str) -> Result<u16, String> {
+    let ms = in_milliseconds(milliseconds(text)?);
+    u16::try_from(ms).map_err(|_| format!("{text} is longer than LSS can say, which is 65535ms"))
 }
 
 fn rate(text: &str) -> Result<Rate, String> {
@@ -163,17 +170,17 @@ fn configure_bit_rate<L: Link>(session: &mut Session<L>, args: &BitRateArgs) -> 
     if let Err(refusal) = done {
         return print_refusal(json, selected, refusal);
     }
-    if let Some(delay_ms) = args.activate {
+    if let Some(delay_ms) = args.switch_delay {
         session.activate(delay_ms)?;
     }
     let kbit_per_s = args.rate.kbit_per_s;
     let rate = kbit_per_s.map_or_else(|| "the bit rate of the bus".to_owned(), |rate| format!("{rate} kbit/s"));
-    let more = json!({ "kbit_per_s": kbit_per_s, "stored": args.store, "activated": args.activate.is_some() });
+    let more = json!({ "kbit_per_s": kbit_per_s, "stored": args.store, "activated": args.switch_delay.is_some() });
     print(json, selected_json(selected), more, &format!("{}: {rate}", title(selected)))?;
-    match (args.activate, args.store) {
+    match (args.switch_delay, args.store) {
         (Some(_), _) => note(format_args!("set the interface to {rate}, too, before the next command")),
         (None, true) => note("it takes effect when the device is switched on again"),
-        (None, false) => note("neither activated nor stored: nothing changes without --activate or --store"),
+        (None, false) => note("neither activated nor stored: nothing changes without --switch-delay or --store"),
     }
     Ok(Outcome::Clean)
 }

@@ -131,7 +131,7 @@ impl<L: Link> Session<L> {
     fn lost_answer(&self, error: &LssError) -> Failure {
         let Times { response, step } = self.times;
         Failure::new(error).help(format_args!(
-            "a response was lost or came too late: try again with --step {} --wait {}",
+            "a response was lost or came too late: try again with --step {}ms --timeout {}ms",
             in_milliseconds(step.times(4)),
             in_milliseconds(response.times(4))
         ))

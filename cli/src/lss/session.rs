@@ -118,7 +118,7 @@ impl<L: Link> Session<L> {
         match self.ask(self.times.response, LssManager::inquire_node)? {
             Event::InquiredNode(node) => Ok(Selected { identity, node }),
             Event::Failed(LssError::NoAnswer) => Err(Failure::new("the device does not report its node-ID")
-                .help("a response may have been lost: try again, or give it more time with --wait")),
+                .help("a response may have been lost: try again, or give it more time with --timeout")),
             other => Err(unexpected(other)),
         }
     }

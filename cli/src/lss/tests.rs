@@ -216,7 +216,7 @@ fn a_lost_response_of_a_scan_has_advice() {
         answers += u32::from(frame.id() == lss::RESPONSE);
         if frame.id() == lss::RESPONSE && answers == 20 { Fate::Lose } else { Fate::Deliver }
     });
-    fails(work(&bus, Session::fastscan), "which no device confirms", "--step 100");
+    fails(work(&bus, Session::fastscan), "which no device confirms", "--step 100ms");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::bus::NodeIds;
 #[command(next_help_heading = "Which frames to print")]
 pub(crate) struct FilterArgs {
     /// Only those of these nodes: 5, 3,5-9
-    #[arg(long, value_name = "IDS")]
+    #[arg(long, value_name = "NODES")]
     node: Option<NodeIds>,
 
     /// Only these services: nmt, sync, time, emcy, pdo, rpdo, tpdo, sdo, heartbeat, lss, unknown
@@ -28,8 +28,8 @@ pub(crate) struct FilterArgs {
     object: Vec<String>,
 
     /// Only these COB-IDs, in hexadecimal: 185,280-28F; with eight digits for extended ones
-    #[arg(long, value_name = "IDS")]
-    id: Option<CobIds>,
+    #[arg(long, value_name = "COB-IDS")]
+    cob_id: Option<CobIds>,
 
     /// Only lines with this text, in upper or lower case; may be given several times
     #[arg(long, value_name = "TEXT")]
@@ -43,7 +43,7 @@ impl FilterArgs {
             services: self.service.clone(),
             without: self.without.clone(),
             objects: self.object.clone(),
-            ids: self.id.clone(),
+            ids: self.cob_id.clone(),
             texts: self.text.clone(),
         }
     }

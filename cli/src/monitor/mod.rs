@@ -38,11 +38,11 @@ pub(crate) struct Args {
     bus: BusArgs,
 
     /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
-    #[arg(long, value_name = "ID=DEVICE", value_parser = of_node)]
+    #[arg(long, value_name = "NODE=DEVICE", value_parser = of_node)]
     device: Vec<(NodeId, String)>,
 
     /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
-    #[arg(long, value_name = "ID=FILE", value_parser = of_node)]
+    #[arg(long, value_name = "NODE=FILE", value_parser = of_node)]
     overlay: Vec<(NodeId, String)>,
 
     /// Read the identity of each node that is heard, to recognise its device
@@ -73,8 +73,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 
-    /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration::seconds)]
+    /// Stop after this time
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::time)]
     span: Option<Duration>,
 
     /// Print one JSON object per line
@@ -99,7 +99,7 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if (args.identify || args.read_mapping) && args.bus.is_log() {
         return Err(Failure::new("a log takes no frames: its nodes cannot be asked")
-            .help("name the devices with --device ID=DEVICE; the mapping is known if the log has it"));
+            .help("name the devices with --device NODE=DEVICE; the mapping is known if the log has it"));
     }
     let named = args.device.iter().filter(|(_, name)| name != NO_DEVICE);
     let overlays = |node| args.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
@@ -349,7 +349,7 @@ mod tests {
     #[test]
     fn a_flood_of_frames_does_not_hold_up_the_end() {
         let mut flood = Flood::of_heartbeats();
-        let args = args(&["--for", "1"]);
+        let args = args(&["--for", "1s"]);
         Monitor::new(&args, std::io::sink()).listen(&mut flood, &args).unwrap();
         assert!(flood.now() < Instant::from_micros(2_000_000), "{}", flood.now());
     }

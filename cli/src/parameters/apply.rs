@@ -4,16 +4,15 @@ use std::path::PathBuf;
 
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
-use lexican_runtime::host::Pace;
-use lexican_toolbox::parameters::restore::{Outcome as Restored, Settings, restore};
+use lexican_toolbox::parameters::restore::Settings;
 use lexican_toolbox::parameters::settings::{Section, conditions, parse};
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
-use super::restore::WriteArgs;
-use super::{Wanted, Watch, known};
-use crate::bus::{BusArgs, NodeIds, Nodes, SheetArgs};
+use super::writing::{Wanted, WriteArgs};
+use super::{Watch, known};
+use crate::bus::{NetworkArgs, NodeIds, Nodes};
 use crate::output::{Failure, Outcome, fields, note, print_result, warn};
 use lexican_toolbox::files::read;
 
@@ -26,10 +25,7 @@ use lexican_toolbox::files::read;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    bus: BusArgs,
-
-    #[command(flatten)]
-    sheet: SheetArgs,
+    network: NetworkArgs,
 
     #[command(flatten)]
     writing: WriteArgs,
@@ -78,7 +74,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             work.push((node, section));
         }
     }
-    let mut nodes = args.sheet.connect(&args.bus, Some(work.iter().map(|(node, _)| *node).collect()), Pace::Virtual)?;
+    let ids = NodeIds(work.iter().map(|(node, _)| *node).collect());
+    let mut nodes = args.network.connect_several(Some(&ids))?;
     let (mut jobs, mut is_wrong) = (Vec::new(), false);
     for (node, section) in work {
         match args.job(&mut nodes, node, section)? {
@@ -93,14 +90,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let watch = Watch::new()?;
     let mut outcome = Outcome::Clean;
     for Job { node: id, sheet, settings } in &jobs {
-        let (options, mut restored) = (args.writing.options(), Restored::default());
         let mut node = RemoteNode::new(&mut nodes.network, *id);
-        let ended = restore(&mut node, sheet, settings, options, &mut |progress| watch.see(progress), &mut restored);
-        if ended.is_ok() {
-            args.writing.start(&mut node)?;
-        }
-        let wanted = Wanted { node: *id, sheet, settings, options, json: args.writing.json };
-        outcome = outcome.max(wanted.print(&restored, ended)?);
+        outcome = outcome.max(Wanted::new(*id, sheet, settings, args.writing).restore(&mut node, &watch)?);
     }
     Ok(outcome)
 }

@@ -8,27 +8,30 @@ use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
 use super::{Watch, known, print_refused};
-use crate::bus::{NodeIds, NodesArgs};
+use crate::bus::{NODES, NetworkArgs, NodeIds};
 use crate::output::{Failure, Outcome, fields, plural, print_result, write_whole};
 
 /// Save the parameters of nodes as DCF
 ///
-/// Reads every entry that the data sheet lets one read and write, but for process data (rwr, rww, set-points of CiA 402),
-/// commands (1003h, 1010h, 1011h, programs, NMT, 6040h) and DOMAINs. The DCF has the node-ID and the identity of the device.
-/// What the device refuses is listed. Exit code 1 if it refuses anything.
+/// Reads every entry that the data sheet lets one read and write, but for process data (rwr, rww, set-points of CiA 402)
+/// and commands (1003h, 1010h, 1011h, programs, NMT, 6040h). The DCF has the node-ID and the identity of the device. What the
+/// device refuses is listed. Exit code 1 if it refuses anything.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    nodes: NodesArgs,
+    network: NetworkArgs,
 
-    /// The node-IDs, in place of --node
-    #[arg(value_name = "IDS", conflicts_with = "node")]
-    ids: Option<NodeIds>,
+    #[arg(value_name = "NODES", help = NODES)]
+    nodes: Option<NodeIds>,
 
     /// The DCF to write; {node} in it is the node-ID
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
+
+    /// Also save DOMAINs, which may be long: each in a file beside the DCF, which names it (DownloadFile)
+    #[arg(long)]
+    domains: bool,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -38,11 +41,11 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican backup --bus can0 5 -o drive.dcf
-    lexican backup --bus can0 --node 3,5-9 -o machine/{node}.dcf
-    lexican backup --bus can0 --node 7 --device FILE.eds -o drive.dcf";
+    lexican backup --bus can0 3,5-9 -o machine/{node}.dcf
+    lexican backup --bus can0 7 --device FILE.eds -o drive.dcf";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let nodes = args.nodes.connect_to(args.ids.as_ref())?;
+    let nodes = args.network.connect_several(args.nodes.as_ref())?;
     let name = args.output.to_string_lossy().into_owned();
     if nodes.are_several() && !name.contains(NODE) {
         return Err(Failure::new("several nodes need several files").help("write {node} into the name: -o {node}.dcf"));
@@ -50,8 +53,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let watch = Watch::new()?;
     nodes.for_each(|network, node, device| {
         let sheet = known(node, device)?;
-        let backup = backup(&mut RemoteNode::new(network, node), sheet, &mut |progress| watch.see(progress))?;
+        let mut node_read = RemoteNode::new(network, node);
+        let mut backup = backup(&mut node_read, sheet, args.domains, &mut |progress| watch.see(progress))?;
         let path = name.replace(NODE, &node.to_string());
+        let beside = Path::new(&path);
+        let stem = beside.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for (file, data) in backup.domain_files(&stem) {
+            write_whole(&beside.with_file_name(file), &data)?;
+        }
         write_whole(Path::new(&path), backup.dcf().as_bytes())?;
         watch.bar.set_position(0);
         let values = DeviceValues::new(sheet);
@@ -60,13 +69,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         let object = json!({
             "event": "summary", "node": node.get(), "file": path, "kept": backup.kept, "refused": backup.left_out.len(),
+            "domains": backup.domains.len(), "unread_domains": backup.unread_domains,
         });
         let left_out = match backup.left_out.len() {
             0 => String::new(),
             count => format!(", {count} are missing"),
         };
+        let unread = match backup.unread_domains {
+            0 => String::new(),
+            count => format!("; {} not saved without --domains", plural(count, "DOMAIN")),
+        };
         let kept = plural(backup.kept, "parameter");
-        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{left_out}"))?;
+        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{left_out}{unread}"))?;
         Ok(if backup.left_out.is_empty() { Outcome::Clean } else { Outcome::Found })
     })
 }

@@ -21,7 +21,7 @@ use lexican_toolbox::simulation::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
 
-fn go_on(_: Progress) -> ControlFlow<()> {
+fn go_on(_: Progress<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -54,7 +54,7 @@ fn what_is_changed_is_restored_however_often_that_is_interrupted() {
         let name = device.info.product_name.clone().unwrap_or_default();
         let mut network = network(&device);
         let mut node = RemoteNode::new(&mut network, NODE);
-        let kept = backup(&mut node, &device, &mut go_on).unwrap();
+        let kept = backup(&mut node, &device, false, &mut go_on).unwrap();
         assert_eq!(kept.left_out, [], "{name}");
         let dcf = lexican_eds::load(&Input::new(Source::new("kept.dcf", kept.dcf()))).0;
         let settings = configured(&dcf, NODE);
@@ -63,7 +63,7 @@ fn what_is_changed_is_restored_however_often_that_is_interrupted() {
             let changed = change(&mut node, &device);
             assert!(changed > 3, "{name}: {changed}");
             if let Some(at) = interrupted_at {
-                let mut stop = |progress| match progress {
+                let mut stop = |progress: Progress<'_>| match progress {
                     Progress::Writing { at: now, .. } if now == at => ControlFlow::Break(()),
                     _ => ControlFlow::Continue(()),
                 };

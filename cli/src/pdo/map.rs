@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use lexican_eds::model::Device;
+use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Pace};
 use lexican_runtime::object::Direction;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::pdo::TransmissionType;
@@ -14,7 +14,7 @@ use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
 use super::node::{print, reader};
-use crate::bus::{BoxedLink, BusArgs, SheetArgs, node_id};
+use crate::bus::{BoxedLink, NetworkArgs, NodeIds, node_id};
 use crate::duration::period;
 use crate::output::{Failure, Outcome, note, warn};
 
@@ -29,10 +29,7 @@ use crate::output::{Failure, Outcome, note, warn};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    bus: BusArgs,
-
-    #[command(flatten)]
-    sheet: SheetArgs,
+    network: NetworkArgs,
 
     /// The node-ID: 1 to 127, or 0x1 to 0x7F
     #[arg(value_name = "NODE", value_parser = node_id)]
@@ -59,7 +56,7 @@ pub(crate) struct Args {
     inhibit: Option<Duration>,
 
     /// The COB-ID: 1A5, 0x1A5; eight digits for 29 bits
-    #[arg(long, value_name = "ID", value_parser = cob_id)]
+    #[arg(long, value_name = "COB-ID", value_parser = cob_id)]
     cob_id: Option<CobId>,
 
     /// Switch the PDO off
@@ -82,7 +79,7 @@ Examples:
     lexican pdo map 5 tpdo4 --off --bus can0";
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let nodes = args.sheet.connect(&args.bus, Some(vec![args.node]), Pace::Virtual)?;
+    let nodes = args.network.connect_several(Some(&NodeIds(vec![args.node])))?;
     nodes.for_each(|network, node, device| {
         let before = PdoState::read(args.pdo, reader(network, node))?;
         let before = before.ok_or_else(|| {

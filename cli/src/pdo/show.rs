@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use lexican_runtime::host::Pace;
 use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
 use super::node::{print, reader};
-use crate::bus::{BusArgs, NodeIds, SheetArgs};
+use crate::bus::{NetworkArgs, NodeIds};
 use crate::output::{Failure, Outcome, note, spinner, warn};
 
 /// Show how the PDOs of a node are configured at present: when each is sent, and which bits are whose
@@ -19,13 +18,10 @@ use crate::output::{Failure, Outcome, note, spinner, warn};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    bus: BusArgs,
-
-    #[command(flatten)]
-    sheet: SheetArgs,
+    network: NetworkArgs,
 
     /// The node-IDs: 5, 0x10, 3,5-9
-    #[arg(value_name = "NODE")]
+    #[arg(value_name = "NODES")]
     nodes: NodeIds,
 
     /// The PDOs: tpdo1, rpdo3; all by default
@@ -48,7 +44,7 @@ Examples:
     lexican pdo show 5-9 --bus can0 --json | jq 'select(.on) | .cob_id'";
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let nodes = args.sheet.connect(&args.bus, Some(args.nodes.0.clone()), Pace::Virtual)?;
+    let nodes = args.network.connect_several(Some(&args.nodes))?;
     let names_node = nodes.are_several() && !args.json;
     nodes.for_each(|network, node, device| {
         let progress = spinner(format!("reading the PDOs of node {node}"));

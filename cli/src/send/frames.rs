@@ -26,12 +26,12 @@ pub(crate) struct Args {
 
     /// Print what is heard meanwhile, and for so long after the last frame: 100ms, 2s
     #[arg(long, value_name = "TIME", value_parser = period)]
-    listen: Option<Duration>,
+    wait: Option<Duration>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican send --bus can0 605#4064600000000000 --listen 100ms
+    lexican send --bus can0 605#4064600000000000 --wait 100ms
     lexican send --bus can0 000#0105
     lexican send --bus can0 205#0F00 080# --every 100ms --count 10";
 
@@ -46,13 +46,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         // A response is decoded by its request.
         decoder.decode(frame);
     }
-    let listen = args.listen.unwrap_or(Duration::ZERO);
+    let wait = args.wait.unwrap_or(Duration::ZERO);
     session.tick(
         &args.schedule,
-        listen,
+        wait,
         |_, _| args.frames.clone(),
         |session, frame| {
-            if args.listen.is_none() {
+            if args.wait.is_none() {
                 return Ok(());
             }
             let decoded = decoder.decode(&frame);

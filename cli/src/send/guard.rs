@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::session::Session;
 use crate::bus::{BusArgs, node_id};
-use crate::duration::{period, seconds};
+use crate::duration::{period, time};
 use crate::output::{Failure, Outcome, note, plural};
 
 /// Guard a node: request its state again and again (node guarding)
@@ -37,8 +37,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
 
-    /// Stop after so many seconds; without --count or this, at Ctrl-C
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Stop after this time; without --count or this, at Ctrl-C
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     span: Option<Duration>,
 
     /// Print JSON objects
@@ -49,7 +49,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican guard --bus can0 5
-    lexican guard --bus can0 5 --every 100ms --factor 2 --for 60 --json";
+    lexican guard --bus can0 5 --every 100ms --factor 2 --for 1min --json";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let pace = if args.span.is_some() || args.count.is_some() { Pace::Virtual } else { Pace::RealTime };

@@ -25,11 +25,11 @@ pub(crate) struct Args {
     schedule: Schedule,
 
     /// The node-ID of the manager
-    #[arg(long, value_name = "ID", value_parser = node_id, default_value = "127")]
-    node: NodeId,
+    #[arg(long, value_name = "NODE", value_parser = node_id, default_value = "127")]
+    manager: NodeId,
 
     /// Watch the heartbeats of these nodes: 5, 3,5-9
-    #[arg(long, value_name = "IDS")]
+    #[arg(long, value_name = "NODES")]
     watch: Option<NodeIds>,
 
     /// How soon a node that is watched is lost
@@ -39,17 +39,17 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican heartbeat --bus can0 --node 127 --every 500ms
-    lexican heartbeat --bus can0 --every 500ms --watch 5-8 --within 300ms --for 60";
+    lexican heartbeat --bus can0 --manager 127 --every 500ms
+    lexican heartbeat --bus can0 --every 500ms --watch 5-8 --within 300ms --for 1min";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut session = Session::of(&args.schedule)?;
     let began = session.began;
-    let heartbeat = ErrorControl::heartbeat(NmtState::Operational).frame(args.node);
+    let heartbeat = ErrorControl::heartbeat(NmtState::Operational).frame(args.manager);
     let ticker = Ticker::new(began, args.schedule.every, args.schedule.count, |_, _| vec![heartbeat]);
     let nodes = args.watch.iter().flat_map(|nodes| &nodes.0);
     let watched = nodes.map(|node| Watched::new(*node, args.within)).collect();
-    let mut manager = Manager { node: args.node, ticker, watched };
+    let mut manager = Manager { node: args.manager, ticker, watched };
     let end = args.schedule.span.map(|span| began + span);
     let mut twins = 0_u64;
     session.run(
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             Said::Twin => {
                 twins += 1;
                 if twins == 1 {
-                    warn(format_args!("another node {} is on the bus: is its node-ID taken?", args.node));
+                    warn(format_args!("another node {} is on the bus: is its node-ID taken?", args.manager));
                 }
                 Ok(())
             }

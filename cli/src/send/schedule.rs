@@ -4,7 +4,7 @@ use lexican_runtime::Duration;
 use lexican_runtime::host::Pace;
 
 use crate::bus::{Bus, BusArgs};
-use crate::duration::{period, seconds};
+use crate::duration::{period, time};
 use crate::output::Failure;
 
 /// The arguments that say how often and how long something is sent.
@@ -13,7 +13,7 @@ pub(super) struct Schedule {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// Send again and again, this far apart: 10ms, 0.5s, 250us; a plain number is in ms
+    /// Send again and again, this far apart: 10ms, 0.5s, 250us
     #[arg(long, value_name = "TIME", value_parser = period)]
     pub(super) every: Option<Duration>,
 
@@ -21,8 +21,8 @@ pub(super) struct Schedule {
     #[arg(long, value_name = "N", requires = "every", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) count: Option<u64>,
 
-    /// Stop after so many seconds; without --count or this, at Ctrl-C
-    #[arg(long = "for", value_name = "SECONDS", requires = "every", value_parser = seconds)]
+    /// Stop after this time; without --count or this, at Ctrl-C
+    #[arg(long = "for", value_name = "TIME", requires = "every", value_parser = time)]
     pub(super) span: Option<Duration>,
 
     /// Print JSON objects

@@ -25,7 +25,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican sync --bus can0
-    lexican sync --bus can0 --every 10ms --for 60
+    lexican sync --bus can0 --every 10ms --for 60s
     lexican sync --bus can0 --every 10ms --counter 240 --count 1000 --json";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {

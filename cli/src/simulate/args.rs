@@ -12,7 +12,7 @@ use lexican_toolbox::simulation::{Plant, PlantDevice};
 use crate::bus::NodeOrNone;
 use crate::bus::read_plant;
 use crate::device::DeviceArgs;
-use crate::duration::seconds;
+use crate::duration::time;
 use crate::output::Failure;
 
 /// Simulate a device, or a plant of several, on a bus
@@ -44,7 +44,7 @@ pub(crate) struct Args {
     pub(super) bus: Place,
 
     /// The node-ID, 1 to 127; none for a device that gets one by LSS; 1 by default
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "NODE")]
     node: Option<NodeOrNone>,
 
     /// The file for stored parameters, as the EEPROM of a device
@@ -55,8 +55,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
-    /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    /// Stop after this time
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
     pub(super) span: Option<Duration>,
 
     /// Also print reads and PDOs

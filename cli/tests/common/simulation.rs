@@ -23,7 +23,7 @@ impl Simulation {
     pub(crate) fn begin(folder: &Path, args: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
             // It ends even if the test is killed.
-            .args([&["simulate", "--json", "--for", "600"], args].concat())
+            .args([&["simulate", "--json", "--for", "600s"], args].concat())
             .current_dir(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -8,7 +8,7 @@ use super::{Document, Row, escaped};
 const EXCERPT: usize = 24;
 
 pub(super) fn page(document: &Document) -> String {
-    let (tally, cases) = (document.tally, &document.cases);
+    let (tally, cases) = (document.sum.tally, &document.cases);
     let skipped = tally.known + tally.not_applicable + tally.not_allowed;
     let time: f64 = cases.iter().map(|row| row.seconds).sum();
     let name = escaped(&format!("{}, node {}", document.about.device, document.about.node));
@@ -50,7 +50,7 @@ pub(super) fn page(document: &Document) -> String {
         };
         page.push_str("    </testcase>\n");
     }
-    for text in &document.not_put_back {
+    for text in &document.sum.not_put_back {
         let _ = writeln!(page, "    <system-err>{}</system-err>", escaped(text));
     }
     page.push_str("  </testsuite>\n</testsuites>\n");

@@ -5,6 +5,7 @@ mod junit;
 
 use lexican_runtime::{Frame, Instant};
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::case::{Level, Verdict};
 use crate::suite::{CaseReport, Report};
@@ -26,12 +27,18 @@ pub struct Document {
     #[serde(flatten)]
     about: About,
     #[serde(flatten)]
+    sum: Sum,
+    cases: Vec<Row>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Sum {
+    #[serde(flatten)]
     tally: Tally,
     /// Why the test ended before its last case.
     ended_early: Option<String>,
     /// What is not as it was before the test.
     not_put_back: Vec<String>,
-    cases: Vec<Row>,
 }
 
 /// How many cases have which verdict.
@@ -84,6 +91,14 @@ struct Line {
 }
 
 impl CaseReport {
+    /// The case as one JSON object without its frames: `"event": "case"`, and what a [`Document`] has of it.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let mut case = event("case", Row::new(self, Vec::new()));
+        case.as_object_mut().map(|case| case.remove("frames"));
+        case
+    }
+
     /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `known` (failed, as it is known to),
     /// `not applicable`, `not allowed`,
     /// `unfinished`.
@@ -102,6 +117,12 @@ impl CaseReport {
 }
 
 impl Report {
+    /// The sum as one JSON object: `"event": "summary"`, and what a [`Document`] has of it.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        event("summary", Sum::new(self))
+    }
+
     /// How many cases have which verdict.
     #[must_use]
     pub fn tally(&self) -> Tally {
@@ -130,24 +151,43 @@ impl Report {
                 frame: record.frame.to_string(),
                 words: words(&record.frame),
             });
-            Row {
-                id: report.case.id,
-                plan: report.case.plan,
-                title: report.case.title,
-                level: if report.case.level == Level::Must { "must" } else { "should" },
-                verdict: report.verdict(),
-                reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),
-                seconds: seconds(report.took),
-                known: report.known.clone(),
-                measured: report.measured.clone(),
-                notes: report.notes.clone(),
-                frames: frames.collect(),
-            }
+            Row::new(report, frames.collect())
         };
         let cases = self.cases.iter().map(row).collect();
-        let ended_early = self.ended_early.as_ref().map(ToString::to_string);
-        Document { about, tally: self.tally(), ended_early, not_put_back: self.not_put_back.clone(), cases }
+        Document { about, sum: Sum::new(self), cases }
     }
+}
+
+impl Sum {
+    fn new(report: &Report) -> Self {
+        let ended_early = report.ended_early.as_ref().map(ToString::to_string);
+        Sum { tally: report.tally(), ended_early, not_put_back: report.not_put_back.clone() }
+    }
+}
+
+impl Row {
+    fn new(report: &CaseReport, frames: Vec<Line>) -> Self {
+        Row {
+            id: report.case.id,
+            plan: report.case.plan,
+            title: report.case.title,
+            level: if report.case.level == Level::Must { "must" } else { "should" },
+            verdict: report.verdict(),
+            reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),
+            seconds: seconds(report.took),
+            known: report.known.clone(),
+            measured: report.measured.clone(),
+            notes: report.notes.clone(),
+            frames,
+        }
+    }
+}
+
+/// An object for one line.
+fn event(event: &str, content: impl Serialize) -> Value {
+    let mut object = serde_json::to_value(content).expect("texts and numbers are JSON");
+    object["event"] = event.into();
+    object
 }
 
 impl Document {

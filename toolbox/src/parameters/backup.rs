@@ -1,12 +1,15 @@
 //! A backup: the parameters of a device as a DCF.
 
+use std::collections::BTreeMap;
+
 use lexican_eds::model::{Commissioning, Device, Entry, Value};
+use lexican_eds::types::DataType;
 use lexican_eds::{Input, Source};
 use lexican_runtime::cia301;
 use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 
-use super::{Ended, OnProgress, is_setting, read};
+use super::{Ended, OnProgress, is_kept, read, read_entry};
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::{address, resolved};
 
@@ -19,6 +22,10 @@ pub struct Backup {
     pub kept: usize,
     /// The parameters that could not be read, or that a DCF cannot hold.
     pub left_out: Vec<(Address, Refusal)>,
+    /// The DOMAINs that were read: a DCF names a file for each.
+    pub domains: BTreeMap<Address, Vec<u8>>,
+    /// How many DOMAINs were not read, because they were not wanted.
+    pub unread_domains: usize,
 }
 
 /// The four numbers of the identity object.
@@ -38,7 +45,7 @@ pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, 
     Ok(identity)
 }
 
-/// Reads every parameter of a node, by its data sheet.
+/// Reads every parameter of a node, by its data sheet; also those that are DOMAINs with `domains`.
 ///
 /// # Errors
 ///
@@ -46,11 +53,21 @@ pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, 
 pub fn backup<L: Link>(
     node: &mut RemoteNode<'_, L>,
     sheet: &Device,
+    domains: bool,
     progress: OnProgress<'_>,
 ) -> Result<Backup, Ended> {
     let [vendor, product, revision, serial] = read_identity(node)?;
-    let settings = sheet.entries().filter(|entry| is_setting(sheet, entry));
-    let found = read(node, settings, progress)?;
+    let settings = sheet.entries().filter(|entry| is_kept(sheet, entry));
+    let (long, short): (Vec<_>, Vec<_>) = settings.partition(|entry| entry.data_type == DataType::Domain);
+    let mut found = read(node, short, progress)?;
+    let unread_domains = if domains { 0 } else { long.len() };
+    let mut domains_read = BTreeMap::new();
+    for entry in long.into_iter().filter(|_| domains) {
+        match read_entry(node, address(entry), progress)? {
+            Ok(data) => drop(domains_read.insert(address(entry), data)),
+            Err(refusal) => found.refused.push((address(entry), refusal)),
+        }
+    }
     let mut device = sheet.clone();
     let info = &mut device.info;
     info.vendor_number = vendor.or(info.vendor_number);
@@ -70,11 +87,25 @@ pub fn backup<L: Link>(
     }
     let mut left_out = found.refused;
     left_out.extend(drop_what_a_dcf_cannot_hold(&mut device));
-    let kept = device.entries().filter(|entry| entry.configured.is_some()).count();
-    Ok(Backup { device, kept, left_out })
+    let kept = device.entries().filter(|entry| entry.configured.is_some()).count() + domains_read.len();
+    Ok(Backup { device, kept, left_out, domains: domains_read, unread_domains })
 }
 
 impl Backup {
+    /// Names a file for each DOMAIN in the DCF (`DownloadFile`, CiA 306), which begins with `stem`, and returns their names and
+    /// contents.
+    pub fn domain_files(&mut self, stem: &str) -> Vec<(String, Vec<u8>)> {
+        let mut files = Vec::new();
+        for entry in entries(&mut self.device) {
+            if let Some(data) = self.domains.get(&address(entry)) {
+                let name = format!("{stem}.{:04X}-{:02X}.bin", entry.index, entry.sub);
+                entry.download_file = Some(name.clone());
+                files.push((name, data.clone()));
+            }
+        }
+        files
+    }
+
     /// The text of the DCF.
     #[must_use]
     pub fn dcf(&self) -> String {

@@ -14,16 +14,17 @@ use std::ops::ControlFlow;
 use lexican_eds::model::{AccessType, Device, Entry, Value};
 use lexican_eds::types::DataType;
 use lexican_runtime::cia301;
-use lexican_runtime::host::{AccessError, Link};
+use lexican_runtime::host::{AccessError, Bytes, Link};
 use lexican_runtime::object::Address;
 
+use crate::followed::Followed;
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::wire::parse_padded;
 use crate::values::{address, is_pdo_mapping};
 
-/// What an operation is about to do.
+/// What an operation is about to do, or has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum Progress<'a> {
     /// Reads the entry `at` of `of`, counted from 1.
     Reading {
         /// The entry.
@@ -42,12 +43,26 @@ pub enum Progress {
         /// How many there are.
         of: usize,
     },
+    /// Transfers the value of the entry that is read or written, which is a long one.
+    Transferring {
+        /// The entry.
+        address: Address,
+        /// How many bytes have been transferred.
+        bytes: u32,
+    },
+    /// An entry has been written, and read back with its value.
+    Written {
+        /// The entry.
+        address: Address,
+        /// What it had before, if that could be read.
+        before: Option<&'a [u8]>,
+    },
     /// Lets the device store its parameters.
     Storing,
 }
 
 /// Gets the progress; the operation stops at a [`ControlFlow::Break`].
-pub type OnProgress<'a> = &'a mut dyn FnMut(Progress) -> ControlFlow<()>;
+pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>;
 
 /// Why an operation ended early.
 #[derive(Debug, thiserror::Error)]
@@ -83,15 +98,18 @@ const fn is_set_point(index: u16) -> bool {
     matches!(index, 0x6042 | 0x6071 | 0x607A | 0x60B0..=0x60B2 | 0x60B8 | 0x60C1 | 0x60FE | 0x60FF)
 }
 
-/// Whether an entry is a parameter that a backup keeps: it can be read and written, and is neither process data (`rwr`,
-/// `rww`, set-points of CiA 402), nor a command, nor a DOMAIN.
+/// Whether an entry is a parameter whose value a data sheet can say: not a DOMAIN.
 #[must_use]
 pub fn is_setting(device: &Device, entry: &Entry) -> bool {
+    is_kept(device, entry) && entry.data_type != DataType::Domain
+}
+
+/// Whether an entry is what a device is set to: it can be read and written, and is neither process data (`rwr`, `rww`,
+/// set-points of CiA 402) nor a command.
+#[must_use]
+pub fn is_kept(device: &Device, entry: &Entry) -> bool {
     let is_drive = device.profile == Some(402);
-    entry.access == AccessType::Rw
-        && entry.data_type != DataType::Domain
-        && !is_command(entry)
-        && !(is_drive && is_set_point(entry.index))
+    entry.access == AccessType::Rw && !is_command(entry) && !(is_drive && is_set_point(entry.index))
 }
 
 /// The settings that were read, and the reasons of those that were not.
@@ -123,7 +141,7 @@ pub fn read<'d, L: Link>(
         if progress(Progress::Reading { address, at, of }).is_break() {
             return Err(Ended::Stopped);
         }
-        match node.read(address)? {
+        match read_entry(node, address, progress)? {
             Ok(data) => match parse_padded(entry.data_type, &data) {
                 Some(value) => {
                     read.values.insert(address, value);
@@ -138,6 +156,45 @@ pub fn read<'d, L: Link>(
     }
     Ok(read)
 }
+
+/// Reports how far a transfer is, if it is a long one. Others end soon, and are not stopped half way.
+fn if_long(address: Address, bytes: u32, progress: OnProgress<'_>) -> ControlFlow<()> {
+    const SHORT: u32 = 1024;
+    if bytes < SHORT { ControlFlow::Continue(()) } else { progress(Progress::Transferring { address, bytes }) }
+}
+
+/// Reads an entry, and reports how far it is.
+fn read_entry<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    address: Address,
+    progress: OnProgress<'_>,
+) -> Result<Result<Vec<u8>, Refusal>, Ended> {
+    let bytes = Bytes::room_for(LONGEST);
+    let mut followed = Followed::new(bytes, |bytes| if_long(address, bytes, progress));
+    let len = node.read_into(address, &mut followed)?;
+    if followed.is_interrupted() {
+        return Err(Ended::Stopped);
+    }
+    Ok(len.map(|len| followed.into_payload().into_vec(len)))
+}
+
+/// Writes an entry, and reports how far it is.
+fn write_entry<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    address: Address,
+    data: &[u8],
+    progress: OnProgress<'_>,
+) -> Result<Result<(), Refusal>, Ended> {
+    let Ok(len) = u32::try_from(data.len()) else {
+        return Ok(Err(Refusal::Failed("SDO transfers less than 4 GiB".to_owned())));
+    };
+    let mut followed = Followed::new(data, |bytes| if_long(address, bytes, progress));
+    let result = node.write_from(address, len, &mut followed)?;
+    if followed.is_interrupted() { Err(Ended::Stopped) } else { Ok(result) }
+}
+
+/// The longest value that is read: 64 MiB.
+const LONGEST: usize = 64 << 20;
 
 /// Whether an entry of a PDO mapping is beyond the number of those that are mapped.
 fn is_beyond_mapping(values: &BTreeMap<Address, Value>, address: Address) -> bool {

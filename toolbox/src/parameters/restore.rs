@@ -1,8 +1,10 @@
 //! Writing parameters into a device, in the order that it takes, each read back.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
 
 use lexican_eds::model::{Device, Entry, Value};
+use lexican_eds::types::DataType;
 use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
@@ -10,7 +12,8 @@ use lexican_runtime::{NodeId, cia301};
 
 use super::backup::read_identity;
 use super::order::{Write, in_order, switches};
-use super::{Ended, OnProgress, Progress, read};
+use super::{Ended, LONGEST, OnProgress, Progress, read, read_entry, write_entry};
+use crate::files::{ReadError, read_up_to};
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::wire::{encode, parse_padded, written};
 use crate::values::{address, given, resolved};
@@ -95,6 +98,18 @@ pub fn configured(device: &Device, node: NodeId) -> Settings {
         Some((address(entry), encode(entry.data_type, &value)?))
     };
     device.entries().filter_map(data).collect()
+}
+
+/// The content of the files that a DCF names for its DOMAINs (`DownloadFile`, CiA 306), by their entries. Names are relative to
+/// `folder`, that of the DCF.
+///
+/// # Errors
+///
+/// [`ReadError`] if a file cannot be read.
+pub fn domains(device: &Device, folder: &Path) -> Result<Settings, ReadError> {
+    let is_domain = |entry: &&Entry| entry.data_type == DataType::Domain && entry.access.writable();
+    let files = device.entries().filter(is_domain).filter_map(|entry| Some((entry, entry.download_file.as_ref()?)));
+    files.map(|(entry, file)| Ok((address(entry), read_up_to(&folder.join(file), LONGEST)?))).collect()
 }
 
 /// Writes the settings that the node does not have already, and reads each back. So a restore that ended early goes on where
@@ -198,7 +213,7 @@ fn write<L: Link>(
             outcome.refused.extend(again.into_iter().map(|(write, refusal)| (write.address, refusal)));
             return Err(Ended::Stopped);
         }
-        let result = write_one(node, sheet, &next).inspect_err(|_| {
+        let result = write_one(node, sheet, &next, progress).inspect_err(|_| {
             let refused = again.iter().map(|(write, refusal)| (write.address, refusal.clone()));
             outcome.refused.extend(refused);
         })?;
@@ -212,8 +227,10 @@ fn write<L: Link>(
                 if is_switch && !next.is_final {
                     outcome.switched_off.push(next.address);
                 }
-                if next.is_final && outcome.differing.contains_key(&next.address) {
+                if let Some(before) = outcome.differing.get(&next.address).filter(|_| next.is_final) {
                     outcome.written.push(next.address);
+                    // What is stopped here is stopped at the next step.
+                    let _ = progress(Progress::Written { address: next.address, before: before.as_deref() });
                 }
             }
             // Its final value says whether it matters.
@@ -230,14 +247,15 @@ fn write_one<L: Link>(
     node: &mut RemoteNode<'_, L>,
     sheet: &Device,
     write: &Write,
+    progress: OnProgress<'_>,
 ) -> Result<Result<(), Refusal>, Ended> {
     let data = written(Some(sheet), write.data.clone());
-    if let Err(refusal) = node.write(write.address, &data)? {
+    if let Err(refusal) = write_entry(node, write.address, &data, progress)? {
         return Ok(Err(refusal));
     }
     let entry = sheet.entry(write.address.index(), write.address.sub());
     let Some(entry) = entry.filter(|entry| write.is_final && entry.access.readable()) else { return Ok(Ok(())) };
-    Ok(match node.read(write.address)? {
+    Ok(match read_entry(node, write.address, progress)? {
         Err(refusal) => Err(refusal),
         Ok(data) => {
             let value = parse_padded(entry.data_type, &data);

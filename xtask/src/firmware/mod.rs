@@ -79,7 +79,7 @@ pub(crate) fn report(root: &Path, lexican: PathBuf, path: &Path) -> Result<(), S
     qemu::is_installed().and_then(|()| target_is_installed())?;
     on_bench(root, lexican, |bench| {
         get_a_node_id(bench)?;
-        bench.test_conformance(&["--json", &path.to_string_lossy()]).map(drop)
+        bench.test_conformance(&["--report", &path.to_string_lossy()]).map(drop)
     })
 }
 
@@ -174,7 +174,7 @@ fn be_scanned(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn be_checked(bench: &mut Bench<'_>) -> Result<(), String> {
-    bench.on_node(&["check", "--write", "--domains"]).map(|_| ())
+    bench.on_bus(&["check", "5", "--device", EDS, "--write", "--domains"]).map(|_| ())
 }
 
 fn transfer_blocks(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -193,7 +193,7 @@ fn lose_a_heartbeat(bench: &mut Bench<'_>) -> Result<(), String> {
     const BACK: u32 = 300;
     bench.write("6200:01", "15")?;
     bench.write("1016:01", &(0x0001_0000 | 500).to_string())?;
-    let mut monitor = bench.command(&["monitor", "--json", "--bus", &bench.bus(), "--for", "5"]);
+    let mut monitor = bench.command(&["monitor", "--json", "--bus", &bench.bus(), "--for", "5s"]);
     let mut monitor = monitor.stdout(Stdio::piped()).spawn().map_err(|error| format!("monitor: {error}"))?;
     let mut naps = 0;
     while let Ok(None) = monitor.try_wait() {
@@ -249,7 +249,7 @@ fn conform(bench: &mut Bench<'_>) -> Result<(), String> {
     let mut only = String::new();
     for attempt in 1..=ATTEMPTS {
         let json = path.to_string_lossy();
-        let arguments = ["--json", &json, "--only", &only];
+        let arguments = ["--report", &json, "--only", &only];
         let output = bench.test_conformance(&arguments[..if only.is_empty() { 2 } else { 4 }])?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         if let Some(sum) = text.lines().last() {
@@ -282,7 +282,7 @@ impl Bench<'_> {
     /// Runs the conformance test, with further arguments.
     fn test_conformance(&self, further: &[&str]) -> Result<Output, String> {
         let bus = self.bus();
-        let mut arguments = vec!["conform", "--bus", &bus, "--node", "5", "--eds", EDS, "--allow", "all"];
+        let mut arguments = vec!["conform", "--bus", &bus, "5", "--device", EDS, "--allow", "all"];
         arguments.extend(["--emergency", "2002=0xCDAB3120", "--input", "2003=10", "2003=0", "6000:02"]);
         arguments.extend(further);
         self.command(&arguments).output().map_err(|error| format!("lexican conform: {error}"))
