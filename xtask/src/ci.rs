@@ -1,13 +1,17 @@
 //! What CI runs. There is no other script with logic in it.
 
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use clap::ValueEnum;
 
 use crate::disk::Free;
 use crate::{checkout, command, package, workspace};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub(crate) enum Job {
     /// rustfmt
     Fmt,
@@ -52,19 +56,45 @@ pub(crate) enum Job {
 }
 
 pub(crate) fn run(root: &Path, job: Option<Job>) -> Result<(), String> {
-    let jobs = job.map_or_else(|| Job::value_variants().to_vec(), |job| vec![job]);
     if let Some(free) = Free::for_builds(root) {
         println!("{free}");
     }
-    let is_clean = is_clean(root);
-    for job in jobs {
-        let name = job.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
-        println!("== {name}");
-        let outcome = job.run(root).and_then(|()| if is_clean { still_clean(root) } else { Ok(()) });
-        outcome
-            .map_err(|error| format!("{error}\n{}run it again alone: cargo xtask ci {name}", short_of_space(root)))?;
+    match job {
+        Some(job) => job.run_and_look(root, is_clean(root)),
+        None => run_all(root),
     }
-    Ok(())
+}
+
+/// Runs all jobs: those that build into folders of their own, or wait for a guest, beside the others.
+fn run_all(root: &Path) -> Result<(), String> {
+    let is_clean = is_clean(root);
+    // Asked before a job builds it anew, when it is no longer the file that it was started from.
+    let program = std::env::current_exe().map_err(|error| format!("this program: {error}"))?;
+    let (beside, others): (Vec<Job>, Vec<Job>) = Job::value_variants().iter().partition(|job| job.is_beside());
+    let has_failed = AtomicBool::new(false);
+    let times = Mutex::new(Vec::new());
+    let carry_out = |job: Job, work: &dyn Fn() -> Result<(), String>| {
+        if has_failed.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        #[expect(clippy::disallowed_methods, reason = "how long a job takes is measured")]
+        let began = Instant::now();
+        let outcome = work();
+        has_failed.fetch_or(outcome.is_err(), Ordering::Relaxed);
+        times.lock().unwrap_or_else(PoisonError::into_inner).push((began.elapsed(), job));
+        outcome
+    };
+    let (alone, beside) = std::thread::scope(|scope| {
+        let beside =
+            scope.spawn(|| beside.iter().try_for_each(|job| carry_out(*job, &|| job.run_silently(root, &program))));
+        let alone = others.iter().try_for_each(|job| carry_out(*job, &|| job.run_and_look(root, is_clean)));
+        (alone, beside.join().unwrap_or_else(|_| Err("a job beside the others has panicked".to_owned())))
+    });
+    let mut times = times.into_inner().unwrap_or_else(PoisonError::into_inner);
+    times.sort();
+    println!("== how long each job took, two at a time");
+    times.iter().rev().for_each(|(time, job)| println!("{:5} s  {}", time.as_secs(), job.name()));
+    alone.and(beside)
 }
 
 /// Whether the checkout can be watched for what jobs change in it.
@@ -103,6 +133,34 @@ pub(crate) fn bless(root: &Path) -> Result<(), String> {
 }
 
 impl Job {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Whether it can run beside the others: it does not build into their folder, or hardly.
+    const fn is_beside(self) -> bool {
+        matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz | Job::Interop)
+    }
+
+    /// Runs it, and looks whether it has left the checkout as it was.
+    fn run_and_look(self, root: &Path, is_clean: bool) -> Result<(), String> {
+        let name = self.name();
+        println!("== {name}");
+        let outcome = self.run(root).and_then(|()| if is_clean { still_clean(root) } else { Ok(()) });
+        outcome.map_err(|error| format!("{error}\n{}run it again alone: cargo xtask ci {name}", short_of_space(root)))
+    }
+
+    /// Runs it as a command of its own, and prints what it says when it is over.
+    fn run_silently(self, root: &Path, program: &Path) -> Result<(), String> {
+        let name = self.name();
+        println!("== {name}: begun beside the others");
+        let output = Command::new(program).args(["ci", &name]).current_dir(root).stdin(Stdio::null()).output();
+        let output = output.map_err(|error| format!("cargo xtask ci {name}: {error}"))?;
+        let text = [output.stdout, output.stderr].concat();
+        println!("{}", String::from_utf8_lossy(&text).trim_end());
+        if output.status.success() { Ok(()) } else { Err(format!("cargo xtask ci {name}: {}", output.status)) }
+    }
+
     fn run(self, root: &Path) -> Result<(), String> {
         match self {
             Job::Fmt => command::run_cargo(root, &["fmt", "--all", "--check"], &[])
