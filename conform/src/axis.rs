@@ -7,9 +7,9 @@ use lexican_runtime::profile::cia402::{Cause, Command, State, Transitions, contr
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Instant};
 
-use crate::case::{Outcome, Verdict, ensure, failed, not_applicable};
 use crate::sdo;
 use crate::tester::{Motion, Tester};
+use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
 /// How long a change of the state may take, switching power on included.
 const REACTION: Duration = Duration::from_secs(3);

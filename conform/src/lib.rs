@@ -10,19 +10,22 @@ mod case;
 mod cases;
 mod hazard;
 mod known;
+mod lss;
 mod report;
 mod sdo;
 mod suite;
 mod tester;
 mod value;
+mod verdict;
 
-pub use case::{Case, Ended, Level, Outcome, Verdict};
+pub use case::Case;
 pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use known::Known;
 pub use report::{About, Document, Tally};
 pub use suite::{CaseReport, Observer, Report, run};
 pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Sheet, Stimuli, Tester, Write};
+pub use verdict::{Ended, Level, Outcome, Verdict};
 
 /// The README, so that what it shows compiles.
 #[cfg(doctest)]

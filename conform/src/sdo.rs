@@ -4,8 +4,8 @@ use lexican_eds::model::{Entry, Value};
 use lexican_runtime::wire::crc::Crc;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::case::{Outcome, ensure, failed, not_applicable};
 use crate::tester::{Tester, Write};
+use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
 /// What the server says to a whole transfer.
 pub(crate) type Answer<T = ()> = Result<T, AbortCode>;
@@ -361,7 +361,7 @@ fn aborted(answer: Answer, codes: &[AbortCode], what: impl Fn() -> String) -> Ou
     }
 }
 
-fn refused(code: AbortCode) -> crate::case::Verdict {
+fn refused(code: AbortCode) -> Verdict {
     failed(format!("a block transfer is refused: {code}"))
 }
 

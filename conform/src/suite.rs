@@ -9,11 +9,12 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::axis::make_safe;
-use crate::case::{Case, Ended, Level, Outcome, Scope, Verdict};
+use crate::case::{Case, Scope};
 use crate::cases::lss;
 use crate::hazard::Hazard;
 use crate::sdo;
 use crate::tester::{Record, Settings, Sheet, Tester};
+use crate::verdict::{Ended, Level, Outcome, Verdict};
 
 /// For how long others on the bus are listened to before the test.
 const OTHERS: Duration = Duration::from_secs(2);

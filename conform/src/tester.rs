@@ -12,10 +12,10 @@ use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use crate::case::{Case, Ended, Level, Outcome, Scope, Verdict, ensure, failed, not_applicable};
-use crate::cases::lss;
 use crate::hazard::Hazard;
 use crate::known::Known;
+use crate::lss::Changes;
+use crate::verdict::{Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
 
 /// For how long the tester listens for what is to come at once.
 pub(crate) const PATIENCE_MS: u64 = 100;
@@ -48,7 +48,7 @@ pub struct Settings {
     pub bit_rate_kbit: Option<u16>,
     /// What makes the device do what no service can ask for.
     pub stimuli: Stimuli,
-    /// In what the device is known to deviate: the [id](Case::id) of a case that fails, and how.
+    /// In what the device is known to deviate: the [id](crate::Case::id) of a case that fails, and how.
     pub known: BTreeMap<String, Known>,
     /// How far a drive may travel (6064h), if not what [`Settings::motion`] finds.
     pub travel: Option<u32>,
@@ -198,7 +198,7 @@ pub struct Tester<'a> {
     /// What has been measured in this case.
     measured: Vec<String>,
     /// What LSS has changed, and is not put back.
-    pub(crate) lss: lss::Changes,
+    pub(crate) lss: Changes,
     /// The frames that this computer has missed in this case.
     missed: u32,
     /// The device may boot: a reset was commanded, and it has not booted since.
@@ -225,43 +225,20 @@ impl<'a> Tester<'a> {
             frames,
             written,
             measured,
-            lss: lss::Changes::default(),
+            lss: Changes::default(),
             missed,
             may_boot,
             has_booted,
         }
     }
 
-    /// Runs one case on a device that has its defaults.
-    ///
-    /// # Errors
-    ///
-    /// Why it was not passed.
-    pub fn run(&mut self, case: &Case) -> Outcome {
+    /// Forgets what happened in the last case.
+    pub(crate) fn begin(&mut self) {
         self.frames.clear();
         self.written.clear();
         self.measured.clear();
         (self.missed, self.has_booted) = (0, false);
         self.limit(self.settings.case);
-        let profile = self.sheet.device.profile;
-        if let Some(wanted) = case.profile().filter(|&wanted| Some(wanted) != profile) {
-            return Err(not_applicable(format!("1000h does not say that the device is one of CiA {wanted}")));
-        }
-        match case.scope {
-            Scope::DataSheet => return (case.run)(self),
-            _ if self.sheet.is_unfit => {
-                return Err(Verdict::Unfinished(Ended::Unfit(self.sheet.findings.clone())));
-            }
-            Scope::Lss if !self.sheet.device.info.lss => {
-                return Err(not_applicable("LSS_Supported is not 1 in the data sheet"));
-            }
-            Scope::Lss | Scope::Device => {}
-        }
-        if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
-            return Err(Verdict::NotAllowed(*hazard));
-        }
-        self.reset(NmtCommand::ResetNode)?;
-        (case.run)(self)
     }
 
     /// The frames of the last case, the first ones if there were very many.

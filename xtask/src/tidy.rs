@@ -273,7 +273,10 @@ fn contains_word(text: &str, word: &str) -> bool {
 
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
-    for room in ["eds", "codegen", "runtime", "profibus", "drives", "cli", "examples", "tests", "xtask", "fuzz"] {
+    for room in [
+        "eds", "codegen", "runtime", "profibus", "drives", "toolbox", "conform", "cli", "examples", "tests", "xtask",
+        "fuzz",
+    ] {
         collect(root, &root.join(room), &mut sources)?;
     }
     Ok(sources)

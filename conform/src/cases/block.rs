@@ -3,8 +3,9 @@
 use lexican_runtime::AbortCode;
 
 use super::sdo::long_text;
-use crate::case::{Case, case, ensure, not_applicable};
+use crate::case::{Case, case};
 use crate::sdo::{initiate, message};
+use crate::verdict::{ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3.14/3", "", "segments of a block that were lost are sent again", |t| {

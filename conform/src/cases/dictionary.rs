@@ -4,9 +4,10 @@ use lexican_eds::model::{Entry, ObjectKind, Value};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::case::{Case, Outcome, Verdict, case, ensure, failed};
+use crate::case::{Case, case};
 use crate::hazard::Hazard;
 use crate::tester::Tester;
+use crate::verdict::{Outcome, Verdict, ensure, failed};
 
 pub(crate) const CASES: &[Case] = &[
     case("306-1/6.5.2/1", "4.1", "all that may be read is read, and has its size", |t| {

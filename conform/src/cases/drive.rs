@@ -12,9 +12,7 @@ mod position;
 mod states;
 mod velocity;
 
-use crate::case::{Case, Outcome, case};
-use crate::hazard::Hazard;
-use crate::tester::Tester;
+use crate::case::Case;
 
 /// All of them.
 pub(crate) fn cases() -> impl Iterator<Item = &'static Case> {
@@ -29,8 +27,4 @@ pub(crate) fn cases() -> impl Iterator<Item = &'static Case> {
         cyclic::CASES,
     ];
     chapters.into_iter().flatten()
-}
-
-const fn drive(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
-    case(id, "", title, run).needs(&[Hazard::Motion])
 }

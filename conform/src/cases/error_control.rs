@@ -3,8 +3,9 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::case::{Case, Outcome, case, ensure, not_applicable};
+use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::verdict::{Outcome, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.11/1", "7.1", "100Ch and 100Dh are the defaults", |t| {

@@ -7,9 +7,11 @@ use lexican_runtime::wire::lss::{self, BIT_TIMING_TABLE, Bound, Identity, LssReq
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 
-use crate::case::{Case, Outcome, Scope, case, ensure, failed, not_applicable};
+use crate::case::{Case, Scope, case};
 use crate::hazard::Hazard;
+use crate::lss::{Addressed, Changes};
 use crate::tester::{PATIENCE, PATIENCE_MS, Tester};
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 const NODE_ID: &[Hazard] = &[Hazard::NodeId];
 const STORE: &[Hazard] = &[Hazard::Store];
@@ -236,31 +238,6 @@ pub(crate) const CASES: &[Case] = &[
 
 /// Begins a fastscan, whatever was scanned before.
 const RESTART: LssRequest = LssRequest::Fastscan { value: 0, bits_left: 0x80, part: Part::Vendor, next: Part::Vendor };
-
-/// The device as LSS knows it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Addressed {
-    identity: Identity,
-    node: NodeId,
-}
-
-impl Addressed {
-    /// The lowest identity of the same major revision number with this serial number.
-    fn of_major_revision(self, serial: u32) -> Identity {
-        Identity { revision: self.identity.revision & 0xFFFF_0000, serial, ..self.identity }
-    }
-}
-
-/// What cases have done to the device by LSS.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Changes {
-    /// The device, once LSS has been used.
-    device: Option<Addressed>,
-    /// The node-ID that it was given.
-    node: Option<Option<NodeId>>,
-    /// It was given a bit rate.
-    bit_rate: bool,
-}
 
 /// All devices are in LSS waiting; the device under test is addressed by what it has in 1018h.
 fn begin(t: &mut Tester<'_>) -> Outcome<Addressed> {

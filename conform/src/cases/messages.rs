@@ -5,8 +5,10 @@ use lexican_runtime::{AbortCode, CobId};
 
 use super::pdo::{configure, tpdos, transmission};
 use super::storing::{self, BOTH, SAVE};
-use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use super::sync::{consumes, counts, produce, without_period};
+use crate::case::{Case, case};
 use crate::tester::{Tester, Write, text};
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.17/1", "5.1", "1014h is 80h + node-ID", |t| {
@@ -190,49 +192,4 @@ fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
         bytes.ok_or_else(|| failed(format!("one emergency of eight bytes was expected, {} came", text(&heard))))?;
     ensure(bytes[..2] != [0, 0], || "the emergency has no error code")?;
     Ok(bytes)
-}
-
-fn consumes(t: &Tester<'_>) -> Outcome {
-    t.has(&[0x1005, 0x1006])
-}
-
-/// SYNC, every 10 ms.
-pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
-    consumes(t)?;
-    produce_nothing(t)?;
-    t.write(0x1006, 0, 10_000)?;
-    t.write(0x1005, 0, 0x4000_0080)
-}
-
-/// In 1005h: the device produces SYNC.
-const PRODUCES: u32 = 1 << 30;
-
-/// No SYNC, and no period of it if the device can have none.
-pub(crate) fn produce_nothing(t: &mut Tester<'_>) -> Outcome {
-    if t.entry(0x1005, 0).is_ok() {
-        let cob_id = t.read(0x1005, 0)? as u32;
-        if cob_id & PRODUCES != 0 {
-            t.write(0x1005, 0, cob_id & !PRODUCES)?;
-        }
-    }
-    // A device may have no period for "never".
-    if t.entry(0x1006, 0).is_ok() && t.has_value(0x1006, 0, 0) && t.read(0x1006, 0)? != 0 {
-        t.write(0x1006, 0, 0)?;
-    }
-    Ok(())
-}
-
-/// 1019h may be written: there is no period of SYNC.
-pub(crate) fn without_period(t: &mut Tester<'_>) -> Outcome {
-    t.entry(0x1019, 0)?;
-    if t.entry(0x1006, 0).is_ok() && !t.has_value(0x1006, 0, 0) {
-        return Err(not_applicable("1006h has no value for no period, with which 1019h could be written"));
-    }
-    produce_nothing(t)
-}
-
-fn counts(t: &mut Tester<'_>, overflow: u32) -> Outcome {
-    without_period(t)?;
-    t.write(0x1019, 0, overflow)?;
-    produce(t)
 }

@@ -15,6 +15,7 @@ mod receiving;
 mod robustness;
 mod sdo;
 mod storing;
+mod sync;
 mod transmission;
 
 use crate::case::Case;

@@ -5,9 +5,10 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Frame};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
-use super::{error_control, messages};
-use crate::case::{Case, Outcome, Verdict, case, ensure, not_applicable};
+use super::{error_control, sync};
+use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.3.2.2.1/1", "9.1", "the device boots up, with its defaults", |t| {
@@ -193,7 +194,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     // SYNC.
     if t.has(&[0x1005, 0x1006]).is_ok() {
         t.enter(NmtState::PreOperational)?;
-        messages::produce(t)?;
+        sync::produce(t)?;
         t.enter(state)?;
         let syncs = t.hear_id(CobId::SYNC, 105)?;
         let right = if messages { (9..=11).contains(&syncs.len()) } else { syncs.is_empty() };

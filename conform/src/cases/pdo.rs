@@ -4,9 +4,10 @@ use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::messages::{produce_nothing, without_period};
-use crate::case::{Case, Outcome, Verdict, case, ensure, not_applicable};
+use super::sync::{produce_nothing, without_period};
+use crate::case::{Case, case};
 use crate::tester::{InputStimulus, Tester};
+use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.35/1", "3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),

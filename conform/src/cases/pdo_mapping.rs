@@ -5,11 +5,12 @@ use lexican_eds::types::DataType;
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::messages::produce_nothing;
 use super::pdo::{configure, transmission};
-use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use super::sync::produce_nothing;
+use crate::case::{Case, case};
 use crate::sdo::Answer;
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.38/1", "3.21", "the mappings are those of the data sheet, and what they map exists", |t| {

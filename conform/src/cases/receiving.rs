@@ -7,11 +7,12 @@ use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::error_control::{beat, guard, watch};
-use super::messages::produce_nothing;
 use super::nmt::{received_by, values};
 use super::pdo_mapping::switch_off;
-use crate::case::{Case, Outcome, case, ensure, not_applicable};
+use super::sync::produce_nothing;
+use crate::case::{Case, case};
 use crate::tester::{Tester, text};
+use crate::verdict::{Outcome, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.2.1/3", "", "of an RPDO with too many bytes, the first ones are taken", |t| {

@@ -5,8 +5,9 @@ use lexican_runtime::{AbortCode, CobId};
 
 use super::nmt::{received, reports, shows_its_state, values};
 use super::sdo::long_text;
-use crate::case::{Case, case, ensure, failed};
+use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::verdict::{ensure, failed};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3/1", "", "a request of other than eight bytes is not carried out", |t| {

@@ -3,9 +3,10 @@
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, CobId};
 
-use super::storing::BOTH;
-use crate::case::{Case, Outcome, Scope, case, ensure, failed, not_applicable};
+use super::storing::{BOTH, changed_parameters, forget};
+use crate::case::{Case, Scope, case};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("306-1/6/1", "1.0", "the data sheet has no errors by which no device could be tested", |t| {
@@ -172,32 +173,10 @@ pub(crate) const CASES: &[Case] = &[
             t.reads(index, 1, u64::from(0x6C0 + 2 * number as u32))?;
             t.reads(index, 2, u64::from(0x6C1 + 2 * number as u32))?;
         }
-        super::storing::forget(t)
+        forget(t)
     })
     .needs(BOTH),
 ];
-
-/// Writes communication parameters that are harmless, and reads them back: where they are, and what they were.
-pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), u64)>> {
-    let candidates = [
-        (0x1006, 0, 10_000),
-        (0x1007, 0, 1),
-        (0x1015, 0, 100),
-        (0x1017, 0, 1000),
-        (0x1400, 2, 254),
-        (0x1800, 2, 1),
-        (0x1800, 5, 50),
-    ];
-    let mut changed = Vec::new();
-    for (index, sub, value) in candidates {
-        if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) && t.has_value(index, sub, value) {
-            changed.push(((index, sub), t.read(index, sub)?));
-            t.write(index, sub, value)?;
-            t.reads(index, sub, u64::from(value))?;
-        }
-    }
-    if changed.is_empty() { Err(not_applicable("no communication parameter can be written")) } else { Ok(changed) }
-}
 
 /// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.
 fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], code: AbortCode) -> Outcome {

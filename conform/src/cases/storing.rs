@@ -3,10 +3,10 @@
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use super::sdo::changed_parameters;
-use crate::case::{Case, Outcome, case, failed, not_applicable};
+use crate::case::{Case, case};
 use crate::hazard::Hazard;
 use crate::tester::Tester;
+use crate::verdict::{Outcome, failed, not_applicable};
 
 /// What cases need that store a value, and forget it afterwards.
 pub(crate) const BOTH: &[Hazard] = &[Hazard::Store, Hazard::Restore];
@@ -154,4 +154,26 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     reset(t, NmtCommand::ResetNode)?;
     t.reads(0x1017, 0, default)?;
     forget(t)
+}
+
+/// Writes communication parameters that are harmless, and reads them back: where they are, and what they were.
+pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), u64)>> {
+    let candidates = [
+        (0x1006, 0, 10_000),
+        (0x1007, 0, 1),
+        (0x1015, 0, 100),
+        (0x1017, 0, 1000),
+        (0x1400, 2, 254),
+        (0x1800, 2, 1),
+        (0x1800, 5, 50),
+    ];
+    let mut changed = Vec::new();
+    for (index, sub, value) in candidates {
+        if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) && t.has_value(index, sub, value) {
+            changed.push(((index, sub), t.read(index, sub)?));
+            t.write(index, sub, value)?;
+            t.reads(index, sub, u64::from(value))?;
+        }
+    }
+    if changed.is_empty() { Err(not_applicable("no communication parameter can be written")) } else { Ok(changed) }
 }

@@ -4,11 +4,12 @@ use lexican_eds::model::{Entry, Mapped, Pdo, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::messages::produce_nothing;
 use super::nmt::{received, values};
 use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission, with_input};
-use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use super::sync::produce_nothing;
+use crate::case::{Case, case};
 use crate::tester::{InputStimulus, PATIENCE, PATIENCE_MS, Tester, text};
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.37/3", "", "each transmission type is taken, or refused as a value", |t| {

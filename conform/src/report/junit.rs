@@ -7,7 +7,15 @@ use super::{Document, Row, escaped};
 /// So many frames before the end of a case stand in its failure.
 const EXCERPT: usize = 24;
 
-pub(super) fn page(document: &Document) -> String {
+impl Document {
+    /// As JUnit's XML: a suite of test cases, by the clauses of the standards.
+    #[must_use]
+    pub fn junit(&self) -> String {
+        page(self)
+    }
+}
+
+fn page(document: &Document) -> String {
     let (tally, cases) = (document.sum.tally, &document.cases);
     let skipped = tally.known + tally.not_applicable + tally.not_allowed;
     let time: f64 = cases.iter().map(|row| row.seconds).sum();

@@ -7,8 +7,8 @@ use lexican_runtime::{Frame, Instant};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::case::{Level, Verdict};
 use crate::suite::{CaseReport, Report};
+use crate::verdict::{Level, Verdict};
 
 /// What was tested, for the head of a report.
 #[derive(Clone, Debug, Serialize)]
@@ -199,18 +199,6 @@ impl Document {
     #[must_use]
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("texts and numbers are JSON")
-    }
-
-    /// As JUnit's XML: a suite of test cases, by the clauses of the standards.
-    #[must_use]
-    pub fn junit(&self) -> String {
-        junit::page(self)
-    }
-
-    /// As one HTML page with the frames of each case folded in; it loads nothing.
-    #[must_use]
-    pub fn html(&self) -> String {
-        html::page(self)
     }
 }
 

@@ -6,10 +6,9 @@ use std::io::Write as _;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 use super::channel::{Channels, Interfaces};
+use super::codec::{Encode, Lines, Skipped, WriteError};
 use super::input::Flaw;
 use super::number::{decimal, fixed};
-use super::reader::{Lines, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, Format, Record, calendar};
 
 pub(super) struct Read {

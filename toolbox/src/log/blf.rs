@@ -7,9 +7,8 @@ use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 
 use super::calendar::{Civil, DAY};
 use super::channel::{Channels, Interfaces};
+use super::codec::{Decode, Encode, Skipped, WriteError};
 use super::input::{Fault, Flaw, Input};
-use super::reader::{Decode, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, Format, Record, socketcan};
 
 /// Kinds of objects. The second kind of message has fields that follow those of the first.

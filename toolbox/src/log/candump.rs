@@ -9,10 +9,9 @@ use std::sync::Arc;
 
 use lexican_runtime::{CobId, Frame, Instant};
 
+use super::codec::{Encode, Lines, Skipped, WriteError};
 use super::input::Flaw;
 use super::number::{decimal, fixed, hex};
-use super::reader::{Lines, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, INTERFACE, Record, calendar};
 
 pub(super) struct Read {

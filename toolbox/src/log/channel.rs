@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::INTERFACE;
-use super::writer::WriteError;
+use super::codec::WriteError;
 
 /// The interface of a channel, as `can0` for channel 1. Remembers the last one, so that frames share its name.
 #[derive(Debug)]

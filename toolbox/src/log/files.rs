@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::writer::WriteError;
+use super::codec::WriteError;
 use super::{Format, Record, Writer};
 
 /// How large the files of a recording become; without limits it has one file.

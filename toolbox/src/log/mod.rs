@@ -9,6 +9,7 @@ mod blf;
 mod calendar;
 mod candump;
 mod channel;
+mod codec;
 mod files;
 mod format;
 mod input;
@@ -26,12 +27,13 @@ use std::sync::Arc;
 use lexican_runtime::{Frame, Instant};
 
 pub use calendar::{InvalidTime, parse_time};
+pub use codec::{Skipped, WriteError};
 pub use files::{Files, Limits};
 pub use format::{Format, TrcVersion, UnknownFormat};
 pub use input::Flaw;
-pub use reader::{LogError, Reader, Skipped};
+pub use reader::{LogError, Reader};
 pub use selection::Selection;
-pub use writer::{WriteError, Writer};
+pub use writer::Writer;
 
 /// The interface of frames whose log names none.
 pub const INTERFACE: &str = "can0";

@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use lexican_runtime::Instant;
 
+use super::codec::{Decode, Encode, Skipped, WriteError};
 use super::input::{Fault, Flaw, Input};
-use super::reader::{Decode, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, Format, INTERFACE, Record, socketcan};
 
 const MICROSECONDS: u32 = 0xA1B2_C3D4;

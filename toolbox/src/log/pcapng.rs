@@ -5,10 +5,9 @@ use std::sync::Arc;
 
 use lexican_runtime::Instant;
 
+use super::codec::{Decode, Encode, Skipped, WriteError};
 use super::input::{Fault, Flaw, Input, MOST_INTERFACES};
 use super::pcap::{LONGEST_PACKET, Order};
-use super::reader::{Decode, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, INTERFACE, Record, socketcan};
 
 const SECTION: u32 = 0x0A0D_0D0A;

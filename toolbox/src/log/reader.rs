@@ -6,58 +6,9 @@ use std::path::Path;
 
 use lexican_runtime::{Frame, Instant};
 
+use super::codec::{Decode, Skipped, Text};
 use super::input::{Fault, Flaw, Input};
 use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
-
-/// A format's way to read. After an error it is not called again.
-pub(super) trait Decode: Send {
-    /// The next frame; `None` at the end.
-    fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault>;
-
-    /// Whether errors are in a line, and not at a byte.
-    fn is_text(&self) -> bool {
-        false
-    }
-}
-
-/// A format with a line for each frame.
-pub(super) trait Lines: Send {
-    /// The frame of a line, if there is one in it.
-    fn line(&mut self, line: &str, skipped: &mut Skipped) -> Result<Option<Record>, Flaw>;
-}
-
-/// A [`Lines`] as a [`Decode`].
-struct Text<L>(L);
-
-impl<L: Lines> Decode for Text<L> {
-    fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault> {
-        while let Some((line, ended)) = input.line()? {
-            match self.0.line(line.trim_matches(['\u{FEFF}', '\r', '\n', ' ', '\t']), skipped) {
-                Ok(None) => {}
-                Err(_) if !ended => return Err(Fault::Cut),
-                result => return result.map_err(Fault::Flaw),
-            }
-        }
-        Ok(None)
-    }
-
-    fn is_text(&self) -> bool {
-        true
-    }
-}
-
-/// What a log has besides classic CAN frames. It is left out, and counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Skipped {
-    /// Frames of CAN FD and CAN XL.
-    pub fd: u64,
-    /// Error frames.
-    pub errors: u64,
-    /// Packets, objects and lines of other kinds, and dates that cannot be read.
-    pub other: u64,
-    /// Whether the log ends in the middle of a frame.
-    pub cut: bool,
-}
 
 /// Reads a log: an iterator over its frames, in the order of the log. It ends after an error.
 pub struct Reader {

@@ -3,7 +3,7 @@
 
 use lexican_runtime::{CobId, Frame};
 
-use super::reader::Skipped;
+use super::codec::Skipped;
 
 /// The link type of both kinds of captures.
 pub(super) const LINK_TYPE: u32 = 227;

@@ -7,11 +7,10 @@ use lexican_runtime::{CobId, Frame, Instant};
 
 use super::calendar::{DAY, DAYS_FROM_1899};
 use super::channel::{Channels, Interfaces};
+use super::codec::{Encode, Lines, Skipped, WriteError};
 use super::format::TrcVersion;
 use super::input::Flaw;
 use super::number::{decimal, fixed, hex};
-use super::reader::{Lines, Skipped};
-use super::writer::{Encode, WriteError};
 use super::{Direction, Record, calendar};
 
 /// What a column has, as `$COLUMNS` of version 2 calls it; older versions have fixed ones. Data is last, where it is.

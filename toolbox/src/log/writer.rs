@@ -4,26 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use lexican_runtime::Instant;
-
+use super::codec::{Encode, WriteError};
 use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
-
-/// A format's way to write: it appends bytes, which are written in one piece.
-pub(super) trait Encode: Send {
-    /// A frame.
-    fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError>;
-
-    /// What was held back.
-    fn flush(&mut self, _: &mut Vec<u8>) {}
-
-    /// What comes after the last frame, or what makes a log of no frame at all.
-    fn finish(&mut self, _: &mut Vec<u8>) {}
-
-    /// The beginning of a file of so many bytes, if it differs from what was written first.
-    fn beginning(&self, _: u64) -> Option<Vec<u8>> {
-        None
-    }
-}
 
 enum Output {
     File(BufWriter<File>),
@@ -140,23 +122,3 @@ impl Writer {
 }
 
 const BUFFER: usize = 64 * 1024;
-
-/// Why a frame is not written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum WriteError {
-    /// The operating system refused.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// The format cannot express the time.
-    #[error("{format} cannot express {at} s since 1970")]
-    Time {
-        /// The format.
-        format: Format,
-        /// The time.
-        at: Instant,
-    },
-    /// The format cannot have so many interfaces.
-    #[error("there are more interfaces than the format can have")]
-    Interfaces,
-}

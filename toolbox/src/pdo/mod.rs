@@ -19,7 +19,7 @@ use lexican_runtime::{CobId, NodeId};
 use crate::values::{given, resolved};
 
 pub use plan::{Change, Objection, Plan};
-pub use words::{in_words, transmission};
+pub use words::in_words;
 
 /// How many PDOs may be missing in a row before a device is taken to have no more.
 const GAP: u16 = 8;
@@ -226,6 +226,27 @@ impl PdoState {
         compare("the mapping", mapping(self), mapping(wanted));
         differences
     }
+}
+
+/// When a PDO of this type is sent or takes effect: `with every SYNC (1)`.
+#[must_use]
+pub fn transmission(direction: Direction, transmission: TransmissionType) -> String {
+    use TransmissionType as T;
+    let words = match (direction, transmission) {
+        (_, T::Reserved(_)) => "reserved",
+        (Direction::Receive, it) if it.is_synchronous() => "takes effect at the next SYNC",
+        (Direction::Receive, T::EventManufacturer | T::EventProfile) => "takes effect at once",
+        (_, T::SynchronousAcyclic) => "with the next SYNC after an event",
+        (_, T::SynchronousCyclic(1)) => "with every SYNC",
+        (_, T::SynchronousCyclic(2)) => "with every 2nd SYNC",
+        (_, T::SynchronousCyclic(3)) => "with every 3rd SYNC",
+        (_, T::SynchronousCyclic(n)) => return format!("with every {n}th SYNC ({n})"),
+        (_, T::SynchronousRemote) => "sampled at SYNC, sent when asked for",
+        (_, T::Remote) => "sent when asked for",
+        (_, T::EventManufacturer) => "at events of the manufacturer",
+        (_, T::EventProfile) => "at events of the profile",
+    };
+    format!("{words} ({})", transmission.code())
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! PDOs in words: when they are sent, and which bits are whose.
+//! PDOs in words: which bits are whose.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,31 +9,10 @@ use lexican_runtime::object::{Address, Direction, Mapped};
 use lexican_runtime::wire::pdo::TransmissionType;
 use serde_json::{Map, Value as Json, json};
 
-use super::PdoState;
+use super::{PdoState, transmission};
 use crate::json::fields;
 use crate::values::name;
 use crate::values::report::ValueReport;
-
-/// When a PDO of this type is sent or takes effect: `with every SYNC (1)`.
-#[must_use]
-pub fn transmission(direction: Direction, transmission: TransmissionType) -> String {
-    use TransmissionType as T;
-    let words = match (direction, transmission) {
-        (_, T::Reserved(_)) => "reserved",
-        (Direction::Receive, it) if it.is_synchronous() => "takes effect at the next SYNC",
-        (Direction::Receive, T::EventManufacturer | T::EventProfile) => "takes effect at once",
-        (_, T::SynchronousAcyclic) => "with the next SYNC after an event",
-        (_, T::SynchronousCyclic(1)) => "with every SYNC",
-        (_, T::SynchronousCyclic(2)) => "with every 2nd SYNC",
-        (_, T::SynchronousCyclic(3)) => "with every 3rd SYNC",
-        (_, T::SynchronousCyclic(n)) => return format!("with every {n}th SYNC ({n})"),
-        (_, T::SynchronousRemote) => "sampled at SYNC, sent when asked for",
-        (_, T::Remote) => "sent when asked for",
-        (_, T::EventManufacturer) => "at events of the manufacturer",
-        (_, T::EventProfile) => "at events of the profile",
-    };
-    format!("{words} ({})", transmission.code())
-}
 
 /// How a PDO is configured, and a picture of its bytes; with the values that are known.
 ///

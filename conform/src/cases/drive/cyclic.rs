@@ -5,12 +5,12 @@ use lexican_eds::model::{Direction, Pdo};
 use lexican_runtime::profile::cia402::{State, control, status};
 use lexican_runtime::{CobId, Duration};
 
-use super::drive;
 use crate::axis::{Axis, CYCLIC_POSITION, CYCLIC_VELOCITY, ENABLE, INTERPOLATED_POSITION};
-use crate::case::{Case, Outcome, ensure, failed, not_applicable};
-use crate::cases::messages::produce_nothing;
+use crate::case::{Case, drive};
 use crate::cases::pdo_mapping::{self, has_dynamic_mapping};
+use crate::cases::sync::produce_nothing;
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/607Ah/9", "mode 8: the position follows 607Ah with SYNC", |t| {

@@ -6,10 +6,11 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, NodeId};
 
 use super::cyclic::{cycle, cyclic};
-use super::{drive, options};
+use super::options;
 use crate::axis::{Axis, CYCLIC_POSITION, Ramp};
-use crate::case::{Case, Outcome, ensure, failed, not_applicable};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.1/13", "a fault stops the drive, and leads to FAULT (13, 14)", |t| {

@@ -4,10 +4,10 @@
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::{State, control, status};
 
-use super::drive;
 use crate::axis::{Axis, ENABLE, HOMING};
-use crate::case::{Case, Outcome, ensure, not_applicable};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/6098h/1", "homing at the present position (35, 37) makes it 607Ch, and is attained", |t| {

@@ -3,9 +3,9 @@
 use lexican_runtime::profile::cia402::State;
 
 use super::cyclic::cycle;
-use super::drive;
 use crate::axis::Axis;
-use crate::case::{Case, Outcome, Verdict, ensure, not_applicable};
+use crate::case::{Case, drive};
+use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.3/1", "each mode of 6502h can be chosen, and is shown in 6061h", |t| {

@@ -2,10 +2,10 @@
 
 use lexican_runtime::profile::cia402::{Command, State, control};
 
-use super::drive;
 use crate::axis::{Axis, ENABLE, Ramp};
-use crate::case::{Case, Outcome};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::Outcome;
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/605Ah/1", "with each value of 605Ah the drive stops, and is then in the state that it asks for", |t| {

@@ -3,10 +3,10 @@
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::{State, control, status};
 
-use super::drive;
 use crate::axis::{Axis, ENABLE};
-use crate::case::{Case, Outcome, ensure};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/607Ah/1", "a set-point is acknowledged, until bit 4 falls", |t| {

@@ -5,10 +5,10 @@ use lexican_runtime::CobId;
 use lexican_runtime::profile::cia402::{Cause, Command, State, Transitions, control, status};
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use super::drive;
 use crate::axis::{Axis, ENABLE};
-use crate::case::{Case, Outcome, ensure, not_applicable};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.1/1", "a reset leads to SWITCH ON DISABLED", |t| {

@@ -3,10 +3,10 @@
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::{State, control, status};
 
-use super::drive;
 use crate::axis::{Axis, ENABLE, PROFILE_VELOCITY};
-use crate::case::{Case, Outcome, Verdict, ensure};
+use crate::case::{Case, drive};
 use crate::tester::Tester;
+use crate::verdict::{Outcome, Verdict, ensure};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/60FFh/1", "the drive turns in the direction of 60FFh, and bit 10 says when at its velocity", |t| {

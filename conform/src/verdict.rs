@@ -1,0 +1,100 @@
+//! What cases lead to.
+
+use std::fmt::{self, Display};
+
+use lexican_runtime::NodeId;
+
+use crate::hazard::Hazard;
+
+/// Why a case was not passed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The data sheet says that the device lacks what the case is about.
+    NotApplicable(String),
+    /// The case would do something that has not been [allowed](crate::Settings::allow).
+    NotAllowed(Hazard),
+    /// The device does something else.
+    Failed(String),
+    /// The case was not finished: it was [cancelled](Ended::Cancelled), or the [bus is gone](Ended::BusLost).
+    Unfinished(Ended),
+}
+
+/// Why a test, or a case of it, ended early.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// By this data sheet no device can be tested: what the linter finds in it.
+    Unfit(String),
+    /// The device does not answer, or not any more.
+    Silent(NodeId),
+    /// A case failed, and the test was to end [then](crate::Settings::fail_fast).
+    AtFailure,
+    /// The test was cancelled.
+    Cancelled,
+    /// The bus was lost, and not back in [time](crate::Settings::bus): what the link says.
+    BusLost(String),
+    /// A drive may still move, and could not be stopped: what is known of it.
+    Moving(String),
+}
+
+impl Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Ended::Unfit(findings) => write!(f, "by this data sheet no device can be tested:\n{findings}"),
+            Ended::Silent(node) => {
+                write!(f, "node {node} does not answer: is it switched on, and is the bit rate right?")
+            }
+            Ended::AtFailure => f.write_str("a case failed, and the test was to end then"),
+            Ended::Cancelled => f.write_str("it was cancelled"),
+            Ended::BusLost(why) => write!(f, "the bus was lost: {why}"),
+            Ended::Moving(why) => write!(f, "THE DRIVE MAY STILL MOVE, switch off its power: {why}"),
+        }
+    }
+}
+
+/// The result of a case, or of a step of it.
+pub type Outcome<T = ()> = Result<T, Verdict>;
+
+/// How much a standard asks for what a case is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Required.
+    Must,
+    /// Recommended.
+    Should,
+}
+
+impl Verdict {
+    /// Why, without the verdict itself.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Verdict::NotApplicable(why) | Verdict::Failed(why) => why.clone(),
+            Verdict::Unfinished(ended) => ended.to_string(),
+            Verdict::NotAllowed(hazard) => format!("it {}, which needs `--allow {}`", hazard.what(), hazard.name()),
+        }
+    }
+}
+
+impl Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match self {
+            Verdict::NotApplicable(_) => "does not apply",
+            Verdict::NotAllowed(_) => "not run",
+            Verdict::Failed(_) => "failed",
+            Verdict::Unfinished(_) => "not finished",
+        };
+        write!(f, "{verdict}: {}", self.reason())
+    }
+}
+
+pub(crate) fn failed(why: impl Display) -> Verdict {
+    Verdict::Failed(why.to_string())
+}
+
+pub(crate) fn not_applicable(why: impl Display) -> Verdict {
+    Verdict::NotApplicable(why.to_string())
+}
+
+pub(crate) fn ensure<S: Display>(holds: bool, why: impl FnOnce() -> S) -> Outcome {
+    if holds { Ok(()) } else { Err(failed(why())) }
+}
