@@ -65,6 +65,14 @@ impl Browser {
     }
 }
 
+#[allow(dead_code, reason = "the tests do not measure it")]
+impl Browser {
+    /// The process that all of it has come from.
+    pub(crate) fn process(&self) -> u32 {
+        self.process.id()
+    }
+}
+
 impl Drop for Browser {
     fn drop(&mut self) {
         // Its children end with it, but not by a signal to `timeout` alone that cannot be caught.
