@@ -2,9 +2,10 @@
 
 use kollmorgen_akd::driver::AKD;
 use lexican_driver::{Any, Cause, Description, Drive, Error};
-use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::host::{Link as _, VirtualBus, VirtualLink};
+use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{Duration, Instant, NodeId};
 use lexican_toolbox::drive::{Ending, Look, Order, Times, carry_out, has_ended};
 use lexican_toolbox::simulation::{Files, Plant};
 use siko_ag03_1::driver::AG03_1;
@@ -14,13 +15,17 @@ const WITHIN: Times = Times { within: Duration::from_secs(60), lasting: None };
 
 /// A drive alone on its bus, of which a plant says this much more; enabled.
 fn enabled(device: &str, more: &str, description: &'static Description) -> Drive<VirtualLink, Any> {
+    enabled_on(device, more, description).1
+}
+
+fn enabled_on(device: &str, more: &str, description: &'static Description) -> (VirtualBus, Drive<VirtualLink, Any>) {
     let text = format!("[[node]]\nid = 5\ndevice = {device:?}\n{more}");
     let plant = Plant::parse(&text, "plant.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
     let mut drive = Drive::connect_described(bus.link(), NODE, description).unwrap();
     drive.enable().unwrap();
-    drive
+    (bus, drive)
 }
 
 fn ag03(more: &str) -> Drive<VirtualLink, Any> {
@@ -34,7 +39,8 @@ fn akd(more: &str) -> Drive<VirtualLink, Any> {
 /// How an order ends, and what was seen meanwhile.
 fn carried(drive: &mut Drive<VirtualLink, Any>, order: Order, times: Times) -> (Result<Ending, Error>, Vec<Look>) {
     let mut looks = Vec::new();
-    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut |look| looks.push(look)).await);
+    let ending =
+        drive.run(async |drive| carry_out(&drive, order, times, &mut |look| looks.push(look), &mut |_| None).await);
     (ending, looks)
 }
 
@@ -51,6 +57,28 @@ fn a_travel_is_seen_from_its_beginning_to_its_target() {
     // From where it is, and back.
     assert_eq!(carried(&mut drive, Order::Step(Some(-500)), WITHIN).0.unwrap(), Ending::Reached);
     assert!(drive.position().unwrap().abs() < 10);
+}
+
+#[test]
+fn what_is_wanted_besides_is_read_while_the_drive_travels() {
+    let (bus, mut drive) = enabled_on("siko/ag03-1", "", &AG03_1);
+    let register = Address::new(0x1001, 0);
+    let mut listener = bus.link();
+    let mut next = Instant::ZERO;
+    let mut wanted = |now: Instant| {
+        let is_due = now >= next;
+        next = if is_due { now + Duration::from_millis(20) } else { next };
+        is_due.then_some(register)
+    };
+    let order = Order::MoveTo(2000);
+    let began = bus.now();
+    let ending = drive.run(async |drive| carry_out(&drive, order, WITHIN, &mut |_| {}, &mut wanted).await);
+    assert_eq!(ending.unwrap(), Ending::Reached);
+    let frames = std::iter::from_fn(|| listener.receive_frame(bus.now()).unwrap());
+    let answers = frames.filter(|frame| frame.to_string().starts_with("585#4F011000")).count();
+    let turns = bus.now().since(began).as_micros() / 20_000;
+    assert!(answers as u64 > turns / 4, "{answers} answers in {turns} turns");
+    assert_eq!(drive.position().unwrap(), 2000);
 }
 
 #[test]

@@ -44,8 +44,9 @@ impl Moving<'_> {
         if let Err(failure) = report.order(name, value, &text) {
             warn(failure);
         }
-        let ending =
-            self.drive.run(async |drive| carry_out(&drive, order, times, &mut |look| report.look(look)).await)?;
+        let ending = self
+            .drive
+            .run(async |drive| carry_out(&drive, order, times, &mut |look| report.look(look), &mut |_| None).await)?;
         if ending == Ending::Stalled {
             self.drive.stop()?;
         }

@@ -2,7 +2,7 @@
 //! [`Ending`].
 //!
 //! [`carry_out`] is a sequence of `lexican_driver`, so it runs in both shells:
-//! `drive.run(async |context| carry_out(&context, order, times, &mut look).await)`. What ends a program while the drive
+//! `drive.run(async |context| carry_out(&context, order, times, &mut look, &mut wanted).await)`. What ends a program while the drive
 //! moves is the shell's matter. [`Scales`] has positions and velocities in the units of the data sheet.
 
 mod described;

@@ -1,12 +1,12 @@
 //! Orders, and the sequence that carries them out.
 
 use std::future::{Future, poll_fn};
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::task::Poll;
 
 use lexican_driver::sequence;
 use lexican_driver::{Capability, DriveContext, Error, Mode};
-use lexican_runtime::object::OutOfRange;
+use lexican_runtime::object::{Address, OutOfRange};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Instant};
@@ -126,7 +126,8 @@ pub async fn prepare(drive: &DriveContext, order: Order) -> Result<(), Error> {
     }
 }
 
-/// Carries an order out, and calls `look` whenever something is seen to have changed.
+/// Carries an order out, and calls `look` whenever something is seen to have changed. Whenever the order waits for no answer of
+/// the drive, `wanted` may name an entry, which is read for those who follow the bus.
 ///
 /// Whatever starts something is checked before it is sent: the mode, the state, the limits of the data sheet and those that the
 /// drive is set to. A travel that is timed out and a drive that has run are stopped; one that has [stalled](Ending::Stalled), the
@@ -140,8 +141,9 @@ pub async fn carry_out(
     order: Order,
     times: Times,
     look: &mut (dyn FnMut(Look) + Send),
+    wanted: &mut (dyn FnMut(Instant) -> Option<Address> + Send),
 ) -> Result<Ending, Error> {
-    watched(drive, run(drive, order, times), order.may_stall(), look).await
+    watched(drive, run(drive, order, times), order.may_stall(), look, wanted).await
 }
 
 async fn run(drive: &DriveContext, order: Order, times: Times) -> Result<Ending, Error> {
@@ -288,24 +290,44 @@ fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
     }
 }
 
-/// Runs a sequence, and looks at what the driver has seen after each step of it. A sequence whose drive stalls is dropped.
+/// Runs a sequence, and looks at what the driver has seen after each step of it; between its transfers, reads what is wanted
+/// besides. A sequence whose drive stalls is dropped.
 async fn watched(
     drive: &DriveContext,
     sequence: impl Future<Output = Result<Ending, Error>>,
     may_stall: bool,
     look: &mut (dyn FnMut(Look) + Send),
+    wanted: &mut (dyn FnMut(Instant) -> Option<Address> + Send),
 ) -> Result<Ending, Error> {
     let mut sequence = pin!(sequence);
+    let mut beside: Option<Pin<Box<dyn Future<Output = _> + Send>>> = None;
     let (mut last, mut changed) = (None, drive.now());
     poll_fn(|context| {
-        let polled = sequence.as_mut().poll(context);
-        let seen = drive.seen();
-        if last.replace(seen) != Some(seen) {
-            changed = drive.now();
-            look(Look::at(drive));
+        loop {
+            // Whether the entry is there does not matter to the order; whether the drive is, it finds out by itself.
+            if beside.as_mut().is_some_and(|read| read.as_mut().poll(context).is_pending()) {
+                return Poll::Pending;
+            }
+            beside = None;
+            let polled = sequence.as_mut().poll(context);
+            let seen = drive.seen();
+            if last.replace(seen) != Some(seen) {
+                changed = drive.now();
+                look(Look::at(drive));
+            }
+            let stalls = may_stall && drive.may_move() && seen.velocity == Some(0) && drive.now() >= changed + STALL;
+            if polled.is_ready() {
+                return polled;
+            }
+            if stalls {
+                return Poll::Ready(Ok(Ending::Stalled));
+            }
+            if drive.is_transferring() {
+                return Poll::Pending;
+            }
+            let Some(address) = wanted(drive.now()) else { return Poll::Pending };
+            beside = Some(Box::pin(drive.read_bytes(address)));
         }
-        let stalls = may_stall && drive.may_move() && seen.velocity == Some(0) && drive.now() >= changed + STALL;
-        if polled.is_pending() && stalls { Poll::Ready(Ok(Ending::Stalled)) } else { polled }
     })
     .await
 }

@@ -48,6 +48,8 @@ pub(crate) struct Shared {
     pub(crate) outbox: VecDeque<Frame>,
     pub(crate) access: Option<Access>,
     pub(crate) answer: Option<Result<Bytes, SdoError>>,
+    /// A sequence waits for that answer.
+    pub(crate) is_transferring: bool,
     /// When the sequence wants to be polled even though nothing came.
     pub(crate) wake: Option<Instant>,
     pub(crate) status: Reports,
@@ -114,6 +116,7 @@ impl DriveContext {
             outbox: VecDeque::new(),
             access: None,
             answer: None,
+            is_transferring: false,
             wake: None,
             status: Reports::default(),
             emergency: None,
@@ -144,6 +147,7 @@ impl DriveContext {
         shared.outbox.clear();
         shared.access = None;
         shared.answer = None;
+        shared.is_transferring = false;
         shared.restarted = false;
     }
 
@@ -280,6 +284,12 @@ impl DriveContext {
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.lock().seen
+    }
+
+    /// Whether a sequence waits for the answer to an SDO request: until then no other may be sent.
+    #[must_use]
+    pub fn is_transferring(&self) -> bool {
+        self.lock().is_transferring
     }
 
     /// How long travels may take until they count as timed out.

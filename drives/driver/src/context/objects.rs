@@ -175,8 +175,11 @@ impl DriveContext {
             let mut shared = self.lock();
             shared.answer = None;
             shared.access = Some(access);
+            shared.is_transferring = true;
         }
-        let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await?;
+        let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await;
+        self.lock().is_transferring = false;
+        let answer = answer?;
         // The SDO client gives up by itself long before the end of time.
         Ok(answer.unwrap_or(Err(SdoError::TimedOut { address: access.address }))?)
     }
