@@ -40,7 +40,7 @@ fn main() {
         std::hint::black_box(model.view());
         view = view.max(began.elapsed());
         let began = clock();
-        std::hint::black_box(model.rows(&filtered, -100, 100));
+        std::hint::black_box(model.rows(&filtered, None, -100, 100));
         rows = rows.max(began.elapsed());
         if (second + 1) % 100 == 0 {
             println!(

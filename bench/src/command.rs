@@ -56,6 +56,13 @@ pub enum Command {
         /// `6064:00`; `1018` for all entries of an object.
         addresses: Vec<String>,
     },
+    /// The values of entries that were seen last on the bus: nothing is read. [`Answer::Values`] of those that were seen.
+    Seen {
+        /// The node.
+        node: u8,
+        /// `6064:00`.
+        addresses: Vec<String>,
+    },
     /// Writes an entry, after the data sheet's limits were checked.
     Write {
         /// The node.
@@ -131,6 +138,10 @@ pub enum Command {
         filter: TraceFilter,
         /// The first row, counted from the oldest one that is kept and matches; from the end backwards if negative.
         from: i64,
+        /// Counted from the first row that matches and has this number or a higher one: so rows stay where they are when
+        /// older ones are forgotten.
+        #[serde(default)]
+        at: Option<u64>,
         /// How many, at most 1,000.
         count: u32,
     },

@@ -181,7 +181,8 @@ fn the_trace_is_filtered_in_the_words_of_the_monitor() {
     let bench = bench();
     let face = face(&bench);
     let rows = |filter: TraceFilter| {
-        let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: -20, count: 20 }).wait() else {
+        let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: -20, at: None, count: 20 }).wait()
+        else {
             panic!("rows")
         };
         frames.rows
@@ -195,7 +196,7 @@ fn the_trace_is_filtered_in_the_words_of_the_monitor() {
     assert!(transfers.iter().all(|row| row.service == "SDO transfer" && row.node == Some(5)), "{transfers:?}");
     assert!(transfers.iter().any(|row| row.text.contains("Statusword")), "{transfers:?}");
     let wrong = TraceFilter { services: "sda".to_owned(), ..TraceFilter::default() };
-    assert!(face.ask(Command::Trace { filter: wrong, from: 0, count: 1 }).wait().is_err());
+    assert!(face.ask(Command::Trace { filter: wrong, from: 0, at: None, count: 1 }).wait().is_err());
     bench.end();
 }
 
@@ -221,5 +222,50 @@ fn values_are_watched_and_plotted() {
     assert!(String::from_utf8(bytes).unwrap().lines().count() > 3);
     face.ask(Command::Unwatch { node: 5, address }).wait().unwrap();
     assert!(bench.view().watched.is_empty());
+    bench.end();
+}
+
+#[test]
+fn what_is_watched_is_read_while_its_drive_moves() {
+    let bench = bench();
+    let face = face(&bench);
+    let address = "1001:00".to_owned();
+    face.ask(Command::Watch { node: 6, address: address.clone(), every_ms: 20 }).wait().unwrap();
+    face.ask(drive(6, Order::Enable, None)).wait().unwrap();
+    let running = face.ask(drive(6, Order::Run, Some("100")));
+    let runs = |view: &View| view.drives[1].velocity.is_some_and(|velocity| velocity != 0.0);
+    let began = until(&bench, runs).time;
+    let at = |view: &View| view.watched[0].value.as_ref().map_or(0.0, |value| value.at);
+    let view = until(&bench, |view| at(view) > began + 0.5);
+    assert!(runs(&view) && view.drives[1].order.is_some());
+    face.ask(Command::StopAll).wait().unwrap();
+    running.wait().unwrap();
+    bench.end();
+}
+
+#[test]
+fn what_was_seen_costs_no_frame() {
+    let bench = bench();
+    let face = face(&bench);
+    let addresses = || vec!["2410:01".to_owned(), "6064:00".to_owned()];
+    let Ok(Answer::Values(seen)) = face.ask(Command::Seen { node: 5, addresses: addresses() }).wait() else {
+        panic!("values")
+    };
+    assert_eq!(seen.iter().map(|value| &*value.address).collect::<Vec<_>>(), ["6064:00"], "the other was not read");
+    face.ask(Command::Read { node: 5, addresses: addresses() }).wait().unwrap();
+    let seen = face.ask(Command::Seen { node: 5, addresses: addresses() }).wait();
+    assert!(matches!(seen, Ok(Answer::Values(seen)) if seen.len() == 2));
+    bench.end();
+}
+
+#[test]
+fn a_scan_ends_with_its_face() {
+    let bench = bench();
+    let face = face(&bench);
+    let scan = face.ask(Command::Scan);
+    face.close();
+    scan.wait().unwrap_err();
+    let job = until(&bench, |view| view.jobs.iter().any(|job| job.is_success.is_some())).jobs.remove(0);
+    assert_eq!((&*job.name, job.is_success), ("scan", Some(false)), "{}", job.text);
     bench.end();
 }

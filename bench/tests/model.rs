@@ -72,6 +72,7 @@ fn who_disturbs_is_said_once_and_since_when() {
     let trouble = &view.bus.troubles[0];
     assert_eq!(trouble.node, Some(7));
     assert!(trouble.text.starts_with("node 7 is silent for 2.0 s"), "{trouble:?}");
+    assert_eq!(trouble.row, Some(4), "its last sign of life");
     let since = trouble.since;
     assert_eq!(bus.wait(1000).bus.troubles[0].since, since);
     bus.after(0, 0x707, &[5]);
@@ -91,11 +92,14 @@ fn boot_loops_abort_storms_and_a_full_bus_are_troubles() {
         bus.after(100, 0x705, &[0]);
     }
     assert!(bus.troubles().iter().any(|text| text.contains("node 5 has booted 4 times")));
+    assert_eq!(bus.wait(0).bus.troubles[0].row, Some(3), "the last boot-up");
     for _ in 0..30 {
         bus.after(1, 0x606, &[0x40, 0x00, 0x20, 0, 0, 0, 0, 0]);
         bus.after(1, 0x586, &[0x80, 0x00, 0x20, 0, 0, 0, 0x02, 0x06]);
     }
-    assert!(bus.troubles().iter().any(|text| text.contains("node 6 has 30 refused SDO transfers")));
+    let troubles = bus.wait(0).bus.troubles;
+    let refused = troubles.iter().find(|it| it.text.contains("node 6 has 30 refused SDO transfers")).unwrap();
+    assert_eq!(refused.row, Some(63), "the last abort");
     // Four frames of 8 bytes in a millisecond at 500 kbit/s.
     for _ in 0..2500 {
         for _ in 0..4 {
@@ -125,19 +129,19 @@ fn an_sdo_transfer_is_one_row_and_its_value_is_remembered() {
     bus.after(1, 0x585, &[0x1B, b'2', b'3', 0, 0, 0, 0, 0]);
     assert_eq!(bus.wait(0).nodes[0].name, "SERVO 123");
     let folded = Which { key: "transfers".to_owned(), transfers: true, ..Which::default() };
-    let page = bus.model.rows(&folded, 0, 10);
+    let page = bus.model.rows(&folded, None, 0, 10);
     assert_eq!(
         page.rows.iter().map(|row| (row.number, &*row.service)).collect::<Vec<_>>(),
         [(4, "heartbeat"), (6, "SDO transfer")]
     );
-    assert_eq!(bus.model.rows(&Which::default(), 0, 10).matching, 7);
+    assert_eq!(bus.model.rows(&Which::default(), None, 0, 10).matching, 7);
 
     // One that nobody answers is a row once it is known to be one, where its last frame was.
     bus.after(1, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     bus.after(1, 0x705, &[5]);
-    assert_eq!(bus.model.rows(&folded, 0, 10).matching, 3);
+    assert_eq!(bus.model.rows(&folded, None, 0, 10).matching, 3);
     bus.wait(20_000);
-    let page = bus.model.rows(&folded, -2, 10);
+    let page = bus.model.rows(&folded, None, -2, 10);
     assert_eq!(page.rows.iter().map(|row| (row.number, row.alarming)).collect::<Vec<_>>(), [(7, true), (8, false)]);
 }
 
@@ -147,18 +151,21 @@ fn rows_are_found_from_both_ends() {
     for number in 0..10_000u16 {
         bus.after(1, if number % 10 == 0 { 0x80 } else { 0x185 }, &number.to_le_bytes());
     }
-    let all = bus.model.rows(&Which::default(), -3, 10);
+    let all = bus.model.rows(&Which::default(), None, -3, 10);
     assert_eq!((all.matching, all.from, all.rows.len()), (10_000, 9997, 3));
     assert_eq!(all.rows[2].data, "0F 27");
     let syncs = Filter { services: vec!["sync".parse().unwrap()], ..Filter::default() };
     let syncs = Which { key: "sync".to_owned(), filter: syncs, ..Which::default() };
     let numbers = |frames: &lexican_bench::view::Frames| frames.rows.iter().map(|row| row.number).collect::<Vec<_>>();
-    let page = bus.model.rows(&syncs, 998, 10);
+    let page = bus.model.rows(&syncs, None, 998, 10);
     assert_eq!((page.matching, page.from, numbers(&page)), (1000, 998, vec![9980, 9990]));
     bus.after(1, 0x80, &[]);
-    assert_eq!(numbers(&bus.model.rows(&syncs, -1, 10)), [10_000], "what is new is found, too");
-    assert_eq!(bus.model.rows(&syncs, i64::MIN, 1).from, 0);
-    assert!(bus.model.rows(&syncs, i64::MAX, 1).rows.is_empty());
+    assert_eq!(numbers(&bus.model.rows(&syncs, None, -1, 10)), [10_000], "what is new is found, too");
+    assert_eq!(numbers(&bus.model.rows(&syncs, Some(9975), 0, 2)), [9980, 9990]);
+    assert_eq!(numbers(&bus.model.rows(&syncs, Some(9975), -1, 2)), [9970, 9980]);
+    assert_eq!(numbers(&bus.model.rows(&Which::default(), Some(9975), -1, 2)), [9974, 9975]);
+    assert_eq!(bus.model.rows(&syncs, None, i64::MIN, 1).from, 0);
+    assert!(bus.model.rows(&syncs, None, i64::MAX, 1).rows.is_empty());
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn position(view: &View) -> f64 {
 }
 
 fn rows(face: &Face) -> Vec<f64> {
-    let trace = Command::Trace { filter: TraceFilter::default(), from: 0, count: 100 };
+    let trace = Command::Trace { filter: TraceFilter::default(), from: 0, at: None, count: 100 };
     let Ok(Answer::Frames(frames)) = face.ask(trace).wait() else { panic!("rows") };
     frames.rows.iter().map(|row| row.time).collect()
 }

@@ -94,7 +94,7 @@ fn view() -> View {
                 since: 11.7,
                 node: Some(7),
                 text: "node 7 is silent for 2.3 s".to_owned(),
-                row: None,
+                row: Some(700),
             }],
         },
         nodes: vec![feeder, io],
@@ -408,15 +408,145 @@ fn a_mapping_is_made_checked_and_written() {
 fn a_fault_leads_to_its_row_and_the_trace_is_filtered() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "g");
-    let Some((Purpose::Trace, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert_eq!(from, 807, "with what was before it");
+    let Some((Purpose::Trace, Command::Trace { at, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert_eq!(at, Some(807), "with what was before it");
+    assert!(drawn(&screen, &view, 140, 40).contains("▶812 "), "the row is marked");
     press(&mut screen, &view, "ssdo,emcy\nt!");
     let Some((_, Command::Trace { filter, .. })) = screen.wants(&view) else { panic!("the trace") };
     assert_eq!((&*filter.services, filter.transfers, filter.alarming), ("sdo,emcy", true, true));
     let end = KeyEvent::new(KeyCode::End, KeyModifiers::NONE);
     screen.handle_key(end, &view);
-    let Some((_, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert!(from < 0, "it follows again");
+    let Some((_, Command::Trace { at, from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert!(at.is_none() && from < 0, "it follows again");
+}
+
+#[test]
+fn a_trouble_leads_to_its_row() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "7a");
+    let Some((Purpose::Trace, Command::Trace { at, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert_eq!(at, Some(view.bus.troubles[0].row.unwrap() - 5));
+}
+
+#[test]
+fn rows_that_are_held_stay_when_older_ones_are_forgotten() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let row = |number| Row {
+        number,
+        time: 0.0,
+        id: "080".to_owned(),
+        data: String::new(),
+        node: None,
+        service: "SYNC".to_owned(),
+        text: String::new(),
+        alarming: false,
+    };
+    let page = |from: u64| Frames { matching: 1_000_000, from, rows: (from..from + 200).map(row).collect() };
+    press(&mut screen, &view, "4");
+    screen.take(Purpose::Trace, Ok(Answer::Frames(page(9_800))));
+    press(&mut screen, &view, "f");
+    let Some((_, Command::Trace { at, from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert_eq!((at, from), (Some(9_980), -100), "where it was, with rows to scroll to");
+    // What is loaded begins elsewhere, since rows were forgotten.
+    screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { from: 5_784, ..page(9_880) })));
+    let first = |screen: &Screen| drawn(screen, &view, 140, 40).lines().nth(4).unwrap().trim_start().to_owned();
+    assert!(first(&screen).starts_with("9980 "), "{}", first(&screen));
+    screen.handle_key(KeyEvent::new(KeyCode::PageUp, KeyModifiers::NONE), &view);
+    assert!(first(&screen).starts_with("9960 "), "{}", first(&screen));
+}
+
+#[test]
+fn a_failed_stop_stays_on_the_screen_until_somebody_has_seen_it() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, " ");
+    screen.take(Purpose::Stop, Err(Refused::new("drive 5 does not answer")));
+    screen.take(Purpose::Say, Ok(Answer::Done));
+    screen.take(Purpose::Say, Err(Refused::new("6081:00 is too high")));
+    let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
+    for said in [true, false] {
+        let text = drawn(&screen, &view, 80, 24);
+        assert!(text.contains("!! NOT STOPPED: drive 5 does not answer"), "{text}");
+        assert_eq!(text.contains("! 6081:00 is too high"), said, "{text}");
+        screen.handle_key(escape, &view);
+    }
+    assert!(!drawn(&screen, &view, 80, 24).contains("NOT STOPPED"));
+    // A drive that may be moving is shown in every room, and cannot be dismissed.
+    let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();
+    view.drives[0].ending = Some(Ending { is_success: false, may_be_moving: true, text, remedy: None });
+    for room in '1'..='8' {
+        screen.handle_key(key(room), &view);
+        screen.handle_key(escape, &view);
+        assert!(drawn(&screen, &view, 80, 24).contains("!! DRIVE 5 MAY STILL BE MOVING"), "{room}");
+    }
+}
+
+#[test]
+fn the_end_of_a_job_stays_until_somebody_has_seen_it_or_the_next_one() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    let job = |number, name: &str, text: &str, is_success| Job {
+        number,
+        name: name.to_owned(),
+        done: Some(1.0),
+        text: text.to_owned(),
+        is_success,
+    };
+    view.jobs = vec![job(3, "restore of node 5", "6081:00 is refused", Some(false))];
+    let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
+    assert!(drawn(&screen, &view, 80, 24).contains("✗ restore of node 5: 6081:00 is refused"));
+    view.jobs.push(job(4, "backup of node 5", "6082:00", None));
+    assert!(drawn(&screen, &view, 80, 24).contains("100 % backup of node 5: 6082:00"));
+    view.jobs[1].is_success = Some(true);
+    assert!(drawn(&screen, &view, 80, 24).contains("✓ backup of node 5"));
+    screen.handle_key(escape, &view);
+    assert!(!drawn(&screen, &view, 80, 24).contains("of node 5"));
+}
+
+#[test]
+fn what_is_pasted_is_text_and_gives_no_order() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "6");
+    screen.paste("e\nm900\n");
+    assert!(!drawn(&screen, &view, 80, 24).contains('▏'), "no question is open");
+    press(&mut screen, &view, "m");
+    screen.paste("9\n0 deg\u{1b}");
+    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90 deg".to_owned()) };
+    assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
+}
+
+#[test]
+fn the_values_of_pdos_follow_the_frames() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "3");
+    let addresses = vec!["6041:00".to_owned(), "6064:00".to_owned()];
+    assert_eq!(screen.wants(&view), Some((Purpose::Seen(5), Command::Seen { node: 5, addresses })));
+    let seen = Value { text: "4712 inc".to_owned(), ..value("6064:00", "4712") };
+    screen.take(Purpose::Seen(5), Ok(Answer::Values(vec![seen])));
+    assert!(drawn(&screen, &view, 140, 40).contains("4712 inc"));
+}
+
+#[test]
+fn a_cursor_reads_curves_off_and_a_trigger_holds_them() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "5..m....");
+    let text = drawn(&screen, &view, 140, 40);
+    // The span is 20 s, of which 14 s have passed: a step is 0.2 s.
+    assert!(text.contains(" 8.200 s (Δ 0.800 s)   5 Position Actual Value = 3364  (Δ 660)"), "{text}");
+    press(&mut screen, &view, "ft up\n");
+    assert!(drawn(&screen, &view, 140, 40).contains("! \" up\" is none of: rising 100"));
+    press(&mut screen, &view, "trising 100\n");
+    let waits = |screen: &Screen| drawn(screen, &view, 140, 40).contains("waits until the first curve is rising 100");
+    assert!(waits(&screen));
+    let curve = |points: &[(f64, f64)]| {
+        let (address, name) = ("6064:00".to_owned(), "Position Actual Value".to_owned());
+        Ok(Answer::Curves(vec![Curve { node: 5, address, name, unit: None, points: points.to_vec() }]))
+    };
+    // What was before it was armed, and what falls, does not count.
+    screen.take(Purpose::Plots, curve(&[(10.0, 0.0), (11.0, 200.0), (15.0, 0.0)]));
+    assert!(waits(&screen));
+    screen.take(Purpose::Plots, curve(&[(15.0, 0.0), (16.0, 120.0), (17.0, 300.0)]));
+    let text = drawn(&screen, &view, 140, 40);
+    assert!(text.contains(" 16.000 s   5 Position Actual Value = 120"), "{text}");
+    assert_eq!(screen.wants(&view), Some((Purpose::Plots, Command::Curves { since: 11.0 })));
 }
 
 #[test]

@@ -14,7 +14,7 @@ fn it_says_what_it_needs() {
     lexican(&["bench"]).on_stderr(2, "--demo");
     lexican(&["bench", "--demo", "--bus", "can0"]).on_stderr(2, "cannot be used with");
     lexican(&["bench", "--demo", "--listen", "localhost"]).on_stderr(2, "127.0.0.1:8080");
-    lexican(&["bench", "--demo", "--overlay", "9=a.toml"]).on_stderr(2, "--device 9=FILE");
+    lexican(&["bench", "--demo", "--overlay", "99=a.toml"]).on_stderr(2, "--device 99=FILE");
     lexican(&["bench", "--demo", "--device", "5=no/such"]).on_stderr(2, "no/such");
     lexican(&["bench", "--bus", "log:no-such.log"]).on_stderr(2, "no-such.log");
 }

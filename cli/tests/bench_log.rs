@@ -78,7 +78,8 @@ fn shown(path: &Path, filter: TraceFilter) -> Vec<Row> {
     while bench.view().trace.end < count {
         yield_now();
     }
-    let Ok(Answer::Frames(frames)) = bench.open_face().ask(Command::Trace { filter, from: 0, count: 1000 }).wait()
+    let Ok(Answer::Frames(frames)) =
+        bench.open_face().ask(Command::Trace { filter, from: 0, at: None, count: 1000 }).wait()
     else {
         panic!("rows")
     };

@@ -1,104 +1,183 @@
 //! The bench on a terminal, played on the demo plant: from the node that is faulty to the travel that is stopped.
 #![cfg(unix)]
 
+#[path = "common/mod.rs"]
+mod common;
+#[path = "common/simulation.rs"]
+mod simulation;
 #[path = "common/terminal.rs"]
 mod terminal;
+#[path = "common/tmux.rs"]
+mod tmux;
 
 use std::path::Path;
+use std::process::Command;
 
+use common::folder;
+use simulation::Simulation;
 use terminal::Terminal;
+use tmux::Tmux;
+
+/// What shows a screen and has keys.
+trait Keyboard {
+    fn press(&mut self, keys: &str);
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String;
+}
+
+impl Keyboard for Terminal {
+    fn press(&mut self, keys: &str) {
+        Terminal::press(self, keys);
+    }
+    #[track_caller]
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
+        Terminal::wait_for(self, what)
+    }
+}
+
+impl Keyboard for Tmux {
+    fn press(&mut self, keys: &str) {
+        Tmux::press(self, keys);
+    }
+    #[track_caller]
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
+        Tmux::wait_for(self, what)
+    }
+}
 
 const DOWN: &str = "\u{1b}[B";
 const DELETE: &str = "\u{1b}[3~";
 
 /// Waits for some words.
 #[track_caller]
-fn shows(screen: &mut Terminal, words: &str) -> String {
-    screen.wait_for(|text| text.contains(words))
+fn shows(screen: &mut dyn Keyboard, words: &str) -> String {
+    screen.wait_for(&|text| text.contains(words))
 }
 
 /// Goes down to the row whose detail has this title.
 #[track_caller]
-fn go_down_to(screen: &mut Terminal, title: &str) {
+fn go_down_to(screen: &mut dyn Keyboard, title: &str) {
     let title = format!("┌ {title} ");
     for _ in 0..20 {
-        let before = screen.text();
+        let before = screen.wait_for(&|_| true);
         if before.contains(&title) {
             return;
         }
         screen.press(DOWN);
-        screen.wait_for(|text| text != before);
+        screen.wait_for(&|text| text != before);
     }
     shows(screen, &title);
 }
 
-#[test]
-fn a_plant_is_looked_after_on_a_terminal() {
-    let backup = Path::new(env!("CARGO_TARGET_TMPDIR")).join("node-5.dcf");
-    let _ = std::fs::remove_file(&backup);
-    let mut screen = Terminal::run(&["bench", "--demo", "--tui"]);
-    screen.wait_for(|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
+/// Looks after the demo plant, whose files come into `folder`, and leaves.
+fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
+    let backup = folder.join("node-5.dcf");
+    screen.wait_for(&|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
 
     // Who is faulty, and why.
     screen.press("7");
-    shows(&mut screen, "node 7 is silent");
+    shows(screen, "node 7 is silent");
 
     // A limit refuses in words, then lets through. Nothing is written without the hands.
     screen.press("1\r");
-    shows(&mut screen, "1000:00");
+    shows(screen, "1000:00");
     screen.press("/v-pos\r");
-    screen.wait_for(|text| text.contains("v-Pos") && !text.contains("6064:00"));
+    screen.wait_for(&|text| text.contains("v-Pos") && !text.contains("6064:00"));
     screen.press("\r60\r");
-    shows(&mut screen, "take the hands first");
+    shows(screen, "take the hands first");
     screen.press("h");
-    shows(&mut screen, "HANDS ON");
+    shows(screen, "HANDS ON");
     screen.press("\r250\r");
-    shows(&mut screen, "too high");
+    shows(screen, "too high");
     screen.press("\r60\r");
-    shows(&mut screen, "2410:05 = 60");
+    shows(screen, "2410:05 = 60");
 
     // A backup brings the value back.
     screen.press("b");
-    shows(&mut screen, "node-5.dcf");
-    screen.wait_for(|_| backup.exists());
+    shows(screen, "node-5.dcf");
+    screen.wait_for(&|_| backup.exists());
     screen.press("\r70\r");
-    shows(&mut screen, "2410:05 = 70");
+    shows(screen, "2410:05 = 70");
     screen.press("unode-5.dcf\r");
-    screen.wait_for(|text| {
+    screen.wait_for(&|text| {
         text.contains("v-Pos") && text.lines().any(|line| line.starts_with("2410:05") && line.contains(" 60 "))
     });
 
     // A PDO that is too long is objected to before anything is written.
     screen.press("]3");
-    shows(&mut screen, "TPDO1");
-    go_down_to(&mut screen, "TPDO1");
+    shows(screen, "TPDO1");
+    go_down_to(screen, "TPDO1");
     for _ in 0..8 {
         screen.press(DELETE);
     }
     screen.press("a6041\ra6064\ra606C\rc");
-    shows(&mut screen, "64");
+    shows(screen, "64");
     screen.press(DELETE);
     screen.press("tevery:20ms\rc");
-    shows(&mut screen, "it can be written");
+    shows(screen, "it can be written");
     screen.press("\r");
-    shows(&mut screen, "event timer 20 ms");
+    shows(screen, "event timer 20 ms");
 
     // A travel is plotted, and stopped.
     screen.press("5a6064\r");
-    shows(&mut screen, "Position actual value = ");
+    shows(screen, "Position actual value = ");
     screen.press("6");
-    shows(&mut screen, "SWITCH ON DISABLED");
+    shows(screen, "SWITCH ON DISABLED");
     screen.press(DOWN);
-    shows(&mut screen, "┌ 6 cutter");
+    shows(screen, "┌ 6 cutter");
     screen.press("e");
-    shows(&mut screen, "it is enabled");
+    shows(screen, "it is enabled");
     screen.press("m-2000000\r");
-    shows(&mut screen, "travels to");
+    shows(screen, "travels to");
     screen.press(" ");
-    shows(&mut screen, "every drive has stopped");
+    shows(screen, "every drive has stopped");
 
     screen.press("q");
+}
+
+#[test]
+fn a_plant_is_looked_after_on_a_terminal() {
+    let folder = folder("bench-tui");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
+    let mut screen = Terminal::of(command.args(["bench", "--demo", "--tui"]).current_dir(&folder));
+    look_after(&mut screen, &folder);
     let (code, text) = screen.end();
     assert_eq!(code, Some(0), "{text}");
-    let _ = std::fs::remove_file(&backup);
+}
+
+#[test]
+fn a_plant_is_looked_after_in_tmux() {
+    let folder = folder("bench-tmux");
+    let Some(mut screen) = Tmux::run(&folder, &["bench", "--demo", "--tui"]) else {
+        eprintln!("skipped: tmux is not installed");
+        return;
+    };
+    look_after(&mut screen, &folder);
+    assert_eq!(screen.end(), Some(0));
+}
+
+#[test]
+fn a_terminal_that_is_closed_stops_what_it_has_started() {
+    let folder = folder("bench-closed");
+    let mut drive = Simulation::begin(&folder, &["kollmorgen/akd", "--node", "6"]);
+    // Its terminal is the one that is closed, as that of a shell is.
+    let mut command = Command::new("setsid");
+    command.args(["--ctty", env!("CARGO_BIN_EXE_lexican"), "bench", "--tui", "--bus", &drive.buses[0]]);
+    let mut screen = Terminal::of(&mut command);
+    shows(&mut screen, "f looks for nodes");
+    screen.press("f");
+    shows(&mut screen, "kollmorgen/akd");
+    screen.press("h6");
+    shows(&mut screen, "SWITCH ON DISABLED");
+    screen.press("e");
+    shows(&mut screen, "it is enabled");
+    screen.press("v100\r");
+    shows(&mut screen, "until it is stopped");
+    let velocity = |drive: &mut Simulation| {
+        let status = drive.asks("status", "answer")["text"].as_str().unwrap().to_owned();
+        let number = status.split(", ").find_map(|part| part.split("/s").next()?.parse::<f64>().ok());
+        number.unwrap_or_else(|| panic!("{status}"))
+    };
+    while velocity(&mut drive) == 0.0 {}
+    assert_eq!(screen.close(), Some(0));
+    while velocity(&mut drive) != 0.0 {}
 }

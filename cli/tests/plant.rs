@@ -234,6 +234,8 @@ fn the_example_runs_from_texts_inside_a_program() {
             ("cutter", "a drive that moves", true),
             ("io", "every object of its data sheet, and LSS", false),
             ("encoder", "every object of its data sheet, and LSS", false),
+            ("left", "a drive that moves", true),
+            ("right", "a drive that moves", true),
         ]
     );
     let encoder = segment.nodes_mut().find(|device| device.is_called("8")).unwrap();

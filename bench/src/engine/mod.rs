@@ -32,7 +32,7 @@ use crate::command::{Answer, Command, Order, Other, Refused, TraceFilter};
 use crate::model::{BusInfo, DEVICE_NAME, Model, Which, watched};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
-use hub::Ports;
+use hub::{Port, Ports};
 use jobs::Job;
 use parameters::node_id;
 use pdo::Wanted;
@@ -119,6 +119,8 @@ struct Shared {
     faces: Mutex<Faces>,
     simulation: Mutex<Option<Box<dyn Simulation>>>,
     recording: Option<Arc<Recording>>,
+    /// Links for what faces have started that is about no single node.
+    links: Mutex<BTreeMap<u32, Vec<u64>>>,
 }
 
 #[derive(Default)]
@@ -201,7 +203,7 @@ impl Bench {
         recording: Option<Arc<Recording>>,
     ) -> Self {
         let (stations, faces, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
-        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording }))
+        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording, links: Mutex::default() }))
     }
 
     /// A new face.
@@ -343,6 +345,15 @@ impl Bench {
         for station in lock(&self.0.stations).values() {
             station.leave(face);
         }
+        let links = lock(&self.0.links).remove(&face);
+        links.into_iter().flatten().for_each(|link| self.0.ports.cut(link));
+    }
+
+    /// A link that is lost when a face is closed.
+    fn link_of(&self, face: u32) -> Port {
+        let link = self.0.ports.link();
+        lock(&self.0.links).entry(face).or_default().push(link.number());
+        link
     }
 
     fn show_hands(&self, faces: &Faces) {
@@ -468,8 +479,8 @@ impl Face {
                     get_to_know(station);
                 }
                 let (ports, model) = (bench.0.ports.clone(), Arc::clone(model));
-                let job = Job::begin(&model, "scan".to_owned());
-                apart(sender, move || concluded(&job, |job| network::scan(&ports, &model, job)));
+                let (link, job) = (bench.link_of(self.number), Job::begin(&model, "scan".to_owned()));
+                apart(sender, move || concluded(&job, |job| network::scan(&ports, link, &model, job)));
             }
             Command::Assign { node } => {
                 if let Err(refused) = bench.check_writable() {
@@ -477,8 +488,8 @@ impl Face {
                     return;
                 }
                 let ports = bench.0.ports.clone();
-                let job = Job::begin(model, format!("node-ID {node} by LSS"));
-                apart(sender, move || concluded(&job, |job| network::assign(&ports, node_id(node)?, job)));
+                let (link, job) = (bench.link_of(self.number), Job::begin(model, format!("node-ID {node} by LSS")));
+                apart(sender, move || concluded(&job, |job| network::assign(&ports, link, node_id(node)?, job)));
             }
             other => {
                 let _ = sender.send(self.at_once(other));
@@ -579,9 +590,18 @@ impl Face {
                 let bytes = lock(&bench.0.model).plot_file(&format).map_err(Refused::new)?;
                 Ok(Answer::File { name: format!("plot.{format}"), bytes })
             }
-            Command::Trace { filter, from, count } => {
+            Command::Seen { node, addresses } => {
+                let node = node_id(node)?;
+                let model = lock(&bench.0.model);
+                let device = model.sheet(node).map(|sheet| sheet.device);
+                let seen = addresses.iter().map(|text| resolve(device, text).map_err(Refused::new));
+                let seen =
+                    seen.map(|address| Ok(model.value(node, address?).cloned())).collect::<Result<Vec<_>, _>>()?;
+                Ok(Answer::Values(seen.into_iter().flatten().collect()))
+            }
+            Command::Trace { filter, from, at, count } => {
                 let which = which(&filter)?;
-                let rows = lock(&bench.0.model).rows(&which, from, count.min(MOST_ROWS) as usize);
+                let rows = lock(&bench.0.model).rows(&which, at, from, count.min(MOST_ROWS) as usize);
                 Ok(Answer::Frames(rows))
             }
             Command::Export { format, filter } => {

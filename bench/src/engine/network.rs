@@ -12,7 +12,7 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use super::hub::Ports;
+use super::hub::{Port, Ports};
 use super::jobs::Job;
 use super::lock;
 use crate::command::{Answer, Nmt, Refused};
@@ -44,16 +44,17 @@ pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Resu
 }
 
 /// Asks every node-ID for its device type. The model hears who answers.
-pub(super) fn scan(ports: &Ports, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
-    let (mut link, mut pump) = (ports.link(), Pump::new());
+pub(super) fn scan(ports: &Ports, mut link: Port, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
+    let mut pump = Pump::new();
+    let lost = |error| lost(ports, error);
     let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) }.to_bytes();
     let known: Vec<_> = lock(model).nodes().collect();
     for (node, place) in NodeId::all().zip(1..).filter(|(node, _)| !known.contains(node)) {
         job.progress(f64::from(place) / 127.0, format!("asks node {node}"));
-        link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(Refused::new)?;
-        listen(&mut link, &mut pump, PAUSE).map_err(Refused::new)?;
+        link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(lost)?;
+        listen(&mut link, &mut pump, PAUSE).map_err(lost)?;
     }
-    listen(&mut link, &mut pump, ANSWER).map_err(Refused::new)?;
+    listen(&mut link, &mut pump, ANSWER).map_err(lost)?;
     let nodes = lock(model).nodes().count();
     job.end(true, format!("{nodes} nodes, {} of them new", nodes - known.len()));
     Ok(Answer::Done)
@@ -65,18 +66,44 @@ fn listen(link: &mut impl Link, pump: &mut Pump, span: Duration) -> Result<(), L
     Ok(())
 }
 
+/// Why a link is gone: the bus is, or the face that it was for.
+fn lost(ports: &Ports, error: LinkError) -> Refused {
+    match error {
+        LinkError::Closed if !ports.is_over() => Refused::interrupted(),
+        error => Refused::new(error),
+    }
+}
+
 /// Gives a device without node-ID one, and lets it be stored (CiA 305).
-pub(super) fn assign(ports: &Ports, node: NodeId, job: &Job) -> Result<Answer, Refused> {
-    let (mut link, mut pump) = (ports.link(), Pump::new());
-    let mut operate = |patience, begin: fn(&mut LssManager, NodeId) -> Result<(), Busy>| {
-        let mut manager = LssManager::new().with_timeouts(patience, STEP);
-        begin(&mut manager, node).expect("a new manager is idle");
-        let event = pump.run(&mut link, &mut manager, Instant::MAX).map_err(Refused::new)?;
-        event.ok_or_else(|| Refused::new("the bench has ended"))
+pub(super) fn assign(ports: &Ports, mut link: Port, node: NodeId, job: &Job) -> Result<Answer, Refused> {
+    let result = configure(ports, &mut link, node, job);
+    // However it has ended, no device waits for the rest: the next one would be configured with it.
+    let waiting = operate(&mut ports.link(), STEP, |manager| manager.switch_global(LssState::Waiting));
+    let who = result?;
+    waiting.map_err(|error| lost(ports, error))?;
+    job.end(true, format!("{who} is node {node}"));
+    Ok(Answer::Done)
+}
+
+/// Runs an operation of the LSS manager to its end.
+fn operate(
+    link: &mut Port,
+    patience: Duration,
+    begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
+) -> Result<Event, LinkError> {
+    let mut manager = LssManager::new().with_timeouts(patience, STEP);
+    begin(&mut manager).expect("a new manager is idle");
+    Pump::new().run(link, &mut manager, Instant::MAX)?.ok_or(LinkError::Closed)
+}
+
+/// Finds the device, and gives it the node-ID; returns its identity in words.
+fn configure(ports: &Ports, link: &mut Port, node: NodeId, job: &Job) -> Result<String, Refused> {
+    let mut operate = |patience, begin: &dyn Fn(&mut LssManager) -> Result<(), Busy>| {
+        operate(link, patience, begin).map_err(|error| lost(ports, error))
     };
     job.progress(0.1, "looks for a device by fastscan".to_owned());
-    operate(STEP, |manager, _| manager.switch_global(LssState::Waiting))?;
-    let identity = match operate(ANSWER, |manager, _| manager.fastscan())? {
+    operate(STEP, &|manager| manager.switch_global(LssState::Waiting))?;
+    let identity = match operate(ANSWER, &LssManager::fastscan)? {
         Event::Found(identity) => identity,
         _ => {
             return Err(Refused::new("no device without node-ID answers")
@@ -85,16 +112,12 @@ pub(super) fn assign(ports: &Ports, node: NodeId, job: &Job) -> Result<Answer, R
     };
     let who = format!("vendor {:X}h, product {:X}h, serial {:X}h", identity.vendor, identity.product, identity.serial);
     job.progress(0.7, format!("{who} gets node-ID {node}"));
-    let done = match operate(ANSWER, |manager, node| manager.configure_node(Some(node)))? {
-        Event::Done => operate(STORING, |manager, _| manager.store())?,
+    let done = match operate(ANSWER, &|manager| manager.configure_node(Some(node)))? {
+        Event::Done => operate(STORING, &LssManager::store)?,
         other => other,
     };
-    operate(STEP, |manager, _| manager.switch_global(LssState::Waiting))?;
     match done {
-        Event::Done => {
-            job.end(true, format!("{who} is node {node}"));
-            Ok(Answer::Done)
-        }
+        Event::Done => Ok(who),
         other => Err(Refused::new(format_args!("{who} does not take the node-ID, or does not store it: {other:?}"))),
     }
 }

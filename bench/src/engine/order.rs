@@ -95,7 +95,9 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
     let times = Times { within: WITHIN, lasting: None };
     let model = &station.model;
     let mut look = |look: Look| lock(model).drive(station.node).look = Some(look);
-    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut look).await)?;
+    // What is watched is read on, by the order's own client: a node has one conversation at a time.
+    let mut wanted = |now| if is_stop(order) { None } else { station.due(now) };
+    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)?;
     if ending == Ending::Stalled {
         drive.stop()?;
     }

@@ -182,6 +182,11 @@ impl Station {
         }
     }
 
+    /// An entry that is due to be read, for what is under way to read it; it counts as read.
+    pub(super) fn due(&self, now: Instant) -> Option<Address> {
+        lock(&self.queue).due(now).ok()
+    }
+
     /// A link that is lost when what is under way is to end.
     pub(super) fn link(&self) -> Result<Port, Refused> {
         let port = self.ports.link();
@@ -248,21 +253,28 @@ impl Station {
                 queue.under_way = Some(UnderWay::new(face, Kind::Task));
                 return Next::Task(task);
             }
-            let now = self.ports.now();
-            let due = queue.polls.iter_mut().min_by_key(|(_, poll)| poll.next);
-            let mut wait = LOOK;
-            if let Some((address, poll)) = due {
-                if poll.next <= now {
-                    // A node that is slower than that is read without a pause, but for what else is asked of it.
-                    poll.next = now + poll.users.iter().copied().min().unwrap_or(LOOK);
-                    let address = *address;
+            let wait = match queue.due(self.ports.now()) {
+                Ok(address) => {
                     queue.under_way = Some(UnderWay::new(NOBODY, Kind::Poll));
                     return Next::Poll(address);
                 }
-                wait = wait.min(poll.next.since(now));
-            }
+                Err(wait) => wait.min(LOOK),
+            };
             queue = self.changed.wait_timeout(queue, wait.into()).unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+}
+
+impl Queue {
+    /// The entry that is to be read now, or how long until one is.
+    fn due(&mut self, now: Instant) -> Result<Address, Duration> {
+        let (address, poll) = self.polls.iter_mut().min_by_key(|(_, poll)| poll.next).ok_or(LOOK)?;
+        if poll.next > now {
+            return Err(poll.next.since(now));
+        }
+        // A node that is slower than that is read without a pause, but for what else is asked of it.
+        poll.next = now + poll.users.iter().copied().min().unwrap_or(LOOK);
+        Ok(*address)
     }
 }
 

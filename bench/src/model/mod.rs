@@ -31,7 +31,7 @@ use node::Node;
 use plot::{Plot, Watched};
 use rates::Rates;
 use trace::{Trace, is_part};
-use trouble::Troubles;
+use trouble::{Kind, Troubles};
 
 pub(crate) use drive::{Drive, watched};
 pub(crate) use node::{DEVICE_NAME, value};
@@ -154,6 +154,7 @@ impl Model {
     /// So many frames were lost on the way from the controller.
     pub fn miss(&mut self, frames: u32) {
         self.statistics.miss(frames);
+        self.troubles.see(Kind::Missing, None, self.trace.end().saturating_sub(1));
     }
 
     /// There is no bus any more.
@@ -172,8 +173,15 @@ impl Model {
         }
         let Some(node) = self.nodes.get_mut(&id) else { return };
         match decoded.detail {
-            Detail::ErrorControl { state: NmtState::Initialising, .. } => node.boot(),
-            Detail::ErrorControl { state, .. } => node.set_state(state),
+            Detail::ErrorControl { state, .. } => {
+                self.troubles.see(Kind::Silent, Some(id), row);
+                if state == NmtState::Initialising {
+                    self.troubles.see(Kind::Boots, Some(id), row);
+                    node.boot();
+                } else {
+                    node.set_state(state);
+                }
+            }
             Detail::Emcy(emcy) => {
                 let text = emcy.meaning.clone().unwrap_or_else(|| decoded.text.clone());
                 let code = format!("{:04X}", emcy.code);
@@ -198,6 +206,9 @@ impl Model {
         // One that another request has ended was silent since its own last frame.
         let row = if transfer.ended < at { self.last_sdo.get(&transfer.node).copied().unwrap_or(row) } else { row };
         self.trace.fold(row, transfer.to_string(), transfer.end != End::Done);
+        if matches!(transfer.end, End::Aborted { .. }) {
+            self.troubles.see(Kind::Aborts, Some(transfer.node), row);
+        }
         if let (Some(report), Some(node)) = (&transfer.report, self.nodes.get_mut(&transfer.node)) {
             // A device that has no product code says so.
             node.has_said_product |= report.address == PRODUCT && transfer.end != End::Unanswered;
@@ -332,9 +343,9 @@ impl Model {
         }
     }
 
-    /// Rows of the trace.
-    pub fn rows(&mut self, which: &Which, from: i64, count: usize) -> view::Frames {
-        let Page { matching, from, rows } = self.trace.page(which, from, count);
+    /// Rows of the trace: from a place on, or from a place counted from that of the row with the number `at`.
+    pub fn rows(&mut self, which: &Which, at: Option<u64>, from: i64, count: usize) -> view::Frames {
+        let Page { matching, from, rows } = self.trace.page(which, at, from, count);
         view::Frames { matching, from, rows }
     }
 

@@ -175,17 +175,20 @@ impl Trace {
         }
     }
 
-    /// The rows from a place among those that match; from the end backwards if it is negative.
-    pub(crate) fn page(&mut self, which: &Which, from: i64, count: usize) -> Page {
+    /// The rows from a place among those that match; from the end backwards if it is negative. With `at`, from a place
+    /// counted from that of the first row with this number or a higher one.
+    pub(crate) fn page(&mut self, which: &Which, at: Option<u64>, from: i64, count: usize) -> Page {
         if which.is_all() {
             let (first, end) = (self.first, self.end());
-            let from = start(from, end - first);
+            let at = at.map(|at| at.clamp(first, end) - first);
+            let from = start(at, from, end - first);
             let numbers = (first + from..end).take(count);
             return Page { matching: end - first, from, rows: numbers.filter_map(|it| self.row(it, false)).collect() };
         }
         let found = self.look(which);
         let matching = self.found[found].numbers.len() as u64;
-        let from = start(from, matching);
+        let at = at.map(|at| self.found[found].numbers.partition_point(|number| *number < at) as u64);
+        let from = start(at, from, matching);
         let numbers: Vec<u64> = self.found[found].numbers.iter().skip(from as usize).take(count).copied().collect();
         let rows = numbers.into_iter().filter_map(|it| self.row(it, which.transfers)).collect();
         Page { matching, from, rows }
@@ -282,9 +285,7 @@ pub(crate) fn is_part(decoded: &Decoded) -> bool {
 }
 
 /// The place among so many rows.
-fn start(from: i64, matching: u64) -> u64 {
-    match u64::try_from(from) {
-        Ok(from) => from.min(matching),
-        Err(_) => matching.saturating_sub(from.unsigned_abs()),
-    }
+fn start(at: Option<u64>, from: i64, matching: u64) -> u64 {
+    let base = at.unwrap_or(if from < 0 { matching } else { 0 });
+    base.saturating_add_signed(from).min(matching)
 }

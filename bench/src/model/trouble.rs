@@ -22,20 +22,51 @@ const ABORTS: u32 = 20;
 #[derive(Default)]
 pub(crate) struct Troubles {
     duplicates: BTreeMap<(NodeId, Evidence), (f64, u64)>,
-    since: BTreeMap<String, f64>,
+    /// The last row of the trace that shows a kind of trouble, by its node if it has one.
+    rows: BTreeMap<(Kind, Option<u8>), u64>,
+    since: BTreeMap<(Kind, Option<u8>), f64>,
+}
+
+/// What a trouble is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    /// The controller is not error active.
+    State,
+    /// Frames were lost on the way from the controller.
+    Missing,
+    /// A node is silent: its last sign of life.
+    Silent,
+    /// A node boots again and again.
+    Boots,
+    /// A node refuses many transfers.
+    Aborts,
+    /// The bus is full.
+    Load,
 }
 
 /// A trouble that was found: what it is about, which node it is, and its words.
 struct Found {
-    key: String,
+    kind: Kind,
     node: Option<u8>,
     text: String,
+}
+
+impl Found {
+    /// What makes it the same trouble as before: the bus is full, by one node or another.
+    fn key(&self) -> (Kind, Option<u8>) {
+        (self.kind, self.node.filter(|_| self.kind != Kind::Load))
+    }
 }
 
 impl Troubles {
     /// Two nodes may have one node-ID.
     pub(crate) fn suspect(&mut self, seconds: f64, row: u64, node: NodeId, evidence: Evidence) {
         self.duplicates.entry((node, evidence)).or_insert((seconds, row));
+    }
+
+    /// A row of the trace shows something that may be, or become, a trouble.
+    pub(crate) fn see(&mut self, kind: Kind, node: Option<NodeId>, row: u64) {
+        self.rows.insert((kind, node.map(NodeId::get)), row);
     }
 
     /// What is wrong now.
@@ -47,14 +78,14 @@ impl Troubles {
         rates: &[view::Rate],
     ) -> Vec<view::Trouble> {
         let found = find(state, report, rates);
-        self.since.retain(|key, _| found.iter().any(|found| found.key == *key));
+        self.since.retain(|key, _| found.iter().any(|found| found.key() == *key));
         let mut troubles: Vec<_> = found
             .into_iter()
             .map(|found| view::Trouble {
-                since: *self.since.entry(found.key).or_insert(now),
+                since: *self.since.entry(found.key()).or_insert(now),
+                row: self.rows.get(&found.key()).copied(),
                 node: found.node,
                 text: found.text,
-                row: None,
             })
             .collect();
         troubles.extend(self.duplicates.iter().map(|((node, evidence), (since, row))| view::Trouble {
@@ -69,42 +100,38 @@ impl Troubles {
 
 fn find(state: Option<BusState>, report: &Report, rates: &[view::Rate]) -> Vec<Found> {
     let mut found = Vec::new();
-    let mut add = |key: String, node, text| found.push(Found { key, node, text });
+    let mut add = |kind, node, text| found.push(Found { kind, node, text });
     if let Some(state) = state.filter(|state| *state != BusState::Active) {
         let why = if state.carries_frames() {
             "look at the bit rate, the cable and its two resistors"
         } else {
             "nothing gets through"
         };
-        add("state".to_owned(), None, format!("the bus is {state}: {why}"));
+        add(Kind::State, None, format!("the bus is {state}: {why}"));
     }
     if report.missing_frames > 0 {
         let text = format!(
             "{} frames were lost on the way from the controller: this machine is too busy",
             report.missing_frames
         );
-        add("missing".to_owned(), None, text);
+        add(Kind::Missing, None, text);
     }
     for node in &report.nodes {
         let id = node.node;
         if let Some(seconds) = node.silent_seconds {
             let text =
                 format!("node {id} is silent for {seconds:.1} s: it has lost its power or its cable, or has restarted");
-            add(format!("silent {id}"), Some(id), text);
+            add(Kind::Silent, Some(id), text);
         }
         if node.boot_ups > 2 {
-            add(
-                format!("boots {id}"),
-                Some(id),
-                format!("node {id} has booted {} times: its supply may fail", node.boot_ups),
-            );
+            add(Kind::Boots, Some(id), format!("node {id} has booted {} times: its supply may fail", node.boot_ups));
         }
         if node.sdo_aborts > ABORTS {
             let text = format!(
                 "node {id} has {} refused SDO transfers: somebody asks for what it does not have",
                 node.sdo_aborts
             );
-            add(format!("aborts {id}"), Some(id), text);
+            add(Kind::Aborts, Some(id), text);
         }
     }
     if let Some(load) = report.load_percent_last_second.filter(|load| *load > FULL_PERCENT) {
@@ -116,7 +143,7 @@ fn find(state: Option<BusState>, report: &Report, rates: &[view::Rate]) -> Vec<F
                 rate.name, rate.id, rate.share_percent, rate.per_second
             )
         });
-        add("load".to_owned(), loudest.and_then(|rate| rate.node), format!("the load is {load:.0} %{who}"));
+        add(Kind::Load, loudest.and_then(|rate| rate.node), format!("the load is {load:.0} %{who}"));
     }
     found
 }

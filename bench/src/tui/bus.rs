@@ -1,17 +1,26 @@
 //! The bus by numbers.
 
 use ratatui::Frame;
+use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Gauge, Paragraph, Row, Table, TableState};
 
-use super::screen::{Screen, first_shown};
+use super::screen::{Action, Screen, first_shown};
 use super::text::Text;
 use crate::view::View;
 
 /// From which load on frames of low priority wait for long.
 const FULL: f64 = 70.0;
+
+pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
+    if let KeyCode::Char(digit @ 'a'..='f') = code {
+        let row = view.bus.troubles.get(usize::from(digit as u8 - b'a'))?.row?;
+        screen.show_row(row);
+    }
+    None
+}
 
 pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
     let bus = &view.bus;
@@ -31,7 +40,10 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
     if bus.troubles.is_empty() {
         lines.push(Line::from(screen.text(Text::NoTroubles)).green());
     }
-    lines.extend(bus.troubles.iter().map(|it| Line::from(format!("  {:>8.1} s  {}", it.since, it.text)).red()));
+    lines.extend(bus.troubles.iter().zip('a'..).map(|(it, key)| {
+        let key = if it.row.is_some() { key } else { ' ' };
+        Line::from(format!("!{key} {:>8.1} s  {}", it.since, it.text)).red()
+    }));
     frame.render_widget(Paragraph::new(lines), below);
     let height = usize::from(list.height.saturating_sub(1));
     let first = first_shown(screen.row(), height);

@@ -81,7 +81,8 @@ fn lines(screen: &Screen, drive: &Drive) -> Vec<Line<'static>> {
         lines.push(Line::from(order.clone()).yellow().bold());
     }
     if let Some(ending) = &drive.ending {
-        let text = format!("{} {}", screen.text(Text::Ended), ending.text);
+        let mark = if ending.is_success { "" } else { "! " };
+        let text = format!("{} {mark}{}", screen.text(Text::Ended), ending.text);
         let line = Line::from(text);
         lines.push(match (ending.may_be_moving, ending.is_success) {
             (true, _) => line.bold().red().reversed(),

@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use ratatui::Terminal;
 use ratatui::backend::Backend;
-use ratatui::crossterm::event::{Event, KeyEvent, poll, read};
+use ratatui::crossterm::event::{Event, poll, read};
 
 use crate::engine::{Bench, Reply};
 pub use screen::{Action, Purpose, Screen};
@@ -50,9 +50,18 @@ pub fn run<B: Backend<Error = io::Error>>(
             open.push((purpose, face.ask(command)));
         }
         let mut wait = DRAW;
-        while let Some(key) = next_key(wait)? {
+        while poll(wait)? {
             wait = Duration::ZERO;
-            match screen.handle_key(key, &view) {
+            let action = match read()? {
+                Event::Key(key) => screen.handle_key(key, &view),
+                Event::Paste(text) => {
+                    screen.paste(&text);
+                    None
+                }
+                // It is drawn anew, in its new size.
+                _ => break,
+            };
+            match action {
                 None => {}
                 Some(Action::Leave) => return Ok(()),
                 Some(Action::Ask(purpose, command)) => open.push((purpose, face.ask(command))),
@@ -66,16 +75,5 @@ pub fn run<B: Backend<Error = io::Error>>(
             }
         }
         open = waiting;
-    }
-}
-
-fn next_key(wait: Duration) -> io::Result<Option<KeyEvent>> {
-    if !poll(wait)? {
-        return Ok(None);
-    }
-    match read()? {
-        Event::Key(key) => Ok(Some(key)),
-        // It is drawn anew, in its new size.
-        _ => Ok(None),
     }
 }

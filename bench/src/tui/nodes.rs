@@ -35,7 +35,7 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         }
         KeyCode::Char('g') => {
             let fault = node.and_then(|node| node.faults.first().or(node.history.first()))?.row;
-            screen.show_row(fault, view);
+            screen.show_row(fault);
             None
         }
         KeyCode::Enter => {
@@ -65,7 +65,7 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
         let faults: Vec<_> = node.faults.iter().map(|fault| fault.code.as_str()).collect();
         let is_wrong = !node.faults.is_empty() || node.silent_seconds.is_some();
         Row::new([
-            node.id.to_string(),
+            format!("{}{}", if is_wrong { "!" } else { "" }, node.id),
             node.name.clone(),
             state,
             node.heartbeat_ms.map_or_else(String::new, |ms| format!("{ms:.0} ms")),

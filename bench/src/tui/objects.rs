@@ -52,6 +52,7 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('/') => screen.change(Text::AskSearch, |screen, typed| {
             screen.objects.search = typed;
             *screen.row_mut() = 0;
+            Ok(())
         }),
         KeyCode::Enter => {
             let address = selected()?;

@@ -10,7 +10,7 @@ use ratatui::widgets::{Block, List, ListState, Paragraph};
 use super::screen::{Action, Purpose, Screen};
 use super::text::Text;
 use crate::command::Command;
-use crate::view::{Pdo, View};
+use crate::view::{Pdo, Value, View};
 
 /// The colours of objects, one after the other.
 const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Blue, Color::Red];
@@ -39,6 +39,23 @@ impl State {
     /// The PDOs, if they are those of this node.
     pub(super) fn of(&self, node: u8) -> &[Pdo] {
         if self.node == Some(node) { &self.pdos } else { &[] }
+    }
+
+    /// What the PDOs carry.
+    pub(super) fn addresses(&self) -> Vec<String> {
+        self.pdos.iter().flat_map(|pdo| &pdo.fields).map(|field| field.address.clone()).collect()
+    }
+
+    /// Takes values that were seen since.
+    pub(super) fn see(&mut self, node: u8, values: &[Value]) {
+        if self.node != Some(node) {
+            return;
+        }
+        for field in self.pdos.iter_mut().flat_map(|pdo| &mut pdo.fields) {
+            if let Some(value) = values.iter().find(|value| value.address == field.address) {
+                field.text = Some(value.text.clone());
+            }
+        }
     }
 
     /// Takes PDOs of a node that were written.
@@ -80,12 +97,14 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
             if let Some(draft) = screen.pdos.draft(row) {
                 draft.objects.push(typed);
             }
+            Ok(())
         }),
         KeyCode::Char('t') => screen.change(Text::AskTiming, |screen, typed| {
             let row = screen.row();
             if let Some(draft) = screen.pdos.draft(row) {
                 draft.transmission = Some(typed);
             }
+            Ok(())
         }),
         KeyCode::Delete | KeyCode::Backspace => {
             screen.pdos.draft(row)?.objects.pop();
@@ -105,7 +124,9 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
     let [list, detail] = Layout::horizontal([Constraint::Length(34), Constraint::Min(40)]).areas(area);
     let pdos = screen.node(view).map_or(&[][..], |node| screen.pdos.of(node.id));
     let items = pdos.iter().map(|pdo| {
-        let line = Line::from(format!("{:<7} {}h  {:>6.1}/s", pdo.name, pdo.id, pdo.per_second));
+        let rate = view.bus.ids.iter().find(|rate| rate.id == pdo.id).map_or(0.0, |rate| rate.per_second);
+        let mark = if pdo.conflict.is_some() { "!" } else { " " };
+        let line = Line::from(format!("{:<7} {}h{mark} {rate:>6.1}/s", pdo.name, pdo.id));
         match (&pdo.conflict, pdo.is_on) {
             (Some(_), _) => line.red(),
             (None, true) => line,

@@ -63,6 +63,7 @@ impl Room {
 }
 
 /// What a key asks for.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// To leave.
@@ -84,6 +85,8 @@ pub enum Purpose {
     Objects(u8),
     /// The PDOs of this node.
     Pdos(u8),
+    /// What was seen of the entries in the PDOs of this node.
+    Seen(u8),
     /// Rows of the trace.
     Trace,
     /// Curves.
@@ -101,11 +104,13 @@ struct Prompt {
     then: Then,
 }
 
+type Change = Box<dyn FnOnce(&mut Screen, String) -> Result<(), String>>;
+
 /// What becomes of the answer to a question.
 enum Then {
     /// It knows what it is about: the selected row may be another one by then.
     Ask(Box<dyn FnOnce(String) -> Result<Action, String>>),
-    Change(fn(&mut Screen, String)),
+    Change(Change),
 }
 
 /// The terminal's face.
@@ -120,6 +125,10 @@ pub struct Screen {
     prompt: Option<Prompt>,
     /// What was said last, and whether it is an error.
     said: Option<(bool, String)>,
+    /// Why a stop has failed: it stays until somebody has seen it.
+    alarm: Option<String>,
+    /// The number of the last job whose end was seen.
+    seen_job: u32,
     has_help: bool,
     pub(super) objects: objects::State,
     pub(super) pdos: pdos::State,
@@ -144,7 +153,7 @@ impl Screen {
         }
         // Whatever else is shown: this stops. A space may belong to what is typed.
         if key.code == KeyCode::F(12) || (key.code == KeyCode::Char(' ') && self.prompt.is_none()) {
-            (self.prompt, self.has_help) = (None, false);
+            (self.prompt, self.has_help, self.alarm) = (None, false, None);
             self.said = Some((false, self.text(Text::Stopping).to_owned()));
             return Some(Action::Ask(Purpose::Stop, Command::StopAll));
         }
@@ -166,7 +175,7 @@ impl Screen {
         match code {
             KeyCode::Char('q') => return Some(Action::Leave),
             KeyCode::Char('?') => self.has_help = true,
-            KeyCode::Esc => self.said = None,
+            KeyCode::Esc => self.dismiss(view),
             KeyCode::Tab => self.room = Room::ALL[if place == last { 0 } else { place + 1 }],
             KeyCode::BackTab => self.room = Room::ALL[if place == 0 { last } else { place - 1 }],
             KeyCode::Char(digit @ '1'..='8') => self.room = Room::ALL[digit as usize - '1' as usize],
@@ -186,6 +195,20 @@ impl Screen {
             other => return self.handle_in_room(other, view),
         }
         None
+    }
+
+    /// What was pasted is text, and no keys: a paste orders nothing.
+    pub fn paste(&mut self, text: &str) {
+        if let Some(prompt) = &mut self.prompt {
+            prompt.typed.extend(text.chars().filter(|character| !character.is_control()));
+        }
+    }
+
+    /// Somebody has seen what is said, from the last on.
+    fn dismiss(&mut self, view: &View) {
+        if self.said.take().is_none() && self.alarm.take().is_none() {
+            self.seen_job = view.jobs.iter().map(|job| job.number).max().unwrap_or_default();
+        }
     }
 
     fn handle_in_room(&mut self, code: KeyCode, view: &View) -> Option<Action> {
@@ -209,7 +232,8 @@ impl Screen {
                     Room::Plots => plots::handle_key(self, other, view),
                     Room::Drives => drives::handle_key(self, other, view),
                     Room::Devices => devices::handle_key(self, other, view),
-                    Room::Bus | Room::Trace => None,
+                    Room::Bus => bus::handle_key(self, other, view),
+                    Room::Trace => None,
                 };
             }
         }
@@ -254,7 +278,11 @@ impl Screen {
                         Ok(action) => return Some(action),
                         Err(why) => self.said = Some((true, why)),
                     },
-                    Then::Change(change) => change(self, typed),
+                    Then::Change(change) => {
+                        if let Err(why) = change(self, typed) {
+                            self.said = Some((true, why));
+                        }
+                    }
                 }
             }
             _ => {}
@@ -274,8 +302,13 @@ impl Screen {
     }
 
     /// Asks in the last line for what changes the screen alone.
-    pub(super) fn change(&mut self, title: Text, then: fn(&mut Screen, String)) -> Option<Action> {
-        self.prompt = Some(Prompt { title, of: String::new(), typed: String::new(), then: Then::Change(then) });
+    pub(super) fn change(
+        &mut self,
+        title: Text,
+        then: impl FnOnce(&mut Screen, String) -> Result<(), String> + 'static,
+    ) -> Option<Action> {
+        let then = Then::Change(Box::new(then));
+        self.prompt = Some(Prompt { title, of: String::new(), typed: String::new(), then });
         None
     }
 
@@ -286,8 +319,9 @@ impl Screen {
         match self.room {
             Room::Objects => Some((Purpose::Objects(node?), Command::Objects { node: node? })),
             Room::Pdos if self.pdos.node != node => Some((Purpose::Pdos(node?), Command::Pdos { node: node? })),
+            Room::Pdos => Some((Purpose::Seen(node?), Command::Seen { node: node?, addresses: self.pdos.addresses() })),
             Room::Trace => Some((Purpose::Trace, self.trace.request())),
-            Room::Plots => Some((Purpose::Plots, Command::Curves { since: (view.time - self.plots.span()).max(0.0) })),
+            Room::Plots => Some((Purpose::Plots, self.plots.request(view.time))),
             _ => None,
         }
     }
@@ -302,8 +336,11 @@ impl Screen {
                 self.pdos.set(node, Vec::new());
                 self.said = Some((true, words(&refused)));
             }
+            (Purpose::Seen(node), Ok(Answer::Values(values))) => self.pdos.see(node, &values),
+            // It says nothing that the reading of the PDOs does not say.
+            (Purpose::Seen(_), _) => {}
             (Purpose::Trace, Ok(Answer::Frames(frames))) => self.trace.take(frames),
-            (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.curves = curves,
+            (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.take(curves),
             (Purpose::File(path), Ok(Answer::File { name, bytes })) => {
                 let path = if path.is_empty() { name } else { path };
                 // It may be the very log that is shown.
@@ -315,7 +352,8 @@ impl Screen {
             }
             (Purpose::Stop, Ok(_)) => self.said = Some((false, self.text(Text::Stopped).to_owned())),
             (Purpose::Stop, Err(refused)) => {
-                self.said = Some((true, format!("{}: {}", self.text(Text::StopFailed), words(&refused))));
+                self.said = None;
+                self.alarm = Some(format!("{}: {}", self.text(Text::StopFailed), words(&refused)));
             }
             (Purpose::Mapped(node), Ok(Answer::Pdos(pdos))) => {
                 self.pdos.replace(node, pdos);
@@ -363,9 +401,9 @@ impl Screen {
     }
 
     /// Goes to a row of the trace.
-    pub(super) fn show_row(&mut self, number: u64, view: &View) {
+    pub(super) fn show_row(&mut self, number: u64) {
         self.room = Room::Trace;
-        self.trace.hold_at(number.saturating_sub(view.trace.first));
+        self.trace.hold_at(number);
     }
 
     /// Goes to another room.
@@ -375,13 +413,14 @@ impl Screen {
 
     /// Draws it all.
     pub fn draw(&self, frame: &mut Frame<'_>, view: &View) {
-        let said = self.foot();
-        let lines = lines_of(&said.to_string(), frame.area().width.into()).min(MOST_LINES);
-        let [head, body, jobs, foot, keys] = Layout::vertical([
+        let (said, alarm) = (self.foot(), self.alarm(view));
+        let height = |line: &Line<'_>| lines_of(&line.to_string(), frame.area().width.into()).min(MOST_LINES);
+        let [head, body, jobs, alarms, foot, keys] = Layout::vertical([
             Constraint::Length(2),
             Constraint::Min(5),
-            Constraint::Length(u16::from(view.jobs.iter().any(|job| job.is_success.is_none()) || view.log.is_some())),
-            Constraint::Length(lines),
+            Constraint::Length(u16::from(self.job(view).is_some() || view.log.is_some())),
+            Constraint::Length(alarm.as_ref().map_or(0, height)),
+            Constraint::Length(height(&said)),
             Constraint::Length(1),
         ])
         .areas(frame.area());
@@ -397,6 +436,9 @@ impl Screen {
             Room::Devices => devices::draw(self, frame, body, view),
         }
         self.draw_job(frame, jobs, view);
+        if let Some(alarm) = alarm {
+            frame.render_widget(Paragraph::new(alarm).wrap(Wrap { trim: false }), alarms);
+        }
         frame.render_widget(Paragraph::new(said).wrap(Wrap { trim: false }), foot);
         let stop = self.text(if self.prompt.is_some() { Text::StopTyping } else { Text::Stop });
         let stop = Span::styled(format!(" {stop} "), Style::new().fg(Color::White).bg(Color::Red).bold());
@@ -421,7 +463,8 @@ impl Screen {
             Some(_) => (self.text(Text::HandsThere), Style::new().magenta()),
         };
         let load = view.bus.load_percent.map_or_else(String::new, |load| format!("  {load:.0} %"));
-        let state_style = if view.bus.state == "error active" { Style::new() } else { Style::new().red().bold() };
+        let is_active = view.bus.state == "error active";
+        let state_style = if is_active { Style::new() } else { Style::new().red().bold() };
         let line = Line::from(vec![
             Span::styled(format!(" {}  ", view.bus.name), Modifier::BOLD),
             Span::styled(view.bus.state.clone(), state_style),
@@ -431,10 +474,22 @@ impl Screen {
         frame.render_widget(line, state);
     }
 
+    /// The job under way, else the last one whose end nobody has seen.
+    fn job<'v>(&self, view: &'v View) -> Option<&'v view::Job> {
+        let under_way = view.jobs.iter().find(|job| job.is_success.is_none());
+        let ended = || view.jobs.iter().max_by_key(|job| job.number).filter(|job| job.number > self.seen_job);
+        under_way.or_else(ended)
+    }
+
     fn draw_job(&self, frame: &mut Frame<'_>, area: Rect, view: &View) {
-        if let Some(job) = view.jobs.iter().find(|job| job.is_success.is_none()) {
+        if let Some(job) = self.job(view) {
             let percent = job.done.map_or_else(String::new, |done| format!("{:3.0} % ", done * 100.0));
-            frame.render_widget(Line::from(format!(" {percent}{}: {}", job.name, job.text)).cyan(), area);
+            let line = match job.is_success {
+                None => Line::from(format!(" {percent}{}: {}", job.name, job.text)).cyan(),
+                Some(true) => Line::from(format!(" ✓ {}: {}", job.name, job.text)).green(),
+                Some(false) => Line::from(format!(" ✗ {}: {}", job.name, job.text)).red(),
+            };
+            frame.render_widget(line, area);
         } else if let Some(log) = &view.log {
             let width = usize::from(area.width.saturating_sub(30));
             let place = (log.position / log.seconds.max(1e-9) * width as f64) as usize;
@@ -444,13 +499,21 @@ impl Screen {
         }
     }
 
+    /// A stop that has failed, or a drive that may be moving: it is shown in every room.
+    fn alarm(&self, view: &View) -> Option<Line<'static>> {
+        let moving =
+            || view.drives.iter().find_map(|drive| drive.ending.as_ref().filter(|ending| ending.may_be_moving));
+        let text = self.alarm.clone().or_else(|| moving().map(|ending| ending.text.clone()))?;
+        Some(Line::from(format!(" !! {text}")).bold().red().reversed())
+    }
+
     fn foot(&self) -> Line<'static> {
         match (&self.prompt, &self.said) {
             (Some(Prompt { title, of, typed, .. }), _) => {
                 let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
                 Line::from(format!(" {of}{}: {typed}▏", self.text(*title))).bold()
             }
-            (None, Some((true, text))) => Line::from(format!(" {text}")).red(),
+            (None, Some((true, text))) => Line::from(format!(" ! {text}")).red(),
             (None, Some((false, text))) => Line::from(format!(" {text}")).green(),
             (None, None) => Line::from(format!(" {}", self.text(self.room.help()))).dim(),
         }

@@ -15,6 +15,9 @@ use crate::view::{Frames, View};
 /// How many rows are asked for: as many as the largest terminal has.
 const PAGE: u32 = 200;
 
+/// How many rows a page key scrolls.
+const SCROLL: usize = 20;
+
 /// From which width on there is room for the bytes of a frame.
 const WIDE: u16 = 110;
 
@@ -22,15 +25,18 @@ const WIDE: u16 = 110;
 #[derive(Default)]
 pub(super) struct State {
     filter: TraceFilter,
-    /// The place of the first row that is shown; the newest rows without it.
+    /// The number of the first row that is shown; the newest rows without it.
     held: Option<u64>,
+    /// The row that somebody has come for.
+    marked: Option<u64>,
     frames: Frames,
 }
 
 impl State {
     pub(super) fn request(&self) -> Command {
-        let from = self.held.map_or(-i64::from(PAGE), |held| i64::try_from(held).unwrap_or(i64::MAX));
-        Command::Trace { filter: self.filter.clone(), from, count: PAGE }
+        // With as many rows before the first that is shown as after it: there is something to scroll to.
+        let from = if self.held.is_some() { -i64::from(PAGE / 2) } else { -i64::from(PAGE) };
+        Command::Trace { filter: self.filter.clone(), from, at: self.held, count: PAGE }
     }
 
     pub(super) fn take(&mut self, frames: Frames) {
@@ -38,21 +44,35 @@ impl State {
     }
 
     /// Stands at a row, with some of those before it.
-    pub(super) fn hold_at(&mut self, place: u64) {
+    pub(super) fn hold_at(&mut self, number: u64) {
         self.filter = TraceFilter::default();
-        self.held = Some(place.saturating_sub(5));
+        (self.held, self.marked) = (Some(number.saturating_sub(5)), Some(number));
     }
 
-    fn scroll(&mut self, by: i64) {
-        let from = self.held.unwrap_or(self.frames.matching.saturating_sub(20));
-        let last = self.frames.matching.saturating_sub(1);
-        self.held = Some(from.saturating_add_signed(by).min(last));
+    /// Stands where it is.
+    fn hold(&mut self) {
+        let rows = &self.frames.rows;
+        let first = rows.get(rows.len().saturating_sub(SCROLL)).map_or(0, |row| row.number);
+        self.held.get_or_insert(first);
+    }
+
+    /// Goes so many of the loaded rows on; the next answer has those around it.
+    fn scroll(&mut self, by: isize) {
+        self.hold();
+        let first = self.first().saturating_add_signed(by).min(self.frames.rows.len().saturating_sub(1));
+        self.held = self.frames.rows.get(first).map(|row| row.number).or(self.held);
+    }
+
+    /// The place of the first row that is shown, when it is held.
+    fn first(&self) -> usize {
+        self.frames.rows.partition_point(|row| Some(row.number) < self.held)
     }
 
     /// The rows that fit into so many lines.
     fn shown(&self, lines: usize) -> &[crate::view::Row] {
         let rows = &self.frames.rows;
-        if self.held.is_some() { &rows[..rows.len().min(lines)] } else { &rows[rows.len().saturating_sub(lines)..] }
+        let first = if self.held.is_some() { self.first() } else { rows.len().saturating_sub(lines) };
+        &rows[first..rows.len().min(first + lines)]
     }
 }
 
@@ -61,27 +81,32 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, _: &View) -> Option
     match code {
         KeyCode::Up => state.scroll(-1),
         KeyCode::Down => state.scroll(1),
-        KeyCode::PageUp => state.scroll(-20),
-        KeyCode::PageDown => state.scroll(20),
+        KeyCode::PageUp => state.scroll(-(SCROLL as isize)),
+        KeyCode::PageDown => state.scroll(SCROLL as isize),
         KeyCode::Home => state.held = Some(0),
         KeyCode::End => state.held = None,
-        KeyCode::Char('f') => {
-            state.held = match state.held {
-                Some(_) => None,
-                None => Some(state.frames.matching.saturating_sub(20)),
-            };
-        }
+        KeyCode::Char('f') if state.held.is_some() => state.held = None,
+        KeyCode::Char('f') => state.hold(),
         KeyCode::Char('t') => state.filter.transfers ^= true,
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
         KeyCode::Char('/') => {
-            return screen.change(Text::AskFilter, |screen, typed| screen.trace.filter.text = typed);
+            return screen.change(Text::AskFilter, |screen, typed| {
+                screen.trace.filter.text = typed;
+                Ok(())
+            });
         }
         KeyCode::Char('s') => {
-            return screen.change(Text::AskServices, |screen, typed| screen.trace.filter.services = typed);
+            return screen.change(Text::AskServices, |screen, typed| {
+                screen.trace.filter.services = typed;
+                Ok(())
+            });
         }
         KeyCode::Char('n') => {
-            return screen.change(Text::AskNodes, |screen, typed| screen.trace.filter.nodes = typed);
+            return screen.change(Text::AskNodes, |screen, typed| {
+                screen.trace.filter.nodes = typed;
+                Ok(())
+            });
         }
         KeyCode::Char('x') => {
             let filter = state.filter.clone();
@@ -105,8 +130,13 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, _: &View)
     );
     let lines = usize::from(list.height.saturating_sub(1));
     let rows = state.shown(lines).iter().map(|row| {
+        let mark = match row.alarming {
+            _ if state.marked == Some(row.number) => "▶",
+            true => "!",
+            false => "",
+        };
         Row::new([
-            row.number.to_string(),
+            format!("{mark}{}", row.number),
             format!("{:.6}", row.time),
             row.id.clone(),
             row.data.clone(),

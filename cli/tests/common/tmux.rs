@@ -1,0 +1,81 @@
+//! Runs the command in tmux, and looks at its screen.
+#![expect(clippy::disallowed_methods, reason = "a process is waited for")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How long a screen may take: the machine may be busy.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A server of tmux of its own, with the command in its only window.
+pub(crate) struct Tmux {
+    socket: String,
+}
+
+impl Tmux {
+    /// Runs the command with these arguments; `None` where there is no tmux.
+    pub(crate) fn run(folder: &Path, args: &[&str]) -> Option<Self> {
+        Command::new("tmux").arg("-V").output().ok()?;
+        let tmux = Tmux { socket: folder.join("tmux.socket").display().to_string() };
+        let folder = folder.display().to_string();
+        let begin = ["new-session", "-d", "-x", "140", "-y", "40", "-c", &folder, env!("CARGO_BIN_EXE_lexican")];
+        let output = tmux.tmux(&[&begin, args, &[";", "set-option", "remain-on-exit", "on"]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        Some(tmux)
+    }
+
+    fn tmux(&self, args: &[&str]) -> Output {
+        let mut command = Command::new("tmux");
+        command.args(["-S", &self.socket, "-f", "/dev/null"]).args(args).env_remove("TMUX").env_remove("NO_COLOR");
+        command.output().expect("it is installed")
+    }
+
+    /// What the screen shows.
+    pub(crate) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.tmux(&["capture-pane", "-p"]).stdout).into_owned()
+    }
+
+    /// Waits until the screen shows what is wanted; returns it.
+    #[track_caller]
+    pub(crate) fn wait_for(&mut self, what: impl Fn(&str) -> bool) -> String {
+        let begun = Instant::now();
+        loop {
+            let text = self.text();
+            if what(&text) {
+                return text;
+            }
+            assert!(begun.elapsed() < PATIENCE, "the screen shows:\n{text}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Presses keys: the bytes that a terminal sends for them.
+    pub(crate) fn press(&mut self, keys: &str) {
+        let bytes: Vec<String> = keys.bytes().map(|byte| format!("{byte:02x}")).collect();
+        let bytes: Vec<&str> = bytes.iter().map(String::as_str).collect();
+        self.tmux(&[&["send-keys", "-H"], &bytes[..]].concat());
+    }
+
+    /// Waits for the end of the command; returns its exit code.
+    #[track_caller]
+    pub(crate) fn end(self) -> Option<i32> {
+        let begun = Instant::now();
+        loop {
+            let output = self.tmux(&["display-message", "-p", "#{pane_dead} #{pane_dead_status}"]);
+            let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+            if let Some(status) = text.strip_prefix("1 ") {
+                return status.parse().ok();
+            }
+            assert!(begun.elapsed() < PATIENCE, "it does not end:\n{}", self.text());
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Tmux {
+    fn drop(&mut self) {
+        self.tmux(&["kill-server"]);
+    }
+}
