@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::order::Order;
 use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
 
 /// A request of a face. What changes something on the bus needs the hands ([`Command::TakeHands`]), but for
@@ -250,30 +251,6 @@ pub enum Other {
     Dcf(String),
     /// Another node.
     Node(u8),
-}
-
-/// An order to a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Order {
-    /// To OPERATION ENABLED.
-    Enable,
-    /// To SWITCH ON DISABLED.
-    Disable,
-    /// Leave FAULT.
-    ResetFault,
-    /// Travel to a position.
-    MoveTo,
-    /// Travel by a distance.
-    Step,
-    /// Run at a velocity until it is stopped.
-    Run,
-    /// Home.
-    Home,
-    /// Stop with the programmed deceleration.
-    Stop,
-    /// Stop with full deceleration.
-    QuickStop,
 }
 
 /// Which frames of the trace, in the words of `lexican monitor`'s options.

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::order::Order;
+
 /// The bus as of a moment. Its fields change at different rates: a face is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct View {
@@ -338,7 +340,7 @@ pub struct Drive {
     /// How the last order ended.
     pub ending: Option<Ending>,
     /// The orders that this drive knows.
-    pub orders: Vec<super::command::Order>,
+    pub orders: Vec<Order>,
     /// The homing methods that it has.
     pub homing_methods: Vec<i8>,
 }

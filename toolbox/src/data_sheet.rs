@@ -15,7 +15,7 @@ pub struct DataSheet {
     pub input: Input,
     /// What they describe.
     pub device: Device,
-    /// What is wrong with them. A data sheet with [errors](DataSheet::errors) is used as far as it can be read; whoever uses it
+    /// What is wrong with them. A data sheet with [errors](DataSheet::errors) is used as far as it can be read, and its user
     /// says so.
     pub diagnostics: Diagnostics,
     /// The device of the library that it is, if it came from there.

@@ -10,7 +10,7 @@ use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, written};
 
 use super::hub::Port;
-use super::lock;
+use super::lock::lock;
 use super::station::Station;
 use crate::command::{Answer, Refused};
 use crate::model::value;

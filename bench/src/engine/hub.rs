@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::host::{Incoming, Link, LinkError, Pump, StateMachine, Turn};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-use super::lock;
+use super::lock::lock;
 use crate::model::Model;
 
 /// How long the link is waited on before what is to be sent is looked at.

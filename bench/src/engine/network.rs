@@ -14,7 +14,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use super::hub::{Port, Ports};
 use super::jobs::Job;
-use super::lock;
+use super::lock::lock;
 use crate::command::{Answer, Nmt, Refused};
 use crate::model::Model;
 

@@ -7,7 +7,7 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended};
 
 use super::hub::Port;
-use super::lock;
+use super::lock::lock;
 use super::station::{NOBODY, Station};
 use crate::command::{self, Answer, Refused};
 use crate::view;

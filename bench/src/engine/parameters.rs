@@ -13,7 +13,7 @@ use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::report::ValueReport;
 
 use super::jobs::Job;
-use super::lock;
+use super::lock::lock;
 use super::station::Station;
 use crate::command::{Answer, Refused};
 use crate::sheet::Sheet;

@@ -13,7 +13,7 @@ use lexican_toolbox::pdo::{Change, Objection, PdoName, PdoState, Plan, transmiss
 use lexican_toolbox::values::{address, name};
 
 use super::hub::Port;
-use super::lock;
+use super::lock::lock;
 use super::station::Station;
 use crate::command::{Answer, Refused};
 use crate::model::Model;

@@ -6,7 +6,7 @@ use lexican_runtime::{Duration, Frame, Instant};
 use tokio::sync::oneshot;
 
 use super::hub::Ports;
-use super::lock;
+use super::lock::lock;
 use crate::command::{Answer, Refused};
 use crate::model::Model;
 use crate::view;

@@ -12,7 +12,7 @@ use lexican_runtime::wire::sdo::{Abort, ClientRequest};
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use super::hub::{Port, Ports};
-use super::lock;
+use super::lock::lock;
 use crate::command::Refused;
 use crate::model::Model;
 

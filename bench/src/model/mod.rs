@@ -76,7 +76,7 @@ pub struct Model {
     plot: Plot,
     drives: BTreeMap<NodeId, Drive>,
     jobs: VecDeque<view::Job>,
-    /// Simulated devices, as whoever simulates them describes them.
+    /// Simulated devices, as their simulation describes them.
     pub devices: Vec<view::Simulated>,
     /// Who may change something.
     pub hands: view::Hands,

@@ -1,6 +1,6 @@
 //! The page and its WebSocket, over HTTP.
 //!
-//! Whoever knows the token may use the bench, so the token is asked for wherever something of the bus is shown or done. The page itself
+//! Everybody who knows the token may use the bench, so the token is asked for wherever something of the bus is shown or done. The page itself
 //! is the same for all, and shows nothing without it.
 
 mod changes;

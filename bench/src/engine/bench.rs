@@ -1,0 +1,307 @@
+//! The bench over a bus: its nodes, and who looks at them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex};
+
+use lexican_driver::Description;
+use lexican_runtime::host::{AccessError, Link};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
+use tokio::sync::oneshot;
+
+use super::hub::{self, Port, Ports};
+use super::lock::lock;
+use super::order;
+use super::recording::{self, Recording};
+use super::reply::Reply;
+use super::station::{NOBODY, Station};
+use crate::command::{Order, Refused};
+use crate::model::{BusInfo, DEVICE_NAME, Model, watched};
+use crate::sheet::Sheet;
+use crate::view::{self, View};
+
+/// How often new nodes are looked for, and simulated devices are asked.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How often state, position and velocity of a drive are read.
+const DRIVE: Duration = Duration::from_millis(250);
+
+/// How often it is found out why a drive would not move, while somebody has the hands.
+const OBSTACLES: Duration = Duration::from_secs(2);
+
+/// What can be done to simulated devices.
+pub trait Simulation: Send {
+    /// The devices, and what can be done to each.
+    fn devices(&self) -> Vec<view::Simulated>;
+
+    /// Sets an input of a device: `blocked = true`.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be set.
+    fn input(&mut self, node: NodeId, text: &str) -> Result<(), String>;
+
+    /// Switches a device on or off.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be switched.
+    fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
+}
+
+/// What a bench begins with.
+pub struct Setup {
+    /// The bus.
+    pub bus: BusInfo,
+    /// Nodes that are known before they are heard: their names and data sheets.
+    pub nodes: Vec<(NodeId, Option<String>, Option<Sheet>)>,
+    /// The simulated devices, if they are.
+    pub simulation: Option<Box<dyn Simulation>>,
+}
+
+impl Setup {
+    /// A bus of which nothing is known yet.
+    #[must_use]
+    pub fn new(bus: BusInfo) -> Self {
+        Setup { bus, nodes: Vec::new(), simulation: None }
+    }
+
+    fn model(self, now: Instant) -> (Arc<Mutex<Model>>, Option<Box<dyn Simulation>>) {
+        let mut model = Model::new(now, self.bus);
+        for (node, name, sheet) in self.nodes {
+            if let Some(sheet) = sheet {
+                model.introduce(node, sheet);
+            }
+            if let Some(name) = name {
+                model.name(node, name);
+            }
+        }
+        (Arc::new(Mutex::new(model)), self.simulation)
+    }
+}
+
+/// A bench; clones are the same one.
+#[derive(Clone)]
+pub struct Bench(pub(super) Arc<Shared>);
+
+pub(super) struct Shared {
+    pub(super) model: Arc<Mutex<Model>>,
+    pub(super) ports: Ports,
+    pub(super) stations: Mutex<BTreeMap<NodeId, Arc<Station>>>,
+    pub(super) faces: Mutex<Faces>,
+    pub(super) simulation: Mutex<Option<Box<dyn Simulation>>>,
+    pub(super) recording: Option<Arc<Recording>>,
+    /// Links for what faces have started that is about no single node.
+    pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
+}
+
+#[derive(Default)]
+pub(super) struct Faces {
+    pub(super) last: u32,
+    pub(super) open: BTreeSet<u32>,
+    pub(super) holder: Option<u32>,
+}
+
+impl Bench {
+    /// A bench of a link in real time.
+    ///
+    /// # Errors
+    ///
+    /// The machine gives no thread for it.
+    pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
+        let (model, simulation) = setup.model(link.now());
+        let ports = hub::begin(link, Arc::clone(&model))?;
+        let bench = Bench::new(model, ports, simulation, None);
+        let keeper = bench.clone();
+        std::thread::Builder::new().name("nodes".to_owned()).spawn(move || keeper.keep())?;
+        Ok(bench)
+    }
+
+    /// A bench of a recorded log, which is shown to its end at first. It takes no frames.
+    ///
+    /// # Errors
+    ///
+    /// The machine gives no thread for it.
+    pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
+        setup.bus.is_writable = false;
+        let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
+        let (model, simulation) = setup.model(now);
+        let ports = hub::nowhere(now);
+        let recording = recording::begin(frames, ports.clone(), Arc::clone(&model))?;
+        Ok(Bench::new(model, ports, simulation, Some(recording)))
+    }
+
+    fn new(
+        model: Arc<Mutex<Model>>,
+        ports: Ports,
+        simulation: Option<Box<dyn Simulation>>,
+        recording: Option<Arc<Recording>>,
+    ) -> Self {
+        let (stations, faces, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
+        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording, links: Mutex::default() }))
+    }
+
+    /// What faces show.
+    #[must_use]
+    pub fn view(&self) -> View {
+        lock(&self.0.model).view()
+    }
+
+    /// Stops what moves, and ends the bench.
+    pub fn end(&self) {
+        let replies: Vec<_> = self.stop_all();
+        for reply in replies {
+            let _ = reply.wait();
+        }
+        self.0.ports.end();
+    }
+
+    /// Looks after nodes that are new.
+    fn keep(&self) {
+        let mut drives = BTreeMap::new();
+        while !self.0.ports.is_over() {
+            let (nodes, is_writable) = {
+                let mut model = lock(&self.0.model);
+                if let Some(simulation) = &*lock(&self.0.simulation) {
+                    model.devices = simulation.devices();
+                }
+                let nodes: Vec<_> = model.nodes().map(|node| (node, model.sheet(node))).collect();
+                (nodes, model.is_writable())
+            };
+            for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
+                let Ok(station) = self.station(node) else { continue };
+                if station.is_idle() && lock(&self.0.model).is_stranger(node) {
+                    get_to_know(&station);
+                }
+                if let Some(description) = sheet.and_then(|sheet| sheet.drive) {
+                    self.look_after(&mut drives, &station, description);
+                }
+            }
+            #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+            std::thread::sleep(LOOK.into());
+        }
+    }
+
+    /// Follows a drive, and finds out why it would not move.
+    fn look_after(
+        &self,
+        drives: &mut BTreeMap<NodeId, lexican_runtime::Instant>,
+        station: &Arc<Station>,
+        description: &'static Description,
+    ) {
+        let now = self.0.ports.now();
+        let is_new = !drives.contains_key(&station.node);
+        if is_new {
+            for address in watched(description) {
+                station.poll(address, DRIVE);
+            }
+        }
+        let has_hands = lock(&self.0.faces).holder.is_some();
+        let due = drives.entry(station.node).or_insert(now);
+        if has_hands && *due <= now && station.is_idle() {
+            *due = now + OBSTACLES;
+            station.ask(NOBODY, move |station| order::look(station, description));
+        }
+    }
+
+    pub(super) fn station(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+        self.check_writable()?;
+        let mut stations = lock(&self.0.stations);
+        if let Some(station) = stations.get(&node) {
+            return Ok(Arc::clone(station));
+        }
+        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model)).map_err(Refused::new)?;
+        stations.insert(node, Arc::clone(&station));
+        Ok(station)
+    }
+
+    /// Frames can be sent, or could be until the bus was lost.
+    pub(super) fn check_writable(&self) -> Result<(), Refused> {
+        match (&self.0.recording, lock(&self.0.model).listens_only()) {
+            (Some(_), _) => Err(Refused::new("a log takes no frames").with_remedy("open the bus itself")),
+            (None, true) => Err(Refused::new("the bench only listens to this bus")),
+            (None, false) => Ok(()),
+        }
+    }
+
+    /// Reads an entry every so often; on a bus that takes no frames its value comes when others read it.
+    pub(super) fn poll(&self, node: NodeId, address: Address, every_ms: u32) {
+        if let Ok(station) = self.station(node) {
+            station.poll(address, millis(every_ms));
+        }
+    }
+
+    pub(super) fn unpoll(&self, node: NodeId, address: Address, every_ms: u32) {
+        if let Ok(station) = self.station(node) {
+            station.unpoll(address, millis(every_ms));
+        }
+    }
+
+    /// Stops every drive, whatever else is under way.
+    pub(super) fn stop_all(&self) -> Vec<Reply> {
+        let drives: Vec<_> = {
+            let mut model = lock(&self.0.model);
+            let is_drive = |node: &NodeId| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some());
+            let drives: Vec<_> = model.nodes().filter(is_drive).collect();
+            if let Some(why) = model.lost().map(str::to_owned) {
+                for node in &drives {
+                    model.drive(*node).ending = Some(order::unstoppable(*node, &why));
+                }
+            }
+            drives
+        };
+        let stop = |node| {
+            let (sender, reply) = oneshot::channel();
+            match self.station(node) {
+                Ok(station) => station.stop(move |station| {
+                    // An order that was cancelled has stopped its drive, but somebody else may move it.
+                    let _ = sender.send(order::carry(station, Order::Stop, None));
+                }),
+                Err(refused) => drop(sender.send(Err(refused))),
+            }
+            Reply(reply)
+        };
+        drives.into_iter().map(stop).collect()
+    }
+
+    /// Stops what a face has started.
+    pub(super) fn stop_started_by(&self, face: u32) {
+        for station in lock(&self.0.stations).values() {
+            station.leave(face);
+        }
+        let links = lock(&self.0.links).remove(&face);
+        links.into_iter().flatten().for_each(|link| self.0.ports.cut(link));
+    }
+
+    /// A link that is lost when a face is closed.
+    pub(super) fn link_of(&self, face: u32) -> Port {
+        let link = self.0.ports.link();
+        lock(&self.0.links).entry(face).or_default().push(link.number());
+        link
+    }
+
+    pub(super) fn show_hands(&self, faces: &Faces) {
+        let hands = view::Hands { holder: faces.holder, faces: faces.open.len() as u32 };
+        lock(&self.0.model).hands = hands;
+    }
+}
+
+/// Asks a node who it is: the model hears what it answers.
+pub(super) fn get_to_know(station: &Station) {
+    station.ask(NOBODY, |station| {
+        let Ok(mut network) = station.network() else { return };
+        let identity = (1..=4).map(|sub| Address::new(cia301::IDENTITY, sub));
+        for address in identity.chain([Address::new(DEVICE_NAME, 0)]) {
+            match network.read_bytes(station.node, address) {
+                Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
+                // It is not there, and asked again when it boots.
+                Err(_) => return,
+            }
+        }
+    });
+}
+
+fn millis(every_ms: u32) -> Duration {
+    Duration::from_millis(every_ms.into())
+}
