@@ -333,8 +333,9 @@ pub struct Drive {
     pub velocity_unit: Option<String>,
     /// Where the present travel goes.
     pub target: Option<f64>,
-    /// What an order would be refused for now, in sentences; empty if it would move.
-    pub obstacles: Vec<String>,
+    /// What an order would be refused for now, in sentences; empty if it would move. `None` while nobody has looked: that is done
+    /// while a face has the hands.
+    pub obstacles: Option<Vec<String>>,
     /// The order under way, in words.
     pub order: Option<String>,
     /// How the last order ended.

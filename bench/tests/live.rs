@@ -269,3 +269,14 @@ fn a_scan_ends_with_its_face() {
     assert_eq!((&*job.name, job.is_success), ("scan", Some(false)), "{}", job.text);
     bench.end();
 }
+
+#[test]
+fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
+    let bench = bench();
+    let face = face(&bench);
+    let view = until(&bench, |view| view.drives[0].obstacles.is_some());
+    assert_eq!(view.drives[0].obstacles.as_deref(), Some(&["it is not enabled".to_owned()][..]));
+    face.ask(Command::ReleaseHands).wait().unwrap();
+    until(&bench, |view| view.drives.iter().all(|drive| drive.obstacles.is_none()));
+    bench.end();
+}

@@ -48,7 +48,7 @@ fn view() -> View {
         velocity: Some(0.0),
         velocity_unit: Some("rpm".to_owned()),
         target: Some(9000.0),
-        obstacles: vec!["it is in fault: 7121h: motor blocked".to_owned()],
+        obstacles: Some(vec!["it is in fault: 7121h: motor blocked".to_owned()]),
         ending: Some(Ending {
             is_success: false,
             may_be_moving: false,

@@ -198,6 +198,11 @@ impl Bench {
             }
         }
         let has_hands = lock(&self.0.faces).holder.is_some();
+        if !has_hands {
+            // What was seen is not looked at again.
+            lock(&self.0.model).drive(station.node).obstacles = None;
+            drives.insert(station.node, now);
+        }
         let due = drives.entry(station.node).or_insert(now);
         if has_hands && *due <= now && station.is_idle() {
             *due = now + OBSTACLES;

@@ -218,7 +218,7 @@ pub(super) fn look(station: &Station, description: &'static Description) {
         Ok(obstacles) => obstacles,
         Err(error) => vec![error.to_string()],
     };
-    lock(&station.model).drive(station.node).obstacles = obstacles;
+    lock(&station.model).drive(station.node).obstacles = Some(obstacles);
 }
 
 fn obstacles(drive: &mut Drive, description: &'static Description) -> Result<Vec<String>, Error> {

@@ -23,8 +23,8 @@ pub(crate) struct Drive {
     pub(crate) target: Option<i32>,
     /// How the last one ended.
     pub(crate) ending: Option<view::Ending>,
-    /// Why it would not move now.
-    pub(crate) obstacles: Vec<String>,
+    /// Why it would not move now; `None` while nobody has looked.
+    pub(crate) obstacles: Option<Vec<String>>,
     /// What the order's sequence has seen last.
     pub(crate) look: Option<Look>,
 }
@@ -73,8 +73,8 @@ impl Drive {
             velocity: number(velocity, look.and_then(|look| look.velocity)),
             velocity_unit: unit(velocity),
             target: self.target.and_then(|number| report(target, number)).and_then(|report| series::number(&report)),
-            // It moves: nothing stands in its way.
-            obstacles: if self.order.is_some() { Vec::new() } else { self.obstacles.clone() },
+            // It may be moving.
+            obstacles: self.obstacles.clone().filter(|_| self.order.is_none()),
             order: self.order.clone(),
             ending: self.ending.clone(),
             orders: orders(description),

@@ -91,11 +91,13 @@ fn lines(screen: &Screen, drive: &Drive) -> Vec<Line<'static>> {
         });
         lines.extend(ending.remedy.clone().map(|remedy| Line::from(format!("  {remedy}"))));
     }
-    if drive.obstacles.is_empty() {
-        lines.push(Line::from(screen.text(Text::Ready)).dim());
-    } else {
-        lines.push(Line::from(screen.text(Text::Obstacles)));
-        lines.extend(drive.obstacles.iter().map(|obstacle| Line::from(format!("  {obstacle}")).red()));
+    match drive.obstacles.as_deref() {
+        None => {}
+        Some([]) => lines.push(Line::from(screen.text(Text::Ready)).dim()),
+        Some(obstacles) => {
+            lines.push(Line::from(screen.text(Text::Obstacles)));
+            lines.extend(obstacles.iter().map(|obstacle| Line::from(format!("  {obstacle}")).red()));
+        }
     }
     lines
 }

@@ -51,7 +51,8 @@ function Drive({ drive }) {
         <Machine drive={drive} send={send} />
         <div class="stack">
           <Motion drive={drive} />
-          <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />
+          {/* Nobody looks while nobody has the hands. */}
+          {drive.obstacles && <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />}
           <Orders drive={drive} send={send} />
           {refused?.why !== drive.ending?.text && <Refusal of={refused} test={`${test}-refusal`} />}
           <HandsHint />
