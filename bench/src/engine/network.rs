@@ -7,7 +7,7 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, LinkError, Pump};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssManager};
-use lexican_runtime::wire::lss::LssState;
+use lexican_runtime::wire::lss::{LssRequest, LssState};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -78,14 +78,19 @@ fn lost(ports: &Ports, error: LinkError) -> Refused {
 pub(super) fn assign(ports: &Ports, mut link: Port, node: NodeId, job: &Job) -> Result<Answer, Refused> {
     let result = configure(ports, &mut link, node, job);
     // However it has ended, no device waits for the rest: the next one would be configured with it.
-    let waiting = operate(&mut ports.link(), STEP, |manager| manager.switch_global(LssState::Waiting));
+    let waiting = deselect(&mut ports.link());
     let who = result?;
     waiting.map_err(|error| lost(ports, error))?;
     job.end(true, format!("{who} is node {node}"));
     Ok(Answer::Done)
 }
 
-/// Runs an operation of the LSS manager to its end.
+/// No device waits for a configuration any more. None answers that.
+fn deselect(link: &mut Port) -> Result<(), LinkError> {
+    link.send(&LssRequest::SwitchGlobal(LssState::Waiting).frame())
+}
+
+/// Runs an operation of the LSS manager that ends with an event.
 fn operate(
     link: &mut Port,
     patience: Duration,
@@ -98,11 +103,11 @@ fn operate(
 
 /// Finds the device, and gives it the node-ID; returns its identity in words.
 fn configure(ports: &Ports, link: &mut Port, node: NodeId, job: &Job) -> Result<String, Refused> {
+    job.progress(0.1, "looks for a device by fastscan".to_owned());
+    deselect(link).map_err(|error| lost(ports, error))?;
     let mut operate = |patience, begin: &dyn Fn(&mut LssManager) -> Result<(), Busy>| {
         operate(link, patience, begin).map_err(|error| lost(ports, error))
     };
-    job.progress(0.1, "looks for a device by fastscan".to_owned());
-    operate(STEP, &|manager| manager.switch_global(LssState::Waiting))?;
     let identity = match operate(ANSWER, &LssManager::fastscan)? {
         Event::Found(identity) => identity,
         _ => {
