@@ -1,19 +1,25 @@
 //! `lexican bench` on the command line; `bench_page` has it in a browser.
 #![cfg(unix)]
 
+#[path = "common/bench.rs"]
+mod bench;
+#[path = "common/browser.rs"]
+mod browser;
 #[path = "common/mod.rs"]
 mod common;
 
-use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::path::Path;
 
-use common::{folder, lexican, lexican_in};
+use bench::Bench;
+use browser::Browser;
+use common::{files, folder, lexican, lexican_in};
 
 #[test]
 fn it_says_what_it_needs() {
     lexican(&["bench"]).on_stderr(2, "--demo");
     lexican(&["bench", "--demo", "--bus", "can0"]).on_stderr(2, "cannot be used with");
     lexican(&["bench", "--demo", "--listen", "localhost"]).on_stderr(2, "127.0.0.1:8080");
+    lexican(&["bench", "--demo", "--lang", "fr"]).on_stderr(2, "de, en");
     lexican(&["bench", "--demo", "--overlay", "99=a.toml"]).on_stderr(2, "--device 99=FILE");
     lexican(&["bench", "--demo", "--device", "5=no/such"]).on_stderr(2, "no/such");
     lexican(&["bench", "--bus", "log:no-such.log"]).on_stderr(2, "no-such.log");
@@ -34,21 +40,47 @@ fn it_prints_its_address_and_ends_when_it_is_told_to() {
     for bus in
         [&["--demo"][..], &["--bus", "sim:siko/ag03-1?node=5"], &["--bus", "log:bus.log", "--device", "5=siko/ag03-1"]]
     {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
-            .args([&["bench", "--no-open"], bus].concat())
-            .current_dir(&folder)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut url = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut url).unwrap();
-        let token = url.trim().split_once("/?token=").unwrap_or_else(|| panic!("{bus:?}: {url}")).1;
-        assert!(url.starts_with("http://127.0.0.1:") && token.len() == 32, "{url}");
-        assert!(Command::new("kill").args(["-TERM", &process.id().to_string()]).status().unwrap().success());
-        assert_eq!(process.wait().unwrap().code(), Some(0), "{bus:?}");
+        let bench = Bench::begin(&folder, bus);
+        assert!(bench.url.starts_with("http://127.0.0.1:") && bench.token().len() == 32, "{}", bench.url);
+        assert_eq!(bench.interrupt(), Some(0), "{bus:?}");
     }
+}
+
+/// What opens a browser on Linux and the BSDs is found by its name, so that another program takes its place.
+#[cfg(not(target_os = "macos"))]
+#[test]
+fn the_browser_is_opened_without_naming_the_token() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = folder("bench-opens");
+    let (program, runtime) = (folder.join("xdg-open"), folder.join("run"));
+    std::fs::create_dir(&runtime).unwrap();
+    std::fs::write(&program, "#!/bin/sh\necho \"$@\" > asked.new && mv asked.new asked\n").unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o700)).unwrap();
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap());
+    let environment = [("PATH", &*path), ("DISPLAY", ":0"), ("XDG_RUNTIME_DIR", runtime.to_str().unwrap())];
+    let bench = Bench::begin_with(&folder, &["--demo", "--lang", "de"], &environment);
+    let asked = loop {
+        match std::fs::read_to_string(folder.join("asked")) {
+            Ok(asked) => break asked,
+            Err(_) => std::thread::yield_now(),
+        }
+    };
+    assert!(!asked.contains(bench.token()), "{asked}");
+    let page = Path::new(asked.trim());
+    assert!(page.starts_with(&runtime), "{asked}");
+    assert_eq!(page.metadata().unwrap().permissions().mode() & 0o777, 0o600);
+    let text = std::fs::read_to_string(page).unwrap();
+    assert!(bench.url.ends_with("&lang=de"), "{}", bench.url);
+    assert!(text.contains(&format!("url={}", bench.url.replace('&', "&amp;"))), "{text}");
+    if let Some(browser) = Browser::start(&folder) {
+        let window = browser.window();
+        window.opens(&format!("file://{}", page.display()));
+        window.is_led_on();
+        window.reads("connection", "verbunden");
+    }
+    assert_eq!(bench.interrupt(), Some(0));
+    assert_eq!(files(&runtime), [""; 0]);
 }
 
 #[test]

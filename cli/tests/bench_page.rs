@@ -4,65 +4,25 @@
 //! With LEXICAN_PICTURES=FOLDER it leaves pictures there: `cargo xtask bench-pictures`.
 #![cfg(unix)]
 
+#[path = "common/bench.rs"]
+mod bench;
 #[path = "common/browser.rs"]
 mod browser;
 #[path = "common/mod.rs"]
 mod common;
+#[path = "common/recording.rs"]
+mod recording;
 
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 
+use bench::Bench;
 use browser::{Browser, Page};
-use common::folder;
-use serde_json::json;
+use common::{folder, lexican_in};
+use recording::record;
+use serde_json::{Value as Json, json};
 
-/// A running `lexican bench`, which ends with the test.
-struct Bench {
-    process: Child,
-    url: String,
-}
-
-impl Bench {
-    fn begin(folder: &Path, args: &[&str]) -> Self {
-        let mut process = Command::new("timeout")
-            // It ends even if the test is killed.
-            .args(["600", env!("CARGO_BIN_EXE_lexican"), "bench", "--no-open"])
-            .args(args)
-            .current_dir(folder)
-            .env_remove("LEXICAN_BUS")
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut url = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut url).unwrap();
-        Bench { process, url: url.trim().to_owned() }
-    }
-
-    /// The address without the token.
-    fn origin(&self) -> &str {
-        self.url.split_once("/?").unwrap().0
-    }
-
-    /// Ends it as Ctrl-C does; returns the exit code.
-    fn interrupt(mut self) -> Option<i32> {
-        let pid = self.process.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
-        self.process.wait().unwrap().code()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        // `timeout` hands it on; a signal that cannot be caught would leave the bench behind.
-        if matches!(self.process.try_wait(), Ok(None)) {
-            let _ = Command::new("kill").args(["-TERM", &self.process.id().to_string()]).status();
-            let _ = self.process.wait();
-        }
-    }
-}
+/// The data sheet of a device that is not in the library.
+const SENSOR: &str = include_str!("sensor.eds");
 
 /// Keeps a picture, if pictures are wanted.
 fn picture(page: &Page, name: &str) {
@@ -82,12 +42,15 @@ fn is_in_order(page: &Page, bench: &Bench) {
 }
 
 fn start(test: &str, args: &[&str]) -> Option<(Bench, Browser)> {
-    let folder = folder(test);
-    let Some(browser) = Browser::start(&folder) else {
+    start_in(&folder(test), args)
+}
+
+fn start_in(folder: &Path, args: &[&str]) -> Option<(Bench, Browser)> {
+    let Some(browser) = Browser::start(folder) else {
         eprintln!("skipped: no Chromium to open the bench with: apt-get install chromium-headless-shell");
         return None;
     };
-    Some((Bench::begin(&folder, args), browser))
+    Some((Bench::begin(folder, args), browser))
 }
 
 /// Opens the bench as a user of its own.
@@ -301,7 +264,7 @@ fn two_browsers_see_the_same_and_a_lost_page_stops_what_it_started() {
 #[test]
 fn who_has_no_token_or_comes_from_elsewhere_is_not_let_in() {
     let Some((bench, browser)) = start("bench-403", &["--demo"]) else { return };
-    let token = bench.url.split_once("?token=").unwrap().1;
+    let token = bench.token();
     let page = browser.window();
     // By hand, without the token: the page says what to do.
     page.opens(bench.origin());
@@ -325,15 +288,24 @@ fn who_has_no_token_or_comes_from_elsewhere_is_not_let_in() {
 
 #[test]
 fn the_page_is_read_in_the_dark_and_in_german() {
-    let Some((bench, browser)) = start("bench-dark", &["--demo"]) else { return };
-    let page = opens(&browser, &bench);
+    let Some((bench, browser)) = start("bench-dark", &["--demo", "--lang", "de"]) else { return };
+    let page = browser.window();
+    page.opens(&bench.url);
+    page.reads("connection", "verbunden");
+    assert_eq!(page.value("location.search"), "");
     let background = "getComputedStyle(document.body).backgroundColor";
     let light = page.value(background);
     page.prefers("prefers-color-scheme", "dark");
     assert_ne!(page.value(background), light);
-    page.clicks("language");
     page.reads("tab-drives", "Antriebe");
     page.until("document.documentElement.lang === 'de'");
+    // A choice by hand counts from then on.
+    page.clicks("language");
+    page.reads("tab-drives", "Drives");
+    page.reloads();
+    page.reads("tab-drives", "Drives");
+    page.clicks("language");
+    page.reads("tab-drives", "Antriebe");
     for tab in ["nodes", "objects", "pdos", "trace", "plots", "drives", "bus", "devices"] {
         page.clicks(&format!("tab-{tab}"));
         is_in_order(&page, &bench);
@@ -341,4 +313,108 @@ fn the_page_is_read_in_the_dark_and_in_german() {
     page.clicks("tab-bus");
     page.reads("bus", "500 kbit/s");
     picture(&page, "bus-dark.png");
+}
+
+#[test]
+fn a_device_gets_its_node_id_and_its_data_sheet() {
+    let folder = folder("bench-lss");
+    std::fs::write(folder.join("sensor.eds"), SENSOR).unwrap();
+    std::fs::write(folder.join("plant.toml"), "[[node]]\nid = 'none'\ndevice = 'sensor.eds'\n").unwrap();
+    let Some((bench, browser)) = start_in(&folder, &["--bus", "sim:plant.toml"]) else { return };
+    let page = opens(&browser, &bench);
+    takes_hands(&page);
+    page.types("lss-node", "9");
+    page.clicks("lss-assign");
+    page.reads("jobs", "is node 9");
+    page.clicks("node-9");
+    page.reads("node-details", "0x0000002A");
+    // Nobody but that node is left.
+    page.types("lss-node", "10");
+    page.clicks("lss-assign");
+    page.reads("jobs", "no device without node-ID answers");
+
+    page.types("sheet", "no-such.eds");
+    page.clicks("sheet-set");
+    page.reads("sheet-refusal", "no-such.eds");
+    page.types("sheet", "sensor.eds");
+    page.clicks("sheet-set");
+    page.reads("node-9", "sensor.eds");
+    chooses_entry(&page, "9", "2000:00");
+    page.clicks("object-read");
+    page.part("object-present");
+    is_in_order(&page, &bench);
+}
+
+/// What `lexican monitor` says of the log, in the same order.
+fn said(folder: &Path, args: &[&str]) -> Vec<(f64, [String; 4])> {
+    let run = lexican_in(folder, &[&["monitor", "--bus", "log:bus.log", "--json"], args].concat());
+    let lines = run.stdout.lines().map(|line| serde_json::from_str::<Json>(line).unwrap());
+    let line = |line: Json| {
+        let text = |key: &str| line[key].as_str().unwrap_or_default().to_owned();
+        let node = line["node"].as_u64().map(|node| format!("{node} ")).unwrap_or_default();
+        (line["time"].as_f64().unwrap(), [text("id"), text("service"), text("data"), node + &text("text")])
+    };
+    lines.filter(|line| line.get("event").is_none()).map(line).collect()
+}
+
+/// The page comes to show these rows, and no others: it asks again until the bench has gone through its frames.
+#[track_caller]
+fn shows(page: &Page, said: &[(f64, [String; 4])]) {
+    assert!((1..30).contains(&said.len()), "all of them are in sight at once: {}", said.len());
+    let rows: Vec<_> = said.iter().map(|(_, row)| row).collect();
+    // Without number and time, which are the bench's own.
+    let shown = "[...document.querySelectorAll('[data-test^=row-]')].map(row => [...row.children].slice(2).map(cell => cell.textContent))";
+    page.until(&format!("JSON.stringify({shown}) === {}", json!(json!(rows).to_string())));
+}
+
+#[test]
+fn a_log_is_played_and_its_rows_are_those_of_the_monitor() {
+    let folder = folder("bench-page-log");
+    record(&folder.join("bus.log"));
+    std::fs::write(folder.join("sensor.eds"), SENSOR).unwrap();
+    let Some((bench, browser)) = start_in(&folder, &["--bus", "log:bus.log"]) else { return };
+    let page = opens(&browser, &bench);
+    page.clicks("tab-trace");
+    let all = said(&folder, &[]).len();
+    page.reads("trace-extent", &all.to_string());
+    // Frame by frame, as the monitor shows them without --transfers.
+    page.clicks("filter-transfers");
+    page.types("filter-nodes", "5");
+    page.clicks("filter-sdo");
+    let of_sdo = ["--node", "5", "--service", "sdo"];
+    shows(&page, &said(&folder, &of_sdo));
+    page.clicks("filter-sdo");
+    page.clicks("filter-heartbeat");
+    let of_heartbeat = ["--node", "5", "--service", "heartbeat"];
+    let heartbeats = said(&folder, &of_heartbeat);
+    shows(&page, &heartbeats);
+
+    // The middle of the slider is the middle of the log.
+    let began = said(&folder, &[])[0].0;
+    page.clicks("log-position");
+    let slider = "document.querySelector('[data-test=log-position]')";
+    page.until(&format!("Math.abs({slider}.value / {slider}.max - 0.5) < 0.1"));
+    let position: f64 = page.value(&format!("Number({slider}.value)")).as_f64().unwrap();
+    let heard: Vec<_> = heartbeats.iter().filter(|(time, _)| time - began <= position).cloned().collect();
+    assert!(!heard.is_empty() && heard.len() < heartbeats.len(), "{} at {position}", heard.len());
+    shows(&page, &heard);
+    // From there to the end, where it stands.
+    page.clicks("log-play");
+    page.until(&format!("{slider}.value === {slider}.max"));
+    page.reads("log-play", "Play");
+    shows(&page, &heartbeats);
+
+    // A log takes nothing that changes a bus, but another data sheet, by which its frames are read anew.
+    page.clicks("filter-heartbeat");
+    page.clicks("filter-sdo");
+    page.clicks("tab-nodes");
+    page.clicks("node-5");
+    page.types("sheet", "sensor.eds");
+    page.clicks("sheet-set");
+    page.reads("node-5", "sensor.eds");
+    page.clicks("tab-trace");
+    let by_sensor = said(&folder, &[&of_sdo[..], &["--device", "5=sensor.eds"]].concat());
+    assert_ne!(by_sensor, said(&folder, &of_sdo));
+    shows(&page, &by_sensor);
+    is_in_order(&page, &bench);
 }

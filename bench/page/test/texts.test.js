@@ -3,7 +3,7 @@ import { readFileSync, readdirSync } from 'node:fs'
 import { fileURLToPath } from 'node:url'
 import { test } from 'node:test'
 import { clock, hex, measured, ms, number, percent } from '../src/format.js'
-import { DICTIONARIES, language, t } from '../src/i18n/index.js'
+import { DICTIONARIES, firstLanguage, language, t } from '../src/i18n/index.js'
 import { STATES, TRANSITIONS, arrow, lines, orderTo } from '../src/machine.js'
 
 const SOURCES = fileURLToPath(new URL('../src/', import.meta.url))
@@ -26,6 +26,21 @@ test('every text that is asked for is there', () => {
   const keys = [...code.matchAll(/\bt\('([^']+)'/g)].map(([, key]) => key)
   assert.ok(keys.length > 100, `${keys.length}`)
   for (const key of keys) assert.ok(key in DICTIONARIES.en, key)
+})
+
+test('the address chooses the language for good, else the last choice, else the browser', () => {
+  const kept = new Map()
+  const localStorage = { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) }
+  const navigator = { languages: ['fr', 'en-GB', 'de'] }
+  const first = (href) => {
+    const history = { replaceState: (_state, _title, address) => (href = address) }
+    return [firstLanguage({ location: { href }, localStorage, history, navigator }), href]
+  }
+  assert.deepEqual(first('http://h/?token=a'), ['en', 'http://h/?token=a'])
+  assert.deepEqual(first('http://h/?token=a&lang=fr#bus'), ['en', 'http://h/?token=a#bus'])
+  assert.deepEqual(first('http://h/?token=a&lang=de#bus'), ['de', 'http://h/?token=a#bus'])
+  assert.deepEqual(first('http://h/#bus'), ['de', 'http://h/#bus'])
+  assert.deepEqual(firstLanguage({ navigator }), 'en')
 })
 
 test('numbers are written as a reader expects them', () => {

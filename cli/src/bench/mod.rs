@@ -1,5 +1,7 @@
 //! `lexican bench`: the whole bus at a glance, in a browser or in the terminal.
 
+mod language;
+mod opening;
 mod simulation;
 
 use std::collections::BTreeMap;
@@ -11,7 +13,7 @@ use lexican_bench::Bench;
 use lexican_bench::engine::{Setup, Simulation};
 use lexican_bench::model::BusInfo;
 use lexican_bench::sheet::Sheet;
-use lexican_bench::tui::{self, Language};
+use lexican_bench::tui;
 use lexican_bench::web::Server;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
@@ -23,6 +25,8 @@ use ratatui::crossterm::execute;
 use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
 use crate::device::{load, load_input};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
+use language::Language;
+use opening::Opening;
 use simulation::Devices;
 
 /// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
@@ -68,6 +72,10 @@ pub(crate) struct Args {
     /// Print the address only, and open no browser
     #[arg(long)]
     no_open: bool,
+
+    /// The language of the page or the terminal; without it that of the browser, or of LANG
+    #[arg(long, value_name = "LANGUAGE")]
+    lang: Option<Language>,
 }
 
 const EXAMPLES: &str = "\
@@ -88,7 +96,7 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.tui {
-        return on_terminal(&args.open()?);
+        return on_terminal(&args.open()?, args.lang.unwrap_or_else(Language::of_this_user));
     }
     let (bench, server) = (args.open()?, args.bind()?);
     let (ending, end) = (bench.clone(), server.end());
@@ -97,13 +105,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         ending.end();
         end.end();
     })?;
-    print_address(&server, args)?;
+    let _opening = print_address(&server, args)?;
     server.run(bench).map_err(|error| Failure::new(format_args!("the page cannot be served: {}", reason(&error))))?;
     Ok(Outcome::Clean)
 }
 
 /// Shows a bench on the terminal until somebody leaves; what the bench has started is stopped then.
-fn on_terminal(bench: &Bench) -> Result<Outcome, Failure> {
+fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     let unusable =
         |error: std::io::Error| Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)));
     let ending = bench.clone();
@@ -114,13 +122,9 @@ fn on_terminal(bench: &Bench) -> Result<Outcome, Failure> {
         std::process::exit(0);
     })?;
     let mut terminal = ratatui::try_init().map_err(unusable)?;
-    let locale = ["LC_ALL", "LC_MESSAGES", "LANG"]
-        .into_iter()
-        .find_map(|name| std::env::var(name).ok().filter(|it| !it.is_empty()));
-    let language = Language::of_locale(&locale.unwrap_or_default());
     // A terminal that does not know it gives pasted text as keys.
     let _ = execute!(std::io::stdout(), EnableBracketedPaste);
-    let shown = tui::run(bench, &mut terminal, language);
+    let shown = tui::run(bench, &mut terminal, language.into());
     restore();
     bench.end();
     shown.map_err(unusable)?;
@@ -204,9 +208,11 @@ fn demo() -> Result<Bus, Failure> {
     Bus::of_plant(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
 }
 
-/// Says where the page is, what that risks, and opens it.
-fn print_address(server: &Server, args: &Args) -> Result<(), Failure> {
-    let (url, address) = (server.url(), server.address());
+/// Says where the page is, what that risks, and opens it for as long as what is returned is kept.
+fn print_address(server: &Server, args: &Args) -> Result<Option<Opening>, Failure> {
+    let address = server.address();
+    let language = args.lang.map(|language| format!("&lang={}", language.tag())).unwrap_or_default();
+    let url = server.url() + &language;
     let mut out = stdout();
     writeln!(out, "{url}")?;
     out.flush()?;
@@ -215,10 +221,17 @@ fn print_address(server: &Server, args: &Args) -> Result<(), Failure> {
         note(better);
     }
     note("Ctrl-C stops what the bench has started, and ends it");
-    if !args.no_open && has_screen() && open::that_detached(&url).is_err() {
-        note("no browser could be opened: open the address above");
+    if args.no_open || !has_screen() {
+        return Ok(None);
     }
-    Ok(())
+    let opening = Opening::of(&url).ok();
+    // A browser in a box of its own may not read the file.
+    note(if opening.is_some() {
+        "if the browser shows no page, open the address above"
+    } else {
+        "no browser could be opened: open the address above"
+    });
+    Ok(opening)
 }
 
 /// What it risks to serve at an address that other machines can reach, and what would be better.

@@ -165,6 +165,11 @@ impl Page {
         self.event("Page.loadEventFired");
     }
 
+    /// Waits until another page, to which this one leads by itself, is loaded.
+    pub(crate) fn is_led_on(&self) {
+        self.event("Page.loadEventFired");
+    }
+
     #[track_caller]
     pub(crate) fn reloads(&self) {
         self.ask("Page.reload", json!({}));

@@ -6,14 +6,25 @@ import en from './en.js'
 export const DICTIONARIES = { en, de }
 const KEY = 'language'
 
-const preferred = () => {
-  const kept = globalThis.localStorage?.getItem(KEY)
+/**
+ * The language that the address asks for (`lexican bench --lang`), else the one that was chosen last, else the browser's. What the address
+ * asks for is taken out of it, and stays chosen.
+ */
+export function firstLanguage({ location, localStorage, history, navigator } = globalThis) {
+  const address = location && new URL(location.href)
+  const asked = address?.searchParams.get('lang')
+  if (asked) {
+    address.searchParams.delete('lang')
+    history.replaceState(null, '', address.href)
+    if (asked in DICTIONARIES) localStorage.setItem(KEY, asked)
+  }
+  const kept = localStorage?.getItem(KEY)
   if (kept in DICTIONARIES) return kept
-  const wanted = globalThis.navigator?.languages ?? []
+  const wanted = navigator?.languages ?? []
   return wanted.map((tag) => tag.slice(0, 2)).find((tag) => tag in DICTIONARIES) ?? 'en'
 }
 
-export const language = signal(preferred())
+export const language = signal(firstLanguage())
 
 export function setLanguage(next) {
   language.value = next

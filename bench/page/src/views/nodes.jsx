@@ -209,14 +209,14 @@ function SetSheet({ node }) {
           onInput={(event) => setSheet(event.target.value)}
         />
       </label>
-      <Act
+      <Button
         data-test="sheet-set"
         disabled={sheet === (node.sheet ?? '')}
         run={() => run({ do: 'set-sheet', node: node.id, sheet })}
       >
         {t('node.sheet.set')}
-      </Act>
-      <Refusal of={asked.refused} />
+      </Button>
+      <Refusal of={asked.refused} test="sheet-refusal" />
     </form>
   )
 }
