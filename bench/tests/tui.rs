@@ -13,7 +13,7 @@ use lexican_bench::view::{
 use lexican_bench::{Answer, Command, Refused};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
 /// A plant of which a drive is in fault.
 fn view() -> View {
@@ -94,7 +94,7 @@ fn view() -> View {
                 since: 11.7,
                 node: Some(7),
                 text: "node 7 is silent for 2.3 s".to_owned(),
-                row: Some(700),
+                row: None,
             }],
         },
         nodes: vec![feeder, io],
@@ -231,7 +231,7 @@ fn press(screen: &mut Screen, view: &View, keys: &str) -> Option<Action> {
     last
 }
 
-fn drawn(screen: &Screen, view: &View, width: u16, height: u16) -> String {
+fn drawn(screen: &mut Screen, view: &View, width: u16, height: u16) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| screen.draw(frame, view)).unwrap();
     let buffer = terminal.backend().buffer();
@@ -253,10 +253,10 @@ fn golden_rooms_are_shown_in_both_languages_and_two_sizes() {
             let mut text = String::new();
             for room in '1'..='8' {
                 screen.handle_key(key(room), &view);
-                text += &drawn(&screen, &view, width, height);
+                text += &drawn(&mut screen, &view, width, height);
             }
             screen.handle_key(key('?'), &view);
-            text += &drawn(&screen, &view, width, height);
+            text += &drawn(&mut screen, &view, width, height);
             let path = folder.join(format!("{name}-{width}.txt"));
             if bless {
                 fs::write(&path, &text).unwrap();
@@ -291,19 +291,19 @@ fn stop() -> Option<Action> {
 fn while_something_is_typed_another_key_stops_and_is_named() {
     let (view, mut screen) = (view(), screen(Language::English));
     assert_eq!(press(&mut screen, &view, "6m90 "), None);
-    let text = drawn(&screen, &view, 80, 24);
+    let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains("F12 = STOP ALL") && !text.contains("SPACE = STOP ALL"), "{text}");
     assert_eq!(screen.handle_key(KeyEvent::new(KeyCode::F(12), KeyModifiers::NONE), &view), stop());
     assert_eq!(press(&mut screen, &view, "q"), Some(Action::Leave), "nothing is typed any more");
     screen.take(Purpose::Stop, Err(Refused::new("node 5 does not answer")));
-    assert!(drawn(&screen, &view, 80, 24).contains("NOT STOPPED: node 5 does not answer"));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED: node 5 does not answer"));
 }
 
 #[test]
 fn an_order_goes_to_the_drive_it_was_asked_for() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "6m90");
-    assert!(drawn(&screen, &view, 80, 24).contains("5 feeder: to which position: 90"));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("5 feeder: to which position: 90"));
     // Another drive is found meanwhile, and takes the row.
     view.drives.insert(0, Drive { node: 3, ..Drive::default() });
     view.nodes.insert(0, Node { id: 3, ..Node::default() });
@@ -315,7 +315,7 @@ fn an_order_goes_to_the_drive_it_was_asked_for() {
 fn entries_of_another_node_are_not_shown_and_not_written() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "2]");
-    let text = drawn(&screen, &view, 80, 24);
+    let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains("no data sheet") && !text.contains("200 rpm"), "{text}");
     assert_eq!(press(&mut screen, &view, "\n1\n"), None);
 }
@@ -330,7 +330,7 @@ fn keys_with_control_or_alt_give_no_order() {
     // Backspace, as some terminals send it.
     press(&mut screen, &view, "m95");
     screen.handle_key(KeyEvent::new(KeyCode::Char('h'), KeyModifiers::CONTROL), &view);
-    assert!(drawn(&screen, &view, 80, 24).contains("to which position: 9▏"));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("to which position: 9▏"));
 }
 
 #[test]
@@ -342,7 +342,7 @@ fn a_file_that_is_there_is_kept_and_one_that_is_not_is_not_restored() {
     screen.take(Purpose::File(path.display().to_string()), Ok(file));
     assert_eq!(fs::read_to_string(path).unwrap(), "recorded");
     assert_eq!(press(&mut screen, &view, "2uno such file.dcf\n"), None);
-    assert!(drawn(&screen, &view, 140, 40).contains("no such file.dcf: "));
+    assert!(drawn(&mut screen, &view, 140, 40).contains("no such file.dcf: "));
 }
 
 #[test]
@@ -383,7 +383,7 @@ fn a_node_is_commanded_and_its_objects_are_searched_and_written() {
     assert_eq!(press(&mut screen, &view, "\n60 rpm\n"), Some(Action::Ask(Purpose::Say, write)));
     let refused = Refused::new("6081:00 Profile Velocity: 999 rpm is too high: the data sheet allows 0 to 200 rpm");
     screen.take(Purpose::Say, Err(refused));
-    assert!(drawn(&screen, &view, 140, 40).contains("too high: the data sheet allows 0 to 200 rpm"));
+    assert!(drawn(&mut screen, &view, 140, 40).contains("too high: the data sheet allows 0 to 200 rpm"));
 }
 
 #[test]
@@ -399,7 +399,7 @@ fn a_mapping_is_made_checked_and_written() {
     };
     assert_eq!(press(&mut screen, &view, "3a606C\ntevery:10ms\nc"), map(&["6041:00", "6064:00", "606C"], true));
     screen.take(Purpose::Mapped(5), Ok(Answer::Objections(vec!["80 bits are mapped".to_owned()])));
-    assert!(drawn(&screen, &view, 140, 40).contains("80 bits are mapped"));
+    assert!(drawn(&mut screen, &view, 140, 40).contains("80 bits are mapped"));
     screen.handle_key(KeyEvent::new(KeyCode::Delete, KeyModifiers::NONE), &view);
     assert_eq!(press(&mut screen, &view, "\n"), map(&["6041:00", "6064:00"], false));
 }
@@ -408,145 +408,16 @@ fn a_mapping_is_made_checked_and_written() {
 fn a_fault_leads_to_its_row_and_the_trace_is_filtered() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "g");
-    let Some((Purpose::Trace, Command::Trace { at, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert_eq!(at, Some(807), "with what was before it");
-    assert!(drawn(&screen, &view, 140, 40).contains("▶812 "), "the row is marked");
+    assert_eq!(screen.wants(&view).unwrap().0, Purpose::Trace);
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains(" 811 ") && text.contains("▸! 812 "), "with what was before it, and marked:\n{text}");
     press(&mut screen, &view, "ssdo,emcy\nt!");
     let Some((_, Command::Trace { filter, .. })) = screen.wants(&view) else { panic!("the trace") };
     assert_eq!((&*filter.services, filter.transfers, filter.alarming), ("sdo,emcy", true, true));
     let end = KeyEvent::new(KeyCode::End, KeyModifiers::NONE);
     screen.handle_key(end, &view);
-    let Some((_, Command::Trace { at, from, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert!(at.is_none() && from < 0, "it follows again");
-}
-
-#[test]
-fn a_trouble_leads_to_its_row() {
-    let (view, mut screen) = (view(), screen(Language::English));
-    press(&mut screen, &view, "7a");
-    let Some((Purpose::Trace, Command::Trace { at, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert_eq!(at, Some(view.bus.troubles[0].row.unwrap() - 5));
-}
-
-#[test]
-fn rows_that_are_held_stay_when_older_ones_are_forgotten() {
-    let (view, mut screen) = (view(), screen(Language::English));
-    let row = |number| Row {
-        number,
-        time: 0.0,
-        id: "080".to_owned(),
-        data: String::new(),
-        node: None,
-        service: "SYNC".to_owned(),
-        text: String::new(),
-        alarming: false,
-    };
-    let page = |from: u64| Frames { matching: 1_000_000, from, rows: (from..from + 200).map(row).collect() };
-    press(&mut screen, &view, "4");
-    screen.take(Purpose::Trace, Ok(Answer::Frames(page(9_800))));
-    press(&mut screen, &view, "f");
-    let Some((_, Command::Trace { at, from, .. })) = screen.wants(&view) else { panic!("the trace") };
-    assert_eq!((at, from), (Some(9_980), -100), "where it was, with rows to scroll to");
-    // What is loaded begins elsewhere, since rows were forgotten.
-    screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { from: 5_784, ..page(9_880) })));
-    let first = |screen: &Screen| drawn(screen, &view, 140, 40).lines().nth(4).unwrap().trim_start().to_owned();
-    assert!(first(&screen).starts_with("9980 "), "{}", first(&screen));
-    screen.handle_key(KeyEvent::new(KeyCode::PageUp, KeyModifiers::NONE), &view);
-    assert!(first(&screen).starts_with("9960 "), "{}", first(&screen));
-}
-
-#[test]
-fn a_failed_stop_stays_on_the_screen_until_somebody_has_seen_it() {
-    let (mut view, mut screen) = (view(), screen(Language::English));
-    press(&mut screen, &view, " ");
-    screen.take(Purpose::Stop, Err(Refused::new("drive 5 does not answer")));
-    screen.take(Purpose::Say, Ok(Answer::Done));
-    screen.take(Purpose::Say, Err(Refused::new("6081:00 is too high")));
-    let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
-    for said in [true, false] {
-        let text = drawn(&screen, &view, 80, 24);
-        assert!(text.contains("!! NOT STOPPED: drive 5 does not answer"), "{text}");
-        assert_eq!(text.contains("! 6081:00 is too high"), said, "{text}");
-        screen.handle_key(escape, &view);
-    }
-    assert!(!drawn(&screen, &view, 80, 24).contains("NOT STOPPED"));
-    // A drive that may be moving is shown in every room, and cannot be dismissed.
-    let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();
-    view.drives[0].ending = Some(Ending { is_success: false, may_be_moving: true, text, remedy: None });
-    for room in '1'..='8' {
-        screen.handle_key(key(room), &view);
-        screen.handle_key(escape, &view);
-        assert!(drawn(&screen, &view, 80, 24).contains("!! DRIVE 5 MAY STILL BE MOVING"), "{room}");
-    }
-}
-
-#[test]
-fn the_end_of_a_job_stays_until_somebody_has_seen_it_or_the_next_one() {
-    let (mut view, mut screen) = (view(), screen(Language::English));
-    let job = |number, name: &str, text: &str, is_success| Job {
-        number,
-        name: name.to_owned(),
-        done: Some(1.0),
-        text: text.to_owned(),
-        is_success,
-    };
-    view.jobs = vec![job(3, "restore of node 5", "6081:00 is refused", Some(false))];
-    let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
-    assert!(drawn(&screen, &view, 80, 24).contains("✗ restore of node 5: 6081:00 is refused"));
-    view.jobs.push(job(4, "backup of node 5", "6082:00", None));
-    assert!(drawn(&screen, &view, 80, 24).contains("100 % backup of node 5: 6082:00"));
-    view.jobs[1].is_success = Some(true);
-    assert!(drawn(&screen, &view, 80, 24).contains("✓ backup of node 5"));
-    screen.handle_key(escape, &view);
-    assert!(!drawn(&screen, &view, 80, 24).contains("of node 5"));
-}
-
-#[test]
-fn what_is_pasted_is_text_and_gives_no_order() {
-    let (view, mut screen) = (view(), screen(Language::English));
-    press(&mut screen, &view, "6");
-    screen.paste("e\nm900\n");
-    assert!(!drawn(&screen, &view, 80, 24).contains('▏'), "no question is open");
-    press(&mut screen, &view, "m");
-    screen.paste("9\n0 deg\u{1b}");
-    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90 deg".to_owned()) };
-    assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
-}
-
-#[test]
-fn the_values_of_pdos_follow_the_frames() {
-    let (view, mut screen) = (view(), screen(Language::English));
-    press(&mut screen, &view, "3");
-    let addresses = vec!["6041:00".to_owned(), "6064:00".to_owned()];
-    assert_eq!(screen.wants(&view), Some((Purpose::Seen(5), Command::Seen { node: 5, addresses })));
-    let seen = Value { text: "4712 inc".to_owned(), ..value("6064:00", "4712") };
-    screen.take(Purpose::Seen(5), Ok(Answer::Values(vec![seen])));
-    assert!(drawn(&screen, &view, 140, 40).contains("4712 inc"));
-}
-
-#[test]
-fn a_cursor_reads_curves_off_and_a_trigger_holds_them() {
-    let (view, mut screen) = (view(), screen(Language::English));
-    press(&mut screen, &view, "5..m....");
-    let text = drawn(&screen, &view, 140, 40);
-    // The span is 20 s, of which 14 s have passed: a step is 0.2 s.
-    assert!(text.contains(" 8.200 s (Δ 0.800 s)   5 Position Actual Value = 3364  (Δ 660)"), "{text}");
-    press(&mut screen, &view, "ft up\n");
-    assert!(drawn(&screen, &view, 140, 40).contains("! \" up\" is none of: rising 100"));
-    press(&mut screen, &view, "trising 100\n");
-    let waits = |screen: &Screen| drawn(screen, &view, 140, 40).contains("waits until the first curve is rising 100");
-    assert!(waits(&screen));
-    let curve = |points: &[(f64, f64)]| {
-        let (address, name) = ("6064:00".to_owned(), "Position Actual Value".to_owned());
-        Ok(Answer::Curves(vec![Curve { node: 5, address, name, unit: None, points: points.to_vec() }]))
-    };
-    // What was before it was armed, and what falls, does not count.
-    screen.take(Purpose::Plots, curve(&[(10.0, 0.0), (11.0, 200.0), (15.0, 0.0)]));
-    assert!(waits(&screen));
-    screen.take(Purpose::Plots, curve(&[(15.0, 0.0), (16.0, 120.0), (17.0, 300.0)]));
-    let text = drawn(&screen, &view, 140, 40);
-    assert!(text.contains(" 16.000 s   5 Position Actual Value = 120"), "{text}");
-    assert_eq!(screen.wants(&view), Some((Purpose::Plots, Command::Curves { since: 11.0 })));
+    let Some((_, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert!(from < 0, "it follows again");
 }
 
 #[test]
@@ -568,4 +439,305 @@ fn an_input_of_a_simulated_device_is_set() {
     assert_eq!(press(&mut screen, &view, "\nfree\n"), Some(Action::Ask(Purpose::Say, set)));
     let off = Command::Power { node: 5, on: false };
     assert_eq!(press(&mut screen, &view, "p"), Some(Action::Ask(Purpose::Say, off)));
+}
+
+/// A bus whose trace keeps the rows from `first` on, of which each third is an EMCY.
+struct Recorded {
+    first: u64,
+    end: u64,
+}
+
+impl Recorded {
+    /// Answers what the screen asks.
+    fn answer(&self, screen: &mut Screen, view: &mut View) {
+        view.trace = lexican_bench::view::Trace { first: self.first, end: self.end };
+        let Some((Purpose::Trace, Command::Trace { filter, from, at, count })) = screen.wants(view) else {
+            panic!("the trace")
+        };
+        let matching: Vec<u64> =
+            (self.first..self.end).filter(|number| filter.services.is_empty() || number % 3 == 0).collect();
+        let base = at.map_or(matching.len(), |at| matching.partition_point(|number| *number < at));
+        let from = base.saturating_add_signed(from as isize);
+        let rows = matching.iter().skip(from).take(count as usize).map(|&number| Row {
+            number,
+            time: number as f64 / 1e3,
+            id: "085".to_owned(),
+            data: String::new(),
+            node: Some(5),
+            service: "EMCY".to_owned(),
+            text: String::new(),
+            alarming: false,
+        });
+        let frames = Frames { matching: matching.len() as u64, from: from as u64, rows: rows.collect() };
+        screen.take(Purpose::Trace, Ok(Answer::Frames(frames)));
+    }
+
+    /// The number of the first row on the screen.
+    fn top(&self, screen: &mut Screen, view: &mut View) -> u64 {
+        self.answer(screen, view);
+        let text = drawn(screen, view, 80, 24);
+        text.lines().nth(4).unwrap().split_whitespace().next().unwrap().parse().unwrap()
+    }
+}
+
+#[test]
+fn a_trace_that_is_held_stays_when_old_rows_are_forgotten() {
+    for (filter, step) in [("", 1), ("semcy\n", 3)] {
+        let (mut view, mut screen) = (view(), Screen::new(1, Language::English));
+        press(&mut screen, &view, "4");
+        press(&mut screen, &view, filter);
+        let mut bus = Recorded { first: 0, end: 30_000 };
+        let following = bus.top(&mut screen, &mut view);
+        press(&mut screen, &view, "f");
+        let held = bus.top(&mut screen, &mut view);
+        assert_eq!(held, following, "what was in sight is held");
+        for key in [KeyCode::PageUp, KeyCode::Up] {
+            screen.handle_key(KeyEvent::new(key, KeyModifiers::NONE), &view);
+        }
+        let above = bus.top(&mut screen, &mut view);
+        assert!(above < held - 10 * step, "{above} is above {held}");
+        for forgotten in [4096, 8192, 24_576] {
+            bus = Recorded { first: forgotten, end: 30_000 + forgotten };
+            assert_eq!(bus.top(&mut screen, &mut view), above, "after {forgotten} rows were forgotten, {filter:?}");
+        }
+        bus = Recorded { first: 60_000, end: 90_000 };
+        assert_eq!(bus.top(&mut screen, &mut view), 60_000, "the oldest one when it is forgotten itself");
+        bus = Recorded { first: 0, end: 600 };
+        let newest = bus.top(&mut screen, &mut view);
+        assert!((500..600).contains(&newest), "a log has gone back: {newest}");
+        press(&mut screen, &view, "f");
+        bus = Recorded { first: 60_000, end: 90_000 };
+        assert!(bus.top(&mut screen, &mut view) > 89_000, "it follows again");
+    }
+}
+
+#[test]
+fn a_trouble_leads_to_its_row_and_the_row_is_marked() {
+    let (mut view, mut screen) = (view(), Screen::new(1, Language::English));
+    let text = "there may be two nodes 5".to_owned();
+    view.bus.troubles.push(Trouble { since: 3.0, node: Some(5), text, row: Some(9000) });
+    press(&mut screen, &view, "7\n");
+    assert!(drawn(&mut screen, &view, 80, 24).contains("[7 Bus]"), "this one names no row");
+    screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.lines().any(|line| line.starts_with("▸!") && line.contains("two nodes 5  (#9000)")), "{text}");
+    press(&mut screen, &view, "\n");
+    assert_eq!(Recorded { first: 8000, end: 20_000 }.top(&mut screen, &mut view), 8995);
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.lines().any(|line| line.starts_with('▸') && line.contains(" 9000 ")), "{text}");
+    Recorded { first: 9001, end: 20_000 }.answer(&mut screen, &mut view);
+    assert!(drawn(&mut screen, &view, 80, 24).contains("! #9000 is no longer kept"));
+}
+
+#[test]
+fn the_end_of_a_job_stays_until_somebody_has_seen_it() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    let job = |number, is_success| Job {
+        number,
+        name: format!("backup of node {number}"),
+        done: Some(1.0),
+        text: "it does not answer".to_owned(),
+        is_success,
+    };
+    view.jobs = vec![job(1, Some(false)), job(2, Some(true)), job(3, None)];
+    let failed = "!backup of node 1 HAS FAILED: it does not answer";
+    screen.take(Purpose::Say, Ok(Answer::Done));
+    press(&mut screen, &view, "23");
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains(failed) && text.contains("100 % backup of node 3"), "{text}");
+    assert!(!text.contains("backup of node 2"), "a success makes way for what came after it:\n{text}");
+    view.jobs[2].is_success = Some(true);
+    assert!(drawn(&mut screen, &view, 80, 24).contains("backup of node 3 has ended"));
+    // It is seen under a question, too, and a question that is left is not what is seen.
+    press(&mut screen, &view, "6m9");
+    assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
+    let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
+    screen.handle_key(escape, &view);
+    assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
+    // What was said last is seen first.
+    screen.handle_key(escape, &view);
+    assert!(drawn(&mut screen, &view, 80, 24).contains(failed));
+    screen.handle_key(escape, &view);
+    assert!(!drawn(&mut screen, &view, 80, 24).contains("backup of node"));
+    // The end of one that is seen is not that of the next one.
+    view.jobs.push(job(4, Some(false)));
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("backup of node 4 HAS FAILED") && !text.contains("backup of node 1"), "{text}");
+}
+
+#[test]
+fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
+    let view = view();
+    for purpose in [Purpose::Stop, Purpose::StopDrive] {
+        let mut screen = screen(Language::English);
+        screen.take(purpose, Err(Refused::new("node 5 does not answer")));
+        screen.take(Purpose::Say, Ok(Answer::Done));
+        screen.take(Purpose::StopDrive, Ok(Answer::Done));
+        screen.take(Purpose::Say, Err(Refused::new("take the hands first")));
+        press(&mut screen, &view, "2/x");
+        let text = drawn(&mut screen, &view, 80, 24);
+        assert!(text.contains("!! NOT STOPPED: node 5 does not answer"), "{text}");
+        // Nor does one that is under way.
+        screen.handle_key(KeyEvent::new(KeyCode::F(12), KeyModifiers::NONE), &view);
+        assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+        screen.take(Purpose::Stop, Ok(Answer::Done));
+        let text = drawn(&mut screen, &view, 80, 24);
+        assert!(text.contains("every drive has stopped") && !text.contains("NOT STOPPED"), "{text}");
+        // The last line is seen first.
+        screen.take(Purpose::Stop, Err(Refused::new("node 5 does not answer")));
+        screen.take(Purpose::Say, Ok(Answer::Done));
+        for is_shown in [true, false] {
+            screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
+            assert_eq!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"), is_shown);
+        }
+    }
+    let stop = |order| Some(Action::Ask(Purpose::StopDrive, Command::Drive { node: 5, order, value: None }));
+    let mut screen = screen(Language::English);
+    assert_eq!(press(&mut screen, &view, "6k"), stop(Order::Stop));
+    assert_eq!(press(&mut screen, &view, "K"), stop(Order::QuickStop));
+}
+
+#[test]
+fn a_drive_that_may_be_moving_is_shown_in_every_room() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();
+    view.drives[0].ending = Some(Ending { is_success: false, may_be_moving: true, text, remedy: None });
+    for room in '1'..='8' {
+        screen.handle_key(key(room), &view);
+        screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
+        assert!(drawn(&mut screen, &view, 80, 24).contains("!! DRIVE 5 MAY STILL BE MOVING"), "{room}");
+    }
+}
+
+#[test]
+fn what_is_wrong_or_selected_is_marked_without_colours() {
+    // `drawn` has characters alone: neither colours nor reversed or bold ones.
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    view.bus.state = "bus off".to_owned();
+    view.bus.load_percent = Some(91.0);
+    view.drives[0].ending.as_mut().unwrap().may_be_moving = true;
+    let room = |screen: &mut Screen, room, marks: &[&str]| {
+        screen.handle_key(key(room), &view);
+        let text = drawn(screen, &view, 140, 40);
+        for mark in marks {
+            assert!(text.contains(mark), "{mark:?} is not in\n{text}");
+        }
+    };
+    room(&mut screen, '1', &["[1 Nodes]", "!bus off", "▸5 ", "!7121", "! 7121h", "!PRE-OPERATIONAL (-2.3 s)"]);
+    room(&mut screen, '2', &["▸6064:00", "≠ 4711"]);
+    room(&mut screen, '3', &["▸TPDO1"]);
+    room(&mut screen, '4', &["! 812"]);
+    room(&mut screen, '5', &["▸a 5 Position Actual Value"]);
+    room(&mut screen, '6', &["▸  5", "!FAULT", "▶FAULT◀", "!! a fault has stopped it", "! it is in fault"]);
+    room(&mut screen, '7', &["!load 91.0 %", "▸! "]);
+    room(&mut screen, '8', &["▸5 feeder"]);
+    screen.take(Purpose::Say, Err(Refused::new("take the hands first")));
+    room(&mut screen, '1', &["! take the hands first"]);
+}
+
+#[test]
+fn values_and_rates_of_pdos_are_renewed_without_reading_the_mapping_again() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "3");
+    let addresses = vec!["6041:00".to_owned(), "6064:00".to_owned()];
+    assert_eq!(screen.wants(&view), Some((Purpose::Seen(5), Command::Seen { node: 5, addresses })));
+    screen.take(Purpose::Seen(5), Ok(Answer::Values(vec![value("6064:00", "4812")])));
+    view.bus.ids[0].per_second = 20.0;
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("Position Actual Value 4812") && text.contains(" 20.0/s"), "{text}");
+    assert!(text.contains("Statusword FAULT"), "what is not known anew stays:\n{text}");
+}
+
+#[test]
+fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "6");
+    let before = drawn(&mut screen, &view, 80, 24);
+    // Keys that would enable, run and stop.
+    screen.paste("ev500\n ");
+    assert_eq!(drawn(&mut screen, &view, 80, 24), before);
+    press(&mut screen, &view, "m");
+    screen.paste("9\r\n0 deg\u{1b}");
+    assert!(drawn(&mut screen, &view, 80, 24).contains("5 feeder: to which position: 90 deg▏"));
+    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90 deg".to_owned()) };
+    assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
+}
+
+#[test]
+fn cursors_show_numbers_and_their_difference() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    // From 0 to 14 s; a number is the square of hundredths of them, divided by 1.4.
+    press(&mut screen, &view, "5+f");
+    press(&mut screen, &view, "ij.<");
+    let text = drawn(&mut screen, &view, 140, 40);
+    assert!(text.contains("1: 9.000 s  2*: 8.100 s  2-1: -0.900 s"), "{text}");
+    assert!(text.contains("1: 4096") && text.contains("2: 3249") && text.contains("2-1: -847"), "{text}");
+    press(&mut screen, &view, "0");
+    assert!(!drawn(&mut screen, &view, 140, 40).contains("2-1:"));
+}
+
+#[test]
+fn a_trigger_holds_the_curves_around_the_crossing() {
+    let curve = |points: &[(f64, f64)]| {
+        let (address, name) = ("6064:00".to_owned(), "Position".to_owned());
+        vec![Curve { node: 5, address, name, unit: None, points: points.to_vec() }]
+    };
+    // It falls at 3.5, rises at 15.5, and falls at 20.5.
+    let wave = [(0.0, 0.0), (3.0, 10.0), (4.0, 0.0), (15.0, 0.0), (16.0, 10.0), (20.0, 10.0), (21.0, 0.0)];
+    for (words, shown) in [("> 5", "11.5 s"), ("< 5", "16.5 s")] {
+        let (mut view, mut screen) = (view(), screen(Language::English));
+        view.time = 14.0;
+        press(&mut screen, &view, "5t");
+        press(&mut screen, &view, &format!("{words}\n"));
+        assert!(drawn(&mut screen, &view, 140, 40).contains(&format!("waits for: a {words}")));
+        let mut points = wave.to_vec();
+        screen.take(Purpose::Plots, Ok(Answer::Curves(curve(&points))));
+        assert!(drawn(&mut screen, &view, 140, 40).contains("waits for"), "what comes after it is not here yet");
+        points.push((40.0, 0.0));
+        view.time = 40.0;
+        screen.take(Purpose::Plots, Ok(Answer::Curves(curve(&points))));
+        let text = drawn(&mut screen, &view, 140, 40);
+        assert!(text.contains("stands  1*: ") && text.contains(shown) && !text.contains("waits for"), "{text}");
+        assert!(screen.wants(&view).is_some(), "the points of what it holds");
+        screen.take(Purpose::Plots, Ok(Answer::Curves(curve(&points))));
+        assert_eq!(screen.wants(&view), None, "it is held");
+        press(&mut screen, &view, "a606C\n");
+        assert!(screen.wants(&view).is_some(), "a curve more is seen");
+    }
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "5t");
+    press(&mut screen, &view, "soon\n");
+    assert!(drawn(&mut screen, &view, 140, 40).contains("! soon: "));
+}
+
+#[test]
+fn the_mouse_selects_and_scrolls_and_gives_no_order() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let mouse = |screen: &mut Screen, kind, column, row| {
+        screen.handle_mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }, &view);
+        drawn(screen, &view, 80, 24)
+    };
+    let click = MouseEventKind::Down(MouseButton::Left);
+    drawn(&mut screen, &view, 80, 24);
+    assert!(mouse(&mut screen, click, 3, 4).contains("▸7    io"));
+    assert!(mouse(&mut screen, click, 3, 20).contains("▸7    io"), "no row is there");
+    assert!(mouse(&mut screen, MouseEventKind::ScrollUp, 3, 9).contains("▸5    feeder"));
+    let text = mouse(&mut screen, click, 12, 0);
+    assert!(text.contains("[2 Objects]"), "{text}");
+    assert!(mouse(&mut screen, click, 12, 4).contains("▸6081:00"));
+    assert!(mouse(&mut screen, click, 62, 0).contains("[7 Bus]"));
+    assert!(mouse(&mut screen, click, 5, 6).lines().any(|line| line.starts_with("▸185")));
+    assert!(mouse(&mut screen, click, 5, 4).lines().any(|line| line.starts_with("▸!")));
+    mouse(&mut screen, click, 12, 0);
+    // What is asked is about the row that was selected then.
+    press(&mut screen, &view, "\n60");
+    assert!(mouse(&mut screen, click, 12, 3).contains("▸6081:00"));
+    assert!(mouse(&mut screen, click, 3, 0).contains("[2 Objects]"));
+    let write = Command::Write { node: 5, address: "6081:00".to_owned(), text: "60".to_owned(), force: false };
+    assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, write)));
+    // A row of the trace is held and marked.
+    press(&mut screen, &view, "4");
+    drawn(&mut screen, &view, 80, 24);
+    let text = mouse(&mut screen, click, 12, 4);
+    assert!(text.contains("stands") && text.contains("▸  811"), "{text}");
 }

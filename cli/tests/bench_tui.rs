@@ -73,6 +73,11 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     let backup = folder.join("node-5.dcf");
     screen.wait_for(&|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
 
+    // What is pasted presses no keys, and a click selects a room.
+    screen.press("\u{1b}[200~q\u{1b}[201~");
+    screen.press("\u{1b}[<0;14;1M");
+    shows(screen, "[2 Objects]");
+
     // Who is faulty, and why.
     screen.press("7");
     shows(screen, "node 7 is silent");
@@ -99,7 +104,7 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     shows(screen, "2410:05 = 70");
     screen.press("unode-5.dcf\r");
     screen.wait_for(&|text| {
-        text.contains("v-Pos") && text.lines().any(|line| line.starts_with("2410:05") && line.contains(" 60 "))
+        text.contains("v-Pos") && text.lines().any(|line| line.starts_with("▸2410:05") && line.contains(" 60 "))
     });
 
     // A PDO that is too long is objected to before anything is written.

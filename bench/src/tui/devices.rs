@@ -3,11 +3,13 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Rect};
-use ratatui::style::{Modifier, Stylize};
+use ratatui::style::Stylize;
 use ratatui::text::Line;
-use ratatui::widgets::{Row, Table, TableState};
+use ratatui::widgets::Row;
 
-use super::screen::{Action, Purpose, Screen, first_shown, say};
+use super::action::{Action, Purpose, say};
+use super::desk::Desk;
+use super::list::{Columns, Listed};
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Input, Simulated, View};
@@ -20,13 +22,13 @@ pub(super) fn rows(view: &View) -> impl Iterator<Item = (&Simulated, Option<&Inp
     })
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let (device, input) = rows(view).nth(screen.row())?;
+pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<Action> {
+    let (device, input) = rows(view).nth(desk.row())?;
     match code {
         KeyCode::Char('p') => say(Command::Power { node: device.node, on: !device.is_on }),
         KeyCode::Enter => {
             let (node, input) = (device.node, input?.name.clone());
-            screen.ask(Text::AskInput, format!("{node} {} {input}", device.name), move |typed| {
+            desk.ask(Text::AskInput, format!("{node} {} {input}", device.name), move |typed| {
                 Ok(Action::Ask(Purpose::Say, Command::Input { node, text: format!("{input} = {typed}") }))
             })
         }
@@ -34,28 +36,22 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     if view.devices.is_empty() {
-        frame.render_widget(Line::from(screen.text(Text::NoDevice)).dim(), area);
-        return;
+        frame.render_widget(Line::from(desk.text(Text::NoDevice)).dim(), area);
+        return Vec::new();
     }
-    let lines = usize::from(area.height.saturating_sub(1));
-    let first = first_shown(screen.row(), lines);
-    let rows = rows(view).skip(first).take(lines).map(|(device, input)| match input {
+    let head = [Text::Inputs, Text::Value, Text::Choices].map(|text| desk.text(text));
+    let columns = Columns { head, widths: [Constraint::Fill(1), Constraint::Fill(1), Constraint::Fill(3)] };
+    vec![columns.draw(frame, area, Some(desk.row()), rows(view), |(device, input)| match input {
         None => {
-            let power = screen.text(if device.is_on { Text::On } else { Text::Off });
+            let power = desk.text(if device.is_on { Text::On } else { Text::Off });
             let name = format!("{} {}", device.node, device.name);
-            Row::new([name, format!("{} {power}", screen.text(Text::Power)), String::new()]).bold()
+            Row::new([name, format!("{} {power}", desk.text(Text::Power)), String::new()]).bold()
         }
         Some(input) => {
             let takes = if input.choices.is_empty() { input.help.clone() } else { input.choices.join(", ") };
             Row::new([format!("    {}", input.name), input.value.clone().unwrap_or_default(), takes])
         }
-    });
-    let widths = [Constraint::Fill(1), Constraint::Fill(1), Constraint::Fill(3)];
-    let head = [Text::Inputs, Text::Value, Text::Choices];
-    let table = Table::new(rows, widths)
-        .header(Row::new(head.map(|text| screen.text(text))).bold())
-        .row_highlight_style(Modifier::REVERSED);
-    frame.render_stateful_widget(table, area, &mut TableState::new().with_selected(Some(screen.row() - first)));
+    })]
 }

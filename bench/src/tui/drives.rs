@@ -3,11 +3,13 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style, Stylize};
+use ratatui::style::{Style, Stylize};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, List, ListState, Paragraph, Wrap};
+use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
-use super::screen::{Action, Purpose, Screen, say};
+use super::action::{Action, Purpose, say};
+use super::desk::Desk;
+use super::list::{ALARM, Columns, Listed, WRONG};
 use super::text::Text;
 use crate::command::{Command, Order};
 use crate::view::{Drive, View};
@@ -18,12 +20,13 @@ const WAY: [&str; 4] = ["SWITCH ON DISABLED", "READY TO SWITCH ON", "SWITCHED ON
 /// The states beside it.
 const BESIDE: [&str; 4] = ["NOT READY TO SWITCH ON", "QUICK STOP ACTIVE", "FAULT REACTION ACTIVE", "FAULT"];
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let Drive { node, name, .. } = view.drives.get(screen.row())?;
+pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<Action> {
+    let Drive { node, name, .. } = view.drives.get(desk.row())?;
     let (node, of) = (*node, format!("{node} {name}"));
     let plain = |order| say(Command::Drive { node, order, value: None });
+    let stop = |order| Some(Action::Ask(Purpose::StopDrive, Command::Drive { node, order, value: None }));
     let ask = |title, order| {
-        screen.ask(title, of, move |typed| {
+        desk.ask(title, of, move |typed| {
             Ok(Action::Ask(Purpose::Say, Command::Drive { node, order, value: Some(typed) }))
         })
     };
@@ -31,8 +34,8 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('e') => plain(Order::Enable),
         KeyCode::Char('d') => plain(Order::Disable),
         KeyCode::Char('f') => plain(Order::ResetFault),
-        KeyCode::Char('k') => plain(Order::Stop),
-        KeyCode::Char('K') => plain(Order::QuickStop),
+        KeyCode::Char('k') => stop(Order::Stop),
+        KeyCode::Char('K') => stop(Order::QuickStop),
         KeyCode::Char('m') => ask(Text::AskPosition, Order::MoveTo),
         KeyCode::Char('s') => ask(Text::AskDistance, Order::Step),
         KeyCode::Char('v') => ask(Text::AskVelocity, Order::Run),
@@ -41,36 +44,50 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     if view.drives.is_empty() {
-        frame.render_widget(Line::from(screen.text(Text::NoDrive)).dim(), area);
-        return;
+        frame.render_widget(Line::from(desk.text(Text::NoDrive)).dim(), area);
+        return Vec::new();
     }
     let [list, detail] =
         Layout::vertical([Constraint::Length(view.drives.len().min(6) as u16), Constraint::Min(10)]).areas(area);
-    let items = view.drives.iter().map(|drive| {
+    let columns = Columns {
+        head: [""; 5],
+        widths: [
+            Constraint::Length(3),
+            Constraint::Fill(1),
+            Constraint::Length(24),
+            Constraint::Length(16),
+            Constraint::Length(14),
+        ],
+    };
+    let listed = columns.draw(frame, list, Some(desk.row()), view.drives.iter(), |drive| {
         let state = drive.state.as_deref().unwrap_or("?");
-        let position = number(drive.position, drive.position_unit.as_deref());
-        let velocity = number(drive.velocity, drive.velocity_unit.as_deref());
-        Line::from(format!("{:>3} {:<20} {state:<22} {position:>16} {velocity:>14}", drive.node, drive.name))
+        let mark = if state.starts_with("FAULT") { WRONG } else { "" };
+        Row::new([
+            format!("{:>3}", drive.node),
+            drive.name.clone(),
+            format!("{mark}{state}"),
+            format!("{:>16}", number(drive.position, drive.position_unit.as_deref())),
+            format!("{:>14}", number(drive.velocity, drive.velocity_unit.as_deref())),
+        ])
     });
-    let items = List::new(items).highlight_style(Modifier::REVERSED);
-    frame.render_stateful_widget(items, list, &mut ListState::default().with_selected(Some(screen.row())));
-    if let Some(drive) = view.drives.get(screen.row()) {
+    if let Some(drive) = view.drives.get(desk.row()) {
         let block = Block::bordered().title(format!(" {} {} ", drive.node, drive.name));
-        let text = Paragraph::new(lines(screen, drive)).wrap(Wrap { trim: false }).block(block);
+        let text = Paragraph::new(lines(desk, drive)).wrap(Wrap { trim: false }).block(block);
         frame.render_widget(text, detail);
     }
+    vec![listed]
 }
 
 fn number(number: Option<f64>, unit: Option<&str>) -> String {
     number.map_or_else(|| "?".to_owned(), |number| format!("{number} {}", unit.unwrap_or_default()))
 }
 
-fn lines(screen: &Screen, drive: &Drive) -> Vec<Line<'static>> {
+fn lines(desk: &Desk, drive: &Drive) -> Vec<Line<'static>> {
     let mut lines: Vec<_> = WAY.into_iter().zip(BESIDE).map(|states| machine(drive, states.into())).collect();
     lines.push(Line::default());
-    let value = |text, value: String| Line::from(format!("{:<18} {value}", screen.text(text)));
+    let value = |text, value: String| Line::from(format!("{:<18} {value}", desk.text(text)));
     lines.push(value(Text::Position, number(drive.position, drive.position_unit.as_deref())));
     lines.push(value(Text::Velocity, number(drive.velocity, drive.velocity_unit.as_deref())));
     if drive.target.is_some() {
@@ -81,22 +98,20 @@ fn lines(screen: &Screen, drive: &Drive) -> Vec<Line<'static>> {
         lines.push(Line::from(order.clone()).yellow().bold());
     }
     if let Some(ending) = &drive.ending {
-        let mark = if ending.is_success { "" } else { "! " };
-        let text = format!("{} {mark}{}", screen.text(Text::Ended), ending.text);
-        let line = Line::from(text);
+        let line = |mark: &str| Line::from(format!("{} {mark} {}", desk.text(Text::Ended), ending.text));
         lines.push(match (ending.may_be_moving, ending.is_success) {
-            (true, _) => line.bold().red().reversed(),
-            (false, true) => line.green(),
-            (false, false) => line.red(),
+            (true, _) => line(ALARM).bold().red().reversed(),
+            (false, true) => line("✓").green(),
+            (false, false) => line(WRONG).red(),
         });
         lines.extend(ending.remedy.clone().map(|remedy| Line::from(format!("  {remedy}"))));
     }
     match drive.obstacles.as_deref() {
         None => {}
-        Some([]) => lines.push(Line::from(screen.text(Text::Ready)).dim()),
+        Some([]) => lines.push(Line::from(desk.text(Text::Ready)).dim()),
         Some(obstacles) => {
-            lines.push(Line::from(screen.text(Text::Obstacles)));
-            lines.extend(obstacles.iter().map(|obstacle| Line::from(format!("  {obstacle}")).red()));
+            lines.push(Line::from(desk.text(Text::Obstacles)));
+            lines.extend(obstacles.iter().map(|obstacle| Line::from(format!("{WRONG} {obstacle}")).red()));
         }
     }
     lines

@@ -3,13 +3,20 @@
 //! [`Screen`] is a state machine: keys and answers go in, commands come out, and it draws a view. [`run`] connects it to a bench
 //! and a terminal.
 
+mod action;
 mod bus;
+mod desk;
 mod devices;
+mod draw;
 mod drives;
+mod list;
 mod nodes;
+mod notices;
 mod objects;
 mod pdos;
 mod plots;
+mod prompt;
+mod room;
 mod screen;
 mod text;
 mod trace;
@@ -17,16 +24,46 @@ mod trace;
 use std::io;
 use std::time::Duration;
 
-use ratatui::Terminal;
 use ratatui::backend::Backend;
-use ratatui::crossterm::event::{Event, poll, read};
+use ratatui::crossterm::event::{
+    DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event, poll, read,
+};
+use ratatui::crossterm::execute;
+use ratatui::{DefaultTerminal, Terminal};
 
 use crate::engine::{Bench, Reply};
-pub use screen::{Action, Purpose, Screen};
+pub use action::{Action, Purpose};
+pub use screen::Screen;
 pub use text::Language;
 
 /// How often the screen is drawn.
 const DRAW: Duration = Duration::from_millis(100);
+
+/// Takes the terminal, with its mouse, and so that it says what is pasted. A panic gives it back.
+///
+/// # Errors
+///
+/// There is none.
+pub fn take_terminal() -> io::Result<DefaultTerminal> {
+    let terminal = ratatui::try_init()?;
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        release_input();
+        hook(panic);
+    }));
+    execute!(io::stdout(), EnableMouseCapture, EnableBracketedPaste)?;
+    Ok(terminal)
+}
+
+/// Gives the terminal back, unless it is gone: `ratatui::restore` would complain to it, and panic.
+pub fn give_terminal_back() {
+    release_input();
+    let _ = ratatui::try_restore();
+}
+
+fn release_input() {
+    let _ = execute!(io::stdout(), DisableBracketedPaste, DisableMouseCapture);
+}
 
 /// Shows a bench on a terminal until somebody leaves. The terminal is taken and given back by the caller.
 ///
@@ -50,16 +87,20 @@ pub fn run<B: Backend<Error = io::Error>>(
             open.push((purpose, face.ask(command)));
         }
         let mut wait = DRAW;
-        while poll(wait)? {
+        while let Some(event) = next_event(wait)? {
             wait = Duration::ZERO;
-            let action = match read()? {
+            let action = match event {
                 Event::Key(key) => screen.handle_key(key, &view),
+                Event::Mouse(mouse) => {
+                    screen.handle_mouse(mouse, &view);
+                    None
+                }
                 Event::Paste(text) => {
                     screen.paste(&text);
                     None
                 }
                 // It is drawn anew, in its new size.
-                _ => break,
+                _ => None,
             };
             match action {
                 None => {}
@@ -76,4 +117,8 @@ pub fn run<B: Backend<Error = io::Error>>(
         }
         open = waiting;
     }
+}
+
+fn next_event(wait: Duration) -> io::Result<Option<Event>> {
+    if poll(wait)? { read().map(Some) } else { Ok(None) }
 }

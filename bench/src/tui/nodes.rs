@@ -3,17 +3,21 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style, Stylize};
+use ratatui::style::{Style, Stylize};
 use ratatui::text::Line;
-use ratatui::widgets::{Block, Paragraph, Row, Table, TableState, Wrap};
+use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
-use super::screen::{Action, Purpose, Room, Screen, say};
+use super::action::{Action, Purpose, say};
+use super::desk::Desk;
+use super::list::{Columns, Listed, WRONG};
+use super::room::Room;
 use super::text::Text;
+use super::trace;
 use crate::command::{Command, Nmt};
 use crate::view::{Node, View};
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let node = screen.node(view);
+pub(super) fn handle_key(desk: &mut Desk, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
+    let node = desk.node(view);
     let id = node.map(|node| node.id);
     let nmt = |command| say(Command::Nmt { node: Some(id?), command });
     match code {
@@ -23,89 +27,92 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('r') => nmt(Nmt::ResetNode),
         KeyCode::Char('c') => nmt(Nmt::ResetCommunication),
         KeyCode::Char('f') => say(Command::Scan),
-        KeyCode::Char('a') => screen.ask(Text::AskId, String::new(), |typed| {
+        KeyCode::Char('a') => desk.ask(Text::AskId, String::new(), |typed| {
             let node = typed.trim().parse().map_err(|error| format!("{typed}: {error}"))?;
             Ok(Action::Ask(Purpose::Say, Command::Assign { node }))
         }),
         KeyCode::Char('d') => {
             let (node, name) = node.map(|node| (node.id, node.name.clone()))?;
-            screen.ask(Text::AskSheet, format!("{node} {name}"), move |sheet| {
+            desk.ask(Text::AskSheet, format!("{node} {name}"), move |sheet| {
                 Ok(Action::Ask(Purpose::Say, Command::SetSheet { node, sheet }))
             })
         }
         KeyCode::Char('g') => {
             let fault = node.and_then(|node| node.faults.first().or(node.history.first()))?.row;
-            screen.show_row(fault);
+            desk.room = Room::Trace;
+            trace.show_row(fault);
             None
         }
         KeyCode::Enter => {
-            screen.node = id;
-            screen.enter(Room::Objects);
+            desk.node = id;
+            desk.room = Room::Objects;
             None
         }
         _ => None,
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [list, detail] =
         Layout::vertical([Constraint::Length(view.nodes.len().clamp(1, 12) as u16 + 1), Constraint::Min(3)])
             .areas(area);
-    if view.nodes.is_empty() {
-        frame.render_widget(Line::from(screen.text(Text::NoNode)).dim(), list);
-        return;
-    }
-    let head = [Text::Id, Text::Name, Text::State, Text::Heartbeat, Text::Sheet, Text::Faults];
-    let rows = view.nodes.iter().map(|node| {
-        let state = node.state.clone().unwrap_or_else(|| "?".to_owned());
-        let state = match node.silent_seconds {
-            Some(seconds) => format!("{state} (-{seconds:.1} s)"),
-            None => state,
-        };
-        let faults: Vec<_> = node.faults.iter().map(|fault| fault.code.as_str()).collect();
-        let is_wrong = !node.faults.is_empty() || node.silent_seconds.is_some();
-        Row::new([
-            format!("{}{}", if is_wrong { "!" } else { "" }, node.id),
-            node.name.clone(),
-            state,
-            node.heartbeat_ms.map_or_else(String::new, |ms| format!("{ms:.0} ms")),
-            node.sheet.clone().unwrap_or_default(),
-            faults.join(" "),
-        ])
-        .style(if is_wrong { Style::new().red() } else { Style::new() })
-    });
-    let widths = [
-        Constraint::Length(4),
-        Constraint::Fill(2),
-        Constraint::Length(25),
-        Constraint::Length(9),
-        Constraint::Fill(2),
-        Constraint::Fill(1),
-    ];
-    let selected = screen.node(view).and_then(|node| view.nodes.iter().position(|known| known.id == node.id));
-    let table = Table::new(rows, widths)
-        .header(Row::new(head.map(|text| screen.text(text))).bold())
-        .row_highlight_style(Modifier::REVERSED);
-    frame.render_stateful_widget(table, list, &mut TableState::new().with_selected(selected));
-    if let Some(node) = screen.node(view) {
-        let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
-        let text = Paragraph::new(details(screen, node)).wrap(Wrap { trim: false }).block(block);
-        frame.render_widget(text, detail);
-    }
+    let Some(node) = desk.node(view) else {
+        frame.render_widget(Line::from(desk.text(Text::NoNode)).dim(), list);
+        return Vec::new();
+    };
+    let columns = Columns {
+        head: [Text::Id, Text::Name, Text::State, Text::Heartbeat, Text::Sheet, Text::Faults]
+            .map(|text| desk.text(text)),
+        widths: [
+            Constraint::Length(4),
+            Constraint::Fill(2),
+            Constraint::Length(25),
+            Constraint::Length(9),
+            Constraint::Fill(2),
+            Constraint::Fill(1),
+        ],
+    };
+    let selected = view.nodes.iter().position(|known| known.id == node.id);
+    let listed = columns.draw(frame, list, selected, view.nodes.iter(), row);
+    let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
+    let text = Paragraph::new(details(desk, node)).wrap(Wrap { trim: false }).block(block);
+    frame.render_widget(text, detail);
+    vec![listed]
 }
 
-fn details(screen: &Screen, node: &Node) -> Vec<Line<'static>> {
+fn row(node: &Node) -> Row<'static> {
+    let state = node.state.as_deref().unwrap_or("?");
+    let state = match node.silent_seconds {
+        Some(seconds) => format!("{WRONG}{state} (-{seconds:.1} s)"),
+        None => state.to_owned(),
+    };
+    let faults = node.faults.iter().map(|fault| format!("{WRONG}{}", fault.code));
+    let is_wrong = !node.faults.is_empty() || node.silent_seconds.is_some();
+    Row::new([
+        node.id.to_string(),
+        node.name.clone(),
+        state,
+        node.heartbeat_ms.map_or_else(String::new, |ms| format!("{ms:.0} ms")),
+        node.sheet.clone().unwrap_or_default(),
+        faults.collect::<Vec<_>>().join(" "),
+    ])
+    .style(if is_wrong { Style::new().red() } else { Style::new() })
+}
+
+fn details(desk: &Desk, node: &Node) -> Vec<Line<'static>> {
     let mut lines = Vec::new();
-    let title = |text| Line::from(screen.text(text)).bold();
+    let title = |text| Line::from(desk.text(text)).bold();
     if node.faults.is_empty() {
-        lines.push(Line::from(screen.text(Text::NoFaults)).green());
+        lines.push(Line::from(desk.text(Text::NoFaults)).green());
     } else {
         lines.push(title(Text::Faults));
-        lines.extend(node.faults.iter().map(|fault| Line::from(format!("  {}h {}", fault.code, fault.text)).red()));
+        lines.extend(
+            node.faults.iter().map(|fault| Line::from(format!("{WRONG} {}h {}", fault.code, fault.text)).red()),
+        );
     }
     let known = ["vendor", "product", "revision", "serial"].into_iter().zip(node.identity);
     let known: Vec<_> = known.filter_map(|(name, number)| Some(format!("{name} {:X}h", number?))).collect();
-    lines.push(Line::from(format!("{}: {}", screen.text(Text::Identity), known.join(", "))));
+    lines.push(Line::from(format!("{}: {}", desk.text(Text::Identity), known.join(", "))));
     if let Some(ms) = node.sdo_ms {
         lines.push(Line::from(format!("SDO: {ms:.1} ms")));
     }

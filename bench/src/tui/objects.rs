@@ -3,14 +3,23 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style, Stylize};
+use ratatui::style::{Style, Stylize};
 use ratatui::text::Line;
-use ratatui::widgets::{Block, Paragraph, Row, Table, TableState, Wrap};
+use ratatui::widgets::{Block, Paragraph, Row, Table, Wrap};
 
-use super::screen::{Action, Purpose, Screen, first_shown, say};
+use super::action::{Action, Purpose, say};
+use super::desk::Desk;
+use super::list::{Columns, Listed};
+use super::prompt::Field;
 use super::text::Text;
 use crate::command::{Command, Other};
 use crate::view::{Object, View};
+
+/// Before a value that is not the default.
+const DIFFERS: &str = "≠ ";
+
+/// Before what a value could not be read for.
+const FAILED: &str = "! ";
 
 /// How often a watched entry is read.
 const WATCHED_MS: u32 = 250;
@@ -30,14 +39,18 @@ impl State {
     pub(super) fn set(&mut self, node: u8, objects: Vec<Object>) {
         (self.node, self.objects) = (node, objects);
     }
+
+    pub(super) fn search(&mut self, search: String) {
+        self.search = search;
+    }
 }
 
 /// The entries that contain what is searched, in their names, addresses, values or groups.
-pub(super) fn shown<'a>(screen: &'a Screen, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
-    let wanted = screen.objects.search.to_lowercase();
+pub(super) fn shown<'a>(desk: &Desk, state: &'a State, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
+    let wanted = state.search.to_lowercase();
     // Those of the node before are no entries of this one.
-    let are_of_node = screen.node(view).is_some_and(|node| node.id == screen.objects.node);
-    screen.objects.objects.iter().filter(move |_| are_of_node).filter(move |object| {
+    let are_of_node = desk.node(view).is_some_and(|node| node.id == state.node);
+    state.objects.iter().filter(move |_| are_of_node).filter(move |object| {
         let value = object.value.as_ref().map_or("", |value| &value.text);
         [&*object.object, &object.name, &object.address, value, &object.group]
             .iter()
@@ -45,18 +58,14 @@ pub(super) fn shown<'a>(screen: &'a Screen, view: &View) -> impl Iterator<Item =
     })
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let (node, name) = screen.node(view).map(|node| (node.id, node.name.clone()))?;
-    let selected = || shown(screen, view).nth(screen.row()).map(|object| object.address.clone());
+pub(super) fn handle_key(desk: &mut Desk, state: &State, code: KeyCode, view: &View) -> Option<Action> {
+    let (node, name) = desk.node(view).map(|node| (node.id, node.name.clone()))?;
+    let selected = || shown(desk, state, view).nth(desk.row()).map(|object| object.address.clone());
     match code {
-        KeyCode::Char('/') => screen.change(Text::AskSearch, |screen, typed| {
-            screen.objects.search = typed;
-            *screen.row_mut() = 0;
-            Ok(())
-        }),
+        KeyCode::Char('/') => desk.ask_for(Field::Search),
         KeyCode::Enter => {
             let address = selected()?;
-            screen.ask(Text::AskValue, format!("{node} {name} {address}"), move |text| {
+            desk.ask(Text::AskValue, format!("{node} {name} {address}"), move |text| {
                 Ok(Action::Ask(Purpose::Say, Command::Write { node, address, text, force: false }))
             })
         }
@@ -78,7 +87,7 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
         KeyCode::Char('g') => say(Command::Plot { node, signals: vec![selected()?], every_ms: PLOTTED_MS }),
         KeyCode::Char('d') => say(Command::Compare { node, with: Other::Defaults }),
         KeyCode::Char('b') => Some(Action::Ask(Purpose::File(String::new()), Command::Backup { node })),
-        KeyCode::Char('u') => screen.ask(Text::AskFile, format!("{node} {name}"), move |path| {
+        KeyCode::Char('u') => desk.ask(Text::AskFile, format!("{node} {name}"), move |path| {
             let dcf = std::fs::read_to_string(path.trim()).map_err(|error| format!("{}: {error}", path.trim()))?;
             Ok(Action::Ask(Purpose::Say, Command::Restore { node, dcf }))
         }),
@@ -86,7 +95,7 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let watched = view.watched.len().min(6) as u16;
     let [list, detail, below] = Layout::vertical([
         Constraint::Min(5),
@@ -94,46 +103,49 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &Vi
         Constraint::Length(if watched > 0 { watched + 1 } else { 0 }),
     ])
     .areas(area);
-    let objects: Vec<_> = shown(screen, view).collect();
-    let head = [Text::Address, Text::Name, Text::Value, Text::Default, Text::Limits, Text::Access];
-    let lines = usize::from(list.height.saturating_sub(1));
-    let first = first_shown(screen.row(), lines);
-    let rows = objects.iter().skip(first).take(lines).map(|object| {
+    let objects: Vec<_> = shown(desk, state, view).collect();
+    let columns = Columns {
+        head: [Text::Address, Text::Name, Text::Value, Text::Default, Text::Limits, Text::Access]
+            .map(|text| desk.text(text)),
+        widths: [
+            Constraint::Length(8),
+            Constraint::Fill(3),
+            Constraint::Fill(2),
+            Constraint::Fill(1),
+            Constraint::Fill(1),
+            Constraint::Length(7),
+        ],
+    };
+    let selected = Some(desk.row()).filter(|_| !objects.is_empty());
+    let listed = columns.draw(frame, list, selected, objects.iter(), |object| {
         let value = object.value.as_ref();
         let differs = value.is_some_and(|value| object.default.as_ref().is_some_and(|default| *default != value.text));
+        let mark = match value {
+            Some(value) if value.is_error => FAILED,
+            _ if differs => DIFFERS,
+            _ => "",
+        };
         Row::new([
             object.address.clone(),
             title(object),
-            value.map_or_else(String::new, |value| value.text.clone()),
+            value.map_or_else(String::new, |value| format!("{mark}{}", value.text)),
             object.default.clone().unwrap_or_default(),
             limits(object),
             object.access.clone(),
         ])
         .style(if differs { Style::new().bold() } else { Style::new() })
     });
-    let widths = [
-        Constraint::Length(8),
-        Constraint::Fill(3),
-        Constraint::Fill(2),
-        Constraint::Fill(1),
-        Constraint::Fill(1),
-        Constraint::Length(7),
-    ];
-    let table = Table::new(rows, widths)
-        .header(Row::new(head.map(|text| screen.text(text))).bold())
-        .row_highlight_style(Modifier::REVERSED);
-    let selected = Some(screen.row() - first).filter(|_| !objects.is_empty());
-    frame.render_stateful_widget(table, list, &mut TableState::new().with_selected(selected));
     if objects.is_empty() {
-        let empty = if screen.objects.search.is_empty() { screen.text(Text::NoSheet) } else { "0" };
+        let empty = if state.search.is_empty() { desk.text(Text::NoSheet) } else { "0" };
         frame.render_widget(Line::from(empty).dim(), list.centered_vertically(Constraint::Length(1)));
     }
 
-    let node = screen.node(view).map_or_else(String::new, |node| format!(" {} {} ", node.id, node.name));
+    let node = desk.node(view).map_or_else(String::new, |node| format!(" {} {} ", node.id, node.name));
     let block = Block::bordered().title(node);
-    let text = objects.get(screen.row()).map(|object| details(screen, object)).unwrap_or_default();
+    let text = objects.get(desk.row()).map(|object| details(desk, object)).unwrap_or_default();
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: false }).block(block), detail);
-    draw_watched(screen, frame, below, view);
+    draw_watched(desk, frame, below, view);
+    vec![listed]
 }
 
 fn title(object: &Object) -> String {
@@ -147,10 +159,10 @@ fn limits(object: &Object) -> String {
     }
 }
 
-fn details(screen: &Screen, object: &Object) -> Vec<Line<'static>> {
+fn details(desk: &Desk, object: &Object) -> Vec<Line<'static>> {
     let mut lines = vec![Line::from(format!("{}  {}  {}", title(object), object.data_type, object.group)).bold()];
     if !object.choices.is_empty() {
-        lines.push(Line::from(format!("{}: {}", screen.text(Text::Choices), object.choices.join(", "))));
+        lines.push(Line::from(format!("{}: {}", desk.text(Text::Choices), object.choices.join(", "))));
     }
     lines.extend(object.help.clone().map(Line::from));
     if let Some(value) = &object.value {
@@ -159,7 +171,7 @@ fn details(screen: &Screen, object: &Object) -> Vec<Line<'static>> {
     lines
 }
 
-fn draw_watched(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+fn draw_watched(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) {
     let rows = view.watched.iter().map(|watched| {
         let (low, high) =
             watched.bounds.map_or_else(Default::default, |(low, high)| (low.to_string(), high.to_string()));
@@ -175,5 +187,5 @@ fn draw_watched(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View)
         Constraint::Fill(1),
     ];
     let head = [Text::Id, Text::Address, Text::Watched, Text::Value, Text::Lowest, Text::Highest];
-    frame.render_widget(Table::new(rows, widths).header(Row::new(head.map(|text| screen.text(text))).bold()), area);
+    frame.render_widget(Table::new(rows, widths).header(Row::new(head.map(|text| desk.text(text))).bold()), area);
 }

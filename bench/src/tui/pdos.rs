@@ -5,9 +5,12 @@ use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, List, ListState, Paragraph};
+use ratatui::widgets::{Block, Paragraph, Row};
 
-use super::screen::{Action, Purpose, Screen};
+use super::action::{Action, Purpose};
+use super::desk::Desk;
+use super::list::{Columns, Listed, WRONG};
+use super::prompt::Field;
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Pdo, Value, View};
@@ -41,6 +44,19 @@ impl State {
         if self.node == Some(node) { &self.pdos } else { &[] }
     }
 
+    /// Takes PDOs of a node that were written.
+    pub(super) fn replace(&mut self, node: u8, new: Vec<Pdo>) {
+        if self.node != Some(node) {
+            return;
+        }
+        self.draft = None;
+        for new in new {
+            if let Some(old) = self.pdos.iter_mut().find(|old| old.name == new.name) {
+                *old = new;
+            }
+        }
+    }
+
     /// What the PDOs carry.
     pub(super) fn addresses(&self) -> Vec<String> {
         self.pdos.iter().flat_map(|pdo| &pdo.fields).map(|field| field.address.clone()).collect()
@@ -58,16 +74,16 @@ impl State {
         }
     }
 
-    /// Takes PDOs of a node that were written.
-    pub(super) fn replace(&mut self, node: u8, new: Vec<Pdo>) {
-        if self.node != Some(node) {
-            return;
+    /// Takes what was typed about the mapping of a PDO.
+    pub(super) fn add_object(&mut self, place: usize, object: String) {
+        if let Some(draft) = self.draft(place) {
+            draft.objects.push(object);
         }
-        self.draft = None;
-        for new in new {
-            if let Some(old) = self.pdos.iter_mut().find(|old| old.name == new.name) {
-                *old = new;
-            }
+    }
+
+    pub(super) fn set_timing(&mut self, place: usize, timing: String) {
+        if let Some(draft) = self.draft(place) {
+            draft.transmission = Some(timing);
         }
     }
 
@@ -82,36 +98,24 @@ impl State {
     }
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
-    let node = screen.node(view)?.id;
-    let row = screen.row();
+pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
+    let node = desk.node(view)?.id;
+    let row = desk.row();
     match code {
         KeyCode::Char(_) | KeyCode::Delete | KeyCode::Backspace | KeyCode::Enter
-            if code != KeyCode::Char('r') && screen.pdos.of(node).is_empty() =>
+            if code != KeyCode::Char('r') && state.of(node).is_empty() =>
         {
             None
         }
         KeyCode::Char('r') => Some(Action::Ask(Purpose::Pdos(node), Command::Pdos { node })),
-        KeyCode::Char('a') => screen.change(Text::AskObject, |screen, typed| {
-            let row = screen.row();
-            if let Some(draft) = screen.pdos.draft(row) {
-                draft.objects.push(typed);
-            }
-            Ok(())
-        }),
-        KeyCode::Char('t') => screen.change(Text::AskTiming, |screen, typed| {
-            let row = screen.row();
-            if let Some(draft) = screen.pdos.draft(row) {
-                draft.transmission = Some(typed);
-            }
-            Ok(())
-        }),
+        KeyCode::Char('a') => desk.ask_for(Field::Object),
+        KeyCode::Char('t') => desk.ask_for(Field::Timing),
         KeyCode::Delete | KeyCode::Backspace => {
-            screen.pdos.draft(row)?.objects.pop();
+            state.draft(row)?.objects.pop();
             None
         }
         KeyCode::Char('c') | KeyCode::Enter => {
-            let draft = screen.pdos.draft(row)?;
+            let draft = state.draft(row)?;
             let Draft { pdo, objects, transmission } = draft.clone();
             let check = code == KeyCode::Char('c');
             Some(Action::Ask(Purpose::Mapped(node), Command::MapPdo { node, pdo, objects, transmission, check }))
@@ -120,34 +124,37 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Opt
     }
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
+pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [list, detail] = Layout::horizontal([Constraint::Length(34), Constraint::Min(40)]).areas(area);
-    let pdos = screen.node(view).map_or(&[][..], |node| screen.pdos.of(node.id));
-    let items = pdos.iter().map(|pdo| {
-        let rate = view.bus.ids.iter().find(|rate| rate.id == pdo.id).map_or(0.0, |rate| rate.per_second);
-        let mark = if pdo.conflict.is_some() { "!" } else { " " };
-        let line = Line::from(format!("{:<7} {}h{mark} {rate:>6.1}/s", pdo.name, pdo.id));
+    let pdos = desk.node(view).map_or(&[][..], |node| state.of(node.id));
+    let columns = Columns {
+        head: [""; 4],
+        widths: [Constraint::Length(7), Constraint::Length(5), Constraint::Length(10), Constraint::Fill(1)],
+    };
+    let listed = columns.draw(frame, list, Some(desk.row()), pdos.iter(), |pdo| {
+        let rate = view.bus.ids.iter().find(|rate| rate.id == pdo.id);
+        let rate = format!("{:>8.1}/s", rate.map_or(0.0, |rate| rate.per_second));
+        let row = |mark| Row::new([pdo.name.clone(), format!("{}h", pdo.id), rate, mark]);
         match (&pdo.conflict, pdo.is_on) {
-            (Some(_), _) => line.red(),
-            (None, true) => line,
-            (None, false) => line.dim(),
+            (Some(_), _) => row(WRONG.to_owned()).red(),
+            (None, true) => row(String::new()),
+            (None, false) => row(desk.text(Text::Off).to_owned()).dim(),
         }
     });
-    let items = List::new(items).highlight_style(Modifier::REVERSED);
-    frame.render_stateful_widget(items, list, &mut ListState::default().with_selected(Some(screen.row())));
-    if let Some(pdo) = pdos.get(screen.row()) {
+    if let Some(pdo) = pdos.get(desk.row()) {
         let block = Block::bordered().title(format!(" {} ", pdo.name));
         let inner = block.inner(detail);
         frame.render_widget(block, detail);
-        frame.render_widget(Paragraph::new(lines(screen, pdo)), inner);
+        frame.render_widget(Paragraph::new(lines(desk, state, pdo)), inner);
     }
+    vec![listed]
 }
 
-fn lines(screen: &Screen, pdo: &Pdo) -> Vec<Line<'static>> {
+fn lines(desk: &Desk, state: &State, pdo: &Pdo) -> Vec<Line<'static>> {
     let mut lines = vec![Line::from(format!("{}h  {}", pdo.id, pdo.transmission))];
     let timer = pdo.event_timer_ms.filter(|ms| *ms > 0).map(|ms| format!("event timer {ms} ms"));
     lines.extend(timer.map(Line::from));
-    lines.extend(pdo.conflict.clone().map(|conflict| Line::from(conflict).red()));
+    lines.extend(pdo.conflict.clone().map(|conflict| Line::from(format!("{WRONG} {conflict}")).red()));
     lines.push(Line::from(ruler()).dim());
     lines.push(picture(pdo));
     for (field, place) in pdo.fields.iter().zip(0..) {
@@ -161,10 +168,10 @@ fn lines(screen: &Screen, pdo: &Pdo) -> Vec<Line<'static>> {
             Span::styled(text, Modifier::BOLD),
         ]));
     }
-    if let Some(draft) = screen.pdos.draft.as_ref().filter(|draft| draft.pdo == pdo.name) {
+    if let Some(draft) = state.draft.as_ref().filter(|draft| draft.pdo == pdo.name) {
         let timing = draft.transmission.as_ref().map_or_else(String::new, |timing| format!(", {timing}"));
         lines.push(Line::default());
-        lines.push(Line::from(format!("{}: {}{timing}", screen.text(Text::Carries), draft.objects.join(" "))).yellow());
+        lines.push(Line::from(format!("{}: {}{timing}", desk.text(Text::Carries), draft.objects.join(" "))).yellow());
     }
     lines
 }

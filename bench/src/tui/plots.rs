@@ -1,16 +1,18 @@
-//! Curves.
-
-use std::fmt::Write as _;
+//! Curves, two cursors in them, and a trigger that holds them.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
-use ratatui::text::Line;
-use ratatui::widgets::{Axis, Chart, Dataset, GraphType};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Row;
+use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke};
 
-use super::screen::{Action, Purpose, Screen, say};
+use super::action::{Action, Purpose, say};
+use super::desk::Desk;
+use super::list::{Columns, Listed};
+use super::prompt::Field;
 use super::text::Text;
 use crate::command::Command;
 use crate::view::{Curve, View};
@@ -18,159 +20,260 @@ use crate::view::{Curve, View};
 /// How often a plotted entry is read.
 const PLOTTED_MS: u32 = 50;
 
+/// The part of what is shown that was before the trigger.
+const BEFORE_TRIGGER: f64 = 0.2;
+
 const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Blue, Color::Red];
 
 /// The curves, and how much of them is shown.
 pub(super) struct State {
     curves: Vec<Curve>,
     span: f64,
-    /// The time at the right edge; without it, the present.
+    /// What is shown begins here; the newest points are shown without it.
     held: Option<f64>,
-    /// Where values are read off.
-    cursor: Option<f64>,
-    /// From where the cursor is measured.
-    mark: Option<f64>,
+    /// Whether the points of what is held are here.
+    is_complete: bool,
+    /// The times of the cursors, and which of them is moved.
+    cursors: [Option<f64>; 2],
+    active: usize,
     trigger: Option<Trigger>,
 }
 
-/// What the first curve has to do for the picture to stand.
-#[derive(Clone, Copy)]
+/// Holds the plot when a curve crosses a level.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Trigger {
+    /// The place of the curve.
+    curve: usize,
     level: f64,
-    rises: bool,
-    /// What was before does not count.
+    is_rising: bool,
+    /// Since when.
     armed: f64,
 }
 
 impl Default for State {
     fn default() -> Self {
-        State { curves: Vec::new(), span: 20.0, held: None, cursor: None, mark: None, trigger: None }
+        State {
+            curves: Vec::new(),
+            span: 20.0,
+            held: None,
+            is_complete: false,
+            cursors: [None; 2],
+            active: 0,
+            trigger: None,
+        }
     }
 }
 
 impl State {
-    /// The times at the edges.
-    fn window(&self, now: f64) -> (f64, f64) {
-        let end = self.held.unwrap_or(now);
-        let from = (end - self.span).max(0.0);
-        (from, end.max(from + 0.1))
+    pub(super) fn count(&self) -> usize {
+        self.curves.len()
     }
 
-    pub(super) fn request(&self, now: f64) -> Command {
-        Command::Curves { since: self.window(now).0 }
+    /// Where what is shown begins.
+    fn from(&self, now: f64) -> f64 {
+        self.held.unwrap_or(now - self.span).max(0.0)
+    }
+
+    /// The points that are shown, unless they are here.
+    pub(super) fn request(&self, now: f64) -> Option<Command> {
+        let since = self.from(now);
+        (self.held.is_none() || !self.is_complete).then_some(Command::Curves { since })
     }
 
     pub(super) fn take(&mut self, curves: Vec<Curve>) {
         self.curves = curves;
+        let newest = self.newest();
+        self.is_complete = self.held.is_some_and(|from| newest >= from + self.span);
         let Some(trigger) = self.trigger else { return };
-        let points = self.curves.first().map_or(&[][..], |curve| &curve.points);
-        let crosses = |pair: &&[(f64, f64)]| {
-            let [(_, before), (at, after)] = **pair else { return false };
-            let (low, high) = if trigger.rises { (before, after) } else { (after, before) };
-            at > trigger.armed && low < trigger.level && trigger.level <= high
-        };
-        if let Some([_, (at, _)]) = points.windows(2).find(crosses) {
-            // With a quarter of what was before.
-            self.held = Some(at + 0.75 * self.span);
-            (self.cursor, self.trigger) = (Some(*at), None);
+        let at = self.curves.get(trigger.curve).and_then(|curve| trigger.crossing(&curve.points));
+        // With what came after it.
+        let Some(at) = at.filter(|at| newest >= at + self.span * (1.0 - BEFORE_TRIGGER)) else { return };
+        self.held = Some((at - self.span * BEFORE_TRIGGER).max(0.0));
+        (self.cursors, self.active, self.trigger) = ([Some(at), None], 0, None);
+    }
+
+    fn newest(&self) -> f64 {
+        let last = self.curves.iter().filter_map(|curve| curve.points.last());
+        last.map(|(at, _)| *at).fold(0.0, f64::max)
+    }
+
+    /// Waits until a curve crosses a level: `> 100`, `< 100`; for nothing if it is empty.
+    pub(super) fn arm(&mut self, curve: usize, words: &str, now: f64) -> Result<(), String> {
+        let words = words.trim();
+        if words.is_empty() {
+            self.trigger = None;
+            return Ok(());
         }
+        let is_rising = !words.starts_with('<');
+        let level = words.trim_start_matches(['<', '>']).trim();
+        let level = level.parse().map_err(|error| format!("{words}: {error}"))?;
+        self.trigger = Some(Trigger { curve, level, is_rising, armed: now });
+        self.follow();
+        Ok(())
+    }
+
+    /// Shows the newest points.
+    pub(super) fn follow(&mut self) {
+        (self.held, self.is_complete) = (None, false);
+    }
+
+    /// Shows another span, or holds another part.
+    fn show(&mut self, span: f64) {
+        (self.span, self.is_complete) = (span, false);
+    }
+
+    /// Moves a cursor that is there, and sets one that is not into the middle.
+    fn choose_cursor(&mut self, cursor: usize, now: f64) {
+        self.active = cursor;
+        self.cursors[cursor].get_or_insert(self.from(now) + self.span / 2.0);
     }
 
     fn move_cursor(&mut self, by: f64, now: f64) {
-        let (from, end) = self.window(now);
-        // The picture would run away under the cursor.
-        self.held = Some(end);
-        self.cursor = Some((self.cursor.unwrap_or((from + end) / 2.0) + by * self.span / 100.0).clamp(from, end));
-    }
-
-    /// `rising 100`, `falling -5`; nothing switches it off.
-    fn arm(&mut self, typed: &str, now: f64) -> Result<(), String> {
-        self.trigger = match typed.split_once(' ').map(|(edge, level)| (edge, level.trim().parse())) {
-            _ if typed.trim().is_empty() => None,
-            Some((edge @ ("rising" | "falling"), Ok(level))) => {
-                self.held = None;
-                Some(Trigger { level, rises: edge == "rising", armed: now })
-            }
-            _ => return Err(format!("{typed:?} is none of: rising 100, falling -5")),
-        };
-        Ok(())
+        let (from, span) = (self.from(now), self.span);
+        if let Some(at) = &mut self.cursors[self.active] {
+            *at = (*at + by * span).clamp(from, from + span);
+        }
     }
 }
 
-/// The value of a curve at a time: that of the last point until then.
-fn value_at(curve: &Curve, time: f64) -> Option<f64> {
-    let after = curve.points.partition_point(|(at, _)| *at <= time);
-    curve.points.get(after.checked_sub(1)?).map(|(_, number)| *number)
+impl Trigger {
+    /// When a curve first crosses the level after this was armed.
+    fn crossing(&self, points: &[(f64, f64)]) -> Option<f64> {
+        let after = points.partition_point(|(at, _)| *at <= self.armed).saturating_sub(1);
+        points[after..].windows(2).find_map(|pair| {
+            let [(earlier, from), (later, to)] = [pair[0], pair[1]];
+            let crosses = if self.is_rising {
+                from < self.level && to >= self.level
+            } else {
+                from > self.level && to <= self.level
+            };
+            let at = earlier + (later - earlier) * (self.level - from) / (to - from);
+            (crosses && at >= self.armed).then_some(at)
+        })
+    }
+
+    const fn sign(&self) -> char {
+        if self.is_rising { '>' } else { '<' }
+    }
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
+/// The number at a time: that of the last point until then.
+fn number_at(points: &[(f64, f64)], time: f64) -> Option<f64> {
+    let after = points.partition_point(|(at, _)| *at <= time);
+    Some(points[after.checked_sub(1)?].1)
+}
+
+pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
     let export = |format: &str| {
         Some(Action::Ask(Purpose::File(String::new()), Command::ExportPlot { format: format.to_owned() }))
     };
     match code {
         KeyCode::Char('a') => {
-            let (node, name) = screen.node(view).map(|node| (node.id, node.name.clone()))?;
-            screen.ask(Text::AskSignal, format!("{node} {name}"), move |signal| {
+            let (node, name) = desk.node(view).map(|node| (node.id, node.name.clone()))?;
+            return desk.ask(Text::AskSignal, format!("{node} {name}"), move |signal| {
                 let plot = Command::Plot { node, signals: vec![signal], every_ms: PLOTTED_MS };
                 Ok(Action::Ask(Purpose::Say, plot))
-            })
+            });
         }
-        KeyCode::Char('c') => say(Command::ClearPlot { node: None }),
-        KeyCode::Char('+') => {
-            screen.plots.span = (screen.plots.span / 2.0).max(0.5);
-            None
+        KeyCode::Char('c') => {
+            *state = State { span: state.span, ..State::default() };
+            return say(Command::ClearPlot { node: None });
         }
-        KeyCode::Char('-') => {
-            screen.plots.span = (screen.plots.span * 2.0).min(3600.0);
-            None
-        }
-        KeyCode::Char(',' | '.') => {
-            screen.plots.move_cursor(if code == KeyCode::Char(',') { -1.0 } else { 1.0 }, view.time);
-            None
-        }
-        KeyCode::Char('m') => {
-            screen.plots.mark = screen.plots.cursor;
-            None
-        }
-        KeyCode::Char('f') => {
-            let span = screen.plots.span;
-            let curves = std::mem::take(&mut screen.plots.curves);
-            screen.plots = State { span, curves, ..State::default() };
-            None
-        }
-        KeyCode::Char('t') => {
-            let now = view.time;
-            screen.change(Text::AskTrigger, move |screen, typed| screen.plots.arm(&typed, now))
-        }
-        KeyCode::Char('x') => export("csv"),
-        KeyCode::Char('v') => export("svg"),
-        _ => None,
+        KeyCode::Char('+') => state.show((state.span / 2.0).max(0.5)),
+        KeyCode::Char('-') => state.show((state.span * 2.0).min(3600.0)),
+        KeyCode::Char('f') if state.held.is_some() => state.follow(),
+        KeyCode::Char('f') => state.held = Some(state.from(view.time)),
+        KeyCode::Char('i') => state.choose_cursor(0, view.time),
+        KeyCode::Char('j') => state.choose_cursor(1, view.time),
+        KeyCode::Char(',') => state.move_cursor(-0.01, view.time),
+        KeyCode::Char('.') => state.move_cursor(0.01, view.time),
+        KeyCode::Char('<') => state.move_cursor(-0.1, view.time),
+        KeyCode::Char('>') => state.move_cursor(0.1, view.time),
+        KeyCode::Char('0') => state.cursors = [None; 2],
+        KeyCode::Char('t') if desk.row() < state.curves.len() => return desk.ask_for(Field::Trigger),
+        KeyCode::Char('x') => return export("csv"),
+        KeyCode::Char('v') => return export("svg"),
+        _ => {}
     }
+    None
 }
 
-/// A chart for each unit.
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, view: &View) {
-    let curves = &screen.plots.curves;
+/// The curves by name, and a picture for each unit.
+pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+    let curves = &state.curves;
+    if curves.is_empty() {
+        frame.render_widget(Line::from(desk.text(Text::NoCurve)).dim(), area);
+        return Vec::new();
+    }
+    let [list, state_line, pictures] =
+        Layout::vertical([Constraint::Length(curves.len().min(6) as u16), Constraint::Length(1), Constraint::Min(4)])
+            .areas(area);
+    let listed = draw_names(desk, state, frame, list);
+    frame.render_widget(Line::from(how(desk, state)), state_line);
     let mut units: Vec<_> = curves.iter().map(|curve| curve.unit.as_deref()).collect();
     units.sort_unstable();
     units.dedup();
-    if units.is_empty() {
-        frame.render_widget(Line::from(screen.text(Text::NoCurve)).dim(), area);
-        return;
-    }
-    let state = &screen.plots;
-    let read_off = u16::from(state.cursor.is_some() || state.trigger.is_some());
-    let [area, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(read_off)]).areas(area);
-    frame.render_widget(Line::from(words(screen)).bold(), below);
-    let areas = Layout::vertical(units.iter().map(|_| Constraint::Fill(1))).split(area);
+    let areas = Layout::vertical(units.iter().map(|_| Constraint::Fill(1))).split(pictures);
     for (unit, area) in units.into_iter().zip(&*areas) {
-        let of_unit: Vec<_> = curves.iter().filter(|curve| curve.unit.as_deref() == unit).collect();
-        draw_unit(screen, frame, *area, view.time, unit, &of_unit);
+        draw_unit(state, frame, *area, view.time, unit);
     }
+    vec![listed]
 }
 
-fn draw_unit(screen: &Screen, frame: &mut Frame<'_>, area: Rect, now: f64, unit: Option<&str>, curves: &[&Curve]) {
-    let numbers = || curves.iter().flat_map(|curve| &curve.points).map(|(_, number)| *number);
+/// The curves with their last numbers, and those at the cursors.
+fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect) -> Listed {
+    let columns = Columns {
+        head: [""; 5],
+        widths: [
+            Constraint::Length(1),
+            Constraint::Fill(3),
+            Constraint::Fill(1),
+            Constraint::Fill(1),
+            Constraint::Fill(1),
+        ],
+    };
+    columns.draw(frame, area, Some(desk.row()), state.curves.iter().zip(0..), |(curve, place)| {
+        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}"));
+        let [one, two] = state.cursors.map(|cursor| number_at(&curve.points, cursor?));
+        let cell = |name: &str, number: Option<f64>| number.map_or_else(String::new, |it| format!("{name} {it}"));
+        Row::new([
+            letter(place).to_string(),
+            format!("{} {}{last}", curve.node, curve.name),
+            cell("1:", one),
+            cell("2:", two),
+            cell("2-1:", one.zip(two).map(|(one, two)| two - one)),
+        ])
+        .fg(color(place))
+    })
+}
+
+/// Where the cursors are, and what is waited for.
+fn how(desk: &Desk, state: &State) -> String {
+    let mut words = vec![desk.text(if state.held.is_some() { Text::Stands } else { Text::Follows }).to_owned()];
+    let moved = |cursor| if state.active == cursor { "*" } else { "" };
+    for (cursor, at) in state.cursors.iter().enumerate() {
+        words.extend(at.map(|at| format!("{}{}: {at:.3} s", cursor + 1, moved(cursor))));
+    }
+    if let [Some(one), Some(two)] = state.cursors {
+        words.push(format!("2-1: {:.3} s", two - one));
+    }
+    if let Some(trigger) = &state.trigger {
+        let (sign, level, name) = (trigger.sign(), trigger.level, letter(trigger.curve));
+        words.push(format!("{}: {name} {sign} {level}", desk.text(Text::Waits)));
+    }
+    format!(" {}", words.join("  "))
+}
+
+fn draw_unit(state: &State, frame: &mut Frame<'_>, area: Rect, now: f64, unit: Option<&str>) {
+    let from = state.from(now);
+    let to = state.held.map_or(now, |from| from + state.span).max(from + 0.1);
+    // A line leaves the picture towards the nearest points outside.
+    let in_sight = |curve: &'_ Curve| {
+        let first = curve.points.partition_point(|(at, _)| *at < from).saturating_sub(1);
+        first..(curve.points.partition_point(|(at, _)| *at <= to) + 1).min(curve.points.len())
+    };
+    let shown: Vec<_> = state.curves.iter().enumerate().filter(|(_, curve)| curve.unit.as_deref() == unit).collect();
+    let numbers = || shown.iter().flat_map(|(_, curve)| &curve.points[in_sight(curve)]).map(|(_, number)| *number);
     let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
     let (low, high) = if low < high {
         (low, high)
@@ -179,51 +282,55 @@ fn draw_unit(screen: &Screen, frame: &mut Frame<'_>, area: Rect, now: f64, unit:
     } else {
         (0.0, 1.0)
     };
-    let (from, end) = screen.plots.window(now);
-    let lines = [(screen.plots.cursor, Color::White), (screen.plots.mark, Color::DarkGray)];
-    let lines = lines.map(|(at, color)| (at.map(|at| [(at, low), (at, high)]), color));
-    let cursors = lines.iter().filter_map(|(points, color)| {
-        let line = Dataset::default().marker(Marker::Dot).graph_type(GraphType::Line).style(Style::new().fg(*color));
-        Some(line.data(points.as_ref()?))
-    });
-    let datasets = curves.iter().zip(COLORS.iter().cycle()).map(|(curve, color)| {
-        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}"));
-        Dataset::default()
-            .name(format!("{} {}{last}", curve.node, curve.name))
-            .marker(Marker::Braille)
-            .graph_type(GraphType::Line)
-            .style(Style::new().fg(*color))
-            .data(&curve.points)
-    });
-    let x = Axis::default()
-        .bounds([from, end])
-        .labels([Line::from(format!("{from:.1} s")), Line::from(format!("{end:.1} s"))]);
-    let y = Axis::default()
-        .title(unit.unwrap_or_default().to_owned())
-        .bounds([low, high])
-        .labels([Line::from(format!("{low:.2}")), Line::from(format!("{high:.2}"))]);
-    frame.render_widget(Chart::new(datasets.chain(cursors).collect()).x_axis(x).y_axis(y), area);
+    let [above, times] = Layout::vertical([Constraint::Min(2), Constraint::Length(1)]).areas(area);
+    let [labels, picture] = Layout::horizontal([Constraint::Length(11), Constraint::Min(10)]).areas(above);
+    let unit = unit.unwrap_or_default();
+    let at = |y: u16| Rect { y: labels.y + y.min(labels.height.saturating_sub(1)), height: 1, ..labels };
+    frame.render_widget(Line::from(format!("{high:>10.2}")), at(0));
+    frame.render_widget(Line::from(format!("{unit:>10}")), at(labels.height / 2));
+    frame.render_widget(Line::from(format!("{low:>10.2}")), at(labels.height));
+    let of_picture = Rect { x: picture.x, width: picture.width, ..times };
+    frame.render_widget(Line::from(format!("{from:.1} s")), of_picture);
+    frame.render_widget(Line::from(format!("{to:.1} s")).right_aligned(), of_picture);
+    let paint = |context: &mut Context<'_>| {
+        for (place, curve) in &shown {
+            let color = color(*place);
+            for pair in curve.points[in_sight(curve)].windows(2) {
+                let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+                context.draw(&Stroke { x1, y1, x2, y2, color });
+            }
+        }
+        for x in state.cursors.into_iter().flatten() {
+            context.draw(&Stroke { x1: x, y1: low, x2: x, y2: high, color: Color::Gray });
+        }
+        let trigger = state.trigger.filter(|trigger| shown.iter().any(|(place, _)| *place == trigger.curve));
+        if let Some(Trigger { level, .. }) = trigger {
+            context.draw(&Stroke { x1: from, y1: level, x2: to, y2: level, color: Color::Gray });
+        }
+        for (place, curve) in &shown {
+            let last = curve.points[in_sight(curve)].iter().rfind(|(at, _)| (from..=to).contains(at));
+            if let Some((x, y)) = last {
+                context.print(*x, *y, Span::styled(letter(*place).to_string(), Style::new().fg(color(*place)).bold()));
+            }
+        }
+        for (cursor, x) in state.cursors.into_iter().enumerate() {
+            if let Some(x) = x.filter(|x| (from..=to).contains(x)) {
+                context.print(x, high, (cursor + 1).to_string());
+            }
+        }
+        if let Some(trigger) = trigger {
+            context.print(from, trigger.level, trigger.sign().to_string());
+        }
+    };
+    let canvas = Canvas::default().marker(Marker::Braille).x_bounds([from, to]).y_bounds([low, high]).paint(paint);
+    frame.render_widget(canvas, picture);
 }
 
-/// What the cursor reads off, or what is waited for.
-fn words(screen: &Screen) -> String {
-    let state = &screen.plots;
-    if let Some(Trigger { level, rises, .. }) = state.trigger {
-        let edge = if rises { "rising" } else { "falling" };
-        return format!(" {} {edge} {level}", screen.text(Text::Waits));
-    }
-    let Some(cursor) = state.cursor else { return String::new() };
-    let mut words = format!(" {cursor:.3} s");
-    if let Some(mark) = state.mark {
-        let _ = write!(words, " (Δ {:.3} s)", cursor - mark);
-    }
-    for curve in &state.curves {
-        let Some(value) = value_at(curve, cursor) else { continue };
-        let unit = curve.unit.as_deref().unwrap_or_default();
-        let _ = write!(words, "   {} {} = {value} {unit}", curve.node, curve.name);
-        if let Some(before) = state.mark.and_then(|mark| value_at(curve, mark)) {
-            let _ = write!(words, " (Δ {})", value - before);
-        }
-    }
-    words
+fn color(place: usize) -> Color {
+    COLORS[place % COLORS.len()]
+}
+
+/// What a curve is called beside its line, since not every terminal has colours.
+fn letter(place: usize) -> char {
+    (b'a' + (place % 26) as u8) as char
 }

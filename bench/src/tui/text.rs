@@ -100,7 +100,6 @@ texts! {
     HandsFree, "hands off: h takes them", "Hände weg: h nimmt die Hand";
     HandsHere, "HANDS ON", "HAND AM BUS";
     HandsThere, "another face has the hands", "eine andere Ansicht hat die Hand";
-    Waits, "waits until the first curve is", "wartet, bis die erste Kurve ist:";
     Stop, "SPACE = STOP ALL", "LEERTASTE = ALLES HALT";
     StopTyping, "F12 = STOP ALL", "F12 = ALLES HALT";
     Help, "? help  q leave", "? Hilfe  q Ende";
@@ -108,6 +107,12 @@ texts! {
     Stopped, "every drive has stopped", "alle Antriebe stehen";
     StopFailed, "NOT STOPPED", "NICHT ANGEHALTEN";
     Done, "done", "erledigt";
+    JobDone, "has ended", "ist beendet";
+    JobFailed, "HAS FAILED", "IST GESCHEITERT";
+    Dismiss, "(Esc: seen)", "(Esc: gesehen)";
+    Forgotten, "is no longer kept", "ist nicht mehr da";
+    Waits, "waits for", "wartet auf";
+    AskTrigger, "trigger: > 100 rising, < 100 falling (empty: none)", "Trigger: > 100 steigend, < 100 fallend (leer: keiner)";
     Written, "written", "geschrieben";
     Fits, "it can be written: Enter writes it", "schreibbar: Eingabe schreibt";
     AskValue, "new value", "neuer Wert";
@@ -124,19 +129,18 @@ texts! {
     AskObject, "object to map", "Objekt, das abgebildet wird";
     AskTiming, "when (event, sync, sync:4, every:10ms)", "wann (event, sync, sync:4, every:10ms)";
     AskSignal, "object or PDO (6064, tpdo1)", "Objekt oder PDO (6064, tpdo1)";
-    AskTrigger, "trigger of the first curve (rising 100, falling -5; empty: none)", "Trigger der ersten Kurve (rising 100, falling -5; leer: keiner)";
     AskSheet, "data sheet (siko/ag03-1, FILE.eds)", "Datenblatt (siko/ag03-1, DATEI.eds)";
     AskId, "node-ID for a device without one", "Knotennummer für ein Gerät ohne";
     AskInput, "set to", "setzen auf";
     HelpNodes, "o operational  p pre-operational  x stopped  r reset  c reset communication  f find nodes  a LSS  d data sheet  g to the fault  Enter objects", "o operational  p pre-operational  x stopped  r Reset  c Reset der Kommunikation  f Knoten suchen  a LSS  d Datenblatt  g zur Störung  Eingabe Objekte";
     HelpObjects, "[ ] node  / search  Enter write  r read  R read the object  w watch  g plot  d differences  b backup  u restore", "[ ] Knoten  / suchen  Eingabe schreiben  r lesen  R Objekt lesen  w beobachten  g Kurve  d Unterschiede  b sichern  u zurückspielen";
-    HelpPdos, "[ ] node  r read  a add an object  Del remove the last  t when  c check  Enter write", "[ ] Knoten  r lesen  a Objekt dazu  Entf letztes weg  t wann  c prüfen  Eingabe schreiben";
-    HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern";
-    HelpPlots, "[ ] node  a add  c clear  + - span  , . cursor  m measure from here  t trigger  f follow  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  , . Cursor  m ab hier messen  t Trigger  f mitlaufen  x CSV  v SVG";
+    HelpPdos, "[ ] node  r read the mapping  a add an object  Del remove the last  t when  c check  Enter write", "[ ] Knoten  r Abbildung lesen  a Objekt dazu  Entf letztes weg  t wann  c prüfen  Eingabe schreiben";
+    HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export  click: mark a row", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern  Klick: Zeile markieren";
+    HelpPlots, "[ ] node  a add  c clear  + - span  f follow  i j cursors  , . < > move one  0 no cursors  t trigger on the selected curve  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  f mitlaufen  i j Cursor  , . < > verschieben  0 keine Cursor  t Trigger auf die gewählte Kurve  x CSV  v SVG";
     HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt";
-    HelpBus, "a to f: to the row of a trouble  up, down: COB-IDs", "a bis f: zur Zeile einer Auffälligkeit  auf, ab: COB-IDs";
+    HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
-    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  Esc back  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Esc zurück  F12 hält auch alles an, auch während einer Eingabe";
+    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";
 }
 
 #[cfg(test)]

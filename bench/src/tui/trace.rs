@@ -3,20 +3,26 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style, Stylize};
+use ratatui::style::{Style, Stylize};
 use ratatui::text::Line;
-use ratatui::widgets::{Row, Table};
+use ratatui::widgets::Row;
 
-use super::screen::{Action, Purpose, Screen};
+use super::action::{Action, Purpose};
+use super::desk::Desk;
+use super::list::{Columns, Listed, WRONG};
+use super::prompt::Field;
 use super::text::Text;
 use crate::command::{Command, TraceFilter};
 use crate::view::{Frames, View};
 
-/// How many rows are asked for: as many as the largest terminal has.
-const PAGE: u32 = 200;
+/// How many rows are asked for: some above those in sight, and as many as the largest terminal has.
+const PAGE: u32 = 300;
 
-/// How many rows a page key scrolls.
-const SCROLL: usize = 20;
+/// How many of them are above, so that a scroll finds its rows.
+const ABOVE: u32 = 100;
+
+/// How many rows before the one that somebody wants to see are shown with it.
+const BEFORE: u64 = 5;
 
 /// From which width on there is room for the bytes of a frame.
 const WIDE: u16 = 110;
@@ -25,17 +31,16 @@ const WIDE: u16 = 110;
 #[derive(Default)]
 pub(super) struct State {
     filter: TraceFilter,
-    /// The number of the first row that is shown; the newest rows without it.
+    /// The number of the row that is shown first: its place changes when old ones are forgotten. The newest rows without it.
     held: Option<u64>,
-    /// The row that somebody has come for.
+    /// The number of the row that somebody wants to see.
     marked: Option<u64>,
     frames: Frames,
 }
 
 impl State {
     pub(super) fn request(&self) -> Command {
-        // With as many rows before the first that is shown as after it: there is something to scroll to.
-        let from = if self.held.is_some() { -i64::from(PAGE / 2) } else { -i64::from(PAGE) };
+        let from = self.held.map_or(-i64::from(PAGE), |_| -i64::from(ABOVE));
         Command::Trace { filter: self.filter.clone(), from, at: self.held, count: PAGE }
     }
 
@@ -43,74 +48,69 @@ impl State {
         self.frames = frames;
     }
 
-    /// Stands at a row, with some of those before it.
-    pub(super) fn hold_at(&mut self, number: u64) {
+    /// Goes to a row, with some of those before it.
+    pub(super) fn show_row(&mut self, number: u64) {
         self.filter = TraceFilter::default();
-        (self.held, self.marked) = (Some(number.saturating_sub(5)), Some(number));
+        self.held = Some(number.saturating_sub(BEFORE));
+        self.marked = Some(number);
     }
 
-    /// Stands where it is.
-    fn hold(&mut self) {
+    /// How many rows are here.
+    pub(super) fn count(&self) -> usize {
+        self.frames.rows.len()
+    }
+
+    /// Other frames are shown.
+    pub(super) fn set(&mut self, field: Field, typed: String) {
+        match field {
+            Field::Services => self.filter.services = typed,
+            Field::Nodes => self.filter.nodes = typed,
+            _ => self.filter.text = typed,
+        }
+    }
+
+    /// The place of the first row that is shown, of those that are here.
+    fn top(&self, lines: usize) -> usize {
         let rows = &self.frames.rows;
-        let first = rows.get(rows.len().saturating_sub(SCROLL)).map_or(0, |row| row.number);
-        self.held.get_or_insert(first);
+        let held = self.held.map(|held| rows.partition_point(|row| row.number < held));
+        // A log may have gone back to before the row.
+        held.filter(|top| *top < rows.len()).unwrap_or(rows.len().saturating_sub(lines))
     }
 
-    /// Goes so many of the loaded rows on; the next answer has those around it.
-    fn scroll(&mut self, by: isize) {
-        self.hold();
-        let first = self.first().saturating_add_signed(by).min(self.frames.rows.len().saturating_sub(1));
-        self.held = self.frames.rows.get(first).map(|row| row.number).or(self.held);
+    /// Holds what is in sight, a few rows further up or down.
+    fn scroll(&mut self, by: isize, lines: usize) {
+        let last = self.frames.rows.len().saturating_sub(1);
+        let top = self.top(lines).saturating_add_signed(by).min(last);
+        self.held = self.frames.rows.get(top).map(|row| row.number);
     }
 
-    /// The place of the first row that is shown, when it is held.
-    fn first(&self) -> usize {
-        self.frames.rows.partition_point(|row| Some(row.number) < self.held)
-    }
-
-    /// The rows that fit into so many lines.
-    fn shown(&self, lines: usize) -> &[crate::view::Row] {
-        let rows = &self.frames.rows;
-        let first = if self.held.is_some() { self.first() } else { rows.len().saturating_sub(lines) };
-        &rows[first..rows.len().min(first + lines)]
+    /// Marks a row that is shown.
+    pub(super) fn mark(&mut self, row: usize, lines: usize) {
+        self.scroll(0, lines);
+        self.marked = self.frames.rows.get(row).map(|row| row.number);
     }
 }
 
-pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, _: &View) -> Option<Action> {
-    let state = &mut screen.trace;
+pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
+    let lines = desk.lines();
     match code {
-        KeyCode::Up => state.scroll(-1),
-        KeyCode::Down => state.scroll(1),
-        KeyCode::PageUp => state.scroll(-(SCROLL as isize)),
-        KeyCode::PageDown => state.scroll(SCROLL as isize),
-        KeyCode::Home => state.held = Some(0),
+        KeyCode::Up => state.scroll(-1, lines),
+        KeyCode::Down => state.scroll(1, lines),
+        KeyCode::PageUp => state.scroll(-(lines as isize), lines),
+        KeyCode::PageDown => state.scroll(lines as isize, lines),
+        KeyCode::Home => state.held = Some(view.trace.first),
         KeyCode::End => state.held = None,
         KeyCode::Char('f') if state.held.is_some() => state.held = None,
-        KeyCode::Char('f') => state.hold(),
+        KeyCode::Char('f') => state.scroll(0, lines),
         KeyCode::Char('t') => state.filter.transfers ^= true,
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
-        KeyCode::Char('/') => {
-            return screen.change(Text::AskFilter, |screen, typed| {
-                screen.trace.filter.text = typed;
-                Ok(())
-            });
-        }
-        KeyCode::Char('s') => {
-            return screen.change(Text::AskServices, |screen, typed| {
-                screen.trace.filter.services = typed;
-                Ok(())
-            });
-        }
-        KeyCode::Char('n') => {
-            return screen.change(Text::AskNodes, |screen, typed| {
-                screen.trace.filter.nodes = typed;
-                Ok(())
-            });
-        }
+        KeyCode::Char('/') => return desk.ask_for(Field::Text),
+        KeyCode::Char('s') => return desk.ask_for(Field::Services),
+        KeyCode::Char('n') => return desk.ask_for(Field::Nodes),
         KeyCode::Char('x') => {
             let filter = state.filter.clone();
-            return screen.ask(Text::AskFormat, String::new(), |format| {
+            return desk.ask(Text::AskFormat, String::new(), |format| {
                 Ok(Action::Ask(Purpose::File(String::new()), Command::Export { format, filter }))
             });
         }
@@ -119,24 +119,46 @@ pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, _: &View) -> Option
     None
 }
 
-pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, _: &View) {
+pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [head, list] = Layout::vertical([Constraint::Length(1), Constraint::Min(3)]).areas(area);
-    let state = &screen.trace;
-    let follows = if state.held.is_some() { screen.text(Text::Stands) } else { screen.text(Text::Follows) };
-    let rows = screen.text(Text::Rows);
-    frame.render_widget(
-        Line::from(format!(" {} {rows}, {follows}  {}", state.frames.matching, words(screen, &state.filter))).bold(),
-        head,
-    );
+    let follows = desk.text(if state.held.is_some() { Text::Stands } else { Text::Follows });
+    let (count, rows) = (state.frames.matching, desk.text(Text::Rows));
+    let lost = state.marked.filter(|number| *number < view.trace.first);
+    let lost = lost.map_or_else(String::new, |number| format!("  {WRONG} #{number} {}", desk.text(Text::Forgotten)));
+    let filter = words(desk, &state.filter);
+    frame.render_widget(Line::from(format!(" {count} {rows}, {follows}  {filter}{lost}")).bold(), head);
+    // The words are worth more than the bytes.
+    let bytes = if list.width < WIDE { 0 } else { 23 };
+    let columns = Columns {
+        head: [
+            "",
+            "#",
+            desk.text(Text::Time),
+            "ID",
+            "",
+            desk.text(Text::Id),
+            desk.text(Text::Frame),
+            desk.text(Text::Content),
+        ],
+        widths: [
+            Constraint::Length(1),
+            Constraint::Length(8),
+            Constraint::Length(12),
+            Constraint::Length(4),
+            Constraint::Length(bytes),
+            Constraint::Length(3),
+            Constraint::Length(13),
+            Constraint::Fill(1),
+        ],
+    };
     let lines = usize::from(list.height.saturating_sub(1));
-    let rows = state.shown(lines).iter().map(|row| {
-        let mark = match row.alarming {
-            _ if state.marked == Some(row.number) => "▶",
-            true => "!",
-            false => "",
-        };
+    let top = state.top(lines);
+    let shown = state.frames.rows.iter().skip(top);
+    let marked = shown.clone().take(lines).position(|row| state.marked == Some(row.number));
+    let listed = columns.draw(frame, list, marked, shown, |row| {
         Row::new([
-            format!("{mark}{}", row.number),
+            if row.alarming { WRONG } else { "" }.to_owned(),
+            row.number.to_string(),
             format!("{:.6}", row.time),
             row.id.clone(),
             row.data.clone(),
@@ -146,35 +168,15 @@ pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, _: &View)
         ])
         .style(if row.alarming { Style::new().red() } else { Style::new() })
     });
-    // The words are worth more than the bytes.
-    let bytes = if list.width < WIDE { 0 } else { 23 };
-    let widths = [
-        Constraint::Length(8),
-        Constraint::Length(12),
-        Constraint::Length(4),
-        Constraint::Length(bytes),
-        Constraint::Length(3),
-        Constraint::Length(13),
-        Constraint::Fill(1),
-    ];
-    let head = [
-        "#",
-        screen.text(Text::Time),
-        "ID",
-        "",
-        screen.text(Text::Id),
-        screen.text(Text::Frame),
-        screen.text(Text::Content),
-    ];
-    frame.render_widget(Table::new(rows, widths).header(Row::new(head).style(Modifier::BOLD)), list);
+    vec![Listed { first: top, ..listed }]
 }
 
-fn words(screen: &Screen, filter: &TraceFilter) -> String {
+fn words(desk: &Desk, filter: &TraceFilter) -> String {
     let mut words = Vec::new();
     for (name, text) in [("nodes", &filter.nodes), ("services", &filter.services), ("text", &filter.text)] {
         words.extend((!text.is_empty()).then(|| format!("{name}={text}")));
     }
     words.extend(filter.transfers.then(|| "transfers".to_owned()));
-    words.extend(filter.alarming.then(|| "!".to_owned()));
-    if words.is_empty() { String::new() } else { format!("{}: {}", screen.text(Text::Filter), words.join(" ")) }
+    words.extend(filter.alarming.then(|| WRONG.to_owned()));
+    if words.is_empty() { String::new() } else { format!("{}: {}", desk.text(Text::Filter), words.join(" ")) }
 }

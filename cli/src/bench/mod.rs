@@ -19,8 +19,6 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::simulation::{Files, Plant};
-use ratatui::crossterm::event::{DisableBracketedPaste, EnableBracketedPaste};
-use ratatui::crossterm::execute;
 
 use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
 use crate::device::{load, load_input};
@@ -118,23 +116,15 @@ fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     on_ctrl_c(move || {
         // A terminal that is gone never lets go of who reads its keys, so the drives are stopped from here.
         ending.end();
-        restore();
+        tui::give_terminal_back();
         std::process::exit(0);
     })?;
-    let mut terminal = ratatui::try_init().map_err(unusable)?;
-    // A terminal that does not know it gives pasted text as keys.
-    let _ = execute!(std::io::stdout(), EnableBracketedPaste);
+    let mut terminal = tui::take_terminal().map_err(unusable)?;
     let shown = tui::run(bench, &mut terminal, language.into());
-    restore();
+    tui::give_terminal_back();
     bench.end();
     shown.map_err(unusable)?;
     Ok(Outcome::Clean)
-}
-
-/// Gives the terminal back, unless it is gone: `ratatui::restore` would complain to it, and panic.
-fn restore() {
-    let _ = execute!(std::io::stdout(), DisableBracketedPaste);
-    let _ = ratatui::try_restore();
 }
 
 impl Args {

@@ -1,0 +1,43 @@
+//! What the face asks for.
+
+use crate::command::Command;
+
+/// What a key asks for.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// To leave.
+    Leave,
+    /// To carry a command out.
+    Ask(Purpose, Command),
+}
+
+/// What an answer is for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// To be said.
+    Say,
+    /// To say whether all drives have stopped.
+    Stop,
+    /// To say whether one drive has.
+    StopDrive,
+    /// To be shown: the PDOs of this node that were written.
+    Mapped(u8),
+    /// To be shown: the entries of this node.
+    Objects(u8),
+    /// The PDOs of this node.
+    Pdos(u8),
+    /// What was seen of the entries in the PDOs of this node.
+    Seen(u8),
+    /// Rows of the trace.
+    Trace,
+    /// Curves.
+    Plots,
+    /// A file of this name; that of the answer if it is empty.
+    File(String),
+}
+
+/// Asks for a command whose answer is only said.
+pub(super) fn say(command: Command) -> Option<Action> {
+    Some(Action::Ask(Purpose::Say, command))
+}

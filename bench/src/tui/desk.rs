@@ -1,0 +1,76 @@
+//! What all rooms share: which one is shown, what is selected, and what is asked for in the last line.
+
+use super::action::Action;
+use super::list::Listed;
+use super::prompt::{Field, Prompt, Then};
+use super::room::Room;
+use super::text::{Language, Text};
+use crate::view::{Node, View};
+
+#[derive(Default)]
+pub(super) struct Desk {
+    pub(super) language: Language,
+    /// The number of this face.
+    pub(super) face: u32,
+    pub(super) room: Room,
+    /// The selected node, and the selected row of each room.
+    pub(super) node: Option<u8>,
+    pub(super) rows: [usize; 8],
+    pub(super) prompt: Option<Prompt>,
+    /// Where the rows of the room were drawn.
+    pub(super) listed: Vec<Listed>,
+}
+
+impl Desk {
+    pub(super) fn text(&self, text: Text) -> &'static str {
+        text.of(self.language)
+    }
+
+    /// The selected node, or the first one.
+    pub(super) fn node<'v>(&self, view: &'v View) -> Option<&'v Node> {
+        let selected = view.nodes.iter().find(|node| Some(node.id) == self.node);
+        selected.or_else(|| view.nodes.first())
+    }
+
+    /// The selected row of the room.
+    pub(super) fn row(&self) -> usize {
+        self.rows[self.room as usize]
+    }
+
+    pub(super) fn set_row(&mut self, row: usize) {
+        self.rows[self.room as usize] = row;
+    }
+
+    /// Selects another node, and no row of it.
+    pub(super) fn select_node(&mut self, view: &View, by: isize) {
+        let place = view.nodes.iter().position(|node| Some(node.id) == self.node).unwrap_or(0);
+        let count = view.nodes.len().max(1) as isize;
+        let place = (place as isize + by).rem_euclid(count) as usize;
+        self.node = view.nodes.get(place).map(|node| node.id);
+        self.rows = [0; 8];
+        self.rows[Room::Nodes as usize] = place;
+    }
+
+    /// How many rows are in sight.
+    pub(super) fn lines(&self) -> usize {
+        self.listed.last().map_or(1, |listed| usize::from(listed.area.height).max(1))
+    }
+
+    /// Asks in the last line for what a command about something needs.
+    pub(super) fn ask(
+        &mut self,
+        title: Text,
+        of: String,
+        then: impl FnOnce(String) -> Result<Action, String> + 'static,
+    ) -> Option<Action> {
+        self.prompt = Some(Prompt { title, of, typed: String::new(), then: Then::Ask(Box::new(then)) });
+        None
+    }
+
+    /// Asks in the last line for what changes the screen alone.
+    pub(super) fn ask_for(&mut self, field: Field) -> Option<Action> {
+        let (title, of, typed) = (field.title(), String::new(), String::new());
+        self.prompt = Some(Prompt { title, of, typed, then: Then::Set(field) });
+        None
+    }
+}

@@ -1,0 +1,142 @@
+//! How the terminal's face looks.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style, Stylize};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+
+use super::list::WRONG;
+use super::prompt::Prompt;
+use super::room::Room;
+use super::screen::Screen;
+use super::text::Text;
+use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
+use crate::view::{Log, View};
+
+/// How many lines at the foot of the screen what is said has at most.
+const MOST_LINES: u16 = 4;
+
+/// How the state of a bus is called on which nothing is wrong.
+const ACTIVE: &str = "error active";
+
+impl Screen {
+    /// Draws it all.
+    pub fn draw(&mut self, frame: &mut Frame<'_>, view: &View) {
+        let width = usize::from(frame.area().width);
+        let mut said = self.notices.lasting(&self.desk, view);
+        said.push(self.foot());
+        let heights: Vec<_> = said.iter().map(|line| lines_of(&line.to_string(), width).min(MOST_LINES)).collect();
+        let [head, body, log, foot, keys] = Layout::vertical([
+            Constraint::Length(2),
+            Constraint::Min(5),
+            Constraint::Length(u16::from(view.log.is_some())),
+            Constraint::Length(heights.iter().sum()),
+            Constraint::Length(1),
+        ])
+        .areas(frame.area());
+        self.draw_head(frame, head, view);
+        let desk = &self.desk;
+        self.desk.listed = match desk.room {
+            Room::Nodes => nodes::draw(desk, frame, body, view),
+            Room::Objects => objects::draw(desk, &self.objects, frame, body, view),
+            Room::Pdos => pdos::draw(desk, &self.pdos, frame, body, view),
+            Room::Trace => trace::draw(desk, &self.trace, frame, body, view),
+            Room::Plots => plots::draw(desk, &self.plots, frame, body, view),
+            Room::Drives => drives::draw(desk, frame, body, view),
+            Room::Bus => bus::draw(desk, frame, body, view),
+            Room::Devices => devices::draw(desk, frame, body, view),
+        };
+        if let Some(shown) = &view.log {
+            draw_log(frame, log, shown);
+        }
+        let areas = Layout::vertical(heights.into_iter().map(Constraint::Length)).split(foot);
+        for (line, area) in said.into_iter().zip(&*areas) {
+            frame.render_widget(Paragraph::new(line).wrap(Wrap { trim: false }), *area);
+        }
+        let stop = self.desk.text(if self.desk.prompt.is_some() { Text::StopTyping } else { Text::Stop });
+        let stop = Span::styled(format!(" {stop} "), Style::new().fg(Color::White).bg(Color::Red).bold());
+        let line = Line::from(vec![stop, Span::raw(format!("  {}", self.desk.text(Text::Help)))]);
+        frame.render_widget(line, keys);
+        if self.has_help {
+            self.draw_help(frame);
+        }
+    }
+
+    fn draw_head(&self, frame: &mut Frame<'_>, area: Rect, view: &View) {
+        let [tabs, state] = Layout::vertical([Constraint::Length(1); 2]).areas(area);
+        let tab = |room| {
+            let is_here = room == self.desk.room;
+            let style = if is_here { Modifier::REVERSED | Modifier::BOLD } else { Modifier::empty() };
+            Span::styled(self.tab(room), style)
+        };
+        frame.render_widget(Line::from_iter(Room::ALL.map(tab)), tabs);
+        let (hands, style) = match view.hands.holder {
+            None => (self.desk.text(Text::HandsFree), Style::new()),
+            Some(face) if face == self.desk.face => (self.desk.text(Text::HandsHere), Style::new().bold().yellow()),
+            Some(_) => (self.desk.text(Text::HandsThere), Style::new().magenta()),
+        };
+        let load = view.bus.load_percent.map_or_else(String::new, |load| format!("  {load:.0} %"));
+        let state_of_bus = match &*view.bus.state {
+            ACTIVE => Span::raw(ACTIVE),
+            other => Span::raw(format!("{WRONG}{other}")).red().bold(),
+        };
+        let line = Line::from(vec![
+            Span::styled(format!(" {}  ", view.bus.name), Modifier::BOLD),
+            state_of_bus,
+            Span::raw(format!("  {}/s{load}  ", view.bus.frames_per_second)),
+            Span::styled(hands, style),
+        ]);
+        frame.render_widget(line, state);
+    }
+
+    /// What is asked, else what was said, else what the keys do.
+    fn foot(&self) -> Line<'static> {
+        if let Some(Prompt { title, of, typed, .. }) = &self.desk.prompt {
+            let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
+            return Line::from(format!(" {of}{}: {typed}▏", self.desk.text(*title))).bold();
+        }
+        let help = || Line::from(format!(" {}", self.desk.text(self.desk.room.help()))).dim();
+        self.notices.last().unwrap_or_else(help)
+    }
+
+    fn draw_help(&self, frame: &mut Frame<'_>) {
+        let area = frame.area().centered(Constraint::Percentage(90), Constraint::Percentage(80));
+        let mut lines = vec![Line::from(self.desk.text(Text::HelpAll)), Line::default()];
+        // That of this room first: a low screen has no room for all.
+        for room in (0..Room::ALL.len()).map(|by| self.desk.room.further(by)) {
+            lines.push(Line::from(self.desk.text(room.title())).bold());
+            lines.push(Line::from(self.desk.text(room.help())));
+        }
+        let help = Paragraph::new(lines).wrap(Wrap { trim: false }).block(Block::bordered().title(" ? "));
+        frame.render_widget(Clear, area);
+        frame.render_widget(help, area);
+    }
+}
+
+/// Where a log stands.
+fn draw_log(frame: &mut Frame<'_>, area: Rect, log: &Log) {
+    let width = usize::from(area.width.saturating_sub(30));
+    let place = (log.position / log.seconds.max(1e-9) * width as f64) as usize;
+    let bar: String = (0..width).map(|at| if at == place.min(width.saturating_sub(1)) { '●' } else { '─' }).collect();
+    frame.render_widget(Line::from(format!(" {:>9.3} / {:<9.3} s {bar}", log.position, log.seconds)), area);
+}
+
+/// How many lines a text takes, wrapped at words.
+fn lines_of(text: &str, width: usize) -> u16 {
+    let (mut lines, mut used, width) = (1, 0, width.max(1));
+    for (word, place) in text.split(' ').zip(0..) {
+        let length = word.chars().count();
+        let space = usize::from(place > 0);
+        if space > 0 && used + space + length > width {
+            (lines, used) = (lines + 1, length);
+        } else {
+            used += space + length;
+        }
+        // A word may be longer than a line.
+        while used > width {
+            (lines, used) = (lines + 1, used - width);
+        }
+    }
+    lines
+}

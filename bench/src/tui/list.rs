@@ -1,0 +1,54 @@
+//! Rows of which one is selected. What is selected or wrong has a mark, since not every terminal has colours.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::style::{Modifier, Stylize};
+use ratatui::widgets::{HighlightSpacing, Row, Table, TableState};
+
+/// Before the row that is selected.
+pub(super) const SELECTED: &str = "▸";
+
+/// Before what is wrong.
+pub(super) const WRONG: &str = "!";
+
+/// Before what may be dangerous.
+pub(super) const ALARM: &str = "!!";
+
+/// Where rows were drawn: those from `first` on, a line each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Listed {
+    pub(super) area: Rect,
+    pub(super) first: usize,
+}
+
+/// What stands above rows, and how wide their columns are.
+pub(super) struct Columns<'a, const N: usize> {
+    /// Empty for none.
+    pub(super) head: [&'a str; N],
+    pub(super) widths: [Constraint; N],
+}
+
+impl<const N: usize> Columns<'_, N> {
+    /// Draws as many rows as there is room for, so that the selected one is among them.
+    pub(super) fn draw<'r, T>(
+        self,
+        frame: &mut Frame<'_>,
+        area: Rect,
+        selected: Option<usize>,
+        items: impl Iterator<Item = T>,
+        row: impl Fn(T) -> Row<'r>,
+    ) -> Listed {
+        let has_head = self.head.iter().any(|title| !title.is_empty());
+        let [top, height] = [area.y + u16::from(has_head), area.height.saturating_sub(u16::from(has_head))];
+        let lines = usize::from(height);
+        let first = selected.unwrap_or_default().saturating_sub(lines.saturating_sub(1));
+        let table = Table::new(items.skip(first).take(lines).map(row), self.widths)
+            .row_highlight_style(Modifier::REVERSED)
+            .highlight_symbol(SELECTED)
+            .highlight_spacing(HighlightSpacing::Always);
+        let table = if has_head { table.header(Row::new(self.head).bold()) } else { table };
+        let mut state = TableState::new().with_selected(selected.map(|row| row - first));
+        frame.render_stateful_widget(table, area, &mut state);
+        Listed { area: Rect { y: top, height, ..area }, first }
+    }
+}

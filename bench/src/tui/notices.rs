@@ -1,0 +1,118 @@
+//! What was said, and what stays until somebody has seen it.
+
+use ratatui::style::Stylize;
+use ratatui::text::Line;
+
+use super::desk::Desk;
+use super::list::{ALARM, WRONG};
+use super::text::Text;
+use crate::command::Refused;
+use crate::view::{Job, View};
+
+/// How many jobs are shown.
+const MOST_JOBS: usize = 4;
+
+/// What is said to somebody.
+#[derive(Default)]
+pub(super) struct Notices {
+    /// What was said last.
+    said: Option<Said>,
+    /// A drive could not be stopped. No later answer takes its place.
+    alarm: Option<String>,
+    /// The jobs whose ends were seen.
+    seen: Vec<u32>,
+}
+
+enum Said {
+    Good(String),
+    Bad(String),
+}
+
+impl Notices {
+    pub(super) fn say(&mut self, text: impl Into<String>) {
+        self.said = Some(Said::Good(text.into()));
+    }
+
+    pub(super) fn complain(&mut self, text: impl Into<String>) {
+        self.said = Some(Said::Bad(text.into()));
+    }
+
+    /// Says that something could not be stopped.
+    pub(super) fn alarm(&mut self, text: String) {
+        self.said = None;
+        self.alarm = Some(text);
+    }
+
+    /// Says that all has stopped.
+    pub(super) fn say_stopped(&mut self, text: &str) {
+        self.alarm = None;
+        self.say(text);
+    }
+
+    /// Somebody has seen what is said: the last line first, then an alarm, then the ends of jobs.
+    pub(super) fn dismiss(&mut self, view: &View) {
+        if self.said.take().is_none() && self.alarm.take().is_none() {
+            self.seen = view.jobs.iter().filter(|job| job.is_success.is_some()).map(|job| job.number).collect();
+        }
+    }
+
+    /// The lines that are shown in every room, whatever is asked for below them.
+    pub(super) fn lasting(&self, desk: &Desk, view: &View) -> Vec<Line<'static>> {
+        let mut lines: Vec<_> = self.jobs(view).into_iter().map(|job| job_line(desk, job)).collect();
+        // Nobody can have seen the end of a drive that may be moving.
+        let moving = view.drives.iter().filter_map(|drive| drive.ending.as_ref().filter(|it| it.may_be_moving));
+        let moving = moving.map(|ending| ending.text.clone());
+        let alarm = self.alarm.as_ref().map(|text| format!("{text}  {}", desk.text(Text::Dismiss)));
+        let alarms = moving.chain(alarm).map(|text| Line::from(format!(" {ALARM} {text}")).red().bold().reversed());
+        lines.extend(alarms);
+        lines
+    }
+
+    /// What was said last.
+    pub(super) fn last(&self) -> Option<Line<'static>> {
+        self.said.as_ref().map(|said| match said {
+            Said::Good(text) => Line::from(format!(" {text}")).green(),
+            Said::Bad(text) => Line::from(format!(" {WRONG} {text}")).red(),
+        })
+    }
+
+    /// Those that run, that have failed, and the newest one; not those whose ends were seen or have just been said.
+    fn jobs<'v>(&self, view: &'v View) -> Vec<&'v Job> {
+        let newest = view.jobs.iter().map(|job| job.number).max();
+        let is_said = |job: &Job| matches!(&self.said, Some(Said::Bad(text)) if text.starts_with(&*job.text));
+        let is_shown = |job: &&Job| match job.is_success {
+            None => true,
+            Some(_) if self.seen.contains(&job.number) => false,
+            Some(true) => Some(job.number) == newest,
+            Some(false) => !is_said(job),
+        };
+        let mut shown: Vec<_> = view.jobs.iter().filter(is_shown).collect();
+        // What runs matters less than what has failed.
+        shown.sort_by_key(|job| (job.is_success != Some(false), job.is_success.is_none(), job.number));
+        shown.truncate(MOST_JOBS);
+        shown
+    }
+}
+
+fn job_line(desk: &Desk, job: &Job) -> Line<'static> {
+    let Job { name, text, .. } = job;
+    match job.is_success {
+        None => {
+            let percent = job.done.map_or_else(String::new, |done| format!("{:3.0} % ", done * 100.0));
+            Line::from(format!(" {percent}{name}: {text}")).cyan()
+        }
+        Some(is_success) => {
+            let (mark, word) = if is_success { ("", Text::JobDone) } else { (WRONG, Text::JobFailed) };
+            let text = format!(" {mark}{name} {}: {text}  {}", desk.text(word), desk.text(Text::Dismiss));
+            if is_success { Line::from(text).green() } else { Line::from(text).red() }
+        }
+    }
+}
+
+/// A refusal in words, with what to do.
+pub(super) fn words(refused: &Refused) -> String {
+    match &refused.remedy {
+        Some(remedy) => format!("{} ({remedy})", refused.why),
+        None => refused.why.clone(),
+    }
+}
