@@ -7,7 +7,8 @@ use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
-use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_runtime::host::{Link as _, Pace, VirtualBus};
+use lexican_runtime::{CobId, Frame};
 use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
@@ -25,13 +26,17 @@ settings = ['1017 = 100']
 ";
 
 fn bench() -> Bench {
-    let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
+    bench_and_bus(PLANT).0
+}
+
+fn bench_and_bus(plant: &str) -> (Bench, VirtualBus) {
+    let plant = Plant::parse(plant, "plant.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
     let link = bus.link();
     bus.set_pace(Pace::RealTime);
     let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
-    Bench::live(Box::new(link), Setup::new(info)).unwrap()
+    (Bench::live(Box::new(link), Setup::new(info)).unwrap(), bus)
 }
 
 /// Waits until a view is so.
@@ -278,5 +283,38 @@ fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
     assert_eq!(view.drives[0].obstacles.as_deref(), Some(&["it is not enabled".to_owned()][..]));
     face.ask(Command::ReleaseHands).wait().unwrap();
     until(&bench, |view| view.drives.iter().all(|drive| drive.obstacles.is_none()));
+    bench.end();
+}
+
+#[test]
+fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
+    // The data sheet maps the status word alone.
+    let mapping = "'1A00:00 = 0', '1A00:01 = 0x60FD0020', '1A00:00 = 1', '1800:05 = 20'";
+    let plant = format!("[[node]]\nid = 6\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 100', {mapping}]\n");
+    let (bench, bus) = bench_and_bus(&plant);
+    // Another manager starts it: for a face with hands the driver would look at the drive, and read its mapping.
+    bus.link().send(&Frame::new(CobId::NMT, &[1, 6]).unwrap()).unwrap();
+    let face = bench.open_face();
+    let seen = || {
+        let asked = Command::Seen { node: 6, addresses: vec!["60FD:00".to_owned()] };
+        let Ok(Answer::Values(seen)) = face.ask(asked).wait() else { panic!("values") };
+        seen.first().map(|value| value.at)
+    };
+    // Nobody reads it, and it is seen again and again.
+    let first = loop {
+        match seen() {
+            Some(at) => break at,
+            None => yield_now(),
+        }
+    };
+    while seen() == Some(first) {
+        yield_now();
+    }
+    let filter = TraceFilter { object: "60FD".to_owned(), ..TraceFilter::default() };
+    let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: 0, at: None, count: 10 }).wait() else {
+        panic!("rows")
+    };
+    let is_mapping = |text: &str| text.starts_with("1A00:01 TPDO1 mapping");
+    assert!(frames.rows.iter().all(|row| row.service == "TPDO1" || is_mapping(&row.text)), "{frames:?}");
     bench.end();
 }

@@ -1,9 +1,11 @@
 //! The model by frames alone.
 
 use lexican_bench::model::{BusInfo, Model, Which};
+use lexican_bench::sheet::Sheet;
 use lexican_bench::view::View;
 use lexican_runtime::host::BusState;
-use lexican_runtime::{CobId, Duration, Frame, Instant};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::filter::Filter;
 
 /// A bus that is heard from some time on, which is no zero.
@@ -187,4 +189,21 @@ fn values_that_are_watched_have_bounds_and_changes() {
     assert_eq!(watched.value.unwrap().number, Some(3.0));
     assert_eq!(bus.model.unwatch(node, position), Some(50));
     assert!(bus.wait(0).watched.is_empty());
+}
+
+#[test]
+fn pdos_are_read_once_for_each_configuration() {
+    let (mut bus, node) = (Bus::new(), NodeId::literal(5));
+    bus.after(100, 0x705, &[0]);
+    assert!(!bus.model.lacks_pdos(node), "without a data sheet nothing is said of them");
+    let sheet = || Sheet::new("siko/ag03-1", DataSheet::load("siko/ag03-1", &[]).unwrap());
+    bus.model.introduce(node, sheet());
+    assert!(bus.model.lacks_pdos(node));
+    assert!(!bus.model.lacks_pdos(node));
+    bus.after(100, 0x705, &[5]);
+    assert!(!bus.model.lacks_pdos(node));
+    bus.after(100, 0x705, &[0]);
+    assert!(bus.model.lacks_pdos(node), "who boots may have lost its configuration");
+    bus.model.introduce(node, sheet());
+    assert!(bus.model.lacks_pdos(node), "another data sheet has other PDOs");
 }

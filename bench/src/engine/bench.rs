@@ -12,10 +12,10 @@ use tokio::sync::oneshot;
 
 use super::hub::{self, Port, Ports};
 use super::lock::lock;
-use super::order;
 use super::recording::{self, Recording};
 use super::reply::Reply;
 use super::station::{NOBODY, Station};
+use super::{order, pdo};
 use crate::command::{Order, Refused};
 use crate::model::{BusInfo, DEVICE_NAME, Model, watched};
 use crate::sheet::Sheet;
@@ -173,6 +173,9 @@ impl Bench {
                 let Ok(station) = self.station(node) else { continue };
                 if station.is_idle() && lock(&self.0.model).is_stranger(node) {
                     get_to_know(&station);
+                }
+                if station.is_idle() && lock(&self.0.model).lacks_pdos(node) {
+                    station.ask(NOBODY, pdo::learn);
                 }
                 if let Some(description) = sheet.and_then(|sheet| sheet.drive) {
                     self.look_after(&mut drives, &station, description);

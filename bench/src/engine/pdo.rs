@@ -19,6 +19,14 @@ use crate::command::{Answer, Refused};
 use crate::model::Model;
 use crate::view;
 
+/// Reads how the PDOs of a node are configured, so that the model takes values from their frames.
+pub(super) fn learn(station: &Station) {
+    let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);
+    let Ok(mut network) = station.network() else { return };
+    // One that does not answer is asked again when it boots; until then its data sheet says what its PDOs carry.
+    let _ = PdoState::read_all(device, reader(&mut network, station));
+}
+
 /// Reads how the PDOs of a node are configured.
 pub(super) fn show(station: &Station) -> Result<Answer, Refused> {
     let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);

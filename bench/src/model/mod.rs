@@ -242,7 +242,8 @@ impl Model {
     /// Gives a node a data sheet.
     pub fn introduce(&mut self, id: NodeId, sheet: Sheet) {
         self.decoder.introduce(id, sheet.device);
-        self.nodes.entry(id).or_default().sheet = Some(sheet);
+        let node = self.nodes.entry(id).or_default();
+        (node.sheet, node.pdos_were_read) = (Some(sheet), false);
         if sheet.drive.is_some() {
             self.drives.entry(id).or_default();
         }
@@ -312,6 +313,12 @@ impl Model {
     /// Whether a node was not asked yet who it is, since it was heard first or has booted; it counts as asked from then on.
     pub fn is_stranger(&mut self, id: NodeId) -> bool {
         self.nodes.get_mut(&id).is_some_and(|node| !std::mem::replace(&mut node.was_asked, true))
+    }
+
+    /// Whether the PDOs of a node were not read yet, since it got its data sheet or has booted; they count as read from then on.
+    pub fn lacks_pdos(&mut self, id: NodeId) -> bool {
+        let known = self.nodes.get_mut(&id).filter(|node| node.sheet.is_some());
+        known.is_some_and(|node| !std::mem::replace(&mut node.pdos_were_read, true))
     }
 
     /// Adds curves; returns the signals that are new.

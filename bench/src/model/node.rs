@@ -42,6 +42,8 @@ pub(crate) struct Node {
     pub(crate) values: BTreeMap<Address, view::Value>,
     /// Whether it was asked who it is.
     pub(crate) was_asked: bool,
+    /// Whether it was asked how its PDOs are configured.
+    pub(crate) pdos_were_read: bool,
     faults: Vec<view::Fault>,
     history: VecDeque<view::Fault>,
     changes: VecDeque<String>,
@@ -58,7 +60,7 @@ impl Node {
     /// It has booted: it may be another device, and is without faults until it says otherwise (CiA 301, 7.2.7.1).
     pub(crate) fn boot(&mut self) {
         self.set_state(NmtState::PreOperational);
-        self.was_asked = false;
+        (self.was_asked, self.pdos_were_read) = (false, false);
         self.faults.clear();
     }
 
