@@ -274,8 +274,8 @@ fn contains_word(text: &str, word: &str) -> bool {
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
     for room in [
-        "eds", "codegen", "runtime", "profibus", "drives", "toolbox", "conform", "cli", "examples", "tests", "xtask",
-        "fuzz",
+        "eds", "codegen", "runtime", "profibus", "drives", "toolbox", "bench", "conform", "cli", "examples", "tests",
+        "xtask", "fuzz",
     ] {
         collect(root, &root.join(room), &mut sources)?;
     }
