@@ -298,7 +298,7 @@ export default {
   'bus.troubles': 'Was nicht stimmt',
   'bus.no-troubles': 'Alles in Ordnung.',
   'bus.sdo': 'SDO-Antwortzeiten',
-  'bus.aborts': '{count} Abbrüche',
+  'bus.aborts': 'Abbrüche: {count}',
   'bus.ids': 'COB-IDs ({count})',
   'ids.id': 'COB-ID',
   'ids.name': 'Dienst',

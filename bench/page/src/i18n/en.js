@@ -297,7 +297,7 @@ export default {
   'bus.troubles': 'What is wrong',
   'bus.no-troubles': 'Nothing is wrong.',
   'bus.sdo': 'SDO response times',
-  'bus.aborts': '{count} aborts',
+  'bus.aborts': 'aborts: {count}',
   'bus.ids': 'COB-IDs ({count})',
   'ids.id': 'COB-ID',
   'ids.name': 'Service',

@@ -2,6 +2,7 @@
 import { useEffect, useRef } from 'preact/hooks'
 import uPlot from 'uplot'
 import { keyOf } from '../curves.js'
+import { measured } from '../format.js'
 import { t } from '../i18n/index.js'
 import { isDark } from '../theme.js'
 import { useResize } from '../ui.jsx'
@@ -47,6 +48,7 @@ function options(curves, colors, size, hooks) {
         ...axis,
         stroke: strokeOf(unit),
         scale: unit,
+        values: (_, splits) => splits.map((each) => measured(each)),
         label: unit === '-' ? '' : unit,
         side: place % 2 === 0 ? 3 : 1,
         size: widthOf,
