@@ -667,7 +667,10 @@ fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
 fn cursors_show_numbers_and_their_difference() {
     let (view, mut screen) = (view(), screen(Language::English));
     // From 0 to 14 s; a number is the square of hundredths of them, divided by 1.4.
-    press(&mut screen, &view, "5+f");
+    press(&mut screen, &view, "5i");
+    let text = drawn(&mut screen, &view, 140, 40);
+    assert!(text.contains("1*: 7.000 s"), "in the middle of what there is so far:\n{text}");
+    press(&mut screen, &view, "0+f");
     press(&mut screen, &view, "ij.<");
     let text = drawn(&mut screen, &view, 140, 40);
     assert!(text.contains("1: 9.000 s  2*: 8.100 s  2-1: -0.900 s"), "{text}");

@@ -69,14 +69,16 @@ impl State {
         self.curves.len()
     }
 
-    /// Where what is shown begins.
-    fn from(&self, now: f64) -> f64 {
-        self.held.unwrap_or(now - self.span).max(0.0)
+    /// Where what is shown begins, and where it ends.
+    fn window(&self, now: f64) -> (f64, f64) {
+        let from = self.held.unwrap_or(now - self.span).max(0.0);
+        let to = self.held.map_or(now, |from| from + self.span);
+        (from, to.max(from + 0.1))
     }
 
     /// The points that are shown, unless they are here.
     pub(super) fn request(&self, now: f64) -> Option<Command> {
-        let since = self.from(now);
+        let (since, _) = self.window(now);
         (self.held.is_none() || !self.is_complete).then_some(Command::Curves { since })
     }
 
@@ -125,13 +127,14 @@ impl State {
     /// Moves a cursor that is there, and sets one that is not into the middle.
     fn choose_cursor(&mut self, cursor: usize, now: f64) {
         self.active = cursor;
-        self.cursors[cursor].get_or_insert(self.from(now) + self.span / 2.0);
+        let (from, to) = self.window(now);
+        self.cursors[cursor].get_or_insert((from + to) / 2.0);
     }
 
     fn move_cursor(&mut self, by: f64, now: f64) {
-        let (from, span) = (self.from(now), self.span);
+        let (from, to) = self.window(now);
         if let Some(at) = &mut self.cursors[self.active] {
-            *at = (*at + by * span).clamp(from, from + span);
+            *at = (*at + by * (to - from)).clamp(from, to);
         }
     }
 }
@@ -182,7 +185,7 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
         KeyCode::Char('+') => state.show((state.span / 2.0).max(0.5)),
         KeyCode::Char('-') => state.show((state.span * 2.0).min(3600.0)),
         KeyCode::Char('f') if state.held.is_some() => state.follow(),
-        KeyCode::Char('f') => state.held = Some(state.from(view.time)),
+        KeyCode::Char('f') => state.held = Some(state.window(view.time).0),
         KeyCode::Char('i') => state.choose_cursor(0, view.time),
         KeyCode::Char('j') => state.choose_cursor(1, view.time),
         KeyCode::Char(',') => state.move_cursor(-0.01, view.time),
@@ -265,8 +268,7 @@ fn how(desk: &Desk, state: &State) -> String {
 }
 
 fn draw_unit(state: &State, frame: &mut Frame<'_>, area: Rect, now: f64, unit: Option<&str>) {
-    let from = state.from(now);
-    let to = state.held.map_or(now, |from| from + state.span).max(from + 0.1);
+    let (from, to) = state.window(now);
     // A line leaves the picture towards the nearest points outside.
     let in_sight = |curve: &'_ Curve| {
         let first = curve.points.partition_point(|(at, _)| *at < from).saturating_sub(1);
