@@ -312,6 +312,26 @@ fn an_order_goes_to_the_drive_it_was_asked_for() {
 }
 
 #[test]
+fn what_is_selected_stays_selected_when_others_are_found() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    drawn(&mut screen, &view, 80, 24);
+    view.nodes.insert(0, Node { id: 3, ..Node::default() });
+    view.drives.insert(0, Drive { node: 3, ..Drive::default() });
+    let down = KeyEvent::new(KeyCode::Down, KeyModifiers::NONE);
+    let nmt = |node| Some(Action::Ask(Purpose::Say, Command::Nmt { node: Some(node), command: Nmt::Start }));
+    let enable = |node| {
+        let command = Command::Drive { node, order: Order::Enable, value: None };
+        Some(Action::Ask(Purpose::Say, command))
+    };
+    assert_eq!(press(&mut screen, &view, "o"), nmt(5));
+    screen.handle_key(down, &view);
+    assert_eq!(press(&mut screen, &view, "o"), nmt(7));
+    assert_eq!(press(&mut screen, &view, "6e"), enable(5));
+    screen.handle_key(KeyEvent::new(KeyCode::Up, KeyModifiers::NONE), &view);
+    assert_eq!(press(&mut screen, &view, "e"), enable(3));
+}
+
+#[test]
 fn entries_of_another_node_are_not_shown_and_not_written() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "2]");

@@ -13,8 +13,10 @@ pub(super) struct Desk {
     /// The number of this face.
     pub(super) face: u32,
     pub(super) room: Room,
-    /// The selected node, and the selected row of each room.
+    /// The selected node and the selected drive: their rows change when others are found.
     pub(super) node: Option<u8>,
+    pub(super) drive: Option<u8>,
+    /// The selected row of each room.
     pub(super) rows: [usize; 8],
     pub(super) prompt: Option<Prompt>,
     /// Where the rows of the room were drawn.
@@ -41,14 +43,23 @@ impl Desk {
         self.rows[self.room as usize] = row;
     }
 
+    /// Finds the rows of the selected node and drive among those that there are now: a key means the one that was shown.
+    pub(super) fn follow(&mut self, view: &View) {
+        self.node = self.node.or_else(|| view.nodes.first().map(|node| node.id));
+        self.drive = self.drive.or_else(|| view.drives.first().map(|drive| drive.node));
+        let node = view.nodes.iter().position(|node| Some(node.id) == self.node);
+        let drive = view.drives.iter().position(|drive| Some(drive.node) == self.drive);
+        self.rows[Room::Nodes as usize] = node.unwrap_or_default();
+        self.rows[Room::Drives as usize] = drive.unwrap_or_default();
+    }
+
     /// Selects another node, and no row of it.
     pub(super) fn select_node(&mut self, view: &View, by: isize) {
-        let place = view.nodes.iter().position(|node| Some(node.id) == self.node).unwrap_or(0);
         let count = view.nodes.len().max(1) as isize;
-        let place = (place as isize + by).rem_euclid(count) as usize;
+        let place = (self.rows[Room::Nodes as usize] as isize + by).rem_euclid(count) as usize;
         self.node = view.nodes.get(place).map(|node| node.id);
         self.rows = [0; 8];
-        self.rows[Room::Nodes as usize] = place;
+        self.follow(view);
     }
 
     /// How many rows are in sight.

@@ -23,6 +23,7 @@ const ACTIVE: &str = "error active";
 impl Screen {
     /// Draws it all.
     pub fn draw(&mut self, frame: &mut Frame<'_>, view: &View) {
+        self.desk.follow(view);
         let width = usize::from(frame.area().width);
         let mut said = self.notices.lasting(&self.desk, view);
         said.push(self.foot());

@@ -72,8 +72,7 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
             Constraint::Fill(1),
         ],
     };
-    let selected = view.nodes.iter().position(|known| known.id == node.id);
-    let listed = columns.draw(frame, list, selected, view.nodes.iter(), row);
+    let listed = columns.draw(frame, list, Some(desk.row()), view.nodes.iter(), row);
     let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
     let text = Paragraph::new(details(desk, node)).wrap(Wrap { trim: false }).block(block);
     frame.render_widget(text, detail);

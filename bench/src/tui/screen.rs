@@ -53,6 +53,7 @@ impl Screen {
         if key.kind == KeyEventKind::Release {
             return None;
         }
+        self.desk.follow(view);
         if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
             return Some(Action::Leave);
         }
@@ -133,6 +134,7 @@ impl Screen {
         match self.desk.room {
             Room::Trace => self.trace.mark(row, self.desk.lines()),
             Room::Nodes => self.desk.node = view.nodes.get(row).map(|node| node.id),
+            Room::Drives => self.desk.drive = view.drives.get(row).map(|drive| drive.node),
             _ => {}
         }
         self.desk.set_row(row);
@@ -157,6 +159,7 @@ impl Screen {
         if self.desk.prompt.is_some() {
             return;
         }
+        self.desk.follow(view);
         match mouse.kind {
             MouseEventKind::Down(MouseButton::Left) if self.has_help => self.has_help = false,
             MouseEventKind::Down(MouseButton::Left) => self.click(Position::new(mouse.column, mouse.row), view),
