@@ -194,8 +194,8 @@ impl Job {
             Job::Test => readme_command(root, "tests"),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
-                let pages =
-                    ["test", "-p", "lexican", "--test", "report_page", "--test", "bench_page", "--", "--nocapture"];
+                let tests = ["report_page", "bench_page", "bench_tui"].map(|test| ["--test", test]);
+                let pages = [&["test", "-p", "lexican"], tests.as_flattened(), &["--", "--nocapture"]].concat();
                 command::run_cargo(root, &pages, &[])?;
                 crate::page::run(root, true)
             }
