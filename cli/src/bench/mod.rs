@@ -123,6 +123,10 @@ fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     let shown = tui::run(bench, &mut terminal, language.into());
     tui::give_terminal_back();
     bench.end();
+    if shown.is_err() {
+        // Dropped, it would complain to a terminal that is gone, and panic.
+        std::mem::forget(terminal);
+    }
     shown.map_err(unusable)?;
     Ok(Outcome::Clean)
 }

@@ -20,8 +20,10 @@ impl Tmux {
         Command::new("tmux").arg("-V").output().ok()?;
         let tmux = Tmux { socket: folder.join("tmux.socket").display().to_string() };
         let folder = folder.display().to_string();
-        let begin = ["new-session", "-d", "-x", "140", "-y", "40", "-c", &folder, env!("CARGO_BIN_EXE_lexican")];
-        let output = tmux.tmux(&[&begin, args, &[";", "set-option", "remain-on-exit", "on"]].concat());
+        // The shell stays, so that the screen does: its status is known to tmux at some time or never.
+        let shell = ["sh", "-c", "\"$0\" \"$@\"; echo \"ended with $?\"; exec sleep 600"];
+        let begin = ["new-session", "-d", "-x", "140", "-y", "40", "-c", &folder];
+        let output = tmux.tmux(&[&begin, &shell[..], &[env!("CARGO_BIN_EXE_lexican")], args].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         Some(tmux)
     }
@@ -60,17 +62,9 @@ impl Tmux {
 
     /// Waits for the end of the command; returns its exit code.
     #[track_caller]
-    pub(crate) fn end(self) -> Option<i32> {
-        let begun = Instant::now();
-        loop {
-            let output = self.tmux(&["display-message", "-p", "#{pane_dead} #{pane_dead_status}"]);
-            let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-            if let Some(status) = text.strip_prefix("1 ") {
-                return status.parse().ok();
-            }
-            assert!(begun.elapsed() < PATIENCE, "it does not end:\n{}", self.text());
-            thread::sleep(Duration::from_millis(20));
-        }
+    pub(crate) fn end(mut self) -> Option<i32> {
+        let text = self.wait_for(|text| text.lines().any(|line| line.starts_with("ended with ")));
+        text.split_once("ended with ")?.1.split_whitespace().next()?.parse().ok()
     }
 }
 
