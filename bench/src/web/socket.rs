@@ -19,6 +19,8 @@ use crate::{Answer, Command, Face, Refused};
 const LOST: Duration = Duration::from_secs(5);
 /// After how long a page is sent a view although nothing has changed, so that a lost one is noticed.
 const QUIET: Duration = Duration::from_secs(1);
+/// How long a page may take to close its end, too.
+const FAREWELL: Duration = Duration::from_millis(500);
 /// The most commands of a page that are carried out at once, and as many answers that wait for it.
 const UNDER_WAY: usize = 16;
 
@@ -38,7 +40,7 @@ type Asked = (u64, Command, OwnedSemaphorePermit);
 /// Serves a page until it or the bench leaves, or it is lost. What it started is stopped then.
 pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     let face = Arc::new(shared.bench.open_face());
-    let (sink, stream) = socket.split();
+    let (sink, mut stream) = socket.split();
     let (answers, waiting) = mpsc::channel(UNDER_WAY);
     let line = Arc::new(Line { shared: Arc::clone(&shared), number: face.number(), answers, seen: Notify::new() });
     let (asked, asking) = mpsc::channel(UNDER_WAY);
@@ -50,10 +52,12 @@ pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     });
     tokio::select! {
         () = write(sink, waiting, &line) => {}
-        () = read(stream, &face, &line, asked) => {}
+        () = read(&mut stream, &face, &line, asked) => {}
     }
     face.close();
     shared.downloads.forget(line.number);
+    // What the page has sent and nobody has read would reset the connection, and the page might not see why it was closed.
+    let _ = timeout(FAREWELL, async { while let Some(Ok(_)) = stream.next().await {} }).await;
 }
 
 /// Gives the commands of a page to the bench in their order, until there are no more.
@@ -111,7 +115,7 @@ async fn write(mut sink: SplitSink<WebSocket, Message>, mut answers: mpsc::Recei
 }
 
 /// Takes the page's messages, until it is gone or does not keep to the protocol.
-async fn read(mut stream: SplitStream<WebSocket>, face: &Face, line: &Arc<Line>, asked: mpsc::Sender<Asked>) {
+async fn read(stream: &mut SplitStream<WebSocket>, face: &Face, line: &Arc<Line>, asked: mpsc::Sender<Asked>) {
     // A stop finds a place, whatever else is under way.
     let (places, stops) = (Arc::new(Semaphore::new(UNDER_WAY)), Arc::new(Semaphore::new(UNDER_WAY)));
     while let Some(Ok(message)) = stream.next().await {
