@@ -137,9 +137,10 @@ impl Job {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether it can run beside the others: it does not build into their folder, or hardly.
+    /// Whether it can run beside the others: it does not build into their folder, or hardly, and judges no times.
     const fn is_beside(self) -> bool {
-        matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz | Job::Interop)
+        // What the firmware fails by a time is tried again.
+        matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz)
     }
 
     /// Runs it, and looks whether it has left the checkout as it was.
