@@ -40,6 +40,49 @@ impl Instant {
     }
 }
 
+/// A value that was measured, and when: so that the last one known is never taken for the present one.
+///
+/// Who shows it says its [`age`](Measured::age), who judges by it asks whether it is [`fresh`](Measured::fresh).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Measured<T> {
+    /// What was measured.
+    pub value: T,
+    /// When it was measured, not when it was looked up; where that is uncertain, the earliest it can have been.
+    pub at: Instant,
+}
+
+impl<T> Measured<T> {
+    /// `value`, as it was at `at`.
+    #[must_use]
+    pub const fn new(value: T, at: Instant) -> Self {
+        Measured { value, at }
+    }
+
+    /// How old it is.
+    #[must_use]
+    pub const fn age(&self, now: Instant) -> Duration {
+        now.since(self.at)
+    }
+
+    /// The value, unless it is older than `limit`.
+    #[must_use]
+    pub fn fresh(&self, now: Instant, limit: Duration) -> Option<&T> {
+        (self.age(now) <= limit).then_some(&self.value)
+    }
+
+    /// The value, if it was measured at `since` or later: what an order has done is judged by what came after it.
+    #[must_use]
+    pub fn since(&self, since: Instant) -> Option<&T> {
+        (self.at >= since).then_some(&self.value)
+    }
+
+    /// Something that follows from the value, as old as it.
+    #[must_use]
+    pub fn map<U>(self, f: impl FnOnce(T) -> U) -> Measured<U> {
+        Measured { value: f(self.value), at: self.at }
+    }
+}
+
 /// The earliest of some deadlines. Out of `flatten().min()` the compiler makes ten times the instructions, for every
 /// frame (tests/bench/instructions.md).
 pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Option<Instant> {
@@ -252,6 +295,17 @@ mod tests {
             assert_eq!((format!("{span}"), format!("{span:?}")), (text.into(), text.into()));
         }
         assert_eq!(format!("{:?}", Some(Instant::from_micros(1_500_000))), "Some(1.500000)");
+    }
+
+    #[test]
+    fn what_was_measured_grows_old() {
+        let at = Instant::from_micros;
+        let position = Measured::new(7, at(10));
+        assert_eq!(position.age(at(15)), Duration::from_micros(5));
+        assert_eq!(position.fresh(at(15), Duration::from_micros(5)), Some(&7));
+        assert_eq!(position.fresh(at(16), Duration::from_micros(5)), None);
+        assert_eq!((position.since(at(10)), position.since(at(11))), (Some(&7), None));
+        assert_eq!(position.map(|steps| steps * 2), Measured::new(14, at(10)));
     }
 
     #[test]
