@@ -23,6 +23,7 @@ mod log;
 mod lss;
 mod monitor;
 mod nmt;
+mod node_place;
 mod output;
 mod parameters;
 mod pdo;
@@ -107,7 +108,8 @@ enum Command {
 
 fn main() -> ExitCode {
     completions::answer(Cli::command);
-    let result = match Cli::parse().command {
+    let args = node_place::settled(std::env::args_os().collect(), &Cli::command());
+    let result = match Cli::parse_from(args).command {
         Command::Demo(args) => demo::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Eds(command) => command.run(),

@@ -1,0 +1,143 @@
+//! A node is named by `--node 5` or by its place, `5`: a command has one of the two, and takes the other as well.
+
+use std::ffi::{OsStr, OsString};
+
+use clap::{Arg, Command};
+use lexican_toolbox::node_id::node_ids;
+
+/// The arguments with the node where the command has it. What cannot be understood is left for clap to complain about.
+pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+    let (mut command, mut begin) = (cli, 1);
+    while let Some(below) = args.get(begin).and_then(|name| command.find_subcommand(name)) {
+        (command, begin) = (below, begin + 1);
+    }
+    let by_place = command.get_positionals().next().is_some_and(is_node);
+    let by_option = command.get_arguments().any(|arg| arg.get_long() == Some("node"));
+    let words = Words { args: &args, command };
+    if by_place && !by_option {
+        if let Some((at, len, node)) = words.option(begin) {
+            args.drain(at..at + len);
+            args.insert(begin, node);
+        }
+    } else if by_option
+        && words.option(begin).is_none()
+        && let Some(at) = words.node(begin)
+    {
+        args.insert(at, "--node".into());
+    }
+    args
+}
+
+/// Whether an argument is a node, or several.
+pub(crate) fn is_node(arg: &Arg) -> bool {
+    arg.get_value_names()
+        .is_some_and(|names| names.iter().any(|name| ["NODE", "NODES", "NODE|none"].contains(&name.as_str())))
+}
+
+/// The words of a command line, and the command that they are for.
+struct Words<'a> {
+    args: &'a [OsString],
+    command: &'a Command,
+}
+
+impl Words<'_> {
+    /// Where `--node` stands, how many words it takes, and the node.
+    fn option(&self, begin: usize) -> Option<(usize, usize, OsString)> {
+        let end = self.args.iter().position(|word| word == "--").unwrap_or(self.args.len());
+        (begin..end).find_map(|at| match self.args[at].to_str()? {
+            "--node" => Some((at, 2, self.args[..end].get(at + 1)?.clone())),
+            word => Some((at, 1, word.strip_prefix("--node=")?.into())),
+        })
+    }
+
+    /// Where a node stands by its place: as the first word, or behind one of a fixed choice as `nmt start` has. Objects cannot be
+    /// taken for it, since those up to 007Fh are data types.
+    fn node(&self, begin: usize) -> Option<usize> {
+        let mut positionals = self.command.get_positionals();
+        let chosen = positionals.next().is_some_and(|arg| !arg.get_possible_values().is_empty());
+        let places = self.places(begin);
+        let at = *places.get(usize::from(chosen))?;
+        let text = self.args[at].to_str()?;
+        let decimal = text.starts_with(|c: char| c.is_ascii_digit() && c != '0');
+        (decimal && node_ids(text).is_ok()).then_some(at)
+    }
+
+    /// Where the words stand that are neither options nor their values.
+    fn places(&self, begin: usize) -> Vec<usize> {
+        let mut places = Vec::new();
+        let mut at = begin;
+        while let Some(word) = self.args.get(at) {
+            if word == "--" {
+                break;
+            }
+            match self.option_of(word) {
+                Some(takes_next) => at += usize::from(takes_next),
+                None => places.push(at),
+            }
+            at += 1;
+        }
+        places
+    }
+
+    /// Whether the next word is the value of this one; `None` if this is no option.
+    fn option_of(&self, word: &OsStr) -> Option<bool> {
+        let word = word.to_str()?.strip_prefix('-').filter(|rest| !rest.is_empty())?;
+        let known = |arg: &&Arg| match word.strip_prefix('-') {
+            Some(long) => arg.get_long_and_visible_aliases().is_some_and(|names| names.contains(&long)),
+            None => word.len() == 1 && arg.get_short() == word.chars().next(),
+        };
+        Some(self.command.get_arguments().find(known).is_some_and(|arg| arg.get_action().takes_values()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn settle(line: &str) -> String {
+        let args = line.split(' ').map(OsString::from).collect();
+        let settled = settled(args, &crate::Cli::command());
+        settled.join(OsStr::new(" ")).into_string().expect("it is text")
+    }
+
+    #[test]
+    fn a_node_is_taken_by_its_place_and_by_its_option() {
+        for (typed, taken) in [
+            ("lexican check --bus can0 --node 5 --device x.eds", "lexican check 5 --bus can0 --device x.eds"),
+            ("lexican drive --node=5 move-to 3", "lexican drive 5 move-to 3"),
+            ("lexican pdo show --bus can0 --node 5-7 tpdo1", "lexican pdo show 5-7 --bus can0 tpdo1"),
+            ("lexican lss node-id --node 9 --bus can0", "lexican lss node-id 9 --bus can0"),
+            ("lexican read 5 6041 --bus can0", "lexican read --node 5 6041 --bus can0"),
+            ("lexican read --bus can0 5,6 6041", "lexican read --bus can0 --node 5,6 6041"),
+            ("lexican write --bus can0 5 6060 3", "lexican write --bus can0 --node 5 6060 3"),
+            ("lexican nmt start 5 --bus can0", "lexican nmt start --node 5 --bus can0"),
+            ("lexican watch 5 statusword --bus can0", "lexican watch --node 5 statusword --bus can0"),
+            ("lexican monitor 5 --bus can0", "lexican monitor --node 5 --bus can0"),
+        ] {
+            assert_eq!(settle(typed), taken);
+        }
+    }
+
+    #[test]
+    fn nothing_else_is_taken_for_a_node() {
+        for line in [
+            "lexican",
+            "lexican read --bus can0 6041",
+            "lexican read --bus can0 --node 5 6041",
+            "lexican write --bus can0 6060 3",
+            "lexican write --bus can0 --node 5 6060 3",
+            "lexican nmt start --all --bus can0",
+            "lexican watch --bus can0 --every 5 statusword",
+            "lexican read -- 5",
+            "lexican drive 5 move-to 7",
+            "lexican boot --node 5=x.eds --bus can0",
+            "lexican eds lint 5",
+            "lexican check --node",
+            "lexican scan --node 5",
+        ] {
+            assert_eq!(settle(line), line);
+        }
+    }
+}
