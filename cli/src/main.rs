@@ -25,6 +25,8 @@ mod monitor;
 mod nmt;
 mod node_place;
 mod output;
+#[cfg(test)]
+mod pages;
 mod parameters;
 mod pdo;
 mod print;

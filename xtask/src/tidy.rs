@@ -1,6 +1,7 @@
 //! Habits that no compiler checks. Each is a function that returns what it found wrong.
 
 mod circles;
+mod pages;
 
 use std::fs;
 use std::path::Path;
@@ -185,6 +186,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     }
     let texts = sources.iter().map(|source| (source.path.as_str(), source.text.as_str())).collect();
     found.extend(circles::findings(&texts)?);
+    found.extend(pages::findings(root)?);
     for (path, _) in LONG {
         if !sources.iter().any(|source| source.path == *path && source.text.lines().count() > 800) {
             found.push(format!("xtask/src/tidy.rs: {path} need not stand among the long files any more"));

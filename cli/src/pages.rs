@@ -1,0 +1,160 @@
+//! Every command in every page, and in every hint of the sources, is one that this command understands.
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{fs, iter};
+
+use clap::{Command, CommandFactory};
+
+use crate::{Cli, node_place};
+
+/// The pages and sources of the project. What the changelog says of commands was true when it was written.
+fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the folder is there").map(|entry| entry.expect("it can be read")) {
+        let (path, name) = (entry.path(), entry.file_name());
+        let name = name.to_string_lossy();
+        if path.is_dir() && !name.starts_with('.') && !["target", "node_modules"].contains(&&*name) {
+            pages(&path, found);
+        } else if (name.ends_with(".md") && name != "CHANGELOG.md") || (name.ends_with(".rs") && name != "pages.rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// What a page says of the command: whole lines of its blocks, and what stands between backquotes in its text.
+enum Said {
+    Line(String),
+    Span(String),
+}
+
+fn said(page: &str, is_source: bool) -> Vec<(usize, Said)> {
+    let mut all = Vec::new();
+    let mut block = None;
+    for (at, line) in page.lines().enumerate() {
+        let line_number = at + 1;
+        if let Some(language) = line.trim_start().strip_prefix("```").filter(|_| !is_source) {
+            block = if block.is_none() { Some(language) } else { None };
+            continue;
+        }
+        match block {
+            Some("text" | "rust" | "rust,ignore" | "toml" | "json" | "ini") => {}
+            Some(_) => {
+                let line = line.trim_start().trim_start_matches("$ ");
+                for (begin, _) in line.match_indices("lexican ") {
+                    let before = &line[..begin];
+                    let is_word = before.is_empty() || before.ends_with(['(', ' ']) && !before.contains('#');
+                    if is_word && !before.ends_with("-p ") && !before.ends_with("package ") {
+                        all.push((line_number, Said::Line(line[begin..].to_owned())));
+                    }
+                }
+            }
+            None => {
+                let spans = line.split('`').skip(1).step_by(2).filter(|span| span.starts_with("lexican "));
+                // The first line of what a simulated device keeps.
+                let spans = spans.filter(|span| !span.starts_with("lexican parameters"));
+                all.extend(spans.map(|span| (line_number, Said::Span(span.to_owned()))));
+            }
+        }
+    }
+    all
+}
+
+/// The words of a line as a shell has them, up to a comment, a pipe or the next command.
+fn words(line: &str) -> Vec<OsString> {
+    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
+    for letter in line.chars().chain(iter::once(' ')) {
+        match (quote, letter) {
+            (Some(mark), _) if letter == mark => quote = None,
+            (None, '"' | '\'') => {
+                quote = Some(letter);
+                word.get_or_insert_default();
+            }
+            (None, ' ') => words.extend(word.take().map(OsString::from)),
+            (None, '#' | '|' | ';' | '&' | '>' | '<' | '(' | ')') if word.is_none() => break,
+            (None, ')') => break,
+            _ => word.get_or_insert_default().push(letter),
+        }
+    }
+    words.extend(word.map(OsString::from));
+    words
+}
+
+/// What is wrong with a whole command line. `bus` is what a page has in `LEXICAN_BUS`.
+fn misread(line: &str, bus: Option<&str>) -> Option<String> {
+    let words = words(line);
+    if words.iter().any(|word| word == "..." || word == "\\") {
+        return unknown(line);
+    }
+    let parse = |extra: Option<&str>| {
+        let words = words.iter().cloned().chain(extra.iter().flat_map(|bus| ["--bus", bus]).map(OsString::from));
+        let args = node_place::settled(words.collect(), &Cli::command());
+        Cli::command().try_get_matches_from(args)
+    };
+    let error = parse(None).or_else(|error| parse(Some(bus.ok_or(error)?))).err()?;
+    use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
+    let text = error.to_string();
+    (!matches!(error.kind(), DisplayHelp | DisplayVersion)).then(|| text.lines().next().unwrap_or_default().to_owned())
+}
+
+/// What is wrong with the mention of a command: a subcommand or an option that is not there.
+fn unknown(mention: &str) -> Option<String> {
+    let cli = Cli::command();
+    let mut command: &Command = &cli;
+    let mut words = words(mention).into_iter().skip(1).peekable();
+    while let Some(below) = words.peek().and_then(|word| command.find_subcommand(word)) {
+        (command, _) = (below, words.next());
+    }
+    if command.has_subcommands()
+        && let Some(word) =
+            words.peek().filter(|word| word.to_string_lossy().starts_with(|c: char| c.is_ascii_lowercase()))
+    {
+        return Some(format!("no subcommand {}", word.display()));
+    }
+    let has = |option: &str| {
+        let mut arguments = command.get_arguments();
+        ["help", "version"].contains(&option)
+            || arguments.any(|arg| arg.get_long() == Some(option) || option == "node" && node_place::is_node(arg))
+    };
+    words.filter_map(|word| word.to_str().and_then(|word| word.strip_prefix("--")).map(str::to_owned)).find_map(
+        |option| {
+            let name = option.split('=').next().unwrap_or_default().trim_end_matches([',', '.', ';']);
+            (!name.is_empty() && !has(name)).then(|| format!("no option --{name}"))
+        },
+    )
+}
+
+#[test]
+fn every_command_in_every_page_is_understood() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace is above");
+    let mut found = Vec::new();
+    pages(root, &mut found);
+    let (mut count, mut wrong) = (0, String::new());
+    for page in found {
+        let text = fs::read_to_string(&page).expect("it is a page");
+        let bus = text.contains("LEXICAN_BUS").then_some("can0");
+        for (line, said) in said(&text, page.extension().is_some_and(|extension| extension == "rs")) {
+            count += 1;
+            let (text, fault) = match said {
+                Said::Line(text) => (text.clone(), misread(&text, bus)),
+                Said::Span(text) => (text.clone(), unknown(&text)),
+            };
+            if let Some(fault) = fault {
+                let page = page.strip_prefix(root).unwrap_or(&page).display();
+                writeln!(wrong, "{page}:{line}: {text}\n    {fault}").expect("a string takes all");
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "commands in pages that do not exist:\n{wrong}");
+    assert!(count > 150, "the commands are found: {count}");
+}
+
+#[test]
+fn a_wrong_command_is_noticed() {
+    assert!(misread("lexican heartbeat --node 5 --bus can0", None).is_some());
+    assert!(misread("lexican scan", None).is_some());
+    assert_eq!(misread("lexican scan > report.txt  # nodes", Some("can0")), None);
+    assert!(unknown("lexican eds nothing").is_some());
+    assert!(unknown("lexican drive --speed").is_some());
+    assert_eq!(unknown("lexican drive 5 move-to"), None);
+}
