@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let held = held(&mut network, id, &loader);
         let state = json!({ "node": id.get(), "held": word(held), "text": held.to_string() });
         print_result(args.json, fields(state), held)?;
-        return Ok(if held == Held::Unknown { Outcome::Found } else { Outcome::Clean });
+        return Ok(if matches!(held, Held::Unknown | Held::NoControl) { Outcome::Found } else { Outcome::Clean });
     };
     let bar = progress("{msg} {wide_bar} {bytes}/{total_bytes} {eta}", image.len() as u64);
     let interrupted = ctrl_c()?;
@@ -109,10 +109,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// Reports a download that was not done, and what the device holds.
 fn failed(as_json: bool, node: u8, error: &FlashError) -> Result<Outcome, Failure> {
-    let is_lost = error.held == Held::Unknown;
+    let is_lost = matches!(error.held, Held::Unknown | Held::NoControl);
     let help = match error.held {
         Held::Unknown => {
             "see that it has power, and run the command again; `lexican flash --status` says what it holds"
+        }
+        Held::NoControl => {
+            "--program names another program, --loader what the boot loader has in place of 1F51h; if the device has \
+             neither, its maker has a way of his own"
         }
         Held::Nothing => "run the command again: it begins anew",
         Held::Program { .. } => "nothing has been lost: mend the cause, and run the command again",
@@ -134,6 +138,7 @@ fn failed(as_json: bool, node: u8, error: &FlashError) -> Result<Outcome, Failur
 const fn word(held: Held) -> &'static str {
     match held {
         Held::Unknown => "unknown",
+        Held::NoControl => "unchanged",
         Held::Nothing => "nothing",
         Held::Program { runs: true, .. } => "running",
         Held::Program { runs: false, .. } => "stopped",

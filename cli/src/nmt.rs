@@ -259,7 +259,8 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
                 None => warn(format_args!("nothing was heard of node {node} within {wait_ms} ms")),
                 Some(None | Some(0)) => warn(format_args!(
                     "node {node} answers, but does not report its state: it has no heartbeat (1017h), and does not \
-                     respond to guarding"
+                     respond to guarding. Where it has 1017h, `lexican write --node {node} 1017 500` gives it a \
+                     heartbeat of 500 ms"
                 )),
                 Some(Some(ms)) => warn(format_args!(
                     "node {node} has a heartbeat of {ms} ms (1017h), of which none came within {wait_ms} ms"

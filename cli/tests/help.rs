@@ -47,6 +47,7 @@ fn without_arguments_every_command_says_what_it_needs() {
         run.on_stderr(2, "required arguments");
         assert!(run.stderr.contains(&format!("Usage: lexican {command}")), "{command}: {}", run.stderr);
     }
+    lexican(&["bench"]).on_stderr(2, "lexican bench --demo              (a simulated plant)");
     let devices = lexican(&["devices"]);
     assert!(devices.code == Some(0) && devices.stdout.contains("siko/ag03-1"));
 }

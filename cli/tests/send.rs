@@ -151,6 +151,11 @@ fn nodes_that_go_and_come_back_are_reported() {
     manager.until("booted");
     let (summary, code) = manager.interrupt();
     assert_eq!((code, &summary["lost"], &summary["same_node_id"]), (Some(1), &json!(1), &json!(0)));
+    // A node that does not answer, and one that does not report its state: what is advised helps.
+    drive.check("nmt", &["stop", "--node", "5", "--wait", "1s"], "STOPPED");
+    drive.run("read", &["--node", "5", "6064"]).on_stderr(2, "`lexican nmt pre-operational --node NODE`");
+    drive.check("nmt", &["pre-operational", "--node", "5"], "");
+    drive.check("read", &["--node", "5", "6064"], "");
     // Two nodes with one node-ID.
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     let twin = drive.run("heartbeat", &["--manager", "5", "--every", "100ms", "--for", "1s"]);

@@ -510,6 +510,9 @@ fn a_program_is_flashed_into_a_boot_loader() {
     flash(&["--status", "--json"]).on_stdout(0, "\"held\":\"running\"");
     flash(&["--json", "small.bin"]).on_stdout(0, "\"before\":\"CBF43926\"");
     flash(&["--program", "2", "small.bin"]).on_stderr(2, "stopping the program: node 5: 1F51:02");
+    let other = lexican(&["flash", "--bus", "sim:siko/ag03-1?node=5", "5", folder.join("small.bin").to_str().unwrap()]);
+    other.on_stderr(2, "the device has no program control (1F51h), and was not changed");
+    assert!(!other.stderr.contains("power"), "{}", other.stderr);
     flash(&["empty.bin"]).on_stderr(2, "empty.bin is empty");
     flash(&["--loader", "wrong.toml", "small.bin"]).on_stderr(2, "wrong.toml:2: a number from 0 to 255, or false");
 

@@ -13,7 +13,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::crc::Crc32;
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{AbortCode, Duration, NodeId};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
@@ -153,6 +153,8 @@ pub struct Done {
 pub enum Held {
     /// It does not answer.
     Unknown,
+    /// What it had before: it has no program control (1F51h) by which this program could be changed.
+    NoControl,
     /// No valid program: it stays in its boot loader.
     Nothing,
     /// A valid program, and whether it runs.
@@ -168,6 +170,7 @@ impl fmt::Display for Held {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Held::Unknown => f.write_str("the device does not say what it holds now"),
+            Held::NoControl => f.write_str("the device has no program control (1F51h), and was not changed"),
             Held::Nothing => f.write_str("the device holds no valid program now, and waits in its boot loader"),
             Held::Program { runs, identification } => {
                 let runs = if *runs { "runs" } else { "is stopped" };
@@ -292,6 +295,10 @@ impl<L: Link> Download<'_, L> {
     ) -> Result<Option<u32>, Cause> {
         let loader = self.loader;
         self.begin(Stage::Stop, follow)?;
+        if loader.stop.is_some() {
+            // A node that cannot be flashed is not taken out of operation.
+            self.number(self.address(PROGRAM_CONTROL))?;
+        }
         if loader.pre_operational {
             self.network.command(NmtCommand::EnterPreOperational, Some(self.node))?;
         }
@@ -411,6 +418,11 @@ impl<L: Link> Download<'_, L> {
         match self.number(self.address(PROGRAM_CONTROL)) {
             Ok(2) => Held::Nothing,
             Ok(state) => Held::Program { runs: state == 1, identification: self.identification() },
+            Err(Cause::Access(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }))
+                if [AbortCode::NO_SUCH_OBJECT, AbortCode::NO_SUCH_SUB_INDEX].contains(&code) =>
+            {
+                Held::NoControl
+            }
             Err(_) => Held::Unknown,
         }
     }

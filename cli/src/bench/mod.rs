@@ -33,7 +33,7 @@ use simulation::Devices;
 /// hands, and nothing is changed without them. What a page has started is stopped when it is closed or lost. A log is shown as a live
 /// bus is, at any of its times. Ctrl-C stops what the bench has started, and ends it.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, override_usage = USAGE)]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: Option<BusArgs>,
@@ -75,6 +75,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "LANGUAGE")]
     lang: Option<Language>,
 }
+
+const USAGE: &str = "lexican bench --demo              (a simulated plant)
+       lexican bench --bus <URL> [OPTIONS]";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -14,6 +14,10 @@ use crate::output::{Failure, reason};
 #[cfg(target_os = "linux")]
 const WITHOUT_CAN: &str = "to try lexican without CAN, run `lexican simulate siko/ag03-1 --node 5` in another terminal";
 
+/// What to do about a node that does not answer.
+pub(crate) const NO_ANSWER: &str = "is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes \
+     and their states: one in STOPPED answers after `lexican nmt pre-operational --node NODE`";
+
 pub(crate) fn open_failure(error: &OpenError) -> Failure {
     match error {
         OpenError::Slcan(slcan::SlcanError::Io { path, error }) if is_no_terminal(error) => {
@@ -67,8 +71,7 @@ impl From<LinkError> for Failure {
 impl From<AccessError> for Failure {
     fn from(error: AccessError) -> Self {
         match error {
-            AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(&error)
-                .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
+            AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(&error).help(NO_ANSWER),
             AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(&error).help(
                 "two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` \
                  finds such nodes",

@@ -10,6 +10,7 @@ use lexican_runtime::host::{Link, Pace};
 use lexican_toolbox::drive::Scales;
 
 use crate::access::read_conditions;
+use crate::bus::failure::NO_ANSWER;
 use crate::bus::network;
 use crate::output::{Failure, Outcome, on_ctrl_c};
 pub(crate) use args::Args;
@@ -45,8 +46,7 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
             Error::Link(error) => error.into(),
-            Error::Sdo(_) => Failure::new(&error)
-                .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
+            Error::Sdo(_) => Failure::new(&error).help(NO_ANSWER),
             Error::NotThisDrive { .. } => Failure::new(&error).help("name what it is: --device FILE.eds"),
             _ => Failure::new(&error),
         }
