@@ -83,6 +83,8 @@ pub struct ObjectDetails {
     pub links: Vec<u16>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
+    /// `ParamRefd` of a DCF: the reference designator of the parameter.
+    pub designator: Option<String>,
 }
 
 /// Which of the three lists of a data sheet names an object.
@@ -149,6 +151,8 @@ pub struct EntryDetails {
     pub high: Option<Value>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
+    /// `ParamRefd` of a DCF: the reference designator of the parameter.
+    pub designator: Option<String>,
     /// `UploadFile` of a DCF: where data read from the device go.
     pub upload_file: Option<String>,
     /// `DownloadFile` of a DCF: where data written to the device come from.
@@ -400,12 +404,16 @@ pub struct Commissioning {
     pub node_id: Option<u8>,
     /// `NodeName`.
     pub node_name: Option<String>,
+    /// `NodeRefd`: the reference designator of the node.
+    pub node_designator: Option<String>,
     /// `Baudrate` in kbit/s.
     pub bit_rate_kbit: Option<u16>,
     /// `NetNumber`.
     pub net_number: Option<u32>,
     /// `NetworkName`.
     pub network_name: Option<String>,
+    /// `NetRefd`: the reference designator of the network.
+    pub network_designator: Option<String>,
     /// `CANopenManager`.
     pub manager: Option<bool>,
     /// `LSS_SerialNumber`.
@@ -696,7 +704,8 @@ impl<T: Details> PartialEq for Sparse<T> {
 
 impl Details for ObjectDetails {
     fn none() -> &'static Self {
-        static NONE: ObjectDetails = ObjectDetails { description: None, links: Vec::new(), denotation: None };
+        static NONE: ObjectDetails =
+            ObjectDetails { description: None, links: Vec::new(), denotation: None, designator: None };
         &NONE
     }
 }
@@ -708,6 +717,7 @@ impl Details for EntryDetails {
             low: None,
             high: None,
             denotation: None,
+            designator: None,
             upload_file: None,
             download_file: None,
             meaning: Meaning::Plain,
