@@ -5,13 +5,13 @@
 //! taste, `wrong` is false or has a remedy that would harm. What can be judged by a machine is not in the file: a remedy is
 //! applied, then the finding is gone, nothing else is found, and the device is the same but for what the remedy names.
 //!
-//! `cargo test -p lexican-eds --test precision -- --ignored --nocapture` draws the sample and prints what has no label yet.
+//! `LEXICAN_DRAW=1 cargo test -p lexican-eds --test precision -- --nocapture` draws the sample and prints what has no label yet.
 
 mod corpus_files;
 mod remedy;
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::{env, fs};
 
 use lexican_eds::{Diagnostic, Diagnostics, Input, Source, load};
 use remedy::{changes, count, remedies};
@@ -57,6 +57,9 @@ fn findings_in_real_data_sheets_are_right() {
     let labelled = labelled();
     assert!(labelled.len() >= 200, "{} findings are labelled", labelled.len());
     let Some(sheets) = sheets() else { return };
+    if env::var_os("LEXICAN_DRAW").is_some() {
+        draw(&sheets);
+    }
     let mut found = BTreeMap::new();
     let mut faults = Vec::new();
     let (mut remedied, mut harmful) = (0, 0);
@@ -105,14 +108,11 @@ fn judged(input: &Input, findings: &Diagnostics, finding: &Diagnostic, applied: 
 }
 
 /// One finding of each code in each data sheet may be drawn: what a sheet says a thousand times it says once.
-#[test]
-#[ignore = "prints what has to be labelled"]
-fn draw() {
-    let sheets = sheets().expect("there is a corpus");
+fn draw(sheets: &BTreeMap<u64, Input>) {
     let labels: BTreeMap<(u64, u32, &str), Label> =
         labelled().into_iter().map(|it| ((it.sheet, it.line, it.code), it.label)).collect();
     let mut drawn = Vec::new();
-    for (&sheet, input) in &sheets {
+    for (&sheet, input) in sheets {
         let (_, findings) = load(input);
         let mut of_code: BTreeMap<&str, (u64, &Diagnostic)> = BTreeMap::new();
         for finding in findings.iter() {

@@ -9,7 +9,7 @@ pub mod types;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
-pub use info::{DeviceInfo, FileInfo, Tool};
+pub use info::{Commissioning, DeviceInfo, FileInfo, Tool};
 
 use crate::cia301;
 use crate::model::types::DataType;
@@ -395,29 +395,6 @@ pub enum ParameterNumber {
     Number(u16),
     /// By a text, such as the commands that read and write it.
     Text(String),
-}
-
-/// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Commissioning {
-    /// `NodeID`.
-    pub node_id: Option<u8>,
-    /// `NodeName`.
-    pub node_name: Option<String>,
-    /// `NodeRefd`: the reference designator of the node.
-    pub node_designator: Option<String>,
-    /// `Baudrate` in kbit/s.
-    pub bit_rate_kbit: Option<u16>,
-    /// `NetNumber`.
-    pub net_number: Option<u32>,
-    /// `NetworkName`.
-    pub network_name: Option<String>,
-    /// `NetRefd`: the reference designator of the network.
-    pub network_designator: Option<String>,
-    /// `CANopenManager`.
-    pub manager: Option<bool>,
-    /// `LSS_SerialNumber`.
-    pub serial_number: Option<u32>,
 }
 
 /// A module that can be plugged into a modular device (CiA 306-1, 6.7).
