@@ -681,6 +681,9 @@ fn what_is_right_is_not_found_and_what_is_wrong_has_no_harmful_remedy() {
     assert!(outside.is_some_and(|help| help.contains("accept")));
     let (reversed, outside) = limits("8", "LowLimit=1\nHighLimit=0xFFFF");
     assert!(reversed.is_none() && outside.is_none());
+    let emcy = entry("1014", "DefaultValue=0x81");
+    assert!(found(&emcy, "cia301::emcy-cob-id").is_some());
+    assert_eq!(found(&format!("[DeviceComissioning]\nNodeID=1\n{emcy}"), "cia301::emcy-cob-id"), None);
     // Real sub-indices 0 of another size would be read wrongly.
     let count = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=2\n".to_owned()
         + &entry("2000sub0", "DefaultValue=1")

@@ -243,8 +243,8 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     let good = match &entry.default {
         None => true,
         Some(Value::NodeIdPlus(id)) => id & i64::from(cia301::IDENTIFIER) == i64::from(connection::EMCY),
-        // With a node-ID worked in, as editors do.
-        Some(Value::Integer(id)) => (0x81..=0xFF).contains(&(id & IDENTIFIER)) || id & INVALID != 0,
+        // A number is that of one node, which a DCF is for.
+        Some(Value::Integer(id)) => id & INVALID != 0 || Some(id & IDENTIFIER) == of_the_node(cx),
         Some(_) => true,
     };
     if !good {
@@ -252,6 +252,12 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
         let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
         out.push(note.help(cx.correct(entry, "default = \"$NODEID+0x80\"")));
     }
+}
+
+/// The COB-ID of EMCY in the node that a DCF is for.
+fn of_the_node(cx: &Context<'_>) -> Option<i128> {
+    let node_id = cx.device.commissioning.as_ref()?.node_id?;
+    Some(i128::from(connection::EMCY) + i128::from(node_id))
 }
 
 pub(super) fn sync_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {

@@ -514,7 +514,8 @@ rules! {
         "Tools find the data sheet of a device by the numbers in 1018h, and look for them in `[DeviceInfo]`.";
     "cia301::emcy-cob-id" Note Check(cia301::emcy_cob_id),
         "The default COB-ID of EMCY is 80h plus the node-ID.",
-        "CiA 301 (7.5.2.17) fixes the default of 1014h; managers that do not read 1014h listen there.";
+        "CiA 301 (7.5.2.17) fixes the default of 1014h; managers that do not read 1014h listen there. A number without \
+         `$NODEID` is that of one node, and a device that is made of the data sheet has it on every node.";
     "cia301::sync-cob-id" Warning Check(cia301::sync_cob_id),
         "The COB-ID of SYNC is not one that CiA 301 keeps for something else.",
         "The default of 1005h is 80h (CiA 301, 7.5.2.5). Another one must not be among those that are restricted.";
