@@ -32,7 +32,7 @@ const MEASURED: &str = "ParameterName=Measured Value\nObjectType=0x7\nDataType=0
 
 #[test]
 fn a_device_like_its_data_sheet_has_no_findings() {
-    for (name, args) in [("check-same", &[][..]), ("check-same-write", &["--write", "--defaults", "--domains"])] {
+    for (name, args) in [("check-same", &[][..]), ("check-same-write", &["--write", "--domains"])] {
         let run = check(name, &[], args);
         assert_eq!(run.code, Some(0), "{run}");
         assert_eq!(run.stdout, "node 7: 22 entries, as the data sheet says\n");
@@ -78,8 +78,9 @@ fn writing_is_tried_only_on_request() {
 #[test]
 fn variable_values_are_no_difference() {
     let wrong = [("DefaultValue=5\n", "DefaultValue=6\n")];
-    check("check-defaults", &wrong, &["--defaults"])
-        .on_stdout(0, "default    2001:00 Averaged Samples: it is 5, by the data sheet 6");
+    let run = check("check-defaults", &wrong, &[]);
+    run.on_stdout(0, "default    2001:00 Averaged Samples: it is 5, by the data sheet 6");
+    assert!(run.stdout.contains("22 entries, as the data sheet says; 1 not at the default"), "{run}");
 }
 
 #[test]
@@ -87,7 +88,8 @@ fn findings_are_fields_for_programs() {
     let wrong = [("LowLimit=1\n", "LowLimit=6\n"), ("DefaultValue=5\n", "DefaultValue=6\n")];
     let run = check("check-json", &wrong, &["--json"]);
     let lines: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!(lines.len(), 2);
+    assert_eq!(lines.len(), 3);
+    assert_eq!((&lines[1]["kind"], &lines[1]["difference"]), (&json!("default"), &json!(false)));
     for (key, value) in [
         ("event", json!("finding")),
         ("kind", json!("limit")),
@@ -99,7 +101,7 @@ fn findings_are_fields_for_programs() {
         assert_eq!(lines[0][key], value, "{key}");
     }
     assert_eq!(
-        (&lines[1]["event"], &lines[1]["entries"], &lines[1]["differ"]),
+        (&lines[2]["event"], &lines[2]["entries"], &lines[2]["differ"]),
         (&json!("summary"), &json!(22), &json!(1))
     );
 }

@@ -6,16 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostics, Input, Severity, Source, drive, library, rules, text};
+use lexican_eds::{Diagnostic, Input, Severity, Source, drive, library, rules, text};
 
 use crate::compile::compile;
 use crate::error::Error;
 use crate::findings::FINDINGS;
 use crate::name::{self, Case};
 use crate::options::Options;
-
-/// The most warnings that are shown for a data sheet.
-const MAX_WARNINGS: usize = 20;
 
 /// What to generate, and where to. Every method takes and returns the configuration, so that it chains.
 ///
@@ -139,8 +136,9 @@ impl Config {
 
     /// Reads, generates and writes.
     ///
-    /// Cargo is given the files to watch, and findings as warnings of the build. A file is written whole or not at
-    /// all, and only if its content changes.
+    /// Cargo is given the files to watch, and one warning for each data sheet with findings; several findings stand with
+    /// their lines in `NAME.findings.txt` beside the code. A file is written whole or not at all, and only if its content
+    /// changes.
     ///
     /// # Errors
     ///
@@ -164,14 +162,18 @@ impl Config {
         // Without any such line Cargo would watch every file of the package.
         println!("cargo:rerun-if-changed=build.rs");
         let mut files: Vec<(String, String)> = Vec::new();
+        let mut warnings = Vec::new();
         for sheet in &self.sheets {
             let (name, input) = sheet.read()?;
             if files.iter().any(|(other, _)| *other == name) {
                 return Err(Error::SameName(name));
             }
-            files.push((name, generate(&input, &self.options, &self.rules)?));
+            let (code, findings) = generate(&input, &self.options, &self.rules)?;
+            warnings.push(Warnings { report: out_dir.join(format!("{name}.findings.txt")), findings, input });
+            files.push((name, code));
         }
         files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))?;
+        warnings.iter().try_for_each(Warnings::show)?;
         announce(files.into_iter().map(|(name, _)| name));
         Ok(())
     }
@@ -217,7 +219,7 @@ impl Sheet {
     }
 }
 
-fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, Error> {
+fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<(String, Vec<Diagnostic>), Error> {
     let (device, mut findings) = lexican_eds::load(input);
     let output = compile(&device, options);
     findings.extend(output.diagnostics);
@@ -238,8 +240,8 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, 
         let summary = format!("{}: there is no object in it; nothing was generated", input.eds.name());
         return Err(Error::Findings { summary, report: findings.render(input) });
     }
-    warn(&findings, input);
-    Ok(output.code)
+    let warnings = findings.iter().filter(|finding| finding.severity == Severity::Warning);
+    Ok((output.code, warnings.cloned().collect()))
 }
 
 /// Lets `include_od!` say which names there are: those of all calls of a build script.
@@ -254,15 +256,44 @@ fn announce(names: impl Iterator<Item = String>) {
     }
 }
 
-/// One line each: Cargo shows only what follows the prefix.
-fn warn(findings: &Diagnostics, input: &Input) {
-    let mut warnings = findings.iter().filter(|finding| finding.severity == Severity::Warning);
-    for warning in warnings.by_ref().take(MAX_WARNINGS) {
-        println!("cargo:warning={}", warning.render_short(input).replace(['\n', '\r'], " "));
+/// The warnings about a data sheet.
+struct Warnings {
+    /// Where all of them stand with their lines, if they are several.
+    report: PathBuf,
+    findings: Vec<Diagnostic>,
+    input: Input,
+}
+
+impl Warnings {
+    /// One line for Cargo, which shows it at every build; the rest is in a file beside the code.
+    fn show(&self) -> Result<(), Error> {
+        let Some(line) = self.line() else { return self.forget() };
+        println!("cargo:warning={line}");
+        if self.findings.len() == 1 {
+            return self.forget();
+        }
+        let report = self.findings.iter().map(|finding| finding.render(&self.input) + "\n\n");
+        write(&self.report, &report.collect::<String>())
     }
-    match warnings.count() {
-        0 => {}
-        more => println!("cargo:warning={}: and {more} more warnings", input.eds.name()),
+
+    /// Removes the report of an earlier build.
+    fn forget(&self) -> Result<(), Error> {
+        match fs::remove_file(&self.report) {
+            Err(reason) if reason.kind() != std::io::ErrorKind::NotFound => {
+                Err(Error::Write { path: self.report.clone(), reason })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The line; none without a warning.
+    fn line(&self) -> Option<String> {
+        let first = self.findings.first()?.render_short(&self.input).replace(['\n', '\r'], " ");
+        Some(match self.findings.len() {
+            1 => first,
+            2 => format!("{first}; one more warning, with their lines: {}", self.report.display()),
+            count => format!("{first}; {} more warnings, with their lines: {}", count - 1, self.report.display()),
+        })
     }
 }
 
@@ -335,6 +366,21 @@ fn distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_build_shows_one_line_for_a_data_sheet() {
+        let line = |objects: &str| {
+            let eds =
+                format!("[FileInfo]\n[DeviceInfo]\nBaudRate_500=1\n[MandatoryObjects]\nSupportedObjects=0\n{objects}");
+            let input = Input::new(Source::new("drive.eds", eds));
+            let (_, findings) = generate(&input, &Options::default(), &[]).expect("it has an object and no errors");
+            let warnings = Warnings { report: "out/drive.findings.txt".into(), findings, input };
+            (warnings.findings.len(), warnings.line().unwrap_or_default())
+        };
+        let (count, many) = line("[2000]\nParameterName=a\nDataType=6\nAccessType=rw\n");
+        assert!(count > 2 && many.contains("drive.eds:") && many.ends_with("out/drive.findings.txt"), "{many}");
+        assert!(many.contains(&format!("; {} more warnings", count - 1)) && !many.contains('\n'), "{many}");
+    }
 
     #[test]
     fn the_distance_counts_letters() {

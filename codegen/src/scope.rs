@@ -9,6 +9,9 @@ use crate::name::{self, Case};
 /// The most places of a collision that are shown.
 const MAX_PLACES: usize = 4;
 
+/// The most names that are listed.
+const MAX_NAMES: usize = 8;
+
 /// One name that an item would like to have.
 #[derive(Clone, Debug)]
 pub(crate) struct Claim {
@@ -53,25 +56,37 @@ pub(crate) fn resolve(scope: &str, reserved: &[&str], claims: &[Claim], findings
         resolved.push(name);
     }
     for (wanted, group) in &groups {
-        findings.extend(collision(scope, wanted, reserved.contains(wanted), group));
+        let chosen = claims.iter().zip(&resolved).filter(|(claim, _)| claim.wanted == *wanted).map(|(_, name)| name);
+        findings.extend(collision(scope, wanted, reserved.contains(wanted), group, chosen));
     }
     resolved
 }
 
-fn collision(scope: &str, wanted: &str, is_reserved: bool, group: &[&Claim]) -> Option<Diagnostic> {
-    let (message, renamed) = match (is_reserved, group) {
-        (false, [_]) => return None,
-        (true, _) => (format!("{scope} `{wanted}` is a name that lexican uses itself"), group.first()?),
-        (false, _) => (format!("{} {scope}s would be called `{wanted}`", group.len()), group.get(1)?),
+/// What is found where several want one name, of which `chosen` are those that they have instead, in their order.
+fn collision<'a>(
+    scope: &str,
+    wanted: &str,
+    is_reserved: bool,
+    group: &[&Claim],
+    chosen: impl Iterator<Item = &'a String>,
+) -> Option<Diagnostic> {
+    let renamed: Vec<String> = chosen.filter(|name| *name != wanted).map(|name| format!("`{name}`")).collect();
+    let shown = renamed[..renamed.len().min(MAX_NAMES)].join(", ");
+    let more = match renamed.len().saturating_sub(MAX_NAMES) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
     };
-    let example = name::with_suffix(wanted, &renamed.suffix, renamed.case);
+    let message = match (is_reserved, group) {
+        (false, [_]) => return None,
+        (true, _) => format!("{scope} `{wanted}` is a name that lexican uses itself; it becomes {shown}{more}"),
+        (false, _) => {
+            format!("{} {scope}s would be called `{wanted}`; all but the first become {shown}{more}", group.len())
+        }
+    };
     let mut places = group.iter().take(MAX_PLACES);
     let start = Diagnostic::new("od::name-collision", Severity::Warning, message).at(places.next()?.span, "");
     let diagnostic = places.fold(start, |diagnostic, claim| diagnostic.and(claim.span, ""));
-    Some(diagnostic.help(match is_reserved {
-        true => format!("it is called `{example}`; an overlay can rename it"),
-        false => format!("the first keeps the name, each other is called as `{example}`; an overlay can rename them"),
-    }))
+    Some(diagnostic.help(if group.len() > 1 { "an overlay can rename them" } else { "an overlay can rename it" }))
 }
 
 #[cfg(test)]
@@ -93,6 +108,17 @@ mod tests {
         check(&[("a", "2000"), ("b", "2001"), ("A", "2002")], &[], &["a", "b", "a_2002"]);
         check(&[("at", "2000"), ("b", "2001")], &["at"], &["at_2000", "b"]);
         check(&[("at", "2000"), ("at", "2001")], &["at"], &["at_2000", "at_2001"]);
+    }
+
+    #[test]
+    fn a_collision_says_the_names_that_are_chosen() {
+        let claim = |address: u16| Claim::new("a", Case::Snake, format!("{address:04x}"), Span::default());
+        let mut findings = Diagnostics::default();
+        let claims: Vec<Claim> = (0x2000..0x200B).map(claim).collect();
+        resolve("object", &[], &claims, &mut findings);
+        let message = &findings.iter().next().unwrap().message;
+        let start = "11 objects would be called `a`; all but the first become `a_2001`, `a_2002`, ";
+        assert!(message.starts_with(start) && message.ends_with("`a_2008` and 2 more"), "{message}");
     }
 
     #[test]

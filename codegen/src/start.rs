@@ -39,8 +39,6 @@ impl Initial {
 /// is the value nearest to zero that the limits allow.
 ///
 /// No error has occurred (1003h:00), even where editors write the number of fields or FEh as its default.
-///
-/// A default of 1014h with a node-ID worked in, as editors do, is that of CiA 301 in every node: 80h plus the node-ID.
 #[must_use]
 pub fn initial(device: &Device, entry: &Entry) -> Initial {
     let given = given(entry);
@@ -49,23 +47,12 @@ pub fn initial(device: &Device, entry: &Entry) -> Initial {
         return fixed(given.and_then(|value| text_or_bytes(value, entry.data_type)).unwrap_or_default());
     };
     let bytes = |number| raw(number, entry.data_type).to_le_bytes()[..usize::from(bits).div_ceil(8)].to_vec();
-    let emergencies = given.and_then(|value| emergencies_of_any_node(entry, value));
-    match emergencies.as_ref().or(given) {
+    match given {
         Some(&Value::NodeIdPlus(base)) => {
             Initial { bytes: bytes(Number::Integer(base.into())), node_relative: true, is_given: true }
         }
         _ => fixed(bytes(number(device, entry))),
     }
-}
-
-/// The default of 1014h, where that of the data sheet is the one of a single node (CiA 301, 7.5.2.17).
-fn emergencies_of_any_node(entry: &Entry, given: &Value) -> Option<Value> {
-    let is_default = (entry.index, entry.sub) == (cia301::COB_ID_EMCY, 0) && entry.configured.is_none();
-    let cob_id = given.as_integer().filter(|_| is_default).and_then(|number| u32::try_from(number).ok())?;
-    let identifier = cob_id & cia301::IDENTIFIER;
-    let first = u32::from(cia301::connection::EMCY);
-    let of_a_node = (first + 1..first + 0x80).contains(&identifier);
-    of_a_node.then(|| Value::NodeIdPlus(i64::from(cob_id - identifier + first)))
 }
 
 /// What the data sheet says that the entry holds, as far as that is a value of its data type in every node.
@@ -262,25 +249,6 @@ ParameterName=Entry
         check((cia301::IDENTITY, 2), "", &8_u32.to_le_bytes());
         check((cia301::IDENTITY, 3), "", &0x1_0002_u32.to_le_bytes());
         check((0x1018, 4), "", &[0; 4]);
-    }
-
-    #[test]
-    fn the_cob_id_of_emergencies_has_the_node_id_of_the_device() {
-        let check = |keys: &str, expected: u32| {
-            let object = format!(
-                "ObjectType=7 AccessType=rw [OptionalObjects] SupportedObjects=1 1=0x1014 [1014] ParameterName=EMCY ObjectType=7 DataType=7 AccessType=rw {keys}"
-            );
-            check((0x1014, 0), &object, &expected.to_le_bytes());
-        };
-        check("DefaultValue=$NODEID+0x80", 0x85);
-        check("DefaultValue=0x81", 0x85);
-        check("DefaultValue=0xFF", 0x85);
-        check("DefaultValue=0x80000081", 0x8000_0085);
-        // These are not of one node.
-        check("DefaultValue=0x80", 0x80);
-        check("DefaultValue=0x101", 0x101);
-        // A DCF is for one node.
-        check("DefaultValue=0x81 ParameterValue=0x82", 0x82);
     }
 
     #[test]

@@ -66,7 +66,10 @@ fn the_file_is_named_after_the_data_sheet() {
     let sheet = write(&out, "Drive-2 (new).EDS", SHEET);
     Config::new().eds(&sheet).out_dir(&out).generate().unwrap();
     Config::new().eds(&sheet).module("other").out_dir(&out).generate().unwrap();
-    assert_eq!(files(&out), ["Drive-2 (new).EDS", "drive_2_new.rs", "other.rs"]);
+    let report = ["drive_2_new.findings.txt", "other.findings.txt"];
+    assert_eq!(files(&out), ["Drive-2 (new).EDS", report[0], "drive_2_new.rs", report[1], "other.rs"]);
+    let report = fs::read_to_string(out.join(report[0])).unwrap();
+    assert!(report.contains("warning[cia301::missing-object]") && report.contains("[MandatoryObjects]"), "{report}");
 }
 
 #[test]
@@ -101,7 +104,7 @@ fn a_file_is_not_written_again_when_nothing_changed() {
     write(&out, "drive.eds", SHEET.replace("Device type", "Type of the device"));
     generate(&sheet);
     assert_ne!(fs::read_to_string(out.join("drive.rs")).unwrap(), old);
-    assert_eq!(files(&out), ["drive.eds", "drive.rs"]);
+    assert_eq!(files(&out), ["drive.eds", "drive.findings.txt", "drive.rs"]);
 }
 
 #[test]

@@ -126,6 +126,14 @@ pub const fn is_parameter(index: u16) -> bool {
     matches!(index, COB_ID_SYNC..=SYNCHRONOUS_WINDOW_LENGTH | STORE_PARAMETERS..=TPDO_MAPPING_512)
 }
 
+/// Whether CiA 301 (7.5.2) lets an object be mapped into a PDO: all but parameters, of which the time stamp (1013h), the
+/// prompt (1026h) and the SDO parameters (1200h to 12FFh) are "optional" there.
+#[must_use]
+pub const fn can_be_mapped(index: u16) -> bool {
+    let optional = matches!(index, HIGH_RESOLUTION_TIME_STAMP | OS_PROMPT | SDO_SERVER_1..=SDO_CLIENT_128);
+    optional || !is_parameter(index)
+}
+
 /// Whether CiA 301, 7.3.5, table 40 forbids an identifier of 11 bits to any configurable object: NMT, SDO, error control
 /// and LSS have those.
 #[must_use]

@@ -101,9 +101,11 @@ fn device_facts(device: &Device) -> Vec<(&'static str, String)> {
         facts.extend([
             ("NodeID", some(commissioning.node_id.map(u16::from))),
             ("NodeName", commissioning.node_name.clone()),
+            ("NodeRefd", commissioning.node_designator.clone()),
             ("Baudrate", some(commissioning.bit_rate_kbit)),
             ("NetNumber", commissioning.net_number.map(|number| number.to_string())),
             ("NetworkName", commissioning.network_name.clone()),
+            ("NetRefd", commissioning.network_designator.clone()),
             ("CANopenManager", commissioning.manager.and_then(flag)),
             ("LSS_SerialNumber", number(commissioning.serial_number)),
         ]);
@@ -139,9 +141,11 @@ pub fn json(device: &Device) -> Json {
         "commissioning": device.commissioning.as_ref().map(|commissioning| json!({
             "node_id": commissioning.node_id,
             "node_name": commissioning.node_name,
+            "node_designator": commissioning.node_designator,
             "bit_rate_kbit": commissioning.bit_rate_kbit,
             "net_number": commissioning.net_number,
             "network_name": commissioning.network_name,
+            "network_designator": commissioning.network_designator,
             "manager": commissioning.manager,
             "serial_number": commissioning.serial_number,
         })),
@@ -237,6 +241,7 @@ fn entry_json(entry: &Entry) -> Json {
         "high_limit": entry.high.as_ref().map(value_json),
         "configured": entry.configured.as_ref().map(value_json),
         "denotation": entry.denotation,
+        "designator": entry.designator,
         "description": entry.description,
         "quantity": quantity,
         "enumeration": enumeration,

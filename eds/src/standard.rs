@@ -43,7 +43,7 @@ enum Types {
     /// Of the single value, or of all entries but sub-index 0.
     All(DataType),
     /// Of sub-index 1 and on.
-    Each(&'static [DataType]),
+    Each(&'static [Option<DataType>]),
 }
 
 impl Standard {
@@ -54,7 +54,7 @@ impl Standard {
             (true, 0, _) => Some(DataType::Unsigned8),
             (true, 0xFF, _) => None,
             (_, _, Types::All(data_type)) => Some(data_type),
-            (_, sub, Types::Each(types)) => types.get(usize::from(sub) - 1).copied(),
+            (_, sub, Types::Each(types)) => types.get(usize::from(sub) - 1).copied().flatten(),
         }
     }
 }
@@ -88,9 +88,11 @@ pub fn is_hex(index: u16, sub: u8) -> bool {
 fn communication(index: u16) -> Option<Standard> {
     use DataType as D;
     use cia301::*;
-    const PDO: &[DataType] = &[D::Unsigned32, D::Unsigned8, D::Unsigned16, D::Unsigned8, D::Unsigned16, D::Unsigned8];
-    const SDO: &[DataType] = &[D::Unsigned32, D::Unsigned32, D::Unsigned8];
-    const COMMAND: &[DataType] = &[D::OctetString, D::Unsigned8, D::OctetString];
+    // Sub-index 4 shall not exist.
+    const PDO: &[Option<DataType>] =
+        &[Some(D::Unsigned32), Some(D::Unsigned8), Some(D::Unsigned16), None, Some(D::Unsigned16), Some(D::Unsigned8)];
+    const SDO: &[Option<DataType>] = &[Some(D::Unsigned32), Some(D::Unsigned32), Some(D::Unsigned8)];
+    const COMMAND: &[Option<DataType>] = &[Some(D::OctetString), Some(D::Unsigned8), Some(D::OctetString)];
     let (kind, types) = match index {
         DEVICE_TYPE | MANUFACTURER_STATUS_REGISTER => variable(D::Unsigned32),
         COB_ID_SYNC | COMMUNICATION_CYCLE_PERIOD | SYNCHRONOUS_WINDOW_LENGTH => variable(D::Unsigned32),
@@ -116,8 +118,8 @@ fn communication(index: u16) -> Option<Standard> {
 /// CiA 402-2, by the index of the first axis.
 fn cia402(index: u16) -> Option<Standard> {
     use DataType as D;
-    const RAMP: &[DataType] = &[D::Unsigned32, D::Unsigned16];
-    const INTERPOLATION_TIME: &[DataType] = &[D::Unsigned8, D::Integer8];
+    const RAMP: &[Option<DataType>] = &[Some(D::Unsigned32), Some(D::Unsigned16)];
+    const INTERPOLATION_TIME: &[Option<DataType>] = &[Some(D::Unsigned8), Some(D::Integer8)];
     let (kind, types) = match index {
         0x603F..=0x6041 => variable(D::Unsigned16),
         0x6066 | 0x6068 | 0x606D..=0x6070 | 0x6072 | 0x6073 => variable(D::Unsigned16),
@@ -323,6 +325,7 @@ mod tests {
         check(0x1018, 0, Some(DataType::Unsigned8));
         check(0x1018, 4, Some(DataType::Unsigned32));
         check(0x1800, 3, Some(DataType::Unsigned16));
+        check(0x1800, 4, None);
         check(0x1800, 9, None);
         check(0x1A00, 64, Some(DataType::Unsigned32));
         check(0x6060, 0, Some(DataType::Integer8));

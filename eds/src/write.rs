@@ -117,9 +117,11 @@ impl Writer {
         self.section("DeviceComissioning");
         self.number("NodeID", commissioning.node_id);
         self.text("NodeName", &commissioning.node_name);
+        self.text("NodeRefd", &commissioning.node_designator);
         self.number("Baudrate", commissioning.bit_rate_kbit);
         self.number("NetNumber", commissioning.net_number);
         self.text("NetworkName", &commissioning.network_name);
+        self.text("NetRefd", &commissioning.network_designator);
         self.number("CANopenManager", commissioning.manager.map(u8::from));
         self.number("LSS_SerialNumber", commissioning.serial_number);
     }
@@ -235,6 +237,7 @@ impl Writer {
             self.pair("SubNumber", object.entries.len());
             if self.configured {
                 self.text("Denotation", &object.denotation);
+                self.text("ParamRefd", &object.designator);
             }
         }
         for entry in &object.entries {
@@ -281,6 +284,7 @@ impl Writer {
         if self.configured {
             self.value("ParameterValue", &entry.configured, entry.data_type);
             self.text("Denotation", &entry.denotation);
+            self.text("ParamRefd", &entry.designator);
             self.text("UploadFile", &entry.upload_file);
             self.text("DownloadFile", &entry.download_file);
         }
@@ -409,16 +413,16 @@ mod tests {
             access in access(),
             pdo_mapping in any::<bool>(),
             values in [value(data_type), value(data_type), value(data_type), value(data_type)],
-            texts in [option::of(text()), option::of(text()), option::of(text())],
+            texts in [option::of(text()), option::of(text()), option::of(text()), option::of(text())],
         ) -> Entry {
             let [default, configured, low, high] = values;
-            let [denotation, upload_file, download_file] = texts;
+            let [denotation, designator, upload_file, download_file] = texts;
             // Two zeros are read as no limits.
             let is_zero = |limit: &Option<Value>| matches!(limit, Some(Value::Integer(0) | Value::Real(0.0)));
             let (low, high) = if is_zero(&low) && is_zero(&high) { (None, None) } else { (low, high) };
             let entry = Entry { name, data_type, access, pdo_mapping, default, ..Entry::new(0, 0, Span::default()) };
             entry.with_details(EntryDetails {
-                configured, low, high, denotation, upload_file, download_file, ..EntryDetails::default()
+                configured, low, high, denotation, designator, upload_file, download_file, ..EntryDetails::default()
             })
         }
     }
@@ -437,15 +441,15 @@ mod tests {
             entries in btree_map(any::<u8>(), entry(), 0..5),
             flags in 0..4_u32,
             links in vec(any::<u16>(), 0..3),
-            denotation in option::of(text()),
+            [denotation, designator] in [option::of(text()), option::of(text())],
         ) -> Object {
             let entries = if kind.has_subs() { entries } else { [(0, single)].into() };
             let entries = entries.into_iter().map(|(sub, entry)| Entry { sub, ..entry }).collect::<Vec<_>>();
             // The name and the denotation of a single value are those of its entry.
             let name = if kind.has_subs() { name } else { entries[0].name.clone() };
-            let denotation = denotation.filter(|_| kind.has_subs());
+            let [denotation, designator] = [denotation, designator].map(|text| text.filter(|_| kind.has_subs()));
             let object = Object { name, list, entries, flags, ..Object::new(0, kind, Span::default()) };
-            object.with_details(ObjectDetails { links, denotation, ..ObjectDetails::default() })
+            object.with_details(ObjectDetails { links, denotation, designator, ..ObjectDetails::default() })
         }
     }
 
@@ -475,7 +479,8 @@ mod tests {
             let [vendor_number, product_number, revision_number] = numbers;
             let [version, revision, granularity] = bytes;
             let commissioning = commissioning.then(|| Commissioning {
-                node_id: version, node_name, bit_rate_kbit: Some(500), net_number: vendor_number, network_name,
+                node_id: version, node_name, node_designator: order_code.clone(), bit_rate_kbit: Some(500),
+                net_number: vendor_number, network_name, network_designator: last_eds.clone(),
                 manager: Some(flags[0]), serial_number: product_number,
             });
             // A fixed object of a module is in none of the lists.

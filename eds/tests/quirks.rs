@@ -383,12 +383,16 @@ fn links_denotations_and_files_of_a_dcf_are_read() {
 fn commissioning_is_read_in_both_spellings() {
     for name in ["DeviceComissioning", "DeviceCommissioning"] {
         let text = format!(
-            "[{name}]\nNodeID=5\nNodeName=Axis\nBaudrate=500\nNetNumber=1\nNetworkName=Line\nCANopenManager=1\nLSS_SerialNumber=0x10\n"
+            "[{name}]\nNodeID=5\nNodeName=Axis\nNodeRefd=-K5\nBaudrate=500\nNetNumber=1\nNetworkName=Line\nNetRefd=W1\nCANopenManager=1\nLSS_SerialNumber=0x10\n"
         );
-        let commissioning = read(&text).0.commissioning.expect("it is read");
+        let (device, diagnostics) = read(&text);
+        assert!(!has(&diagnostics, "eds::unknown-key"));
+        let commissioning = device.commissioning.expect("it is read");
         assert_eq!((commissioning.node_id, commissioning.bit_rate_kbit), (Some(5), Some(500)));
         assert_eq!((commissioning.manager, commissioning.serial_number), (Some(true), Some(16)));
         assert_eq!(commissioning.network_name.as_deref(), Some("Line"));
+        let designators = [commissioning.node_designator.as_deref(), commissioning.network_designator.as_deref()];
+        assert_eq!(designators, [Some("-K5"), Some("W1")]);
     }
 }
 
@@ -507,7 +511,6 @@ fn one_cause_is_told_once() {
     let (_, diagnostics) = read(&text);
     for (code, message) in [
         ("pdo::granularity", "8 mapped lengths are no multiple of the granularity of 64 bits"),
-        ("eds::compact-entries", "the sections of 32 objects stand for 128 entries"),
         ("eds::same-name", "the objects 2000, 2001, 2002, 2003, 2004 and 27 more have the same name"),
         ("eds::object-not-listed", "33 objects are in none of the lists: 1A00, 2000, 2001, 2002, 2003 and 28 more"),
     ] {
@@ -604,6 +607,7 @@ fn a_device_type_that_contradicts_the_objects_is_found() {
         assert!(!found(right, &drive), "{right}");
     }
     assert!(found("0x91010000", &[0x6000]) && !found("401", &[0x6000]) && !found("0", &[0x6000]));
+    assert!(found("0x00010191", &[0x6000, 0x6200]) && !found("0x00030191", &[0x6000, 0x6200]));
     let (_, diagnostics) = read(&sheet("0x92010200", &drive));
     let found = diagnostics.iter().find(|finding| finding.code == "cia301::device-type").unwrap();
     assert!(found.help.as_ref().is_some_and(|help| help.ends_with("default = 0x20192")), "{found:?}");
@@ -616,7 +620,7 @@ fn names_that_the_standards_themselves_repeat_are_not_told() {
     };
     let same =
         |a: u16, b: u16| has(&read(&[object(a, "Same name"), object(b, "Same name")].concat()).1, "eds::same-name");
-    assert!(!same(0x1600, 0x1601) && !same(0x6040, 0x6840));
+    assert!(!same(0x1600, 0x1601) && !same(0x6040, 0x6840) && !same(0x1000, 0x67FF));
     assert!(same(0x2000, 0x2001) && same(0x6040, 0x6041) && same(0x1600, 0x2000));
 }
 
@@ -629,9 +633,9 @@ fn equal_limits_of_a_command_are_not_told() {
 
 #[test]
 fn a_value_in_a_table_is_found_where_it_is() {
-    let text = "[2000]\nParameterName=x\nObjectType=8\nCompactSubObj=2\nDataType=6\nAccessType=ro\n\
+    let text = "[2000]\nParameterName=x\nObjectType=8\nCompactSubObj=2\nDataType=6\nAccessType=ro\nDefaultValue=1\n\
                 [2000Value]\nNrOfEntries=1\n2=7\n";
-    check_places(text, &["eds::value-not-writable"], &["9:3 eds::value-not-writable"]);
+    check_places(text, &["eds::value-not-writable"], &["10:3 eds::value-not-writable"]);
 }
 
 #[test]
@@ -643,4 +647,65 @@ fn the_shipped_data_sheets_are_as_every_reader_wants_them() {
             assert!(!has(&diagnostics, code), "{}: {code}", shipped.id);
         }
     }
+}
+
+/// What was found in real data sheets though it is right, or with a remedy that would do harm.
+#[test]
+fn what_is_right_is_not_found_and_what_is_wrong_has_no_harmful_remedy() {
+    let entry = |index: &str, keys: &str| {
+        format!("[{index}]\nParameterName=x{index}\nObjectType=7\nDataType=7\nAccessType=rw\n{keys}\n")
+    };
+    let pdo = |index: &str, cob_id: &str| {
+        entry(&format!("{index}sub1"), &format!("DefaultValue={cob_id}")) + &entry(&format!("{index}sub4"), "")
+    };
+    let found = |text: &str, code: &str| read(text).1.iter().find(|finding| finding.code == code).cloned();
+    // CiA 301 lets these be mapped.
+    for index in ["1013", "1026sub1", "1200sub1", "1201sub2", "1280sub1", "1001"] {
+        assert_eq!(found(&entry(index, "PDOMapping=1"), "eds::mappable-parameter"), None, "{index}");
+    }
+    assert!(found(&entry("1017", "PDOMapping=1"), "eds::mappable-parameter").is_some());
+    let pdos = |a: &str, b: &str| found(&(pdo(a, "0x185") + &pdo(b, "0x185")), "pdo::cob-id-collision").is_some();
+    assert!(!pdos("1400", "1401") && pdos("1800", "1801") && pdos("1400", "1800"));
+    assert!(found(&pdo("1400", "0x185"), "cia301::reserved-sub-index").is_some());
+    assert_eq!(found(&pdo("1400", "0x185"), "cia301::data-type"), None);
+    let limits = |data_type: &str, keys: &str| {
+        let text = entry("2000", keys).replace("DataType=7", &format!("DataType={data_type}"));
+        let help = |code: &str| found(&text, code).map(|finding| finding.help.unwrap_or_default());
+        (help("eds::limits-reversed"), help("eds::limit-outside-type"))
+    };
+    let (reversed, outside) = limits("3", "LowLimit=0\nHighLimit=0xFFFF");
+    assert!(reversed.is_none() && outside.is_some_and(|help| help.ends_with("high = 32767")));
+    let (reversed, _) = limits("4", "LowLimit=0xEC78\nHighLimit=0x1388");
+    assert!(reversed.is_some_and(|help| help.ends_with("low = -5000")));
+    let (_, outside) = limits("5", "LowLimit=6144\nHighLimit=49152\nDefaultValue=12288");
+    assert!(outside.is_some_and(|help| help.contains("accept")));
+    let (reversed, outside) = limits("8", "LowLimit=1\nHighLimit=0xFFFF");
+    assert!(reversed.is_none() && outside.is_none());
+    let emcy = entry("1014", "DefaultValue=0x81");
+    assert!(found(&emcy, "cia301::emcy-cob-id").is_some());
+    assert_eq!(found(&format!("[DeviceComissioning]\nNodeID=1\n{emcy}"), "cia301::emcy-cob-id"), None);
+    // Real sub-indices 0 of another size would be read wrongly.
+    let count = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=2\n".to_owned()
+        + &entry("2000sub0", "DefaultValue=1")
+        + &entry("2000sub1", "");
+    assert!(found(&count, "eds::sub-0-type").is_some_and(|finding| finding.fix.is_none()));
+    let writable = count.replace("DefaultValue=1", "DefaultValue=0");
+    assert_eq!(found(&writable, "eds::highest-sub"), None);
+}
+
+#[test]
+fn an_object_under_the_number_of_another_gets_the_number_that_is_free() {
+    let text = "[ManufacturerObjects]\nSupportedObjects=3\n1=0x2000\n1=0x2001\n3=0x2002\n".to_owned()
+        + &["2000", "2001", "2002"]
+            .map(|index| format!("[{index}]\nParameterName=x{index}\nDataType=6\nAccessType=rw\n"))
+            .concat();
+    let (_, diagnostics) = read(&text);
+    let found = |code: &str| diagnostics.iter().find(|finding| finding.code == code);
+    assert_eq!(found("eds::list-count"), None);
+    assert!(found("eds::list-gap").is_some_and(|finding| finding.fix.is_none()));
+    let doubled = found("eds::duplicate-key").expect("the number comes twice");
+    assert!(doubled.help.as_ref().is_some_and(|help| help.ends_with("line 4: 2=0x2001")), "{doubled:?}");
+    assert_eq!(doubled.fix, None);
+    let fixed = lexican_eds::fix::fix(&Input::new(Source::new("quirk.eds", text.as_str())));
+    assert!(fixed.input.eds.text().contains("1=0x2001\n3=0x2002\n"), "{}", fixed.input.eds.text());
 }

@@ -2,11 +2,12 @@
 //! the device changes but what the remedy names.
 
 mod cases;
+mod remedy;
 
 use cases::cases;
 use lexican_eds::fix::fix;
-use lexican_eds::model::Device;
-use lexican_eds::{Diagnostic, Input, Source, diff, load};
+use lexican_eds::{Diagnostic, Input, Source, load};
+use remedy::{changes, count, remedies};
 
 #[test]
 fn remedies_of_the_golden_cases_mend_what_was_found_and_nothing_else() {
@@ -45,6 +46,15 @@ fn remedies_fit_the_finding_at_hand() {
         object("LowLimit=9\nDefaultValue=5"),
         object("HighLimit=9\nDefaultValue=$NODEID"),
         object("LowLimit=7\nHighLimit=7"),
+        object("LowLimit=6144\nHighLimit=49152\nDefaultValue=70000"),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=4\nAccessType=rw\nLowLimit=0xEC78\nHighLimit=0x1388\n"
+            .to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=3\nAccessType=rw\nLowLimit=0\nHighLimit=0xFFFF\n".to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=8\nAccessType=rw\nHighLimit=0xFFFF\n".to_owned(),
+        "[ManufacturerObjects]\nSupportedObjects=3\n1=0x2000\n1=0x2001\n3=0x2002\n".to_owned()
+            + &["2000", "2001", "2002"]
+                .map(|index| format!("[{index}]\nParameterName=x{index}\nDataType=6\nAccessType=rw\n"))
+                .concat(),
         object("DefaultValue=70000"),
         object("ParameterValue=70000\nHighLimit=3"),
         object("PDOMapping=2"),
@@ -146,104 +156,4 @@ fn all_remedies_help(input: &Input) -> usize {
         }
     }
     applied
-}
-
-/// How many findings say this.
-fn count(findings: &[Diagnostic], like: &Diagnostic) -> usize {
-    findings.iter().filter(|finding| finding.code == like.code && finding.message == like.message).count()
-}
-
-fn changes(before: &Device, after: &Device) -> Vec<String> {
-    diff::diff(before, after).into_iter().map(|change| change.place).collect()
-}
-
-/// What stands below `in the data sheet:` or `in an overlay:`.
-struct Remedy {
-    text: String,
-    place: Place,
-}
-
-#[derive(PartialEq)]
-enum Place {
-    DataSheet,
-    Overlay,
-    Encoding,
-}
-
-fn remedies(help: &str) -> Vec<Remedy> {
-    let mut remedies: Vec<Remedy> = Vec::new();
-    for line in help.lines() {
-        let place = match line {
-            _ if line.ends_with("in the data sheet:") => Place::DataSheet,
-            _ if line.ends_with("in an overlay:") => Place::Overlay,
-            _ if line.contains("save the file as UTF-8") => Place::Encoding,
-            _ => {
-                if let Some(remedy) = remedies.last_mut() {
-                    remedy.text += &format!("{line}\n");
-                }
-                continue;
-            }
-        };
-        remedies.push(Remedy { text: String::new(), place });
-    }
-    remedies
-}
-
-impl Remedy {
-    fn applied(&self, input: &Input) -> Input {
-        let eds = |text: String| Input { eds: Source::new(input.eds.name(), text), ..input.clone() };
-        match self.place {
-            Place::Encoding => eds(input.eds.text().to_owned()),
-            Place::DataSheet => eds(self.edited(input.eds.text())),
-            Place::Overlay => {
-                let text = format!("[overlay]\nformat = 1\n{}", self.text);
-                input.clone().overlay(Source::new("remedy.toml", text))
-            }
-        }
-    }
-
-    /// The text with the changes, whose lines count as they were before.
-    fn edited(&self, text: &str) -> String {
-        let mut lines: Vec<Vec<&str>> = text.lines().map(|line| vec![line]).collect();
-        lines.push(Vec::new());
-        let number = |text: &str| text.parse::<usize>().expect("a line number") - 1;
-        for step in self.text.lines() {
-            if let Some((line, becomes)) = step.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
-                lines[number(line)][0] = becomes;
-            } else if let Some((line, added)) = step.strip_prefix("after line ").and_then(|rest| rest.split_once(": "))
-            {
-                lines[number(line)].push(added);
-            } else if let Some((first, last)) = step.strip_prefix("no lines ").and_then(|rest| rest.split_once(" to "))
-            {
-                lines[number(first)..=number(last)].iter_mut().for_each(Vec::clear);
-            } else if let Some(line) = step.strip_prefix("no line ") {
-                lines[number(line)].clear();
-            } else {
-                panic!("{step:?} is no change of a data sheet");
-            }
-        }
-        lines.concat().join("\n") + "\n"
-    }
-
-    /// Whether the remedy is about this part of the device: an overlay about the objects it names, a change of the data
-    /// sheet about the object that the finding is about, or about what the changed section says.
-    fn may_change(&self, place: &str, finding: &Diagnostic, input: &Input) -> bool {
-        let index = place.split(':').next().unwrap_or_default();
-        match self.place {
-            Place::Encoding => false,
-            Place::Overlay => self.text.contains(&format!("\"{index}")),
-            Place::DataSheet => {
-                // What follows from other sections: the PDO parameters of `CompactPDO`, the list of an object.
-                let of_info = matches!(finding.code, "eds::bad-compact-pdo" | "eds::wrong-list")
-                    || place == "DeviceInfo"
-                    || place == "FileInfo";
-                let lines =
-                    input.eds.text().lines().take(
-                        finding.labels.first().map_or(0, |label| input.eds.position(label.span.start).line as usize),
-                    );
-                let section = lines.filter(|line| line.trim().starts_with('[')).last().unwrap_or_default();
-                of_info || section.trim_start_matches('[').starts_with(index)
-            }
-        }
-    }
 }

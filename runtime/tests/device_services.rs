@@ -52,6 +52,20 @@ fn what_local_control_writes_takes_effect() {
 }
 
 #[test]
+fn what_a_parameter_holds_can_be_written_back() {
+    // None of these could be written as a new value: TIME is not produced, 0 is no identifier of SDO, 253 no type of an RPDO.
+    let entries = "1012:00 u32 rw - 0x40000100\n1201:01 u32 rw - 0\n1400:01 u32 rw - 0x205\n1400:02 u8 rw - 253";
+    let mut bench = Bench::with(entries);
+    for (index, sub, len, value) in
+        [(0x1012, 0, 4, 0x4000_0100), (0x1201, 1, 4, 0), (0x1400, 1, 4, 0x205), (0x1400, 2, 1, 253)]
+    {
+        assert_eq!(bench.write(index, sub, len, value), Ok(()), "{index:04X}");
+    }
+    assert_eq!(bench.write(0x1012, 0, 4, 0x4000_0101), Err(0x0609_0030));
+    assert_eq!(bench.write(0x1400, 2, 1, 252), Err(0x0609_0030));
+}
+
+#[test]
 fn the_generic_bit_stays_as_long_as_there_is_any_error() {
     let mut bench = Bench::with("1016:01 u32 rw - 0x00060064");
     bench.send("706#05");

@@ -91,8 +91,6 @@ pub struct Comparison<'a> {
     pub values: &'a DeviceValues<'a>,
     /// The node-ID of the device.
     pub node: NodeId,
-    /// Whether to compare variable values with their defaults.
-    pub defaults: bool,
 }
 
 impl Comparison<'_> {
@@ -153,16 +151,14 @@ impl Comparison<'_> {
         Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
-    /// Constants, by the data sheet or by CiA 301, must have their value. Others are compared if `defaults` is set.
+    /// Constants, by the data sheet or by CiA 301, must have their value. What can be written may have been set to another one,
+    /// and what cannot may be measured.
     fn constant(&self, entry: &Entry, value: &Value, stated: &[u8]) -> Option<Finding> {
         let expected = parse(entry.data_type, stated).filter(|expected| expected != value)?;
-        // The serial number (1018h:04) and the error register (1001h) differ from device to device.
         let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (cia301::DEVICE_TYPE, 0);
         let kind = match is_constant {
             true => Kind::Constant,
-            false if self.defaults && !matches!(entry.index, cia301::ERROR_REGISTER | cia301::IDENTITY) => {
-                Kind::Default
-            }
+            false if entry.access.writable() => Kind::Default,
             false => return None,
         };
         let describe = |value: &Value| self.values.describe(entry, value);
@@ -253,7 +249,7 @@ mod tests {
     fn check(entry: (u16, u8), answer: Answer, expected: &[(Kind, &str)]) {
         let device = sensor();
         let values = DeviceValues::new(&device);
-        let comparison = Comparison { values: &values, node: NodeId::literal(7), defaults: true };
+        let comparison = Comparison { values: &values, node: NodeId::literal(7) };
         let found = comparison.read(device.entry(entry.0, entry.1).unwrap(), &answer);
         let found: Vec<_> = found.iter().map(|finding| (finding.kind, finding.text.as_str())).collect();
         assert_eq!(found, expected, "{entry:04X?} {answer:?}");
@@ -306,7 +302,7 @@ mod tests {
         let refused = Answer::Refused(AbortCode::DEVICE_STATE);
         let device = sensor();
         let values = DeviceValues::new(&device);
-        let comparison = Comparison { values: &values, node: NodeId::literal(7), defaults: false };
+        let comparison = Comparison { values: &values, node: NodeId::literal(7) };
         let found = comparison.read(device.entry(0x2000, 0).unwrap(), &refused);
         assert!(found.len() == 1 && !found[0].kind.is_difference(), "{found:?}");
         assert!(!refused_write(AbortCode::DEVICE_STATE).kind.is_difference());

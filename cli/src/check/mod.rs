@@ -25,8 +25,8 @@ use lexican_toolbox::values::{DeviceValues, address};
 /// Compare a device with its data sheet
 ///
 /// Reads every entry of the data sheet, and checks that it exists, its length, access, limits and constant values,
-/// and the identity of the device. Nothing is written, unless --write is given. Exit code 1 if the device differs
-/// from its data sheet.
+/// and the identity of the device. Other values that are not the defaults are shown, too, but are no differences.
+/// Nothing is written, unless --write is given. Exit code 1 if the device differs from its data sheet.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -52,10 +52,6 @@ struct Extent {
     #[arg(long)]
     write: bool,
 
-    /// Also report values that are not the defaults; they are no differences
-    #[arg(long)]
-    defaults: bool,
-
     /// Also read DOMAIN entries, which may be long
     #[arg(long)]
     domains: bool,
@@ -64,7 +60,7 @@ struct Extent {
 const EXAMPLES: &str = "\
 Examples:
     lexican check --bus can0 5 --device FILE.eds
-    lexican check --bus can0 5 --write --defaults";
+    lexican check --bus can0 5 --write --domains";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Connected { mut network, id, device } = args.network.connect(args.node)?;
@@ -92,7 +88,7 @@ fn inspect<L: Link>(
     let mut values = DeviceValues::new(device);
     let mut inspection = Inspection { node: RemoteNode::new(network, node), extent };
     let answers = inspection.read_all(&mut values)?;
-    let comparison = Comparison { values: &values, node, defaults: extent.defaults };
+    let comparison = Comparison { values: &values, node };
     for entry in device.entries() {
         let Some(answer) = answers.get(&address(entry)) else { continue };
         let mut findings = comparison.read(entry, answer);
@@ -159,6 +155,8 @@ struct Tally {
     entries: usize,
     differ: usize,
     unchecked: usize,
+    /// Those that are set to something else than their default.
+    set: usize,
     /// Those of which the data sheet contradicts itself.
     sheet: usize,
 }
@@ -169,22 +167,27 @@ impl Tally {
         self.entries += 1;
         self.differ += any(&Kind::is_difference);
         self.unchecked += any(&|kind| kind == Kind::Unchecked);
+        self.set += any(&|kind| kind == Kind::Default);
         self.sheet += any(&|kind| kind == Kind::Sheet);
     }
 
     fn print(self, as_json: bool, node: NodeId) -> Result<(), Failure> {
-        let Tally { entries, differ, unchecked, sheet } = self;
+        let Tally { entries, differ, unchecked, set, sheet } = self;
         let verdict = match differ {
             0 => "as the data sheet says".to_owned(),
             1 => "1 is not as the data sheet says".to_owned(),
             many => format!("{many} are not as the data sheet says"),
         };
-        let rest = [(unchecked, "could not be checked"), (sheet, "by which the data sheet contradicts itself")];
+        let rest = [
+            (set, "not at the default"),
+            (unchecked, "could not be checked"),
+            (sheet, "by which the data sheet contradicts itself"),
+        ];
         let rest = rest.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("; {count} {what}"));
         let rest: String = rest.collect();
         let object = json!({
             "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
-            "sheet": sheet,
+            "not_default": set, "sheet": sheet,
         });
         print_result(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
     }

@@ -72,7 +72,7 @@ fn deviations(device: &Device) -> Vec<String> {
     }
     let mut network = network(bus.link()).expect("a virtual bus filters");
     found.extend(disobeyed(device, &mut watch, &mut network));
-    let extent = Extent { write: true, defaults: true, domains: true };
+    let extent = Extent { write: true, domains: true };
     let checked = inspect(&mut network, NODE, device, extent, |report, findings| {
         // What a drive measures is not what its data sheet has by default.
         let is_measured = servo::measures(report.address);

@@ -83,8 +83,13 @@ pub(super) fn rows(indent: &str, rows: impl IntoIterator<Item = String>) -> Stri
 /// `b"..."`, broken where a line is full.
 pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
     let mut lines = vec![String::new()];
-    for &byte in bytes {
-        let escaped = if byte == 0 { "\\0".to_owned() } else { byte.escape_ascii().to_string() };
+    for (at, &byte) in bytes.iter().enumerate() {
+        // Before a digit `\0` looks like an octal number of C.
+        let is_before_digit = bytes.get(at + 1).is_some_and(|next| matches!(next, b'0'..=b'7'));
+        let escaped = match byte {
+            0 if !is_before_digit => "\\0".to_owned(),
+            _ => byte.escape_ascii().to_string(),
+        };
         if lines.last().is_some_and(|line| indent.len() + line.len() + escaped.len() >= WIDTH) {
             lines.push(String::new());
         }
@@ -140,4 +145,14 @@ fn append(text: &mut String, tokens: &TokenStream) {
         }
     }
     text.truncate(text.trim_end().len());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zero_before_a_digit_is_no_octal_number() {
+        assert_eq!(bytes(b"\0\x001\0\x008\0a", ""), r#"b"\0\x001\0\08\0a""#);
+    }
 }

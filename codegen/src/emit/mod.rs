@@ -14,6 +14,8 @@ mod tables;
 
 use context::Context;
 use lexican_eds::drive::Drive;
+use proc_macro2::Literal;
+use quote::ToTokens as _;
 
 use crate::options::Options;
 use crate::plan::{NewtypeKind, Plan};
@@ -77,7 +79,11 @@ fn facts(context: &Context<'_>, has_names: bool, code: &mut String) {
             *code += &format!("\n/// {doc}\npub const {name}: {type} = {value};\n");
         }
     };
-    let text = |text: &Option<String>| text.as_ref().filter(|text| !text.is_empty()).map(|text| format!("{text:?}"));
+    let text = |text: &Option<String>| {
+        text.as_ref()
+            .filter(|text| !text.is_empty())
+            .map(|text| layout::line(&Literal::string(text).into_token_stream()))
+    };
     constant("VENDOR_NAME", "Who makes the device.", "&str", text(&info.vendor_name));
     constant("PRODUCT_NAME", "What the device is called.", "&str", text(&info.product_name));
     constant("ORDER_CODE", "How the device is ordered.", "&str", text(&info.order_code));

@@ -48,7 +48,8 @@ pub(crate) fn rewritten(
     Some(counted.into_iter().chain(patch).collect())
 }
 
-fn listed<'s, 'a>(pair: &'s Pair<'a>) -> Option<(u32, u16, &'s Pair<'a>)> {
+/// The number and the object of a line of a list.
+pub(crate) fn listed<'s, 'a>(pair: &'s Pair<'a>) -> Option<(u32, u16, &'s Pair<'a>)> {
     let number = number_of_key(&without_blanks(pair.key), "", 10)?;
     let index = u16::try_from(number::integer(pair.value)?.value).ok()?;
     Some((number, index, pair))

@@ -74,3 +74,26 @@ pub struct Tool {
     /// `Command`.
     pub command: String,
 }
+
+/// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Commissioning {
+    /// `NodeID`.
+    pub node_id: Option<u8>,
+    /// `NodeName`.
+    pub node_name: Option<String>,
+    /// `NodeRefd`: the reference designator of the node.
+    pub node_designator: Option<String>,
+    /// `Baudrate` in kbit/s.
+    pub bit_rate_kbit: Option<u16>,
+    /// `NetNumber`.
+    pub net_number: Option<u32>,
+    /// `NetworkName`.
+    pub network_name: Option<String>,
+    /// `NetRefd`: the reference designator of the network.
+    pub network_designator: Option<String>,
+    /// `CANopenManager`.
+    pub manager: Option<bool>,
+    /// `LSS_SerialNumber`.
+    pub serial_number: Option<u32>,
+}

@@ -18,10 +18,11 @@ pub(crate) enum Key {
     Denotation,
     UploadFile,
     DownloadFile,
+    ParamRefd,
 }
 
 /// The spellings, in the order of [`Key`].
-pub(crate) const KEYS: [&str; 15] = [
+pub(crate) const KEYS: [&str; 16] = [
     "ParameterName",
     "ObjectType",
     "DataType",
@@ -37,6 +38,7 @@ pub(crate) const KEYS: [&str; 15] = [
     "Denotation",
     "UploadFile",
     "DownloadFile",
+    "ParamRefd",
 ];
 
 impl Key {
@@ -96,5 +98,14 @@ pub(crate) const DEVICE_INFO: [&str; 24] = [
     "CompactPDO",
 ];
 
-pub(crate) const COMMISSIONING: [&str; 7] =
-    ["NodeID", "NodeName", "Baudrate", "NetNumber", "NetworkName", "CANopenManager", "LSS_SerialNumber"];
+pub(crate) const COMMISSIONING: [&str; 9] = [
+    "NodeID",
+    "NodeName",
+    "NodeRefd",
+    "Baudrate",
+    "NetNumber",
+    "NetworkName",
+    "NetRefd",
+    "CANopenManager",
+    "LSS_SerialNumber",
+];

@@ -9,7 +9,7 @@ pub mod types;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
-pub use info::{DeviceInfo, FileInfo, Tool};
+pub use info::{Commissioning, DeviceInfo, FileInfo, Tool};
 
 use crate::cia301;
 use crate::model::types::DataType;
@@ -83,6 +83,8 @@ pub struct ObjectDetails {
     pub links: Vec<u16>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
+    /// `ParamRefd` of a DCF: the reference designator of the parameter.
+    pub designator: Option<String>,
 }
 
 /// Which of the three lists of a data sheet names an object.
@@ -149,6 +151,8 @@ pub struct EntryDetails {
     pub high: Option<Value>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
+    /// `ParamRefd` of a DCF: the reference designator of the parameter.
+    pub designator: Option<String>,
     /// `UploadFile` of a DCF: where data read from the device go.
     pub upload_file: Option<String>,
     /// `DownloadFile` of a DCF: where data written to the device come from.
@@ -391,25 +395,6 @@ pub enum ParameterNumber {
     Number(u16),
     /// By a text, such as the commands that read and write it.
     Text(String),
-}
-
-/// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Commissioning {
-    /// `NodeID`.
-    pub node_id: Option<u8>,
-    /// `NodeName`.
-    pub node_name: Option<String>,
-    /// `Baudrate` in kbit/s.
-    pub bit_rate_kbit: Option<u16>,
-    /// `NetNumber`.
-    pub net_number: Option<u32>,
-    /// `NetworkName`.
-    pub network_name: Option<String>,
-    /// `CANopenManager`.
-    pub manager: Option<bool>,
-    /// `LSS_SerialNumber`.
-    pub serial_number: Option<u32>,
 }
 
 /// A module that can be plugged into a modular device (CiA 306-1, 6.7).
@@ -696,7 +681,8 @@ impl<T: Details> PartialEq for Sparse<T> {
 
 impl Details for ObjectDetails {
     fn none() -> &'static Self {
-        static NONE: ObjectDetails = ObjectDetails { description: None, links: Vec::new(), denotation: None };
+        static NONE: ObjectDetails =
+            ObjectDetails { description: None, links: Vec::new(), denotation: None, designator: None };
         &NONE
     }
 }
@@ -708,6 +694,7 @@ impl Details for EntryDetails {
             low: None,
             high: None,
             denotation: None,
+            designator: None,
             upload_file: None,
             download_file: None,
             meaning: Meaning::Plain,

@@ -22,7 +22,8 @@ impl<'a, 's> Reader<'a, 's> {
         if facts.compact == 0 {
             let unused = [Key::DataType, Key::AccessType, Key::PdoMapping, Key::DefaultValue, Key::ParameterValue];
             let limits = [Key::LowLimit, Key::HighLimit, Key::UploadFile, Key::DownloadFile];
-            for key in unused.into_iter().chain(limits) {
+            // Without any sub-index it may be a single value, which is another finding.
+            for key in unused.into_iter().chain(limits).filter(|_| facts.subs > 0) {
                 self.without_effect(fields[key as usize]);
             }
             return;
@@ -34,8 +35,9 @@ impl<'a, 's> Reader<'a, 's> {
             ..Entry::new(object.index, 0, object.span)
         });
         let mut fields = *fields;
-        // The denotation is that of the object.
+        // Denotation and designator are those of the object.
         fields[Key::Denotation as usize] = None;
+        fields[Key::ParamRefd as usize] = None;
         let template = self.entry(object.index, 0, object.span, &fields, ObjectKind::Variable);
         self.compact_entries += usize::from(facts.compact);
         self.compact_bytes += usize::from(facts.compact) * (object.name.len() + texts(&template));

@@ -110,6 +110,8 @@ pub(crate) struct List {
     pub(crate) said: Option<(u32, Span)>,
     /// What is listed, in the order of the numbers.
     pub(crate) entries: Vec<Listed>,
+    /// What has the number of another object, and so is not listed.
+    pub(crate) doubled: Vec<Listed>,
 }
 
 /// `7=0x1018`.

@@ -1,5 +1,6 @@
 //! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4 and 7).
 
+use crate::edit::lists::listed;
 use crate::finding::Kind;
 use crate::model::keys::{BIT_RATES_KBIT, COMMISSIONING, DEVICE_INFO, FILE_INFO};
 use crate::model::types::DataType;
@@ -8,7 +9,7 @@ use crate::parse::facts::{List, Listed};
 use crate::parse::object::nonempty;
 use crate::parse::reader::Reader;
 use crate::parse::section::SectionKind;
-use crate::parse::syntax::Section;
+use crate::parse::syntax::{Pair, Section};
 
 impl<'a, 's> Reader<'a, 's> {
     /// Everything but objects and modules. Whether the section was one of these.
@@ -108,14 +109,25 @@ impl<'a, 's> Reader<'a, 's> {
     }
 
     fn commissioning(&mut self, section: &'s Section<'a>) -> Commissioning {
-        let [node_id, node_name, bit_rate, net_number, network_name, manager, serial_number] =
-            self.fields(section, &COMMISSIONING);
+        let [
+            node_id,
+            node_name,
+            node_designator,
+            bit_rate,
+            net_number,
+            network_name,
+            network_designator,
+            manager,
+            serial_number,
+        ] = self.fields(section, &COMMISSIONING);
         Commissioning {
             node_id: self.number(node_id),
             node_name: self.text(node_name),
+            node_designator: self.text(node_designator),
             bit_rate_kbit: self.number(bit_rate),
             net_number: self.number(net_number),
             network_name: self.text(network_name),
+            network_designator: self.text(network_designator),
             manager: manager.map(|pair| self.flag(Some(pair))),
             serial_number: self.number(nonempty(serial_number)),
         }
@@ -131,12 +143,19 @@ impl<'a, 's> Reader<'a, 's> {
         };
         let ([said], lines) = self.numbered(section, "", 10, &["SupportedObjects"]);
         let said = said.and_then(|pair| Some((self.number(Some(pair))?, self.syntax.value_span(pair))));
-        let mut entries = Vec::with_capacity(lines.len());
+        let mut entries: Vec<Listed> = Vec::with_capacity(lines.len());
         for line in lines {
             if let Some(index) = self.number(Some(line.pair)) {
                 entries.push(Listed { number: line.number, index, span: self.syntax.value_span(line.pair) });
             }
         }
-        Some(List { list, span: self.syntax.name_span(section), said, entries })
+        let is_another = |pair: &&Pair<'_>| {
+            let (number, index, _) = listed(pair)?;
+            let at = entries.binary_search_by_key(&number, |kept| kept.number).ok()?;
+            let span = self.syntax.value_span(pair);
+            (entries[at].index != index).then_some(Listed { number, index, span })
+        };
+        let doubled = section.pairs.iter().filter_map(|pair| is_another(&pair)).collect();
+        Some(List { list, span: self.syntax.name_span(section), said, entries, doubled })
     }
 }

@@ -13,7 +13,9 @@ use crate::parse::section::{ModulePart, ObjectPart, SectionKind};
 use crate::parse::syntax::{Pair, Section};
 
 const SUB_EXTENSION: [&str; KEYS.len() + 2] = {
-    let mut keys = ["Count", "ObjExtend", "", "", "", "", "", "", "", "", "", "", "", "", "", "", ""];
+    let mut keys = [""; KEYS.len() + 2];
+    keys[0] = "Count";
+    keys[1] = "ObjExtend";
     let mut at = 0;
     while at < KEYS.len() {
         keys[at + 2] = KEYS[at];

@@ -144,10 +144,18 @@ fn signed(text: &str, value: i128, data_type: DataType) -> i128 {
 fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
     let (number, mut oddity) = without_comment(text);
     if let Some(hex) = number.strip_prefix("0x").or_else(|| number.strip_prefix("0X")) {
-        let value = match data_type {
-            DataType::Real32 => f32::from_bits(u32::from_str_radix(hex, 16).ok()?).into(),
-            _ => f64::from_bits(u64::from_str_radix(hex, 16).ok()?),
+        let bits = u64::from_str_radix(hex, 16).ok()?;
+        let (value, is_subnormal) = match data_type {
+            DataType::Real32 => {
+                let value = f32::from_bits(u32::try_from(bits).ok()?);
+                (value.into(), value.is_subnormal())
+            }
+            _ => (f64::from_bits(bits), f64::from_bits(bits).is_subnormal()),
         };
+        // Nobody means a denormal: 0xFFFF is 65535.
+        if is_subnormal {
+            return Some(Read { value: Value::Real(bits as f64), oddity: oddity.or(Some(Oddity::Spelling)) });
+        }
         return value.is_finite().then_some(Read { value: Value::Real(value), oddity: oddity.or(Some(Oddity::Bits)) });
     }
     let value: f64 = number.parse().ok().or_else(|| {
@@ -262,6 +270,9 @@ mod tests {
         check("1.5", D::Real32, Some(Value::Real(1.5)));
         check("0x3F800000", D::Real32, Some(Value::Real(1.0)));
         check("0.0f", D::Real32, Some(Value::Real(0.0)));
+        check("0xFFFF", D::Real32, Some(Value::Real(65535.0)));
+        check("0x00800000", D::Real32, Some(Value::Real(f32::MIN_POSITIVE.into())));
+        check("0x0A", D::Real64, Some(Value::Real(10.0)));
         check("-3.4E+38", D::Real64, Some(Value::Real(-3.4e38)));
         check("v1 ; x", D::VisibleString, Some(Value::Text("v1 ; x".into())));
         check("2 3600000", D::TimeOfDay, Some(Value::Integer(2 << 32 | 3_600_000)));

@@ -44,6 +44,9 @@ impl<'a, 's> Reader<'a, 's> {
             if let Some(denotation) = self.text(fields[Key::Denotation as usize]) {
                 object.denotation = Some(denotation);
             }
+            if let Some(designator) = self.text(fields[Key::ParamRefd as usize]) {
+                object.designator = Some(designator);
+            }
             self.compact_entries(&mut object, &facts, &fields);
             self.sub_entries(&mut object, parts);
         } else if header.is_some() {
@@ -79,6 +82,7 @@ impl<'a, 's> Reader<'a, 's> {
             low,
             high,
             denotation: self.text(field(Key::Denotation)),
+            designator: self.text(field(Key::ParamRefd)),
             upload_file: self.text(field(Key::UploadFile)),
             download_file: self.text(field(Key::DownloadFile)),
             ..EntryDetails::default()
@@ -113,7 +117,14 @@ impl<'a, 's> Reader<'a, 's> {
         pairs: [Option<&Pair<'_>>; 2],
         data_type: DataType,
     ) -> [Option<Value>; 2] {
-        let limits = pairs.map(|pair| self.value(pair, data_type));
+        let mut limits = pairs.map(|pair| self.value(pair, data_type));
+        // Editors write the range of the unsigned type, 0 to 0xFFFF for an INTEGER16, where nothing was entered.
+        if let [Some(Value::Integer(0..)), Some(Value::Integer(high @ ..0))] = &mut limits
+            && let Some(bits) = data_type.bits()
+            && pairs[1].is_some_and(|pair| !pair.value.starts_with('-'))
+        {
+            *high += 1 << bits;
+        }
         let is_zero = |limit: &Option<Value>| matches!(limit, Some(Value::Integer(0) | Value::Real(0.0)));
         let ([Some(low), Some(high)], true) = (pairs, limits.iter().all(is_zero)) else { return limits };
         let limits = [low, high].map(|pair| self.syntax.value_span(pair));

@@ -1,13 +1,13 @@
 //! What CiA 301 and the device profile demand.
 
-use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, place, plural};
+use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, listed, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
 use super::rule::{Out, note};
 use crate::cia301::{self, *};
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
-use crate::model::{Entry, ObjectList, Value};
+use crate::model::{Entry, ObjectKind, ObjectList, Value};
 use crate::standard;
 use crate::text::Span;
 
@@ -31,11 +31,17 @@ pub(super) fn object_type(cx: &Context<'_>, out: &mut Out<'_>) {
         // What is a list of equal values may be either.
         let alike = object.kind.has_subs() && standard.kind.has_subs() && standard.loose;
         if !same && !alike {
-            let (found, expected) = (object.kind.name(), standard.kind.name());
-            let note = note(format!("{:04X} is a {found}, in {} a {expected}", object.index, standard.source));
+            let [found, expected] = [object.kind, standard.kind].map(with_article);
+            let note = note(format!("{:04X} is {found}, in {} {expected}", object.index, standard.source));
             out.push(note.at(cx.value_span(object.span, Key::ObjectType), ""));
         }
     }
+}
+
+/// `an ARRAY`, `a RECORD`.
+fn with_article(kind: ObjectKind) -> String {
+    let article = if kind == ObjectKind::Array { "an" } else { "a" };
+    format!("{article} {}", kind.name())
 }
 
 pub(super) fn data_type(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -63,6 +69,24 @@ pub(super) fn data_type(cx: &Context<'_>, out: &mut Out<'_>) {
             false => format!("where it must be so, {accepted}"),
         }));
     }
+}
+
+pub(super) fn reserved_sub_index(cx: &Context<'_>, out: &mut Out<'_>) {
+    const MAX_PLACES: usize = 4;
+    let parameters = cx.device.objects.iter().filter(|object| cia301::is_pdo_communication(object.index));
+    let reserved: Vec<&Entry> = parameters.filter_map(|object| object.entry(4)).collect();
+    let mut finding = match reserved.as_slice() {
+        [] => return,
+        [only] => note(format!("{} is reserved", place(only))),
+        several => note(format!("{} are reserved", listed(several, |entry| place(entry)))),
+    };
+    for (at, entry) in reserved.iter().take(MAX_PLACES).enumerate() {
+        let text = "shall not be implemented";
+        finding = if at == 0 { finding.at(entry.span, text) } else { finding.and(entry.span, "nor this") };
+    }
+    out.push(
+        finding.help("where the device has no such entry, remove its section; other devices abort with 0609 0011h"),
+    );
 }
 
 pub(super) fn writable(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -102,13 +126,35 @@ pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
         Some(swapped) => ("the bytes of the device type are swapped", format!("{swapped:#X} was meant"), swapped),
         None if is_drive && !is_free => {
             let text = format!("says profile {}", profile(value));
-            ("the device has controlword and statusword, but is no drive of CiA 402", text, value & 0xFFFF_0000 | 402)
+            // The high half means something else in another profile.
+            let kind = if profile(value) == 0 { value & 0xFFFF_0000 } else { 0 };
+            ("the device has controlword and statusword, but is no drive of CiA 402", text, kind | 402)
+        }
+        // Without any of the bits it says nothing of them.
+        None if profile(value) == 401 && value >> 16 & 0xF != 0 && denied(cx, value) != 0 => {
+            let (right, words) = (value | denied(cx, value), ["digital inputs", "digital outputs", "analogue inputs"]);
+            let words = words.into_iter().chain(["analogue outputs"]).zip(16..);
+            let words: Vec<&str> = words.filter(|(_, bit)| denied(cx, value) & 1 << bit != 0).map(|it| it.0).collect();
+            let text = format!("bits 16 to 19 deny {}", words.join(", "));
+            ("the device type denies inputs or outputs that the device has", text, right)
         }
         None => return,
     };
     let note = note(message).at(cx.entry_span(entry, held_by(entry)), text);
     let can = entry.configured.is_none() && cx.can_default(entry, right.into());
     out.push(note.mend(can.then(|| cx.correct(entry, &format!("default = {right:#X}")))));
+}
+
+/// The bits 16 to 19 of a device type of CiA 401 that are 0 though there are such inputs and outputs.
+fn denied(cx: &Context<'_>, device_type: u32) -> u32 {
+    let any = |indices: &[u16]| indices.iter().any(|&index| cx.device.object(index).is_some());
+    let there = [
+        any(&[0x6000, 0x6020, 0x6100, 0x6120]),
+        any(&[0x6200, 0x6220, 0x6300, 0x6320]),
+        any(&[0x6400, 0x6401, 0x6402, 0x6403]),
+        any(&[0x6410, 0x6411, 0x6412, 0x6413]),
+    ];
+    (16..).zip(there).filter(|&(bit, there)| there && device_type & 1 << bit == 0).map(|(bit, _)| 1 << bit).sum()
 }
 
 /// An object of the profile may be that of any axis, 800h apart.
@@ -197,8 +243,8 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     let good = match &entry.default {
         None => true,
         Some(Value::NodeIdPlus(id)) => id & i64::from(cia301::IDENTIFIER) == i64::from(connection::EMCY),
-        // With a node-ID worked in, as editors do.
-        Some(Value::Integer(id)) => (0x81..=0xFF).contains(&(id & IDENTIFIER)) || id & INVALID != 0,
+        // A number is that of one node, which a DCF is for.
+        Some(Value::Integer(id)) => id & INVALID != 0 || Some(id & IDENTIFIER) == of_the_node(cx),
         Some(_) => true,
     };
     if !good {
@@ -206,6 +252,12 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
         let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
         out.push(note.help(cx.correct(entry, "default = \"$NODEID+0x80\"")));
     }
+}
+
+/// The COB-ID of EMCY in the node that a DCF is for.
+fn of_the_node(cx: &Context<'_>) -> Option<i128> {
+    let node_id = cx.device.commissioning.as_ref()?.node_id?;
+    Some(i128::from(connection::EMCY) + i128::from(node_id))
 }
 
 pub(super) fn sync_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {

@@ -82,18 +82,23 @@ fn is_time(text: &str) -> bool {
     matches!(numbers(clock, ':'), Some([(2, 0..=12), (2, 0..=59), (0, _)]))
 }
 
-/// A date whose order is beyond doubt: `2011-03-07` and `7.3.2011`.
+/// A date whose order is beyond doubt: `2011-03-07`, `7.3.2011` and `16-08-2007`.
 fn as_date(text: &str) -> Option<String> {
     let (day, month, year) = match (numbers(text, '-'), numbers(text, '.')) {
         (Some([(4, year), (_, month), (_, day)]), _) => (day, month, year),
         (_, Some([(_, day), (_, month), (4, year)])) => (day, month, year),
+        (Some([(_, day @ 13..), (_, month), (4, year)]), _) => (day, month, year),
         _ => return None,
     };
     Some(format!("{month:02}-{day:02}-{year:04}")).filter(|date| is_date(date))
 }
 
-/// A time of 24 hours, with or without seconds.
+/// A time of 24 hours, with or without seconds, or an hour of one digit.
 fn as_time(text: &str) -> Option<String> {
+    let padded = Some(format!("0{}", text.trim())).filter(|padded| is_time(padded));
+    if padded.is_some() {
+        return padded;
+    }
     let [(_, hours @ 0..=23), (_, minutes), _] = numbers(text.trim(), ':')? else { return None };
     let half = if hours < 12 { "AM" } else { "PM" };
     let hours = if hours % 12 == 0 { 12 } else { hours % 12 };

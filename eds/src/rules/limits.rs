@@ -7,11 +7,12 @@ use crate::cia301;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated};
 use crate::model::keys::Key;
-use crate::model::types::DataType;
+use crate::model::types::{Class, DataType};
 use crate::model::{AccessType, Entry, ObjectKind, Value};
 use crate::parse::facts::Unlimited;
 use crate::parse::number;
 use crate::patch::{Change, Patch};
+use crate::standard;
 
 /// Whether one number is above another.
 fn above(a: &Value, b: &Value) -> bool {
@@ -30,12 +31,34 @@ pub(super) fn limits_reversed(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note(format!("the limits of {} are reversed", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "the low one");
             let note = note.and(cx.entry_span(entry, Key::HighLimit), "the high one");
-            let inside = |value: &Option<Value>| value.as_ref().is_none_or(|v| !above(v, low) && !above(high, v));
-            let swap = inside(&entry.default) && inside(&entry.configured);
-            let swapped = || cx.correct(entry, &format!("low = {}\nhigh = {}", toml(high), toml(low)));
-            out.push(note.mend(swap.then(|| format!("if they are only exchanged, {}", swapped()))));
+            let holds = |low: &Value, high: &Value| {
+                let inside = |value: &&Value| !above(low, value) && !above(value, high);
+                !above(low, high) && [&entry.default, &entry.configured].into_iter().flatten().all(|v| inside(&v))
+            };
+            let corrected = |keys: String| cx.correct(entry, &keys);
+            let narrow = narrower(cx, entry, low).filter(|(_, narrow)| holds(narrow, high));
+            out.push(note.mend(match narrow {
+                Some((bits, narrow)) => Some(format!(
+                    "if the low limit is a negative number of {bits} bits, {}",
+                    corrected(format!("low = {}", toml(&narrow)))
+                )),
+                None => holds(high, low).then(|| {
+                    let swapped = corrected(format!("low = {}\nhigh = {}", toml(high), toml(low)));
+                    format!("if they are only exchanged, {swapped}")
+                }),
+            }));
         }
     }
+}
+
+/// What the hexadecimal digits of the low limit are as a negative number of 8 or 16 bits, in a longer signed type.
+fn narrower(cx: &Context<'_>, entry: &Entry, low: &Value) -> Option<(u8, Value)> {
+    let low = low.as_integer().filter(|_| entry.data_type.class() == Class::Signed)?;
+    let (_, line) = cx.line(cx.entry_span(entry, Key::LowLimit))?;
+    let digits = line.split_once('=')?.1.trim().to_ascii_lowercase();
+    let bits = 4 * u8::try_from(digits.strip_prefix("0x")?.len()).ok()?;
+    let is_negative = matches!(bits, 8 | 16) && low >> (bits - 1) == 1;
+    is_negative.then(|| (bits, Value::Integer(low - (1 << bits))))
 }
 
 pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -43,9 +66,17 @@ pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
         for (key, value) in [(Key::LowLimit, &entry.low), (Key::HighLimit, &entry.high)] {
             let Some(note) = outside_type(cx, entry, key, value.as_ref()) else { continue };
             let range = cx.range(entry.data_type).zip(value.as_ref().and_then(Value::as_integer));
-            let nearest = range.map(|((low, high), value)| Value::Integer(value.clamp(low, high)));
+            // Only where the type is the narrower one; else the type is wrong.
+            let nearest = range.and_then(|((low, high), value)| match key {
+                Key::LowLimit => (value < low).then_some(Value::Integer(low)),
+                _ => (value > high).then_some(Value::Integer(high)),
+            });
             let word = if key == Key::LowLimit { "low" } else { "high" };
-            let remedy = nearest.filter(|nearest| keeps_order(entry, key, nearest));
+            let values = [&entry.default, &entry.configured];
+            let standard = standard::object(entry.index, cx.device.profile).and_then(|it| it.data_type(entry.sub));
+            let is_right_type = standard.is_none_or(|standard| standard == entry.data_type)
+                && values.into_iter().all(|value| cx.fits(entry.data_type, value.as_ref()));
+            let remedy = nearest.filter(|nearest| is_right_type && keeps_order(entry, key, nearest));
             let remedy = remedy.map(|nearest| cx.correct(entry, &format!("{word} = {}", toml(&nearest))));
             out.push(note.mend(remedy.map(|remedy| format!("as far as {} goes, {remedy}", entry.data_type))));
         }
@@ -161,7 +192,8 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
         // To store and to restore parameters takes one value by nature.
         let is_command = matches!(entry.index, cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS);
-        if entry.low == entry.high && !is_command {
+        // A default there says that it is meant: the device knows but this one value.
+        if entry.low == entry.high && entry.default != entry.low && !is_command {
             let note = note(format!("{} can have one value only", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
             out.push(note.and(cx.entry_span(entry, Key::HighLimit), "the same"));
@@ -171,7 +203,8 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.configured.is_some() && !entry.access.writable()) {
-        if entry.configured != entry.default {
+        // Without a default it is all that is known, and nothing disagrees.
+        if entry.default.is_some() && entry.configured != entry.default {
             let span = cx.entry_span(entry, Key::ParameterValue);
             let note = note(format!("{} is {}", place(entry), entry.access.name())).at(span, "cannot be written");
             // In a table the count would change with the line.
@@ -232,7 +265,7 @@ pub(super) fn rwr_not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn mappable_parameter(cx: &Context<'_>, out: &mut Out<'_>) {
-    let parameters = cx.device.entries().filter(|entry| cia301::is_parameter(entry.index));
+    let parameters = cx.device.entries().filter(|entry| !cia301::can_be_mapped(entry.index));
     for entry in parameters.filter(|entry| entry.pdo_mapping) {
         let note = note(format!("the parameter {} is mappable", place(entry)));
         out.push(note.at(cx.entry_span(entry, Key::PdoMapping), "").mend(not_mappable(cx, entry)));

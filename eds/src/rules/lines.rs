@@ -1,6 +1,7 @@
 //! Files, lines, sections and keys.
 
 use super::context::{Context, plural};
+use super::lists::numbered_anew;
 use super::remedy::MAX_STEPS;
 use super::rule::note;
 use crate::diagnostic::Diagnostic;
@@ -150,6 +151,9 @@ pub(super) fn duplicate_key(cx: &Context<'_>, finding: &Finding) -> Option<Diagn
     let words = if *same { "with the same value" } else { "with another value" };
     let note = note(format!("the key `{key}` comes again {words}")).at(finding.span, "ignored");
     let (note, removed) = (note.and(*first, "this one counts"), cx.remove(finding.span));
+    if let Some(numbered) = numbered_anew(cx, finding.span) {
+        return Some(note.mend(Some(numbered)));
+    }
     Some(if *same { note.fix(removed) } else { note.mend(removed) })
 }
 

@@ -10,6 +10,7 @@ use crate::diagnostic::Diagnostic;
 use crate::edit::lists::{COUNT, rewritten};
 use crate::finding::{Finding, Kind};
 use crate::model::{Object, ObjectList};
+use crate::parse::facts::Listed;
 use crate::parse::syntax::Pair;
 use crate::patch::{Change, Patch};
 use crate::text::Span;
@@ -24,14 +25,41 @@ pub(super) fn object_without_section(_: &Context<'_>, finding: &Finding) -> Opti
     Some(note.at(finding.span, "ignored"))
 }
 
+const FIRST_THE_NUMBERS: &str = "two objects of this list have the same number; give one of them another one first";
+
+/// A line of a list whose number is taken with a number that is free, the smallest first, if the object that it names is
+/// described and not listed elsewhere.
+pub(super) fn numbered_anew(cx: &Context<'_>, key: Span) -> Option<Patch> {
+    let (line, _) = cx.line(key)?;
+    let is_here = |doubled: &Listed| cx.line(doubled.span).is_some_and(|(there, _)| there == line);
+    let list = cx.facts.lists.iter().find(|list| list.doubled.iter().any(is_here))?;
+    let section = cx.facts.syntax.section_at(list.span)?;
+    let at = list.doubled.iter().position(is_here)?;
+    let index = list.doubled[at].index;
+    let (_, facts) = cx.objects().find(|(object, _)| object.index == index)?;
+    let is_again = list.doubled[..at].iter().any(|doubled| doubled.index == index);
+    let is_free = |number: &u32| list.entries.iter().all(|listed| listed.number != *number);
+    let free = (1..).filter(is_free).nth(at).filter(|_| facts.listed.is_none() && !is_again)?;
+    let renumbered = cx.facts.syntax.with(key, &free.to_string());
+    // The count of all that will be there, unless it is that of the file.
+    let count = list.entries.len() + list.doubled.len();
+    let is_counted = list.said.is_some_and(|(said, _)| said as usize == count) || list.doubled.len() > 1;
+    let counted = (!is_counted).then(|| cx.set_in(section, COUNT, &count.to_string()));
+    Some(counted.into_iter().chain([renumbered]).collect())
+}
+
 pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for list in &cx.facts.lists {
         let found = list.entries.len();
         let set = || cx.set(list.span, COUNT, &found.to_string());
+        // Objects under the number of another one are missing, not too much counted.
+        let is_doubled = !list.doubled.is_empty();
         match list.said {
+            Some((said, _)) if is_doubled && said as usize == found + list.doubled.len() => {}
             Some((said, span)) if said as usize != found => {
                 let note = note(format!("the list has {}, not {said}", plural(found, "object")));
-                out.push(note.at(span, "says otherwise").fix(set()));
+                let note = note.at(span, "says otherwise");
+                out.push(if is_doubled { note.help(FIRST_THE_NUMBERS) } else { note.fix(set()) });
             }
             None if found > 0 => {
                 let note = note("the list does not say how many objects it has");
@@ -49,7 +77,7 @@ pub(super) fn list_gap(cx: &Context<'_>, out: &mut Out<'_>) {
         if let Some((listed, number)) = gap {
             let note = note(format!("the list has no number {number}"));
             let note = note.at(listed.span, format!("this is number {}", listed.number));
-            out.push(note.fix(in_order.get(cx)));
+            out.push(if list.doubled.is_empty() { note.fix(in_order.get(cx)) } else { note.help(FIRST_THE_NUMBERS) });
         }
     }
 }

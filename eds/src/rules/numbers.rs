@@ -67,7 +67,12 @@ pub(super) fn odd_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnost
         None => plain(text).or_else(|| Some(text.trim_end_matches(['f', 'F']).replace(',', "."))),
     };
     let note = note(format!("`{text}` is an odd spelling for `{key}`")).at(finding.span, "");
-    Some(note.fix(plain.and_then(|plain| cx.replace(finding.span, &plain))))
+    let mended = plain.and_then(|plain| cx.replace(finding.span, &plain));
+    // The integer 0xFFFF of a REAL could still be meant as its bits.
+    if text.starts_with("0x") || text.starts_with("0X") {
+        return Some(note.mend(mended.map(|mended| format!("as it is read, {mended}"))));
+    }
+    Some(note.fix(mended))
 }
 
 pub(super) fn unknown_variable(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {

@@ -1,6 +1,6 @@
 //! Objects, their sub-indices, names, data types and access types.
 
-use super::context::{Context, are, listed, place, plural};
+use super::context::{Context, are, listed, place};
 use super::remedy::{MAX_STEPS, overlay, overlays, quoted};
 use super::rule::{Out, note};
 use crate::cia301;
@@ -95,13 +95,16 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
     }
 }
 
-/// Whether these are one object of a profile, on several axes.
+/// Whether these are one object of a profile, on several axes. 67FFh of each is its device type, as 1000h is of all.
 fn is_on_axes(namesakes: &[(String, Address, &str)]) -> bool {
-    let of_axis = |(_, (index, sub), _): &(String, Address, &str)| {
-        (sub.is_none() && matches!(index, 0x6000..=0x9FFF)).then(|| (index - 0x6000) % 0x800)
+    let objects = || namesakes.iter().filter_map(|(_, (index, sub), _)| sub.is_none().then_some(*index));
+    let of_axis = |index: u16| match index {
+        cia301::DEVICE_TYPE => Some(0x7FF),
+        0x6000..=0x9FFF => Some((index - 0x6000) % 0x800),
+        _ => None,
     };
-    let first = namesakes.first().and_then(of_axis);
-    first.is_some() && namesakes.iter().all(|other| of_axis(other) == first)
+    let Some(first) = objects().next().filter(|_| objects().count() == namesakes.len()) else { return false };
+    objects().all(|index| of_axis(index).is_some() && of_axis(index) == of_axis(first))
 }
 
 fn shown((index, sub): Address) -> String {
@@ -171,7 +174,11 @@ pub(super) fn variable_with_subs(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn no_subs(cx: &Context<'_>, out: &mut Out<'_>) {
     for object in cx.device.objects.iter().filter(|object| object.kind.has_subs() && object.entries.is_empty()) {
         let message = format!("the {} {:04X} has no sub-indices", object.kind.name(), object.index);
-        out.push(note(message).at(cx.value_span(object.span, Key::ObjectType), ""));
+        let section = cx.facts.syntax.section_at(object.span);
+        let has_type = section.and_then(|section| section.get(Key::DataType.name())).is_some();
+        let single = has_type.then(|| cx.set(object.span, Key::ObjectType.name(), "0x7")).flatten();
+        let single = single.map(|single| format!("if it is a single value, {single}"));
+        out.push(note(message).at(cx.value_span(object.span, Key::ObjectType), "").mend(single));
     }
 }
 
@@ -195,12 +202,10 @@ pub(super) fn sub_0_type(cx: &Context<'_>, out: &mut Out<'_>) {
         if entry.data_type != DataType::Unsigned8 && !entry.data_type.is_unknown() {
             let note = note(format!("{} is {}", place(entry), entry.data_type));
             let note = note.at(cx.entry_span(entry, Key::DataType), "expected UNSIGNED8");
-            if !cx.can_become(entry, DataType::Unsigned8) {
-                out.push(note);
-                continue;
-            }
-            let note = note.mend(Some(cx.correct(entry, "data_type = \"UNSIGNED8\"")));
-            out.push(note.fix(cx.set_own(entry, Key::DataType, "0x0005")));
+            // Only the device can say what it sends, so the data sheet is left as it is.
+            let corrected = || cx.correct(entry, "data_type = \"UNSIGNED8\"");
+            let can = cx.can_become(entry, DataType::Unsigned8);
+            out.push(note.mend(can.then(|| format!("if the device answers with one byte, {}", corrected()))));
         }
     }
 }
@@ -214,7 +219,9 @@ pub(super) fn highest_sub(cx: &Context<'_>, out: &mut Out<'_>) {
         let highest = object.entries.iter().rev().find(|entry| entry.sub != 0xFF);
         let Some((count, highest)) = object.entry(0).zip(highest) else { continue };
         let Some(Value::Integer(said)) = count.default else { continue };
-        if said != i128::from(highest.sub) {
+        // What can be written counts the entries in use.
+        let counts_used = count.access.writable() && said < i128::from(highest.sub);
+        if said != i128::from(highest.sub) && !counts_used {
             let note = note(format!("the highest sub-index is {}, not {said}", highest.sub));
             let note = note.at(cx.entry_span(count, Key::DefaultValue), "says otherwise");
             let note = note.and(highest.span, "the highest one");
@@ -263,23 +270,6 @@ pub(super) fn too_many_entries(_: &Context<'_>, finding: &Finding) -> Option<Dia
     let Kind::TooManyEntries(index) = finding.kind else { return None };
     let note = note(format!("the entries of {index:04X} are too many for one file"));
     Some(note.at(finding.span, "not written out"))
-}
-
-pub(super) fn compact_entries(cx: &Context<'_>, out: &mut Out<'_>) {
-    const MAX_PLACES: usize = 3;
-    let compact: Vec<_> = cx.objects().filter(|(_, facts)| facts.compact > 0).map(|(object, _)| object).collect();
-    let entries = plural(compact.iter().map(|object| object.entries.len()).sum(), "entry");
-    let message = match compact.as_slice() {
-        [] => return,
-        [only] => format!("the section of {:04X} stands for {entries}", only.index),
-        several => format!("the sections of {} stand for {entries}", plural(several.len(), "object")),
-    };
-    let mut finding = note(message);
-    for (at, object) in compact.iter().take(MAX_PLACES).enumerate() {
-        let span = cx.value_span(object.span, Key::CompactSubObj);
-        finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
-    }
-    out.push(finding);
 }
 
 pub(super) fn undescribed_type(cx: &Context<'_>, out: &mut Out<'_>) {

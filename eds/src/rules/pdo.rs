@@ -42,8 +42,7 @@ pub(super) fn not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note(format!("{} is mapped, but not mappable", place(entry)));
             let note = note.at(cx.mapping_span(pdo, number), "mapped here");
             let note = note.and(cx.entry_span(entry, Key::PdoMapping), "says that it cannot");
-            let parameter = cia301::is_parameter(entry.index);
-            let can = !parameter && entry.data_type.bits().is_some();
+            let can = cia301::can_be_mapped(entry.index) && entry.data_type.bits().is_some();
             out.push(note.mend(can.then(|| cx.correct(entry, "pdo_mapping = true"))));
         }
     }
@@ -179,8 +178,13 @@ pub(super) fn count(cx: &Context<'_>, out: &mut Out<'_>) {
         if usize::from(said) != found {
             let note = note(format!("there {}, not {said}", are(found, "PDO"))).at(span, "says otherwise");
             let mended = cx.replace(span, &found.to_string());
-            // A number that is too large may be right, and the parameters of a PDO missing.
-            out.push(if usize::from(said) < found { note.fix(mended) } else { note.mend(mended) });
+            if usize::from(said) < found {
+                out.push(note.fix(mended));
+            } else if cx.device.modules.is_empty() {
+                out.push(
+                    note.mend(mended.map(|mended| format!("unless the parameters of a PDO are missing, {mended}"))),
+                );
+            }
         }
     }
 }
@@ -203,6 +207,8 @@ pub(super) fn cob_id_collision(cx: &Context<'_>, out: &mut Out<'_>) {
             continue;
         }
         match seen.get(&(node, id)) {
+            // Two RPDOs may take one frame.
+            Some(first) if first.direction == Direction::Receive && pdo.direction == Direction::Receive => {}
             Some(first) => {
                 let names = [pdo_name(first), pdo_name(pdo)];
                 let note = note(format!("{} and {} have the same COB-ID", names[0], names[1]));
@@ -279,7 +285,9 @@ pub(super) fn granularity(cx: &Context<'_>, out: &mut Out<'_>) {
     let note = note.at(span, format!("{common} would agree with all mapped lengths"));
     let bits = plural(first.bits.into(), "bit");
     let note = note.and(cx.mapping_span(pdo, number), format!("{bits}{first_of_them}"));
-    out.push(note.mend((common <= 64).then(|| cx.replace(span, &common.to_string())).flatten()));
+    // Any other length is that of a wrong mapping.
+    let is_usual = common == 1 || (common <= 64 && common % 8 == 0);
+    out.push(note.mend(is_usual.then(|| cx.replace(span, &common.to_string())).flatten()));
 }
 
 fn greatest_common_divisor(a: u8, b: u8) -> u8 {

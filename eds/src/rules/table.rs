@@ -348,8 +348,7 @@ rules! {
     "eds::sub-0-type" Warning Check(objects::sub_0_type),
         "Sub-index 0 of an array or record is an UNSIGNED8.",
         "The highest sub-index has one byte (CiA 301, 7.4.3). A device answers with one byte even if the data sheet \
-         says otherwise.",
-        fixes "Writes UNSIGNED8 if default and limits fit it.";
+         says otherwise.";
     "eds::highest-sub" Warning Check(objects::highest_sub),
         "The default of sub-index 0 is the highest sub-index.",
         "Sub-index 0 says how far to read (CiA 301, 7.4.3). The number of faults in 1003h and the number of objects \
@@ -377,14 +376,10 @@ rules! {
          memory. The largest devices known have some 5000 entries. At most 100,000 entries and 16 MiB of their texts are \
          written out for `CompactSubObj`: of objects beyond that sub-index 0 alone is read. `CompactPDO` stands for nothing \
          when it would be more than 20,000.";
-    "eds::compact-entries" Note Check(objects::compact_entries),
-        "Every entry has a section of its own.",
-        "`CompactSubObj` describes all entries of an object at once. They are written out here, so the device has \
-         more entries than the file has sections; other readers may see none of them.";
     "eds::limits-reversed" Warning Check(limits::limits_reversed),
         "The low limit is not above the high limit.",
-        "No value can lie between reversed limits. Often a limit of a signed type was written as an unsigned number, \
-         or one line was lost.";
+        "No value can lie between reversed limits. Often the two lines were exchanged, or a negative limit was written with the \
+         hexadecimal digits of a shorter type. A high limit that is only sensible as an unsigned number is read as one.";
     "eds::zero-limits" Warning Check(limits::zero_limits),
         "Limits of 0 and 0 mean that there are none.",
         "Editors write 0 for both limits where nothing was entered. Taken literally, the entry could hold nothing but 0, \
@@ -405,10 +400,10 @@ rules! {
         "A device refuses a value outside its limits, and the download of the configuration fails with it.";
     "eds::equal-limits" Note Check(limits::equal_limits),
         "The limits of what can be written differ.",
-        "When both limits are the same, one value only can be written.";
+        "When both limits are the same, one value only can be written; a default of this value says that it is meant.";
     "eds::value-not-writable" Note Check(limits::value_not_writable),
         "The values of a DCF can be written.",
-        "A value of an entry that cannot be written is not downloaded; it records what the device had.";
+        "A value of an entry that cannot be written is not downloaded: it records what the device had, which was not its default.";
     "eds::constant-without-default" Note Check(limits::constant_without_default),
         "What is const has a default.",
         "A constant never changes, so the data sheet can say its value (CiA 306-1, 6.5.2).",
@@ -422,7 +417,8 @@ rules! {
          cannot.";
     "eds::mappable-parameter" Note Check(limits::mappable_parameter),
         "Communication parameters are not mapped into PDOs.",
-        "Of the communication profile area only the error register 1001h and a few status words make sense in a PDO.";
+        "CiA 301 (7.5.2) says of each object whether it may be mapped. Of the communication profile area these are the error \
+         register, the status word, the error history, the time stamp (1013h), the prompt (1026h) and the SDO parameters.";
     "pdo::missing-object" Warning Check(pdo::missing_object),
         "What a PDO maps is in the data sheet.",
         "A mapping names entries by index, sub-index and length. What is not there cannot be decoded.";
@@ -457,9 +453,9 @@ rules! {
         "Tools that trust the numbers in `[DeviceInfo]` offer fewer or more PDOs than there are parameters for.",
         fixes "Writes the number of PDOs if there are more than the key says.";
     "pdo::cob-id-collision" Warning Check(pdo::cob_id_collision),
-        "No two PDOs have the same COB-ID.",
-        "Two devices, or two PDOs of one, that send with the same identifier disturb each other; two receive PDOs \
-         with one COB-ID both take the frame.";
+        "No PDO sends with the COB-ID of another.",
+        "Two devices, or two PDOs of one, that send with the same identifier disturb each other. Two receive PDOs \
+         may take one frame.";
     "pdo::restricted-cob-id" Warning Check(pdo::restricted_cob_id),
         "No PDO has a COB-ID that CiA 301 keeps for something else.",
         "NMT, SDO, error control and LSS have fixed identifiers (CiA 301, 7.3.5) that no PDO may use: 000h to 07Fh, \
@@ -485,6 +481,10 @@ rules! {
         "Objects of CiA 301 and of the profile have the data type of the standard.",
         "A tool that knows the standard transfers as many bytes as the standard says. Where the data sheet is wrong \
          and not the device, an overlay corrects it.";
+    "cia301::reserved-sub-index" Note Check(cia301::reserved_sub_index),
+        "The communication parameter of a PDO has no sub-index 4.",
+        "Sub-index 4 of 1400h to 15FFh and of 1800h to 19FFh is reserved and shall not be implemented (CiA 301, 7.5.2.35 and \
+         7.5.2.37): a device aborts with 0609 0011h there. It was the priority group of older versions of the standard.";
     "cia301::writable" Warning Check(cia301::writable),
         "What CiA 301 fixes cannot be written.",
         "Device type, error register, identity and the entries of the error history are read-only in every device \
@@ -496,7 +496,8 @@ rules! {
         "The device type names the profile that the objects are of.",
         "The low half of 1000h is the number of the profile (CiA 301, 7.5.2.1), by which tools choose how to treat the \
          device. A controlword and a statusword without 402, or a number that is a profile with its bytes exchanged, \
-         is a mistake of the file or of the firmware.";
+         is a mistake of the file or of the firmware; so are the bits 16 to 19 of an I/O device (CiA 401) that deny inputs or \
+         outputs it has.";
     "cia301::no-error-control" Warning Check(cia301::no_error_control),
         "The device has heartbeat or node guarding.",
         "CiA 301 demands one of them: the heartbeat producer time 1017h, or guard time 100Ch and life time factor \
@@ -513,7 +514,8 @@ rules! {
         "Tools find the data sheet of a device by the numbers in 1018h, and look for them in `[DeviceInfo]`.";
     "cia301::emcy-cob-id" Note Check(cia301::emcy_cob_id),
         "The default COB-ID of EMCY is 80h plus the node-ID.",
-        "CiA 301 (7.5.2.17) fixes the default of 1014h; managers that do not read 1014h listen there.";
+        "CiA 301 (7.5.2.17) fixes the default of 1014h; managers that do not read 1014h listen there. A number without \
+         `$NODEID` is that of one node, and a device that is made of the data sheet has it on every node.";
     "cia301::sync-cob-id" Warning Check(cia301::sync_cob_id),
         "The COB-ID of SYNC is not one that CiA 301 keeps for something else.",
         "The default of 1005h is 80h (CiA 301, 7.5.2.5). Another one must not be among those that are restricted.";

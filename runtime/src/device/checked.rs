@@ -82,7 +82,7 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
         require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
         let is_communication = cia301::COMMUNICATION.contains(&index);
         // What has another length than its type is for the dictionary to refuse.
-        if is_communication && entry.data_type.size() == Some(data.len()) {
+        if is_communication && entry.data_type.size() == Some(data.len()) && !self.changes_nothing(entry, data) {
             // No object that is checked is longer than 32 bits.
             self.check(entry.address, u32::try_from(number(data)).unwrap_or(u32::MAX))?;
         }
@@ -95,6 +95,18 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
 }
 
 impl<'a, const MAPPED: usize, S: Selection> Checked<'a, MAPPED, S> {
+    /// Whether a parameter has the value already, as with a client that writes back what it has read: CiA 301 (7.5.2) forbids
+    /// to change some, not to write them. A mapping is written step by step, and no step is left out.
+    fn changes_nothing(&mut self, entry: &Entry, data: &[u8]) -> bool {
+        let is_mapping = matches!(
+            entry.address.index(),
+            cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 | cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512
+        );
+        self.behaviour().changes == ChangeRule::WhileInvalid
+            && !is_mapping
+            && objects::read_at(self.od, entry.address) == Some(number(data))
+    }
+
     /// Whether `value` may be written now. Out of line, so that a write of any other object has few registers to save.
     #[inline(never)]
     pub(super) fn check(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {

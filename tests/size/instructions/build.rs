@@ -9,6 +9,5 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .eds("../ds301.eds")
         .storage(true)
         .allow("eds::compact-pdo")
-        .allow("eds::compact-entries")
         .generate()
 }

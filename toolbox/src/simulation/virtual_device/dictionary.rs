@@ -76,6 +76,11 @@ impl SheetDictionary {
         self.slots.get(&address).is_some_and(|slot| slot.sheet.persistent)
     }
 
+    /// Whether the data sheet gives an entry its value.
+    pub(super) fn is_given(&self, address: Address) -> bool {
+        self.slots.get(&address).is_some_and(|slot| slot.is_given)
+    }
+
     fn missing(&self, address: Address) -> AbortCode {
         let all = Address::new(address.index(), 0)..=Address::new(address.index(), u8::MAX);
         match self.slots.range(all).next() {
@@ -246,6 +251,10 @@ impl ObjectDictionary for SheetDictionary {
         slot.partial.extend(data);
         if last {
             let whole = std::mem::take(&mut slot.partial);
+            // A default may be beyond the limits of its own data sheet: what is held can be written back.
+            if whole == slot.value {
+                return Ok(());
+            }
             self.check(entry.address, &whole)?;
             if let Some(slot) = self.slots.get_mut(&entry.address) {
                 slot.value = whole;

@@ -13,7 +13,6 @@ use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{self, LssDevice};
 use lexican_runtime::service::nmt::Reset;
-use lexican_runtime::service::program::{Order, Program, Programming};
 use lexican_runtime::service::storage::Storing;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::lss::{self, Identity};
@@ -27,10 +26,7 @@ use simulator::servo::{self, Inputs, Servo, ServoModel};
 use simulator::{Memory, Storage};
 
 use dictionary::SheetDictionary;
-use program::Ram;
-
-/// What makes a device one with a boot loader (CiA 302-3).
-const BOOT_LOADER: [Address; 2] = [Address::new(cia301::PROGRAM_DATA, 1), Address::new(cia301::PROGRAM_CONTROL, 1)];
+use program::{BOOT_LOADER, Loader, Loading};
 
 /// What makes a device a drive that moves: 6040h, 6041h, 6060h.
 const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
@@ -51,8 +47,8 @@ pub struct VirtualDevice {
     /// The axis of a drive with control word, status word and modes.
     servo: Option<Servo>,
     following: Following<Change>,
-    /// The flash of a device with a boot loader.
-    program: Option<Program<Ram>>,
+    /// Of a device with a boot loader.
+    loader: Option<Loader>,
     /// What of the dictionary was inconsistent at the last boot.
     misconfigured: Vec<Misconfigured>,
 }
@@ -95,14 +91,15 @@ impl VirtualDevice {
             memory,
             servo: None,
             following: Following::default(),
-            program: None,
+            loader: None,
             misconfigured: Vec::new(),
             sheet,
         };
         let is_drive = DRIVE.iter().all(|object| virtual_device.dictionary.raw(*object).is_some());
         virtual_device.servo = is_drive.then(|| Servo::new(now, &ServoModel::CIA_402));
         let has_loader = BOOT_LOADER.iter().all(|object| virtual_device.dictionary.value(*object).is_ok());
-        virtual_device.program = has_loader.then(|| Program::new(Ram::default()));
+        let loader = || Loader::new(|address| virtual_device.dictionary.is_given(address));
+        virtual_device.loader = has_loader.then(loader);
         virtual_device.set_power(now, true);
         virtual_device
     }
@@ -267,17 +264,15 @@ impl VirtualDevice {
         let device = self.device.as_mut().filter(|_| self.on)?;
         self.dictionary.state = device.nmt_state();
         let mut storing = Storing::new(&mut self.dictionary, &mut self.memory);
-        Some(match &mut self.program {
-            Some(program) => call(device, &mut Programming::new(&mut storing, program)),
+        Some(match &mut self.loader {
+            Some(loader) => call(device, &mut Loading { od: &mut storing, loader }),
             None => call(device, &mut storing),
         })
     }
 
     fn follow(&mut self, now: Instant, event: Option<Event>) {
-        if let Some(program) = &mut self.program
-            && let Some(order) = program.take_order()
-        {
-            program.set_started(order != Order::Stop);
+        if let Some(loader) = &mut self.loader {
+            loader.obey();
         }
         if let (Some(servo), Some(device)) = (&mut self.servo, &self.device) {
             servo::follow(servo, now, device, &mut self.dictionary, event);
