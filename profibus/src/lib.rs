@@ -8,7 +8,7 @@
 //! - [`fdl`]: telegrams of the data link layer;
 //! - [`Slave`]: a DP-V0 slave: give it the bytes of the bus and an [`Application`], and it answers as a slave does;
 //! - with the feature `master`: the master of the crate `profirust` on a line (`master`), with simulated slaves in virtual
-//!   time (`virtual_bus`), or at a serial port (`serial_line`).
+//!   time (`virtual_bus`, `virtual_line`), or at a serial port (`serial_line`).
 //!
 //! The master is always `profirust`; this crate has none of its own.
 //!
@@ -33,6 +33,8 @@ pub mod serial_line;
 mod slave;
 #[cfg(feature = "master")]
 pub mod virtual_bus;
+#[cfg(feature = "master")]
+pub mod virtual_line;
 
 pub use slave::{Application, BitRate, Identity, Slave, State};
 
