@@ -5,7 +5,7 @@ use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
 use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 use siko::gateway::{Door, Facts, Job, Report};
-use siko::sim::parameters::Mode;
+use siko::state::Mode;
 use siko::words::generic;
 
 use crate::master::{DriveMaster, Event, REACTION};

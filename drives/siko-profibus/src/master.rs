@@ -6,7 +6,7 @@ use lexican_driver::{Direction, Units};
 use lexican_profibus::pkw::{self, PkwMaster, Refusal, Reply, Task};
 use lexican_runtime::{Duration, Instant, Measured};
 use siko::order::{Braking, Order};
-use siko::sim::parameters::Mode;
+use siko::state::Mode;
 use siko::words::system;
 
 use crate::model::PPO;

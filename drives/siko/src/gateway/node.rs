@@ -18,10 +18,10 @@ use super::objects::{
     VELOCITY, place,
 };
 use super::{Door, Facts, Job, Report};
+use crate::frames::{is_switched_off, with_size_of_object};
+use crate::model::Model;
 use crate::order::Order;
-use crate::sim::parameters::Mode;
-use crate::sim::{Model, is_switched_off, with_size_of_object};
-use crate::state::has_torque;
+use crate::state::{Mode, has_torque};
 use crate::words::system;
 
 /// How many control words wait for the line. More come from a flood only; the oldest go first.
