@@ -336,7 +336,7 @@ fn objects_are_written_by_commands_and_read_back() {
 }
 
 #[test]
-fn what_changes_nothing_is_asked_three_times_and_the_rest_once() {
+fn what_may_be_done_twice_is_sent_three_times_and_the_rest_once() {
     let mut bench = Bench::connected();
     let (read, garbled) = (Job::Read(A_POS), "!");
     for trouble in ["", garbled] {
@@ -349,9 +349,19 @@ fn what_changes_nothing_is_asked_three_times_and_the_rest_once() {
         }
         let reports = bench.job(order(Order::Resume), &format!("M:{trouble} R:0080> R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
-        let reports = bench.job(order(Order::Start), &format!("F0+0005000:{trouble} R:0080> R:0080>"));
-        assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
-        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("H0300050:{trouble}")), failed);
+        for (ordered, sent) in [(Order::Start, "F0+0005000"), (Order::Hold, "N"), (Order::Release, "P")] {
+            let once = format!("{sent}:{trouble} R:0080>");
+            let reports = bench.job(order(ordered), &format!("{once} {once} {sent}:{trouble} R:0080> R:0080>"));
+            assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
+        }
+        let setpoint = format!("F0+0005000:{trouble} R:0080>");
+        let reports = bench.job(order(Order::Start), &format!("{setpoint} F0+0005000:> E0:+0005000> M:> R:0080>"));
+        assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Ok(0))]);
+        let write = format!("H0300050:{trouble} R:0080>");
+        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:> G03:00050>")), value);
+        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:{trouble}")), failed);
+        let calibrate = Job::Write(Address::new(0x1011, 4), LOAD);
+        assert_eq!(bench.job(calibrate, &format!("R:0080> S11104:{trouble}")), failed);
         // So is a status, whatever was asked before.
         assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:0080>")), []);
         assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:{trouble}")), [Report::Lost]);

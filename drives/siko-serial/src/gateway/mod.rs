@@ -6,7 +6,7 @@
 //! use siko_serial::gateway::{self, NODE};
 //! use siko_serial::sim::{SerialDrive, VirtualLine};
 //!
-//! // On a machine it is `gateway::open("/dev/ttyUSB0", 9600, NODE)`; everything else is the same, and as on CAN.
+//! // On a machine it is `gateway::open("/dev/ttyUSB0", Settings::default(), NODE)`; everything else is the same, and as on CAN.
 //! let link = gateway::link(VirtualLine::new(SerialDrive::default()), Settings::default(), NODE);
 //! let mut drive = Drive::connect(link, NODE)?;
 //! drive.enable()?;
@@ -50,7 +50,7 @@ use lexican_runtime::{AbortCode, Duration, Instant, Measured, NodeId};
 use siko::gateway::{Carrier, Door, Facts, Gateway, GatewayLink, GatewayNode, Job, Report};
 use siko::order::{Braking, Order};
 use siko::words::system;
-use siko_ag02::sim::MODEL;
+use siko_ag02::model::MODEL;
 
 use crate::answer::{Answer, Reply};
 use crate::client::{Client, Event, NotTaken, PROBES, Settings, Trouble};
@@ -70,7 +70,7 @@ const VALUES_IN_MOTION: Duration = Duration::from_millis(100);
 const VALUES_AT_REST: Duration = Duration::from_secs(1);
 /// How long a drive that does not answer is left alone between two attempts.
 const PAUSE: Duration = Duration::from_millis(500);
-/// How often in a row a command that changes nothing is sent.
+/// How often in a row a command that may be repeated is sent.
 const ATTEMPTS: u8 = 3;
 
 /// An AG02 behind its serial port, as a link.
@@ -98,10 +98,10 @@ pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L>
 #[cfg(feature = "serialport")]
 pub fn open(
     path: &str,
-    baud: u32,
+    settings: Settings,
     node: NodeId,
 ) -> std::io::Result<SerialLink<crate::Port<Box<dyn serialport::SerialPort>>>> {
-    Ok(link(crate::Port::open(path, baud)?, Settings { baud, ..Settings::default() }, node))
+    Ok(link(crate::Port::open(path, settings.baud)?, settings, node))
 }
 
 /// A line, as the carrier of a door.
@@ -294,10 +294,10 @@ impl SerialDoor {
         }
     }
 
-    /// A command of the job has not been answered. What changes nothing is asked again.
+    /// A command of the job has not been answered. What comes to the same when it is done twice is sent again.
     fn fail(&mut self, command: Command) {
         let Some(job) = &mut self.job else { return };
-        if command.is_read() && self.attempts < ATTEMPTS {
+        if command.may_be_repeated() && self.attempts < ATTEMPTS {
             job.commands.push_front(command);
             return;
         }
