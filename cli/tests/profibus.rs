@@ -51,5 +51,37 @@ fn a_url_that_names_no_drive_on_profibus_is_refused_with_a_remedy() {
     refused("profibus:/dev/nothing?device=kollmorgen/akd&address=5", "it knows siko/ag03-1 and siko/ag02");
     refused("profibus:/dev/nothing?device=siko/ag02&address=0", "1 to 127");
     refused("profibus:/dev/nothing?device=siko/ag02&bitrate=19200", "there is 93750, 187500, 500000");
-    refused("profibus:/dev/nothing?node=5", "there is device, address, bitrate");
+    refused("profibus:/dev/nothing?node=5", "there is device, address, bitrate, gsd, module");
+    refused("profibus:/dev/nothing?device=siko/ag02&address=127", "drives whose switches say 127 have the address 126");
+    refused("profibus:/dev/nothing?device=siko/ag02&address=5&module=PPO", "gsd=FILE&module=PPO");
+    refused("profibus:/dev/nothing?device=siko/ag02&address=5&gsd=/dev/nothing.gsd", "/dev/nothing.gsd: ");
+    let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/../eds/devices/siko/ag02/SIKO08C9.GSD");
+    refused(&format!("profibus:/dev/nothing?device=siko/ag02&address=5&gsd={gsd}"), "cannot open /dev/nothing");
+    refused(&format!("profibus:/dev/nothing?device=siko/ag02&address=5&gsd={gsd}&module=no"), "module=NAME; several");
+}
+
+/// Not one of them is "no answer".
+#[test]
+fn a_slave_that_exchanges_no_data_says_why() {
+    let (mut there, mut here) = TTYPort::pair().expect("the system has pseudo-terminals");
+    there.set_timeout(StdDuration::from_millis(1)).expect("a time-out can be set");
+    here.set_exclusive(false).expect("another process may open it");
+    let port = here.name().expect("it has a path");
+    let _open = std::fs::File::open(&port).expect("it is open");
+    drop(here);
+    std::thread::spawn(move || {
+        let slave = Slave::new(5, AG03_1.identity, BitRate(500_000), Door::new(Instant::ZERO, &AG03_1, 5));
+        let mut slave = slave.with_idle(Duration::from_millis(2));
+        serial_line::serve(&mut slave, &mut there, || true)
+    });
+    for (device, address, words) in [
+        ("siko/ag03-1", 6, "do its switches say 6"),
+        ("siko/ag02", 5, "has the ident number 0AC5, and 08C9 is expected"),
+    ] {
+        let url = format!("profibus:{port}?device={device}&address={address}");
+        // Under load an answer may come too late.
+        let mut runs = (0..ATTEMPTS).map(|_| lexican(&["read", "--bus", &url, "6064"]));
+        let says = runs.find(|run| run.stderr.contains(words));
+        says.unwrap_or_else(|| lexican(&["read", "--bus", &url, "6064"])).on_stderr(2, words);
+    }
 }

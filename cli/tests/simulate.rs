@@ -54,7 +54,8 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     refused("", "?device=siko/ag02");
     refused("?device=siko/ag03-1", "no serial interface of siko/ag03-1");
     refused("?device=siko/ag02&baud=fast", "baud=fast is not a number");
-    refused("?device=siko/ag02&speed=1", "there is device, baud, node");
+    refused("?device=siko/ag02&speed=1", "there is device, baud, echo, node");
+    refused("?device=siko/ag02&echo=2", "echo=2 is not on or off");
     let url = format!("{}&node=7&baud=19200", drive.buses[0]);
     lexican(&["read", "--bus", &url, "--node", "7", "2413"]).on_stdout(0, "loop minus");
     // The drive is moved by hand, so to say.

@@ -6,11 +6,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::vec;
 use std::vec::Vec;
 
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::{Duration, Instant, Measured};
 use profirust::dp::{PeripheralEvent, PeripheralHandle, PeripheralOptions};
 
 use crate::dp::Lengths;
 use crate::master::Segment;
+use crate::trouble::Trouble;
 
 /// A segment; clones are handles of the same.
 #[derive(Debug)]
@@ -49,6 +50,8 @@ struct Place {
     is_there: bool,
     lost: bool,
     exchanged: Option<Exchange>,
+    /// What the slave has said of itself last; none while it exchanges data.
+    trouble: Option<Measured<Trouble>>,
 }
 
 /// An exchange of data.
@@ -91,6 +94,7 @@ impl<S: Segment> Bus<S> {
             is_there: false,
             lost: false,
             exchanged: None,
+            trouble: None,
         });
         Station { bus: self.clone(), place: state.places.len() - 1 }
     }
@@ -141,7 +145,12 @@ impl<S: Segment> State<S> {
         self.places.iter_mut().for_each(|place| place.is_between = false);
         let Some((handle, event)) = self.segment.poll(now) else { return false };
         let Some(place) = self.places.iter_mut().find(|place| place.handle == handle) else { return true };
+        let at = self.segment.now();
         let peripheral = self.segment.peripheral(handle);
+        // Who is refused is given up, too, before it is asked again.
+        if event != PeripheralEvent::Offline {
+            place.trouble = Trouble::of(peripheral, event).map(|trouble| Measured::new(trouble, at));
+        }
         if event == PeripheralEvent::DataExchanged {
             let received = peripheral.pi_i().to_vec();
             let sent = core::mem::replace(&mut place.sends, place.wanted.clone());
@@ -208,6 +217,20 @@ impl<S: Segment> Station<S> {
         self.bus.0.lock().places.get(self.place).map_or(0, |place| place.exchanges)
     }
 
+    /// Why no data is exchanged; `None` when it is.
+    pub fn trouble(&self) -> Option<Trouble> {
+        let mut state = self.bus.0.lock();
+        let state = &mut *state;
+        let (now, place) = (state.segment.now(), state.places.get(self.place)?);
+        let peripheral = state.segment.peripheral(place.handle);
+        if peripheral.is_running() {
+            return None;
+        }
+        // A slave that is refused again and again shows that as often; one that is gone shows nothing.
+        let noticed = place.trouble.filter(|noticed| peripheral.is_live() || noticed.fresh(now, NOTICED).is_some());
+        Some(noticed.map_or(Trouble::Silent { address: peripheral.address() }, |noticed| noticed.value))
+    }
+
     /// Whether [`Station::wait`] has something new at once.
     pub fn has_notice(&self) -> bool {
         let state = self.bus.0.lock();
@@ -244,6 +267,9 @@ impl<S: Segment> Station<S> {
         }
     }
 }
+
+/// How long what a slave was refused for counts.
+const NOTICED: Duration = Duration::from_secs(1);
 
 /// How often a wait in real time looks whether the segment has failed.
 const TURN: Duration = Duration::from_millis(50);

@@ -198,17 +198,34 @@ impl fmt::Display for Diagnosis {
     }
 }
 
-/// How many bytes of inputs and outputs a configuration has. Identifiers in the compact format only; none for those in
-/// the special format, which the drives here do not have.
+/// How many bytes of inputs and outputs a configuration has; none when it ends in the middle of an identifier, or has no data.
+///
+/// An identifier in the compact format says all in one byte. In the special format (bits 5 and 4 are 0), bytes of lengths
+/// follow, those of the outputs first, and then as many bytes of the maker as bits 3 to 0 say.
 #[must_use]
 pub fn lengths(configuration: &[u8]) -> Option<Lengths> {
-    configuration.iter().try_fold(Lengths { inputs: 0, outputs: 0 }, |sum, identifier| {
-        let word = if identifier & 0x40 != 0 { 2 } else { 1 };
-        let bytes = word * (usize::from(identifier & 0x0F) + 1);
+    let bytes = |length: u8| (if length & 0x40 != 0 { 2 } else { 1 }) * (usize::from(length & 0x3F) + 1);
+    let (mut sum, mut rest) = (Lengths { inputs: 0, outputs: 0 }, configuration);
+    let mut next = || {
+        let (first, others) = rest.split_first()?;
+        rest = others;
+        Some(*first)
+    };
+    while let Some(identifier) = next() {
         let (outputs, inputs) = (identifier & 0x20 != 0, identifier & 0x10 != 0);
-        let of = |has: bool| if has { bytes } else { 0 };
-        (outputs || inputs).then(|| Lengths { inputs: sum.inputs + of(inputs), outputs: sum.outputs + of(outputs) })
-    })
+        if outputs || inputs {
+            let len = bytes(identifier & 0x4F);
+            sum.outputs += if outputs { len } else { 0 };
+            sum.inputs += if inputs { len } else { 0 };
+            continue;
+        }
+        sum.outputs += if identifier & 0x80 != 0 { bytes(next()?) } else { 0 };
+        sum.inputs += if identifier & 0x40 != 0 { bytes(next()?) } else { 0 };
+        for _ in 0..identifier & 0x0F {
+            next()?;
+        }
+    }
+    (sum.inputs + sum.outputs > 0).then_some(sum)
 }
 
 /// Bytes of cyclic data, as the master sees them.
@@ -291,6 +308,12 @@ mod tests {
         assert_eq!(lengths(&[0xF3, 0xF2]), Some(Lengths { inputs: 14, outputs: 14 }));
         assert_eq!(lengths(&[0x10, 0x21]), Some(Lengths { inputs: 1, outputs: 2 }));
         assert_eq!(lengths(&[0x11]), Some(Lengths { inputs: 2, outputs: 0 }));
-        assert_eq!(lengths(&[0x00]), None);
+        // In the special format: seven words each way, with two bytes of the maker; inputs only; an empty slot.
+        assert_eq!(lengths(&[0xC2, 0xC6, 0xC6, 1, 2]), Some(Lengths { inputs: 14, outputs: 14 }));
+        assert_eq!(lengths(&[0x40, 0x83, 0x00, 0xF3]), Some(Lengths { inputs: 12, outputs: 8 }));
+        assert_eq!(lengths(&[0x80, 0x01]), Some(Lengths { inputs: 0, outputs: 2 }));
+        for broken in [&[][..], &[0x00], &[0xC0, 0xC6], &[0xF3, 0x80], &[0xC1, 0xC6, 0xC6]] {
+            assert_eq!(lengths(broken), None, "{broken:02X?}");
+        }
     }
 }

@@ -8,7 +8,8 @@
 //! - [`fdl`]: telegrams of the data link layer;
 //! - [`Slave`]: a DP-V0 slave: give it the bytes of the bus and an [`Application`], and it answers as a slave does;
 //! - with the feature `master`: the master of the crate `profirust` on a line (`master`), with simulated slaves in virtual
-//!   time (`virtual_bus`), or at a serial port (`serial_line`).
+//!   time (`virtual_bus`, `virtual_line`), or at a serial port (`serial_line`);
+//! - with the feature `gsd`: what a GSD file says of a slave (`gsd`).
 //!
 //! The master is always `profirust`; this crate has none of its own.
 //!
@@ -24,6 +25,8 @@ extern crate std;
 pub mod bus;
 pub mod dp;
 pub mod fdl;
+#[cfg(feature = "gsd")]
+pub mod gsd;
 #[cfg(feature = "master")]
 pub mod master;
 pub mod pkw;
@@ -32,9 +35,15 @@ pub mod profidrive;
 pub mod serial_line;
 mod slave;
 #[cfg(feature = "master")]
+mod trouble;
+#[cfg(feature = "master")]
 pub mod virtual_bus;
+#[cfg(feature = "master")]
+pub mod virtual_line;
 
 pub use slave::{Application, BitRate, Identity, Slave, State};
+#[cfg(feature = "master")]
+pub use trouble::Trouble;
 
 /// The README, so that what it shows compiles.
 #[cfg(all(doctest, feature = "master"))]

@@ -1,14 +1,12 @@
-//! A bus in virtual time: the master of `profirust` on its simulated line, and simulated slaves at the same line.
+//! A bus in virtual time: the master of `profirust` and simulated slaves on a virtual line.
 
 use core::ops::Range;
-use std::format;
-use std::string::String;
 use std::vec::Vec;
 
 use lexican_runtime::{Duration, Instant};
 use profirust::dp::{Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
 use profirust::fdl::{Parameters, ParametersBuilder};
-use profirust::phy::{ProfibusPhy, SimulatorPhy};
+use profirust::phy::ProfibusPhy;
 use profirust::{Baudrate, time};
 
 use crate::dp::Lengths;
@@ -17,6 +15,7 @@ pub use crate::master::MASTER;
 use crate::master::{Master, Segment, instant};
 use crate::pkw::{Event, Pkw, PkwMaster, Reply, Task};
 use crate::slave::{Application, BitRate, Slave};
+use crate::virtual_line::VirtualLine;
 
 /// How long a task of the PKW may take.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -24,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// A master with its slaves. Time passes only in [`VirtualBus::run`] and what is built on it.
 #[derive(Debug)]
 pub struct VirtualBus<A> {
-    master: Master<SimulatorPhy>,
+    master: Master<VirtualLine>,
     stations: Vec<Station<A>>,
     bit_rate: BitRate,
     step: time::Duration,
@@ -33,7 +32,7 @@ pub struct VirtualBus<A> {
 #[derive(Debug)]
 struct Station<A> {
     slave: Slave<A>,
-    line: SimulatorPhy,
+    line: VirtualLine,
     handle: Option<PeripheralHandle>,
     events: Vec<PeripheralEvent>,
     exchanges: u64,
@@ -63,7 +62,7 @@ impl<A: Application> VirtualBus<A> {
     /// A bus with the parameters of `profirust`.
     #[must_use]
     pub fn with_parameters(parameters: Parameters) -> Self {
-        let line = SimulatorPhy::new(parameters.baudrate, "master");
+        let line = VirtualLine::new(parameters.baudrate);
         let bit_rate = BitRate(parameters.baudrate.to_rate() as u32);
         let step = parameters.bits_to_time(IDLE_BITS);
         VirtualBus { master: Master::new(parameters, line), stations: Vec::new(), bit_rate, step }
@@ -92,9 +91,7 @@ impl<A: Application> VirtualBus<A> {
     }
 
     fn join(&mut self, slave: Slave<A>, handle: Option<PeripheralHandle>) -> SlaveId {
-        // The line knows stations by names that are kept until the program ends; there are few.
-        let name: &'static str = String::leak(format!("slave {}", self.stations.len()));
-        let line = self.master.line().duplicate(name);
+        let line = self.master.line().another_end();
         let tasks = PkwMaster::new(PATIENCE);
         let (events, exchanges, lost_answers, is_on) = (Vec::new(), 0, 0..0, true);
         self.stations.push(Station { slave, line, handle, events, exchanges, tasks, lost_answers, is_on });
@@ -104,7 +101,7 @@ impl<A: Application> VirtualBus<A> {
     /// The time on the bus.
     #[must_use]
     pub fn now(&self) -> Instant {
-        instant(self.master.line().bus_time())
+        instant(self.master.line().now())
     }
 
     /// A slave.
@@ -204,8 +201,8 @@ impl<A: Application> VirtualBus<A> {
 
     /// Three characters on the line: as long as the silence before a request.
     fn turn(&mut self) -> Option<(PeripheralHandle, PeripheralEvent)> {
-        self.master.line().advance_bus_time(self.step);
-        let at = self.master.line().bus_time();
+        self.master.line().advance(self.step);
+        let at = self.master.line().now();
         let noticed = self.master.poll(at);
         if let Some((handle, event)) = noticed
             && let Some(station) = self.stations.iter_mut().find(|station| station.handle == Some(handle))

@@ -65,6 +65,23 @@ fn several_slaves_share_the_line() {
     assert!(ids.iter().all(|id| bus.slave(*id).state() == State::DataExchange));
 }
 
+/// Both answer at once, and nothing of that can be read; each is heard when the other one is gone.
+#[test]
+fn two_slaves_of_one_address_garble_their_answers() {
+    let mut bus = VirtualBus::new();
+    let first = attach(&mut bus, 7, IDENTITY);
+    let second = bus.attach_unknown(Slave::new(7, IDENTITY, bus.bit_rate(), Echo::default()));
+    let other = attach(&mut bus, 8, IDENTITY);
+    bus.run(Duration::from_secs(1));
+    assert_eq!((bus.exchanges(first), bus.events(first)), (0, vec![]));
+    assert!(bus.exchange(other), "the rest of the bus works");
+    bus.set_connected(second, false);
+    assert!(bus.exchange(first));
+    bus.set_connected(second, true);
+    bus.run(Duration::from_secs(1));
+    assert!(bus.exchange(other));
+}
+
 /// Whether an answer that was lost is asked for again, and given without acting twice.
 #[test]
 fn a_lost_answer_is_repeated() {

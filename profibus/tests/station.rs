@@ -7,16 +7,16 @@ use std::io::ErrorKind;
 use lexican_profibus::bus::{Bus, Exchange, Notice, Station};
 use lexican_profibus::dp::Lengths;
 use lexican_profibus::master::{Master, Segment};
+use lexican_profibus::virtual_line::VirtualLine;
 use lexican_runtime::{Duration, Instant};
 use profirust::Baudrate;
 use profirust::dp::{Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
 use profirust::fdl::ParametersBuilder;
-use profirust::phy::SimulatorPhy;
 
 const LENGTHS: Lengths = Lengths { inputs: 2, outputs: 2 };
 
 struct Line {
-    master: Master<SimulatorPhy>,
+    master: Master<VirtualLine>,
     handles: Vec<PeripheralHandle>,
     now: Instant,
     /// What happens, to which slave.
@@ -72,7 +72,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let parameters = ParametersBuilder::new(0, Baudrate::B500000).build();
-        let master = Master::new(parameters, SimulatorPhy::new(Baudrate::B500000, "master"));
+        let master = Master::new(parameters, VirtualLine::new(Baudrate::B500000));
         let (handles, events) = (Vec::new(), VecDeque::new());
         let bus = Bus::new(Line {
             master,

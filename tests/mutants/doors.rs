@@ -16,6 +16,8 @@ mod profibus_master;
 mod profibus_slave;
 #[path = "../../profibus/tests/station.rs"]
 mod profibus_station;
+#[path = "../../profibus/tests/trouble.rs"]
+mod profibus_trouble;
 #[path = "../../drives/siko/tests/gateway/main.rs"]
 mod siko_gateway;
 #[path = "../../drives/siko-profibus/tests/carrier.rs"]
@@ -60,7 +62,7 @@ const OF_SERIAL: &[&[&str]] = &[
 ];
 const OF_PROFIBUS: &[&[&str]] = &[
     &["unit_tests_of_profibus", "profibus_slave::", "profibus_station::", "profibus_master::"],
-    &["siko_profibus_parameters::", "profibus_any_bytes::"],
+    &["profibus_trouble::", "siko_profibus_parameters::", "profibus_any_bytes::"],
 ];
 
 const OF_GATEWAY: &[&[&str]] = &[&["siko_gateway::"]];

@@ -177,6 +177,9 @@ const DRIVES: &[&str] = &["siko", "ag03", "ag02", "kollmorgen", "akd"];
 /// Files that are longer than 800 lines, and why that is right.
 const LONG: &[(&str, &str)] = &[];
 
+/// What is simulated in SIKO's crates: folders and files.
+const SIMULATED: &[&str] = &["sim", "door", "bus"];
+
 pub(crate) fn run(root: &Path) -> Result<(), String> {
     let sources = rust_files(root)?;
     let mut found = Vec::new();
@@ -251,6 +254,9 @@ impl Source {
             if self.must_be_deterministic() && text.contains("HashMap") {
                 find(line + 1, "HashMap has no order: the same input must give the same bytes");
             }
+            if self.moves_real_drives() && names_simulator(text) {
+                find(line + 1, "uses the simulated drive: what both share stands beside it");
+            }
             if text.trim_start().starts_with("#[ignore") {
                 find(line + 1, "an ignored test: mend it or remove it");
             }
@@ -264,9 +270,21 @@ impl Source {
             .any(|room| self.path.starts_with(room))
     }
 
+    /// SIKO's drives, without what is simulated: a program that moves a real drive has no use for that.
+    fn moves_real_drives(&self) -> bool {
+        let is_simulated = |part: &str| SIMULATED.contains(&part.trim_end_matches(".rs"));
+        let inside = self.path.strip_prefix("drives/siko").and_then(|rest| rest.split_once("/src/"));
+        inside.is_some_and(|(_, file)| !file.split('/').any(is_simulated))
+    }
+
     fn must_be_deterministic(&self) -> bool {
         ["eds/src/", "codegen/src/"].iter().any(|room| self.path.starts_with(room))
     }
+}
+
+/// Whether a line of code, and not one of documentation, uses a module of what is simulated.
+fn names_simulator(text: &str) -> bool {
+    !text.trim_start().starts_with("//") && text.contains("sim::")
 }
 
 fn contains_word(text: &str, word: &str) -> bool {
@@ -325,6 +343,24 @@ mod tests {
         assert_eq!(findings("eds/src/model.rs", text).len(), 1);
         assert_eq!(findings("codegen/src/emit.rs", text).len(), 1);
         assert_eq!(findings("cli/src/main.rs", text), [""; 0]);
+    }
+
+    #[test]
+    fn what_moves_real_drives_does_not_use_the_simulated_one() {
+        let text = "//! As [`sim::Model`].\nuse siko::sim::parameters::Mode;\n";
+        for (path, count) in [
+            ("drives/siko/src/gateway/face.rs", 1),
+            ("drives/siko-serial/src/gateway/mod.rs", 1),
+            ("drives/siko-profibus/src/master.rs", 1),
+            ("drives/siko-ag02/src/driver.rs", 1),
+            ("drives/siko-ag02/src/sim.rs", 0),
+            ("drives/siko/src/sim/node.rs", 0),
+            ("drives/siko-profibus/src/door.rs", 0),
+            ("drives/siko-serial/tests/door.rs", 0),
+            ("toolbox/src/simulation/device.rs", 0),
+        ] {
+            assert_eq!(findings(path, text).len(), count, "{path}");
+        }
     }
 
     #[test]

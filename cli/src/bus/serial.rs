@@ -1,4 +1,5 @@
-//! `serial:/dev/ttyUSB0?device=siko/ag02`: a drive behind its own serial interface, as the only node of a bus.
+//! `serial:/dev/ttyUSB0?device=siko/ag02`: a drive behind its own serial interface, as the only node of a bus. `echo=on`
+//! where an RS-485 adapter with two wires hears what it sends.
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
@@ -25,18 +26,25 @@ pub(super) fn open(
     port: &str,
     parameters: &[(String, String)],
 ) -> Result<(Box<dyn Link + Send>, NodeId, DataSheet), Failure> {
-    let (mut node, mut baud, mut device) = (NODE, Settings::default().baud, None);
+    let (mut node, mut settings, mut device) = (NODE, Settings::default(), None);
     for (key, value) in parameters {
         match key.as_str() {
             "device" => device = Some(value),
             "node" => node = node_id(value).map_err(Failure::new)?,
             "baud" => {
                 let wrong = || Failure::new(format_args!("baud={value} is not a number of bit/s"));
-                baud = value.parse().ok().filter(|baud| *baud > 0).ok_or_else(wrong)?;
+                settings.baud = value.parse().ok().filter(|baud| *baud > 0).ok_or_else(wrong)?;
+            }
+            "echo" => {
+                settings.echo = match value.as_str() {
+                    "on" => true,
+                    "off" => false,
+                    _ => return Err(Failure::new(format_args!("echo={value} is not on or off"))),
+                };
             }
             _ => {
                 return Err(Failure::new(format_args!(
-                    "a serial interface has no parameter {key:?}; there is device, baud, node"
+                    "a serial interface has no parameter {key:?}; there is device, baud, echo, node"
                 )));
             }
         }
@@ -49,7 +57,7 @@ pub(super) fn open(
         return Err(Failure::new(format_args!("lexican knows no serial interface of {device}"))
             .help(format!("it knows that of {DEVICE}")));
     }
-    let link = gateway::open(port, baud, node)
+    let link = gateway::open(port, settings, node)
         .map_err(|error| Failure::new(format_args!("cannot open {port}: {}", reason(&error))))?;
     Ok((Box::new(link), node, sheet))
 }

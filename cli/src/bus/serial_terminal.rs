@@ -21,9 +21,9 @@ impl SerialTerminal {
 #[cfg(unix)]
 mod unix {
     use std::fs::File;
-    use std::io::{self, Read, Write};
+    use std::io::{self, ErrorKind, Read, Write};
     use std::os::fd::OwnedFd;
-    use std::sync::mpsc::{Receiver, sync_channel};
+    use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
     use std::time::Duration;
 
     use crate::bus::pty::pair;
@@ -31,11 +31,12 @@ mod unix {
 
     /// How long the session waits for bytes, by which a deadline of the drive can be late.
     const PATIENCE: Duration = Duration::from_millis(2);
-    /// How many pieces of bytes wait to be handled; a program that sends more is blocked.
+    /// How many pieces of bytes wait to be handled, and to be read: a program that sends more is blocked, and answers to one
+    /// that does not read are lost, as on a line without handshake.
     const PIECES: usize = 64;
 
     pub(crate) struct SerialTerminal {
-        terminal: File,
+        answers: SyncSender<Vec<u8>>,
         path: String,
         bytes: Receiver<Vec<u8>>,
         /// Kept open, so that reading does not fail between two programs.
@@ -56,7 +57,9 @@ mod unix {
                     }
                 }
             });
-            Ok(SerialTerminal { terminal, path, bytes, _other_end: other_end })
+            let (answers, queue) = sync_channel(PIECES);
+            std::thread::spawn(move || write(terminal, &queue));
+            Ok(SerialTerminal { answers, path, bytes, _other_end: other_end })
         }
 
         /// The path of the other end, for other programs.
@@ -70,7 +73,41 @@ mod unix {
         }
 
         pub(crate) fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-            self.terminal.write_all(bytes)
+            match self.answers.try_send(bytes.to_vec()) {
+                Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
+                Err(TrySendError::Disconnected(_)) => Err(ErrorKind::BrokenPipe.into()),
+            }
+        }
+    }
+
+    /// Writes until the terminal is closed.
+    fn write(mut terminal: File, answers: &Receiver<Vec<u8>>) {
+        while let Ok(bytes) = answers.recv() {
+            if terminal.write_all(&bytes).is_err() {
+                return;
+            }
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+        use std::fs::OpenOptions;
+
+        /// It would fill the terminal's buffer many times.
+        #[test]
+        fn a_program_that_does_not_read_holds_nothing_up() {
+            let mut terminal = SerialTerminal::open().unwrap_or_else(|_| panic!("the system has pseudo-terminals"));
+            let mut program = OpenOptions::new().read(true).write(true).open(terminal.path()).unwrap();
+            for _ in 0..5000 {
+                terminal.send(b"+0001000>\r").unwrap();
+            }
+            // It still hears, and is heard again when its answers are read.
+            program.write_all(b"R").unwrap();
+            assert!((0..1000).any(|_| terminal.receive() == b"R"));
+            let mut answers = [0; 100];
+            program.read_exact(&mut answers).unwrap();
+            assert!(answers.starts_with(b"+0001000>\r+0001000>\r"));
         }
     }
 }

@@ -29,6 +29,7 @@
 
 pub mod driver;
 pub mod fault;
+pub mod model;
 pub mod sim;
 
 pub use lexican_driver::Direction;

@@ -31,6 +31,7 @@
 
 pub mod driver;
 pub mod fault;
+pub mod model;
 pub mod parameter;
 pub mod sim;
 

@@ -6,10 +6,11 @@ use lexican_runtime::Instant;
 use lexican_runtime::abort::AbortCode;
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
+use siko::order::{Braking, Order};
 use siko::sim::controller::Network;
-use siko::sim::parameters::Mode;
-use siko::sim::{Braking, Order, Setup, SimulatedDrive};
+use siko::sim::{Setup, SimulatedDrive};
 use siko::state;
+use siko::state::Mode;
 use siko::words::{status as can_status, system};
 
 use crate::model::{Model, NODE, PPO};

@@ -3,16 +3,16 @@
 use lexican_driver::ByteOrder;
 use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Duration, Instant};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 use siko::gateway::{Door, Facts, Job, Report};
-use siko::sim::parameters::Mode;
+use siko::state::Mode;
 use siko::words::generic;
 
-use crate::master::{DriveMaster, Event};
+use crate::master::{DriveMaster, Event, REACTION};
 use crate::model::Model;
 use crate::table::{Content, Row};
 
-/// How often a position that changes is reported.
+/// How often facts are reported that have not changed, or in the position only.
 const REPORTS: Duration = Duration::from_millis(10);
 
 /// What is written to 1011h to restore parameters (CiA 301, 7.5.2.14).
@@ -47,7 +47,14 @@ pub struct ProfibusDoor {
     job: Option<Job>,
     end: Option<Result<i64, AbortCode>>,
     lost: bool,
-    shown: Option<(Instant, Facts)>,
+    shown: Option<Shown>,
+}
+
+/// What was reported last, and when.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    at: Instant,
+    facts: Measured<Facts>,
 }
 
 impl ProfibusDoor {
@@ -82,7 +89,7 @@ impl ProfibusDoor {
     }
 
     fn read(&self, address: Address) -> Result<Asked, AbortCode> {
-        let facts = self.master.facts().ok_or(AbortCode::HARDWARE_ERROR)?;
+        let facts = self.master.facts().ok_or(AbortCode::HARDWARE_ERROR)?.value;
         match (address, facts.mode) {
             (POSITION, Mode::Positioning) => return Ok(Asked::Known(facts.position.into())),
             (VELOCITY, _) => return Ok(Asked::Known(facts.velocity.into())),
@@ -179,12 +186,15 @@ impl ProfibusDoor {
         self.end = Some(result);
     }
 
-    /// What is to be reported: a position that changes, now and then.
-    fn news(&self, now: Instant) -> Option<Facts> {
-        let facts = self.master.facts()?;
-        let facts = Facts { system: facts.system, position: facts.position, velocity: facts.velocity };
-        let Some((at, shown)) = self.shown else { return Some(facts) };
-        let is_due = facts.system != shown.system || self.end.is_some() || now.since(at) >= REPORTS;
+    /// What is to be reported: what has changed, and now and then that nothing has.
+    fn news(&self, now: Instant) -> Option<Measured<Facts>> {
+        let facts = self.master.facts()?.map(|facts| Facts {
+            system: facts.system,
+            position: facts.position,
+            velocity: facts.velocity,
+        });
+        let Some(Shown { at, facts: shown }) = self.shown else { return Some(facts) };
+        let is_due = facts.value.system != shown.value.system || self.end.is_some() || now.since(at) >= REPORTS;
         (is_due && facts != shown).then_some(facts)
     }
 }
@@ -216,6 +226,22 @@ impl Door for ProfibusDoor {
         }
     }
 
+    /// One task of an application, and all that the master asks for itself: PNU 1020, the operating mode and the units.
+    fn worst_cycle(&self) -> Duration {
+        REACTION.times(6)
+    }
+
+    /// A job waits for a task of the master, and a reading of PNU 1020 follows.
+    fn worst_job(&self) -> Duration {
+        REACTION.times(3)
+    }
+
+    fn lose(&mut self, _: Instant) {
+        self.master.handle_offline();
+        while self.master.poll().is_some() {}
+        (self.job, self.end, self.shown) = (None, None, None);
+    }
+
     fn poll(&mut self, now: Instant) -> Option<Report> {
         while let Some(event) = self.master.poll() {
             self.conclude(event);
@@ -224,7 +250,7 @@ impl Door for ProfibusDoor {
             return Some(Report::Lost);
         }
         if let Some(facts) = self.news(now) {
-            self.shown = Some((now, facts));
+            self.shown = Some(Shown { at: now, facts });
             return Some(Report::Facts(facts));
         }
         self.end.take().map(Report::Done)

@@ -4,6 +4,7 @@ use lexican_profibus::bus::{Bus, Notice, Station};
 use lexican_profibus::master::Segment;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::{Duration, Instant, NodeId};
+use profirust::dp::PeripheralOptions;
 use siko::gateway::{Carrier, Gateway, GatewayLink, GatewayNode};
 
 use crate::bus::options;
@@ -13,22 +14,38 @@ use crate::model::{Model, PPO};
 /// How often a node of a virtual CAN bus looks at its PROFIBUS: a cycle with one drive lasts a third of that at 1.5 Mbit/s.
 const LOOKS: Duration = Duration::from_millis(1);
 
-/// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address. Further drives on the
-/// same bus have links of their own.
+/// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address, up to 126. Further drives
+/// on the same bus have links of their own.
 pub fn link<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayLink<ProfibusDoor, Station<S>> {
-    let (gateway, station) = parts(bus, model, address);
+    link_with(bus, model, address, options(model))
+}
+
+/// The same with options of its own, such as those of its GSD file (`lexican_profibus::gsd`), whose configuration has to carry
+/// the data of [`PPO`].
+pub fn link_with<S: Segment>(
+    bus: &Bus<S>,
+    model: &'static Model,
+    address: NodeId,
+    options: PeripheralOptions<'static>,
+) -> GatewayLink<ProfibusDoor, Station<S>> {
+    let (gateway, station) = parts(bus, model, address, options);
     GatewayLink::new(gateway, station)
 }
 
 /// The same as a node of a virtual CAN bus, beside others.
 pub fn node<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayNode<ProfibusDoor, Station<S>> {
-    let (gateway, station) = parts(bus, model, address);
+    let (gateway, station) = parts(bus, model, address, options(model));
     GatewayNode::new(gateway, station)
 }
 
-fn parts<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> (Gateway<ProfibusDoor>, Station<S>) {
+fn parts<S: Segment>(
+    bus: &Bus<S>,
+    model: &'static Model,
+    address: NodeId,
+    options: PeripheralOptions<'static>,
+) -> (Gateway<ProfibusDoor>, Station<S>) {
     let gateway = Gateway::new(model.drive, address, ProfibusDoor::new(model));
-    (gateway, bus.station(address.get(), options(model), PPO.lengths()))
+    (gateway, bus.station(address.get(), options, PPO.lengths()))
 }
 
 impl<S: Segment> Carrier<ProfibusDoor> for Station<S> {

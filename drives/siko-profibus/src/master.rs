@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use lexican_driver::{Direction, Units};
 use lexican_profibus::pkw::{self, PkwMaster, Refusal, Reply, Task};
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::{Duration, Instant, Measured};
 use siko::order::{Braking, Order};
-use siko::sim::parameters::Mode;
+use siko::state::Mode;
 use siko::words::system;
 
 use crate::model::PPO;
@@ -16,7 +16,7 @@ use crate::words::{control, order as words, status};
 pub type Telegram = [u8; PPO.len()];
 
 /// How long the drive may take to answer a task, and to follow an order.
-const REACTION: Duration = Duration::from_millis(400);
+pub(crate) const REACTION: Duration = Duration::from_millis(400);
 
 /// Over how long velocities are measured in positioning mode: one rev/min is a count and a third in this time.
 const MEASURED_OVER: Duration = Duration::from_millis(50);
@@ -59,8 +59,10 @@ pub struct DriveMaster {
     looked: u64,
     seen: Option<Seen>,
     known: Known,
+    /// When the task that is under way was begun.
+    began: Instant,
     /// What follows from both, as long as they fit each other.
-    facts: Option<Facts>,
+    facts: Option<Measured<Facts>>,
     trace: Option<Trace>,
     events: VecDeque<Event>,
 }
@@ -87,7 +89,7 @@ struct Known {
     numerator: Option<u32>,
     denominator: Option<u32>,
     spindle_pitch: Option<u32>,
-    system: Option<u16>,
+    system: Option<Measured<u16>>,
 }
 
 /// Where it was at a time, and how fast it came there.
@@ -173,6 +175,7 @@ impl DriveMaster {
             looked: 0,
             seen: None,
             known: Known::default(),
+            began: Instant::ZERO,
             facts: None,
             trace: None,
             events: VecDeque::new(),
@@ -189,9 +192,10 @@ impl DriveMaster {
         data
     }
 
-    /// What is known of the drive; `None` until all of it is. While the operating mode is in question, what was known before.
+    /// What is known of the drive, as old as the reading of PNU 1020 in it; `None` until all of it is. While the operating
+    /// mode is in question, what was known before.
     #[must_use]
-    pub const fn facts(&self) -> Option<Facts> {
+    pub const fn facts(&self) -> Option<Measured<Facts>> {
         self.facts
     }
 
@@ -201,7 +205,7 @@ impl DriveMaster {
     /// drive turn in velocity mode.
     pub fn ask(&mut self, task: Task) {
         if matches!(task, Task::Write { number: MODE, .. }) && self.keeps_enabled() {
-            if self.known.system.is_none_or(|seen| seen & (system::POSITIONING | system::MOVING) != 0) {
+            if self.known.system.is_none_or(|seen| seen.value & (system::POSITIONING | system::MOVING) != 0) {
                 self.events.push_back(Event::Answered(Reply::Refused(Refusal::WRONG_STATE)));
                 return;
             }
@@ -283,15 +287,17 @@ impl DriveMaster {
         }
     }
 
-    fn draw_facts(&self) -> Option<Facts> {
+    fn draw_facts(&self) -> Option<Measured<Facts>> {
         let (seen, mode, system) = (self.seen?, self.known.mode?, self.known.system?);
         self.units()?;
         let (position, velocity) = match mode {
             Mode::Positioning => (seen.actual, self.trace.map_or(0, |trace| trace.velocity)),
-            Mode::Velocity => (self.facts.map_or(0, |facts| facts.position), seen.actual),
+            Mode::Velocity => (self.facts.map_or(0, |facts| facts.value.position), seen.actual),
         };
         let fault = if seen.status & status::FAULT == 0 { 0 } else { system::FAULT };
-        Some(Facts { status: seen.status, system: system & !system::FAULT | fault, mode, position, velocity })
+        let with =
+            |system| Facts { status: seen.status, system: system & !system::FAULT | fault, mode, position, velocity };
+        Some(system.map(with))
     }
 
     fn units(&self) -> Option<Units> {
@@ -358,7 +364,7 @@ impl DriveMaster {
             DENOMINATOR => self.known.denominator = Some(value),
             SPINDLE_PITCH => self.known.spindle_pitch = Some(value),
             _ => {
-                self.known.system = Some(value as u16);
+                self.known.system = Some(Measured::new(value as u16, self.began));
                 self.looked = self.begun;
             }
         }
@@ -424,6 +430,7 @@ impl DriveMaster {
             }
         };
         self.begun += 1;
+        self.began = now;
         // It is not busy.
         let _ = self.tasks.start(now, task);
     }

@@ -18,7 +18,7 @@ pub struct Model {
     /// What a driver has to know of it.
     pub description: &'static Description,
     /// The drive behind the slave.
-    pub drive: &'static siko::sim::Model,
+    pub drive: &'static siko::model::Model,
     /// The slave.
     pub identity: Identity,
     /// Its parameters.
@@ -41,7 +41,7 @@ const fn identity(ident: u16) -> Identity {
 pub static AG03_1: Model = Model {
     name: "AG03/1",
     description: &siko_ag03_1::driver::AG03_1,
-    drive: &siko_ag03_1::sim::MODEL,
+    drive: &siko_ag03_1::model::MODEL,
     identity: identity(0x0AC5),
     table: table::AG03_1,
     version: 0x0100,
@@ -52,7 +52,7 @@ pub static AG03_1: Model = Model {
 pub static AG02: Model = Model {
     name: "AG02",
     description: &siko_ag02::driver::AG02,
-    drive: &siko_ag02::sim::MODEL,
+    drive: &siko_ag02::model::MODEL,
     identity: identity(0x08C9),
     table: table::AG02,
     version: 0x0200,

@@ -91,7 +91,7 @@ impl Bench {
     }
 
     fn facts(&self) -> Facts {
-        self.master.facts().unwrap()
+        self.master.facts().unwrap().value
     }
 
     fn has(&self, bits: u16) -> bool {

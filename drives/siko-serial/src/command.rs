@@ -323,6 +323,28 @@ impl Command {
     pub const fn is_read(self) -> bool {
         !matches!(self.reply(), Reply::None | Reply::Done)
     }
+
+    /// Whether it comes to the same when the drive carries it out twice: what reads, sets or stops. What starts something
+    /// does not, nor does calibrating, since the shaft may turn in between.
+    #[must_use]
+    pub const fn may_be_repeated(self) -> bool {
+        match self {
+            Command::Start | Command::Step | Command::Inch(_) | Command::Restart | Command::Set(Setting::Calibrate) => {
+                false
+            }
+            Command::WriteLong(..)
+            | Command::WriteShort(..)
+            | Command::SetPosType(_)
+            | Command::SetTurning(_)
+            | Command::SetMode(_)
+            | Command::Set(_)
+            | Command::Abort
+            | Command::EmergencyStop
+            | Command::Stop
+            | Command::Release => true,
+            _ => self.is_read(),
+        }
+    }
 }
 
 fn length(letter: u8) -> Option<usize> {

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use lexican_driver::Direction;
-use siko::sim::Refused;
+use siko::order::Refused;
 
 /// The number of a refusal: two decimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

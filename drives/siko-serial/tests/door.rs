@@ -5,7 +5,7 @@ use std::io;
 use lexican_driver::Direction;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Duration, Instant};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 use siko::gateway::{Carrier, Door, Facts, Job, Report};
 use siko::order::{Braking, Order};
 use siko_ag02::od;
@@ -23,11 +23,12 @@ const UNKNOWN: Report = Report::Done(Err(AbortCode::HARDWARE_ERROR));
 struct Bench {
     door: SerialDoor,
     now: Instant,
+    shown: Option<Facts>,
 }
 
 impl Bench {
     fn new() -> Self {
-        Bench { door: SerialDoor::new(SETTINGS), now: Instant::ZERO }
+        Bench { door: SerialDoor::new(SETTINGS), now: Instant::ZERO, shown: None }
     }
 
     /// At rest at 100, with the motor released.
@@ -44,8 +45,25 @@ impl Bench {
         bench
     }
 
+    /// What is new, without times, and without facts that have not changed, except before the end of a job.
     fn reports(&mut self) -> Vec<Report> {
-        std::iter::from_fn(|| self.door.poll(self.now)).collect()
+        let reports: Vec<_> = std::iter::from_fn(|| self.door.poll(self.now)).collect();
+        let mut news = Vec::new();
+        for (number, report) in reports.iter().enumerate() {
+            match report {
+                Report::Facts(Measured { value, .. }) => {
+                    let is_new = self.shown.replace(*value) != Some(*value);
+                    let ends = matches!(reports.get(number + 1), Some(Report::Done(_)));
+                    news.extend((is_new || ends).then_some(Report::Facts(Measured::new(*value, Instant::ZERO))));
+                }
+                Report::Lost => {
+                    self.shown = None;
+                    news.push(Report::Lost);
+                }
+                Report::Done(_) => news.push(*report),
+            }
+        }
+        news
     }
 
     /// Waits for the deadline, if there is nothing to send.
@@ -113,7 +131,7 @@ impl Bench {
 }
 
 fn facts(system: u16, position: i32, velocity: i32) -> Report {
-    Report::Facts(Facts { system, position, velocity })
+    Report::Facts(Measured::new(Facts { system, position, velocity }, Instant::ZERO))
 }
 
 fn order(order: Order) -> Job {
@@ -132,6 +150,40 @@ fn a_status_counts_when_it_has_been_read_twice() {
     assert_eq!(bench.talk("R:4080>"), [facts(0x4080, 100, 0)]);
     assert_eq!(bench.sends_within(100, "4080>"), "0Z 0V 20R 40R 60R 80R 100R 100Z 100V", "it travels");
     assert_eq!(bench.reports(), []);
+}
+
+#[test]
+fn each_status_that_counts_is_reported_with_its_time() {
+    let mut bench = Bench::connected();
+    let mut last = bench.now;
+    let worst = bench.door.worst_cycle();
+    // One that is new is read twice, and after noise the first one only shows where the drive is.
+    let answers = [("0080>", true), ("0180>", false), ("0080>", true), ("!", false), ("0080>", false), ("0080>", true)];
+    for (answer, counts) in answers {
+        assert_eq!(bench.next(), "R");
+        let asked = bench.now;
+        bench.now += Duration::from_millis(7);
+        bench.hears(answer);
+        bench.wait();
+        let report = bench.door.poll(bench.now);
+        assert_eq!(report.is_some(), counts, "{answer}: {report:?}");
+        if let Some(Report::Facts(facts)) = report {
+            assert_eq!((facts.at, facts.at.since(last) < worst), (asked, true), "{answer}");
+            last = facts.at;
+        }
+        assert_eq!(bench.door.poll(bench.now), None);
+    }
+}
+
+#[test]
+fn a_drive_that_counts_as_lost_is_asked_anew_and_for_nothing_of_before() {
+    let mut bench = Bench::moving();
+    bench.door.begin(bench.now, order(Order::Start));
+    assert_eq!(bench.next(), "F0+0005000");
+    bench.door.lose(bench.now);
+    assert_eq!(bench.talk("R:0080> R:0080> R:0080>"), [facts(0x80, 0, 0)]);
+    assert_eq!(bench.talk("Z:+0000100> V:+000>"), [facts(0x80, 100, 0)]);
+    assert_eq!(bench.sends_within(100, "0080>"), "100R");
 }
 
 #[test]
@@ -284,7 +336,7 @@ fn objects_are_written_by_commands_and_read_back() {
 }
 
 #[test]
-fn what_changes_nothing_is_asked_three_times_and_the_rest_once() {
+fn what_may_be_done_twice_is_sent_three_times_and_the_rest_once() {
     let mut bench = Bench::connected();
     let (read, garbled) = (Job::Read(A_POS), "!");
     for trouble in ["", garbled] {
@@ -297,9 +349,19 @@ fn what_changes_nothing_is_asked_three_times_and_the_rest_once() {
         }
         let reports = bench.job(order(Order::Resume), &format!("M:{trouble} R:0080> R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
-        let reports = bench.job(order(Order::Start), &format!("F0+0005000:{trouble} R:0080> R:0080>"));
-        assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
-        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("H0300050:{trouble}")), failed);
+        for (ordered, sent) in [(Order::Start, "F0+0005000"), (Order::Hold, "N"), (Order::Release, "P")] {
+            let once = format!("{sent}:{trouble} R:0080>");
+            let reports = bench.job(order(ordered), &format!("{once} {once} {sent}:{trouble} R:0080> R:0080>"));
+            assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
+        }
+        let setpoint = format!("F0+0005000:{trouble} R:0080>");
+        let reports = bench.job(order(Order::Start), &format!("{setpoint} F0+0005000:> E0:+0005000> M:> R:0080>"));
+        assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Ok(0))]);
+        let write = format!("H0300050:{trouble} R:0080>");
+        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:> G03:00050>")), value);
+        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:{trouble}")), failed);
+        let calibrate = Job::Write(Address::new(0x1011, 4), LOAD);
+        assert_eq!(bench.job(calibrate, &format!("R:0080> S11104:{trouble}")), failed);
         // So is a status, whatever was asked before.
         assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:0080>")), []);
         assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:{trouble}")), [Report::Lost]);

@@ -61,6 +61,15 @@ pub const fn has_torque(state: State) -> bool {
     matches!(state, State::OperationEnabled | State::QuickStopActive)
 }
 
+/// An operating mode (6060h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// 1: Profile Position Mode.
+    Positioning,
+    /// 2: Profile Velocity Mode. CiA 402 has 3 for it.
+    Velocity,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

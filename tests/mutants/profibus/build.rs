@@ -7,7 +7,8 @@ use mutator::Sources;
 
 static PROFIBUS: Sources = Sources {
     folder: "../profibus/src",
-    modules: &["bus", "dp", "fdl", "master", "pkw", "profidrive", "slave", "virtual_bus"],
+    // `trouble` and `virtual_line` are not mutated.
+    modules: &["bus", "dp", "fdl", "master", "pkw", "profidrive", "slave", "trouble", "virtual_bus", "virtual_line"],
     mutated: &[
         "bus",
         "dp",

@@ -10,7 +10,8 @@ mod mutated {
 }
 
 pub use mutated::slave::{Application, BitRate, Identity, Slave, State};
-pub use mutated::{bus, dp, fdl, master, pkw, profidrive, virtual_bus};
+pub use mutated::trouble::Trouble;
+pub use mutated::{bus, dp, fdl, master, pkw, profidrive, virtual_bus, virtual_line};
 
 #[path = "../mutant.rs"]
 pub mod mutant;

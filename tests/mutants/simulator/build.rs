@@ -9,7 +9,7 @@ use mutator::Sources;
 /// `setup`, which are data that the verification reads.
 static SIKO: Sources = Sources {
     folder: "siko/src",
-    modules: &["state", "sim", "gateway"],
+    modules: &["state", "model", "frames", "sim", "gateway"],
     mutated: &[
         "gateway",
         "gateway/face",
@@ -17,6 +17,7 @@ static SIKO: Sources = Sources {
         "gateway/node",
         "gateway/objects",
         "state",
+        "frames",
         "sim/controller",
         "sim/drive",
         "sim/inputs",

@@ -11,7 +11,7 @@ mod mutated {
     include!(concat!(env!("OUT_DIR"), "/mutated.rs"));
 }
 
-pub use mutated::{gateway, sim, state};
+pub use mutated::{gateway, model, sim, state};
 
 #[path = "../mutant.rs"]
 pub mod mutant;

@@ -4,6 +4,7 @@ use lexican_driver::{Drive, Error, Missing, Outcome, Refusal};
 use lexican_profibus::virtual_bus::VirtualBus;
 use lexican_runtime::host::{self, Link};
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 use siko_ag02::driver::Ag02;
 use siko_ag03_1::driver::Ag03_1;
@@ -14,6 +15,7 @@ use super::bench::{Bench, NODE, Segment, Sold, both};
 both! {
     lost_answers_change_nothing a_cable_that_is_cut_is_noticed_and_nothing_goes_on
     a_drive_that_is_not_there_is_not_connected_to any_frames_do_no_harm
+    a_master_that_is_gone_in_a_travel_is_a_drive_that_is_lost a_program_that_slept_finds_its_drive
 }
 
 /// Each answer of a travel gets lost in a travel of its own: the master repeats its request, and the drive acts once.
@@ -57,6 +59,40 @@ fn a_cable_that_is_cut_is_noticed_and_nothing_goes_on<K: Sold>() {
         assert_eq!(bench.shaft(), (at, 0), "{}: nothing is taken up again", K::MODEL.name);
         assert_eq!(bench.drive.move_to(at + 100).unwrap(), Outcome::Reached { position: at + 100 });
     }
+}
+
+/// Nobody says so, as when the thread that runs the line is dead: the facts grow old.
+fn a_master_that_is_gone_in_a_travel_is_a_drive_that_is_lost<K: Sold>() {
+    let (mut bench, segment) = Bench::<K>::over_profibus();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(50_000).unwrap();
+    let now = || segment.bus.with(|line| line.now());
+    let began = now();
+    let mut shown = began;
+    let result = bench.drive.finish_watched(|progress| {
+        shown = progress.at;
+        segment.set_works(true, now() < began + Duration::from_secs(1));
+    });
+    let error = result.map_err(Error::into_cause);
+    assert!(matches!(error, Err(Error::Sdo(SdoError::TimedOut { .. }))), "{error:?}");
+    assert!(now() - began < Duration::from_secs(6), "{:?}", now() - began);
+    let age = shown - began;
+    assert!(age < Duration::from_secs(4), "what is shown is not much older than the last exchange: {age:?}");
+    assert_eq!(bench.shaft().1, 0, "its watchdog has released the motor");
+    segment.set_works(true, true);
+    assert!(matches!(bench.drive.pass(Duration::from_secs(2)).map_err(Error::into_cause), Err(Error::Restarted)));
+    bench.drive.enable().unwrap();
+    let (at, _) = bench.shaft();
+    assert_eq!(bench.drive.move_to(at + 100).unwrap(), Outcome::Reached { position: at + 100 });
+}
+
+/// The line goes on meanwhile, and nobody takes what comes.
+fn a_program_that_slept_finds_its_drive<K: Sold>() {
+    let (mut bench, segment) = Bench::<K>::over_profibus();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(50).unwrap();
+    segment.bus.with(|line| line.run(Duration::from_secs(20)));
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 50 });
 }
 
 fn a_drive_that_is_not_there_is_not_connected_to<K: Sold>() {

@@ -6,7 +6,7 @@ use lexican_profibus::pkw::{Parameter, ParameterTable, Pkw, PkwServer, Refusal, 
 use lexican_runtime::{Duration, Instant};
 use siko::order::Order;
 use siko_profibus::gateway::ProfibusDoor;
-use siko_profibus::master::{DriveMaster, Event, Telegram};
+use siko_profibus::master::{DriveMaster, Event, Facts, Telegram};
 use siko_profibus::words::{control, status};
 use siko_profibus::{AG03_1, Model, PPO, table};
 
@@ -70,6 +70,8 @@ pub(crate) struct Bench {
     pub(crate) last: (u16, i32),
     /// The same, when they change.
     sent: Vec<(u16, i32)>,
+    /// What has been reported last.
+    pub(crate) shown: Option<siko::gateway::Facts>,
 }
 
 impl Bench {
@@ -89,6 +91,7 @@ impl Bench {
             stuck: None,
             last: (0, 0),
             sent: Vec::new(),
+            shown: None,
         }
     }
 
@@ -96,7 +99,7 @@ impl Bench {
     pub(crate) fn new(mode: u32) -> Self {
         let mut bench = Bench::offline(&AG03_1, mode);
         bench.turns(20);
-        assert!(bench.master().facts().is_some());
+        assert!(bench.facts().is_some());
         bench
     }
 
@@ -105,6 +108,10 @@ impl Bench {
         assert_eq!(bench.order(Order::Enable, 0), Event::Followed);
         assert_eq!(bench.words(), if mode == 1 { vec![0x0B] } else { vec![0x0B, 0x3B] });
         bench
+    }
+
+    pub(crate) fn facts(&mut self) -> Option<Facts> {
+        self.master().facts().map(|facts| facts.value)
     }
 
     pub(crate) fn master(&mut self) -> &mut DriveMaster {

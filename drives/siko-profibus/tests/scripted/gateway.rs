@@ -2,7 +2,7 @@
 
 use lexican_profibus::pkw::{Refusal, Task, Value};
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Duration};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 use siko::gateway::{Door, Facts, Job, Report};
 use siko::order::Order;
 use siko_profibus::{AG02, AG03_1, Model};
@@ -21,7 +21,22 @@ impl Bench {
     }
 
     fn reports(&mut self) -> Vec<Report> {
-        std::iter::from_fn(|| self.door.poll(self.now)).take(20).collect()
+        let reports: Vec<_> = std::iter::from_fn(|| self.door.poll(self.now)).take(20).collect();
+        reports.into_iter().filter_map(|report| self.news(report)).collect()
+    }
+
+    /// A report without its time, unless nothing in it has changed.
+    fn news(&mut self, report: Report) -> Option<Report> {
+        let before = match report {
+            Report::Facts(facts) => self.shown.replace(facts.value),
+            Report::Lost => self.shown.take(),
+            Report::Done(_) => return Some(report),
+        };
+        match report {
+            Report::Facts(facts) if before == Some(facts.value) => None,
+            Report::Facts(facts) => Some(Report::Facts(Measured::new(facts.value, Instant::ZERO))),
+            other => Some(other),
+        }
     }
 
     fn begin(&mut self, job: Job) {
@@ -51,7 +66,7 @@ impl Bench {
 }
 
 fn facts(system: u16, position: i32) -> Report {
-    Report::Facts(Facts { system, position, velocity: 0 })
+    Report::Facts(Measured::new(Facts { system, position, velocity: 0 }, Instant::ZERO))
 }
 
 #[test]
@@ -166,6 +181,43 @@ fn a_refusal_is_an_abort_code() {
     assert_eq!(bench.job(ORDER), Err(AbortCode::DEVICE_STATE));
     bench.answers = false;
     assert_eq!(bench.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::HARDWARE_ERROR));
+}
+
+/// Also when nothing changes, and not when only the telegrams go on.
+#[test]
+fn facts_are_as_old_as_the_reading_of_the_status() {
+    let mut bench = Bench::known(&AG02, 2);
+    let worst = bench.door.worst_cycle();
+    let newest = |bench: &mut Bench| {
+        let mut newest = None;
+        for _ in 0..100 {
+            bench.turn();
+            while let Some(report) = bench.door.poll(bench.now) {
+                newest = Some(match report {
+                    Report::Facts(facts) => facts,
+                    other => panic!("{other:?}"),
+                });
+            }
+        }
+        newest
+    };
+    let facts = newest(&mut bench).expect("it is reported that nothing has changed");
+    assert!(facts.age(bench.now) < Duration::from_millis(20), "{:?}", facts.age(bench.now));
+    bench.answers = false;
+    newest(&mut bench);
+    bench.actual += 1;
+    for _ in 0..30 {
+        newest(&mut bench);
+    }
+    let facts = bench.master().facts().unwrap();
+    assert_eq!((facts.value.position, facts.fresh(bench.now, worst)), (101, None));
+    // One that counts as lost begins anew, and says so no more.
+    bench.begin(ORDER);
+    bench.door.lose(bench.now);
+    bench.answers = true;
+    assert_eq!((bench.reports(), bench.door.master().facts(), bench.door.master().outputs()), (vec![], None, [0; 14]));
+    let facts = newest(&mut bench).unwrap();
+    assert!(facts.fresh(bench.now, worst).is_some());
 }
 
 #[test]

@@ -26,24 +26,24 @@ const DOWN: Order = Order::Inch(Direction::Negative);
 fn what_has_to_be_known_is_asked_for_and_then_the_status_again_and_again() {
     let mut bench = Bench::offline(&AG03_1, 2);
     assert_eq!((bench.master().outputs(), bench.master().poll_timeout()), ([0; 14], None));
-    assert_eq!(bench.master().facts(), None);
+    assert_eq!(bench.facts(), None);
     bench.turns(11);
     assert_eq!(bench.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
     let facts = Facts { status: 0x0203, system: 0x80, mode: Mode::Positioning, position: 100, velocity: 0 };
-    assert_eq!(bench.master().facts(), Some(facts));
+    assert_eq!(bench.facts(), Some(facts));
     bench.parameters.values.insert(SYSTEM, 0x0190);
     (bench.status, bench.actual) = (0x020B, 105);
     bench.turns(3);
     // ZSW shows a fault earlier, and its end.
     let facts = Facts { status: 0x020B, system: 0x0190, position: 105, ..facts };
-    assert_eq!(bench.master().facts(), Some(facts));
+    assert_eq!(bench.facts(), Some(facts));
     bench.status = 0x0203;
     bench.turn();
-    assert_eq!(bench.master().facts(), Some(Facts { status: 0x0203, system: 0x0090, ..facts }));
+    assert_eq!(bench.facts(), Some(Facts { status: 0x0203, system: 0x0090, ..facts }));
     let mut bench = Bench::new(1);
     bench.actual = -30;
     bench.turn();
-    let facts = bench.master().facts().unwrap();
+    let facts = bench.facts().unwrap();
     assert_eq!((facts.mode, facts.position, facts.velocity), (Mode::Velocity, 0, -30));
 }
 
@@ -138,7 +138,7 @@ fn an_order_is_followed_when_its_words_have_arrived_and_the_status_shows_it() {
             }
             assert_eq!(bench.next().0, Event::Followed);
             let system = 0x1000 + if order == Order::Release { 1 } else { 2 };
-            assert_eq!(bench.master().facts().unwrap().system, system, "{order:?} after {turns}");
+            assert_eq!(bench.facts().unwrap().system, system, "{order:?} after {turns}");
         }
     }
     // A telegram that was on its way carries none of it.
@@ -187,7 +187,7 @@ fn a_task_is_answered_or_given_up() {
     let now = bench.now;
     bench.master().handle_timeout(now);
     assert_eq!((bench.master().poll(), bench.next().0), (None, Event::Looked));
-    assert_eq!(bench.master().facts().unwrap().system, 0x4221);
+    assert_eq!(bench.facts().unwrap().system, 0x4221);
     // Nothing is asked of a drive that is not there.
     let mut offline = Bench::offline(&AG03_1, 2);
     let now = offline.now;
@@ -241,13 +241,13 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
     bench.turns(10);
     assert_eq!(bench.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
     bench.turns(10);
-    assert_eq!((bench.master().facts().unwrap().mode, bench.words()), (Mode::Velocity, vec![0x0B]));
+    assert_eq!((bench.facts().unwrap().mode, bench.words()), (Mode::Velocity, vec![0x0B]));
     assert_eq!((bench.order(Order::Start, 30), bench.words()), (Event::Followed, vec![0x4B]));
     assert_eq!(bench.order(Order::Interrupt(Braking::Programmed), 0), Event::Followed);
     bench.words();
     assert_eq!(bench.ask(write(MODE, 2)), Event::Answered(Reply::Value(Value::Word(2))));
     bench.turns(10);
-    assert_eq!((bench.master().facts().unwrap().mode, bench.words()), (Mode::Positioning, vec![0x3B]));
+    assert_eq!((bench.facts().unwrap().mode, bench.words()), (Mode::Positioning, vec![0x3B]));
     // After PNU 970, the mode may be another one.
     for (begins, starts, ends, words) in [
         (2, true, 1, vec![0x0B]),
@@ -312,7 +312,7 @@ fn a_drive_that_lets_go_does_not_go_on_by_itself() {
     bench.turn();
     bench.master().handle_offline();
     assert_eq!((bench.master().poll(), bench.master().poll()), (Some(Event::Lost), None));
-    assert_eq!((bench.master().outputs(), bench.master().facts()), ([0; 14], None));
+    assert_eq!((bench.master().outputs(), bench.facts()), ([0; 14], None));
     bench.master().handle_offline();
     assert_eq!(bench.master().poll(), None);
     bench.turns(20);
@@ -324,11 +324,11 @@ fn a_drive_that_lets_go_does_not_go_on_by_itself() {
 fn velocities_are_measured_over_50_ms_in_positioning_mode() {
     let mut bench = Bench::new(2);
     let runs = |bench: &mut Bench, counts: i32, velocity: i32| {
-        let mut before = bench.master().facts().unwrap().velocity;
+        let mut before = bench.facts().unwrap().velocity;
         for turn in 1..=100 {
             bench.actual += if turn % 50 == 0 { counts } else { 0 };
             bench.turn();
-            let measured = bench.master().facts().unwrap().velocity;
+            let measured = bench.facts().unwrap().velocity;
             before = if turn == 50 { velocity } else { before };
             assert_eq!(measured, before, "{counts}, after {turn}");
         }
@@ -346,7 +346,7 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
     slow.turns(60);
     slow.actual -= 1;
     slow.turns(50);
-    assert_eq!(slow.master().facts().unwrap().velocity, -1);
+    assert_eq!(slow.facts().unwrap().velocity, -1);
     // What is read changes nothing about it.
     let mut moving = Bench::new(2);
     moving.turns(100);
@@ -354,10 +354,10 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
         moving.actual += 2;
         moving.turn();
     }
-    let velocity = moving.master().facts().unwrap().velocity;
+    let velocity = moving.facts().unwrap().velocity;
     assert!((70..=80).contains(&velocity), "{velocity}");
     moving.ask(read(1004));
-    assert_eq!(moving.master().facts().unwrap().velocity, velocity);
+    assert_eq!(moving.facts().unwrap().velocity, velocity);
     // What is written may move the position, and another mode has another actual value.
     let mut bench = Bench::new(1);
     bench.actual = 30;
@@ -367,10 +367,10 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
         bench.actual = actual;
         for turn in 0..100 {
             bench.turn();
-            let facts = bench.master().facts().unwrap();
+            let facts = bench.facts().unwrap();
             assert!(facts.mode == Mode::Velocity || facts.velocity == 0, "{number}, after {turn}: {facts:?}");
         }
-        assert_eq!(bench.master().facts().unwrap().position, actual);
+        assert_eq!(bench.facts().unwrap().position, actual);
     };
     stands(&mut bench, MODE, 2, 5000);
     stands(&mut bench, 1018, 0, 0);

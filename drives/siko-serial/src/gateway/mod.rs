@@ -6,7 +6,7 @@
 //! use siko_serial::gateway::{self, NODE};
 //! use siko_serial::sim::{SerialDrive, VirtualLine};
 //!
-//! // On a machine it is `gateway::open("/dev/ttyUSB0", 9600, NODE)`; everything else is the same, and as on CAN.
+//! // On a machine it is `gateway::open("/dev/ttyUSB0", Settings::default(), NODE)`; everything else is the same, and as on CAN.
 //! let link = gateway::link(VirtualLine::new(SerialDrive::default()), Settings::default(), NODE);
 //! let mut drive = Drive::connect(link, NODE)?;
 //! drive.enable()?;
@@ -46,14 +46,14 @@ use std::collections::VecDeque;
 
 use lexican_runtime::host::LinkError;
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured, NodeId};
 use siko::gateway::{Carrier, Door, Facts, Gateway, GatewayLink, GatewayNode, Job, Report};
 use siko::order::{Braking, Order};
 use siko::words::system;
-use siko_ag02::sim::MODEL;
+use siko_ag02::model::MODEL;
 
-use crate::answer::Answer;
-use crate::client::{Client, Event, NotTaken, Settings, Trouble};
+use crate::answer::{Answer, Reply};
+use crate::client::{Client, Event, NotTaken, PROBES, Settings, Trouble};
 use crate::command::{Command, Long, Setting};
 use crate::error::ErrorNumber;
 use crate::line::Line;
@@ -70,7 +70,7 @@ const VALUES_IN_MOTION: Duration = Duration::from_millis(100);
 const VALUES_AT_REST: Duration = Duration::from_secs(1);
 /// How long a drive that does not answer is left alone between two attempts.
 const PAUSE: Duration = Duration::from_millis(500);
-/// How often in a row a command that changes nothing is sent.
+/// How often in a row a command that may be repeated is sent.
 const ATTEMPTS: u8 = 3;
 
 /// An AG02 behind its serial port, as a link.
@@ -98,10 +98,10 @@ pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L>
 #[cfg(feature = "serialport")]
 pub fn open(
     path: &str,
-    baud: u32,
+    settings: Settings,
     node: NodeId,
 ) -> std::io::Result<SerialLink<crate::Port<Box<dyn serialport::SerialPort>>>> {
-    Ok(link(crate::Port::open(path, baud)?, Settings { baud, ..Settings::default() }, node))
+    Ok(link(crate::Port::open(path, settings.baud)?, settings, node))
 }
 
 /// A line, as the carrier of a door.
@@ -138,13 +138,15 @@ impl<L: Line> Carrier<SerialDoor> for Wire<L> {
 #[derive(Clone, Debug)]
 pub struct SerialDoor {
     client: Client,
-    /// `None` while the drive does not answer.
-    facts: Option<Facts>,
+    /// As old as its status word; `None` while the drive does not answer.
+    facts: Option<Measured<Facts>>,
     /// A status word that differs from the last one, and has been read once.
     candidate: Option<u16>,
     job: Option<Active>,
     /// The command that is under way, and whether it is one of the job.
     asked: Option<(Command, bool)>,
+    /// When it was sent.
+    sent: Instant,
     /// How often in a row it has been sent.
     attempts: u8,
     /// When the status is due; not put off before it counts.
@@ -178,6 +180,7 @@ impl SerialDoor {
             candidate: None,
             job: None,
             asked: None,
+            sent: Instant::ZERO,
             attempts: 0,
             next_status: Instant::ZERO,
             values_since: None,
@@ -189,7 +192,7 @@ impl SerialDoor {
     /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Telegram> {
         self.ask(now);
-        self.client.poll_transmit(now)
+        self.client.poll_transmit(now).inspect(|_| self.sent = now)
     }
 
     /// Takes bytes of the drive.
@@ -236,11 +239,11 @@ impl SerialDoor {
         }
         match event {
             Event::Answered(Answer::Status(word)) => self.see(now, word),
-            Event::Failed(Trouble::Silent) => self.lose(now),
+            Event::Failed(Trouble::Silent) => self.give_up(now),
             Event::Failed(_) => {
                 self.attempts += 1;
                 if command == Command::Status && self.attempts >= ATTEMPTS {
-                    self.lose(now);
+                    self.give_up(now);
                 } else if of_job {
                     self.fail(command);
                 }
@@ -249,7 +252,8 @@ impl SerialDoor {
             Event::Answered(answer) => {
                 self.values = self.values.get(1..).unwrap_or_default();
                 if let (Some(number), Some(facts)) = (answer.number(), &mut self.facts) {
-                    let place = if command == Command::Position { &mut facts.position } else { &mut facts.velocity };
+                    let shown = &mut facts.value;
+                    let place = if command == Command::Position { &mut shown.position } else { &mut shown.velocity };
                     if std::mem::replace(place, number) != number {
                         self.reports.push_back(Report::Facts(*facts));
                     }
@@ -290,10 +294,10 @@ impl SerialDoor {
         }
     }
 
-    /// A command of the job has not been answered. What changes nothing is asked again.
+    /// A command of the job has not been answered. What comes to the same when it is done twice is sent again.
     fn fail(&mut self, command: Command) {
         let Some(job) = &mut self.job else { return };
-        if command.is_read() && self.attempts < ATTEMPTS {
+        if command.may_be_repeated() && self.attempts < ATTEMPTS {
             job.commands.push_front(command);
             return;
         }
@@ -313,7 +317,7 @@ impl SerialDoor {
 
     /// The status word has been read. One that is new counts when it has been read twice.
     fn see(&mut self, now: Instant, word: u16) {
-        let before = self.facts.map(|facts| facts.system);
+        let before = self.facts.map(|facts| facts.value.system);
         if before != Some(word) && self.candidate.replace(word) != Some(word) {
             return;
         }
@@ -330,19 +334,23 @@ impl SerialDoor {
             self.values = VALUES;
             self.values_since = Some(now);
         }
-        let facts = Facts { system: word, ..self.facts.unwrap_or_default() };
-        let is_new = self.facts.replace(facts) != Some(facts);
+        let known = self.facts.map(|facts| facts.value).unwrap_or_default();
+        let facts = Measured::new(Facts { system: word, ..known }, self.sent);
+        self.facts = Some(facts);
+        self.reports.push_back(Report::Facts(facts));
         let looks = self.job.as_ref().filter(|job| job.commands.is_empty()).map(|job| job.result);
-        if is_new || looks.is_some() {
-            self.reports.push_back(Report::Facts(facts));
-        }
         if let Some(result) = looks {
             self.end_job(result);
         }
     }
 
+    /// The longest time that a command takes.
+    fn exchange(&self) -> Duration {
+        self.client.settings().exchange(Telegram::MOST, Reply::Letters)
+    }
+
     /// The drive does not answer.
-    fn lose(&mut self, now: Instant) {
+    fn give_up(&mut self, now: Instant) {
         (self.job, self.candidate, self.attempts) = (None, None, 0);
         (self.values, self.values_since) = (&[], None);
         self.next_status = now + PAUSE;
@@ -402,6 +410,25 @@ impl Door for SerialDoor {
         let looks = matches!(job, Job::Order { .. } | Job::Look);
         self.attempts = 0;
         self.job = Some(Active { job, commands: commands.into(), expected, looks, result: Ok(0) });
+    }
+
+    /// The status is read after every job. When an answer is lost, the client first finds out where the drive is.
+    fn worst_cycle(&self) -> Duration {
+        AT_REST + self.worst_job() + self.exchange().times(PROBES.into())
+    }
+
+    /// Setpoint, setpoint read back, start, and the status, which counts when it has been read twice; and what is under way
+    /// when it begins.
+    fn worst_job(&self) -> Duration {
+        self.exchange().times(6)
+    }
+
+    fn lose(&mut self, now: Instant) {
+        self.client.abandon();
+        self.client.stop_inching();
+        self.asked = None;
+        self.give_up(now);
+        self.reports.clear();
     }
 
     fn poll(&mut self, _: Instant) -> Option<Report> {

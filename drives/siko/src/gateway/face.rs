@@ -3,10 +3,9 @@
 use lexican_driver::Direction;
 
 use super::Facts;
+use crate::model::Model;
 use crate::order::{Braking, Order};
-use crate::sim::Model;
-use crate::sim::parameters::Mode;
-use crate::state::{State, commanded, has_torque};
+use crate::state::{Mode, State, commanded, has_torque};
 use crate::words::{control, status, system};
 
 /// A control word, with the targets that hold when it comes.

@@ -1,5 +1,7 @@
 //! A gateway as a link, and as a node of a simulated bus.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use lexican_runtime::host::{Incoming, Link, LinkError, Node};
 use lexican_runtime::{Duration, Frame, Instant};
 
@@ -31,7 +33,8 @@ const LAST_WORDS: Duration = Duration::from_millis(500);
 
 /// A drive behind another interface, as a [`Link`] to a bus whose only node is that drive.
 ///
-/// When it is dropped, orders that are on their way leave before, for half a second at most.
+/// When it is dropped, orders that are on their way leave before, for half a second at most: a program that panics stops its
+/// drive, too.
 #[derive(Debug)]
 pub struct GatewayLink<D: Door, C: Carrier<D>> {
     gateway: Gateway<D>,
@@ -98,12 +101,16 @@ impl<D: Door, C: Carrier<D>> Link for GatewayLink<D, C> {
 impl<D: Door, C: Carrier<D>> Drop for GatewayLink<D, C> {
     fn drop(&mut self) {
         let until = self.carrier.now() + LAST_WORDS;
-        while self.gateway.is_busy() && self.carrier.now() < until {
-            let deadline = self.gateway.poll_timeout().unwrap_or(until);
-            if self.turn(deadline.min(until)).is_err() {
-                return;
+        // A line that panics while another panic unwinds would abort the process, with all that other drives are still to
+        // be told.
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            while self.gateway.is_busy() && self.carrier.now() < until {
+                let deadline = self.gateway.poll_timeout().unwrap_or(until);
+                if self.turn(deadline.min(until)).is_err() {
+                    return;
+                }
             }
-        }
+        }));
     }
 }
 

@@ -15,8 +15,9 @@
 //!
 //! - An object that the interface does not have is aborted by 0602 0000h before anything is sent, and so are guard time (100Ch,
 //!   100Dh) and 1016h: who drops the link drops the node with it, so it cannot notice that its manager is gone.
-//! - A drive that does not answer is a node that is silent. One that answers again is as it was, or boots if its motor
-//!   has been released meanwhile.
+//! - A drive that does not answer is a node that is silent, and so is one whose facts are older than
+//!   [`Door::worst_cycle`], whatever the reason. One that answers again is as it was, or boots if its motor has been
+//!   released meanwhile.
 //! - The communication objects (1014h, 1017h, 1400h..) are the gateway's: they have their defaults whenever it begins.
 //! - Frames are answered when the line has: see [`Job`] for what is read anew, and what comes from the last look.
 //! - NMT resets release the motor and reset the gateway, and not the drive.
@@ -27,7 +28,7 @@ mod node;
 mod objects;
 
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Instant};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 
 pub use link::{Carrier, GatewayLink, GatewayNode};
 pub use node::Gateway;
@@ -42,6 +43,17 @@ pub trait Door {
 
     /// Takes a job. The next one follows when the end of this one has been polled, or [`Report::Lost`].
     fn begin(&mut self, now: Instant, job: Job);
+
+    /// The longest time between two measurements of the facts while drive and line work, lost telegrams included. Facts
+    /// that are older are worth nothing: the drive counts as lost then.
+    fn worst_cycle(&self) -> Duration;
+
+    /// The longest time from the beginning of a job to its end while drive and line work.
+    fn worst_job(&self) -> Duration;
+
+    /// The drive counts as lost, because its facts are too old. A job that is under way is over, and nothing of it is sent
+    /// any more; [`Report::Lost`] need not follow. Facts follow when it is back.
+    fn lose(&mut self, now: Instant);
 
     /// What is new. Called after each event of the line, and each deadline, until it returns nothing.
     fn poll(&mut self, now: Instant) -> Option<Report>;
@@ -74,8 +86,9 @@ pub enum Job {
 /// What a door reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Report {
-    /// What the drive shows: first when it is there, then whenever it has changed, and before the end of some jobs.
-    Facts(Facts),
+    /// What the drive shows, and when that was measured: at least once in each [`Door::worst_cycle`], and before the end of
+    /// some jobs.
+    Facts(Measured<Facts>),
     /// The end of a job, with the value that was read. A refusal is the abort code that an SDO client gets:
     /// [`AbortCode::LOCAL_CONTROL`] if something else has command, [`AbortCode::HARDWARE_ERROR`] if it is not known whether
     /// the drive has done it.

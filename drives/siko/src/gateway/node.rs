@@ -9,7 +9,7 @@ use lexican_runtime::service::rpdo;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::wire::sdo::{Abort, ClientRequest, ServerResponse};
-use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, Measured, NodeId, cia301};
 use simulator::Storage;
 
 use super::face::{Change, Control, Face, Outcome, Step};
@@ -18,10 +18,10 @@ use super::objects::{
     VELOCITY, place,
 };
 use super::{Door, Facts, Job, Report};
+use crate::frames::{is_switched_off, with_size_of_object};
+use crate::model::Model;
 use crate::order::Order;
-use crate::sim::parameters::Mode;
-use crate::sim::{Model, is_switched_off, with_size_of_object};
-use crate::state::has_torque;
+use crate::state::{Mode, has_torque};
 use crate::words::system;
 
 /// How many control words wait for the line. More come from a flood only; the oldest go first.
@@ -35,7 +35,13 @@ pub struct Gateway<D> {
     storage: Box<dyn Storage>,
     door: D,
     face: Face,
+    /// What the drive showed last.
     facts: Facts,
+    /// Until when that counts: then the node is silent.
+    stale: Instant,
+    /// Until when facts may still come before the drive is given up: a program that has just come back to its link has not
+    /// let the door look.
+    patience: Option<Instant>,
     /// The drive answers.
     connected: bool,
     /// It has answered before.
@@ -88,6 +94,8 @@ impl<D: Door> Gateway<D> {
             door,
             face: Face::new(),
             facts: Facts::default(),
+            stale: Instant::ZERO,
+            patience: None,
             connected: false,
             known: false,
             effects: Vec::new(),
@@ -114,10 +122,17 @@ impl<D: Door> Gateway<D> {
         self.device.node()
     }
 
-    /// Whether the drive answers.
+    /// Whether the drive has answered, and has not been lost since.
     #[must_use]
     pub fn is_connected(&self) -> bool {
         self.connected
+    }
+
+    /// How long an SDO client has to wait for an answer before it may take the drive for silent: the door may have a job,
+    /// and a control word may wait for two more (a look, and its order), before the one of the request.
+    #[must_use]
+    pub fn answers_within(&self) -> Duration {
+        self.door.worst_job().times(4)
     }
 
     /// Whether an order or a request is on its way.
@@ -135,6 +150,10 @@ impl<D: Door> Gateway<D> {
                 Report::Lost => self.lose(),
             }
         }
+        if self.connected && self.stale <= now && *self.patience.get_or_insert(now + self.door.worst_cycle()) <= now {
+            self.door.lose(now);
+            self.lose();
+        }
         self.work(now);
         self.settle();
     }
@@ -146,8 +165,10 @@ impl<D: Door> Gateway<D> {
         self.outgoing.clear();
     }
 
-    fn see(&mut self, now: Instant, facts: Facts) {
+    fn see(&mut self, now: Instant, measured: Measured<Facts>) {
+        let facts = measured.value;
         self.facts = facts;
+        (self.stale, self.patience) = (measured.at + self.door.worst_cycle(), None);
         let came = !std::mem::replace(&mut self.connected, true);
         let is_releasing = matches!(self.current, Some(Current::Ordering(Step { order: Order::Release, .. })));
         let change = self.face.see(&facts, is_releasing);
@@ -482,7 +503,7 @@ impl<D: Door> Node for Gateway<D> {
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        if !self.connected {
+        if !self.connected || self.stale <= now {
             return None;
         }
         loop {
@@ -495,7 +516,8 @@ impl<D: Door> Node for Gateway<D> {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let device = self.device.poll_timeout().filter(|_| self.connected);
-        [device, self.door.poll_timeout()].into_iter().flatten().min()
+        let own = [self.device.poll_timeout(), self.patience.or(Some(self.stale))]
+            .map(|deadline| deadline.filter(|_| self.connected));
+        own.into_iter().chain([self.door.poll_timeout()]).flatten().min()
     }
 }

@@ -11,7 +11,6 @@ macro_rules! addresses {
 addresses! {
     SYSTEM_STATUS = 0x1002, 0x00;
     FAULT_COUNT = 0x1003, 0x00;
-    EMERGENCY_COB_ID = 0x1014, 0x00;
     RESTORE_ALL = 0x1011, 0x01;
     RESTORE_STANDARD = 0x1011, 0x02;
     RESTORE_CONTROLLER = 0x1011, 0x03;

@@ -7,11 +7,11 @@ use lexican_driver::Direction;
 use lexican_runtime::Instant;
 
 use super::inputs::{BusState, Inputs, Key, Shaft};
-use super::model::Model;
 use super::motion::{FULL_ACCELERATION, Job, Motion, REVOLUTION_PER_MINUTE, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
 use super::require::require;
 use crate::fault::{ERROR_PASSIVE, Fault, FaultKind, RECOVERED_FROM_BUS_OFF};
+use crate::model::Model;
 use crate::order::Refused;
 use crate::state::{State, Transition, commanded, has_torque};
 use crate::words::control;

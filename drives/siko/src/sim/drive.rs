@@ -15,13 +15,13 @@ use super::controller::{Controller, Network};
 use super::eeprom::{EepromError, NonVolatile};
 use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
-use super::model::Model;
 use super::objects::{Effect, Objects};
 use super::parameters::Parameters;
 use super::script::Change;
 use super::setup::Setup;
 use super::switches::DipSwitches;
 use super::trajectory;
+use crate::model::Model;
 use crate::order::{Braking, Order, Refused};
 use crate::state::State;
 

@@ -6,7 +6,13 @@ use lexican_runtime::object::Address;
 pub use simulator::eeprom::EepromError;
 use simulator::eeprom::{EepromFormat, entry_of_line};
 
-use super::model::Model;
+use super::address;
+use crate::model::Model;
+
+/// Whether an object holds parameter 25.
+fn has_inching_stop(model: &Model) -> bool {
+    model.persistent.contains(&address::INCHING_STOP)
+}
 
 /// What survives without power: the EEPROM, and the absolute encoder with its battery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,7 +43,7 @@ impl NonVolatile {
     #[must_use]
     pub fn to_text(&self, model: &Model) -> String {
         let position = format!("position {}", self.position);
-        let inching_stop = (!model.has_inching_stop()).then(|| format!("{INCHING_STOP} {}", self.inching_stop));
+        let inching_stop = (!has_inching_stop(model)).then(|| format!("{INCHING_STOP} {}", self.inching_stop));
         let entries = self.eeprom.iter().map(|(address, raw)| format!("{address} {raw:#x}"));
         let lines: Vec<String> = [position].into_iter().chain(inching_stop).chain(entries).collect();
         model.eeprom.seal(&lines)
@@ -59,7 +65,7 @@ impl NonVolatile {
             self.position = position.parse().ok()?;
             return Some(());
         }
-        if !model.has_inching_stop()
+        if !has_inching_stop(model)
             && let Some(stop) = line.strip_prefix(INCHING_STOP).and_then(|stop| stop.strip_prefix(' '))
         {
             self.inching_stop = stop.parse().ok().filter(|stop| *stop <= 1)?;

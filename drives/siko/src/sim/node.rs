@@ -2,16 +2,14 @@
 
 use lexican_runtime::device::Event;
 use lexican_runtime::host::Node;
-use lexican_runtime::object::Address;
 use lexican_runtime::service::rpdo;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant};
-use simulator::Storage;
 
 use super::address;
 use super::drive::SimulatedDrive;
 use super::inputs::BusState;
-use super::model::Model;
+use crate::frames::{emergency_parameter, is_switched_off, with_size_of_object};
 
 impl Node for SimulatedDrive {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
@@ -143,34 +141,4 @@ fn code_of_table_19(code: AbortCode) -> AbortCode {
         }
         _ => AbortCode::UNSUPPORTED_ACCESS,
     }
-}
-
-/// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
-/// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
-pub(crate) fn with_size_of_object(model: &Model, storage: &dyn Storage, frame: &Frame) -> Frame {
-    const RESERVED: u8 = 0xE0;
-    let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
-    if !model.writes_four_bytes {
-        return *frame;
-    }
-    let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
-    let size = storage.entry(address).ok().and_then(|entry| entry.data_type.size());
-    let command = match (command, size, [b, c, d]) {
-        (0x23, Some(1), [0, 0, 0]) => 0x2F,
-        (0x23, Some(2), [_, 0, 0]) => 0x2B,
-        (0x23, ..) => 0x23,
-        _ => RESERVED,
-    };
-    Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
-}
-
-/// Whether a frame is an EMCY that 1014h switches off.
-pub(crate) fn is_switched_off(model: &Model, storage: &dyn Storage, frame: &Frame) -> bool {
-    let parameter = emergency_parameter(storage);
-    let silent = model.emergencies.is_some_and(|switch| (parameter & switch.bit != 0) != switch.on_when_set);
-    silent && frame.id() == CobId::from_parameter(parameter)
-}
-
-fn emergency_parameter(storage: &dyn Storage) -> u32 {
-    storage.raw(address::EMERGENCY_COB_ID).unwrap_or_default() as u32
 }

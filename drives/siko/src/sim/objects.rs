@@ -11,8 +11,8 @@ use simulator::{Storage, signed};
 
 use super::address;
 use super::controller::Controller;
-use super::model::Model;
 use super::switches::Restore;
+use crate::model::Model;
 
 /// Storage and controller, lent to the device for one call.
 pub(super) struct Objects<'a> {

@@ -2,20 +2,12 @@
 
 use super::address;
 use super::eeprom::NonVolatile;
-use super::model::Model;
 use super::motion::{FULL_ACCELERATION, INCREMENTS_PER_REVOLUTION, Limits, Loop, REVOLUTION_PER_MINUTE};
 use super::trajectory::Profile;
+use crate::model::Model;
+pub use crate::state::Mode;
 use lexican_driver::Direction;
 use simulator::Storage;
-
-/// An operating mode (6060h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// 1: Profile Position Mode.
-    Positioning,
-    /// 2: Profile Velocity Mode. CiA 402 has 3 for it.
-    Velocity,
-}
 
 /// The parameters, in the units of the objects; beside each, its number in the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use lexican_runtime::{Instant, NodeId};
 
 use super::address;
 use super::drive::{Power, SimulatedDrive};
-use super::model::Addressing;
 use super::objects;
 use super::setup::{BIT_RATES, Setup};
+use crate::model::Addressing;
 
 impl SimulatedDrive {
     /// Whether the drive is supplied, and not switched off.

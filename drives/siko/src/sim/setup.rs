@@ -7,9 +7,9 @@ use simulator::Storage;
 use super::address;
 use super::eeprom::NonVolatile;
 use super::inputs::Inputs;
-use super::model::{Addressing, Model};
 use super::objects::fit;
 use super::switches::DipSwitches;
+use crate::model::{Addressing, Model};
 
 /// The bit rates of 2100h by its value, in bit/s (7.12.2.31).
 pub const BIT_RATES: [u32; 12] =

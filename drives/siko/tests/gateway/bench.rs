@@ -6,7 +6,7 @@ use lexican_driver::Direction;
 use lexican_runtime::host::Node;
 use lexican_runtime::host::candump::Line;
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured, NodeId};
 use siko::gateway::{Door, Facts, Gateway, Job, Report};
 use siko::order::{Braking, Order};
 use siko::sim::Model;
@@ -14,6 +14,7 @@ use siko::words::system::{MOTOR_RELEASED, MOVING, POSITIONING};
 
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 pub(crate) const MODE: Address = Address::new(0x6060, 0);
+pub(crate) const WORST_CYCLE: Duration = Duration::from_secs(2);
 pub(crate) const FAULTS: Address = Address::new(0x1003, 1);
 
 pub(crate) const STOPPED: Order = Order::Interrupt(Braking::Programmed);
@@ -22,6 +23,8 @@ pub(crate) const DOWN: Order = Order::Inch(Direction::Negative);
 
 #[derive(Default)]
 pub(crate) struct Scripted {
+    /// How often it has been told that the drive counts as lost.
+    pub(crate) lost: usize,
     pub(crate) jobs: Vec<Job>,
     pub(crate) reports: VecDeque<Report>,
     pub(crate) deadline: Option<Instant>,
@@ -39,6 +42,18 @@ impl Door for Scripted {
 
     fn begin(&mut self, _: Instant, job: Job) {
         self.jobs.push(job);
+    }
+
+    fn worst_cycle(&self) -> Duration {
+        WORST_CYCLE
+    }
+
+    fn worst_job(&self) -> Duration {
+        Duration::from_millis(300)
+    }
+
+    fn lose(&mut self, _: Instant) {
+        self.lost += 1;
     }
 
     fn poll(&mut self, _: Instant) -> Option<Report> {
@@ -106,7 +121,7 @@ impl Bench {
     }
 
     pub(crate) fn sees(&mut self, system: u16) -> Vec<Job> {
-        self.report(&[facts(system)])
+        self.report(&[facts_at(system, self.now)])
     }
 
     pub(crate) fn done(&mut self, result: Result<i64, AbortCode>) -> Vec<Job> {
@@ -114,7 +129,7 @@ impl Bench {
     }
 
     pub(crate) fn sees_and_is_done(&mut self, system: u16) -> Vec<Job> {
-        self.report(&[facts(system), Report::Done(Ok(0))])
+        self.report(&[facts_at(system, self.now), Report::Done(Ok(0))])
     }
 
     pub(crate) fn send(&mut self, text: &str) -> Vec<Job> {
@@ -152,8 +167,13 @@ impl Bench {
     }
 }
 
+pub(crate) fn facts_at(system: u16, at: Instant) -> Report {
+    Report::Facts(Measured::new(Facts { system, ..Facts::default() }, at))
+}
+
+/// Of the beginning.
 pub(crate) fn facts(system: u16) -> Report {
-    Report::Facts(Facts { system, ..Facts::default() })
+    facts_at(system, Instant::ZERO)
 }
 
 pub(crate) fn order(order: Order, target: i32) -> Job {

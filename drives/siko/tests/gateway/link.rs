@@ -18,6 +18,8 @@ struct Line {
     /// From when until when it has been carried, in ms.
     carried: Vec<(u64, u64)>,
     is_gone: bool,
+    /// It panics whenever it is carried.
+    panics: bool,
 }
 
 impl Carrier<Scripted> for &RefCell<Line> {
@@ -30,6 +32,7 @@ impl Carrier<Scripted> for &RefCell<Line> {
         assert!(line.carried.len() < 20, "it does not end");
         let now = in_ms(line.now);
         line.carried.push((now, in_ms(until)));
+        assert!(!line.panics, "as the test says");
         if line.is_gone {
             return Err(LinkError::Closed);
         }
@@ -120,6 +123,23 @@ fn a_link_that_is_dropped_carries_what_is_under_way_for_half_a_second() {
     let line = RefCell::default();
     drop(GatewayLink::new(Bench::silent().gateway, &line));
     assert_eq!(line.into_inner().carried, [], "nothing is under way");
+}
+
+/// The process is not aborted; what is under way leaves also while a program panics.
+#[test]
+fn a_line_that_panics_while_a_program_does_harms_nobody() {
+    for panics in [false, true] {
+        let line = RefCell::new(Line { panics, ..Line::default() });
+        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let mut bench = Bench::silent();
+            bench.sees(MOTOR_RELEASED);
+            let _link = GatewayLink::new(bench.gateway, &line);
+            panic!("the program");
+        }));
+        let message = ended.unwrap_err();
+        assert_eq!(message.downcast_ref(), Some(&"the program"));
+        assert_eq!(line.into_inner().carried, [(0, 500)]);
+    }
 }
 
 #[test]

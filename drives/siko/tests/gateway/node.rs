@@ -2,7 +2,7 @@
 
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Duration, Instant};
+use lexican_runtime::{AbortCode, Duration, Instant, Measured};
 use siko::gateway::{Facts, Job, Report};
 use siko::order::Order;
 use siko::words::system::{BATTERY_LOW, FAULT, IN_POSITION, MOTOR_RELEASED, MOVING, POSITIONING};
@@ -31,6 +31,41 @@ fn before_the_drive_answers_the_node_is_silent() {
     assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
     bench.done(Ok(1));
     assert_eq!((bench.frames(), bench.status()), (vec![], 0x0231), "it is as it was");
+}
+
+/// Nobody says so: the line, or what runs it, is dead.
+#[test]
+fn a_node_whose_facts_are_too_old_is_silent_and_then_lost() {
+    const BEFORE: Duration = Duration::from_micros(1_999_999);
+    let mut bench = Bench::travelling();
+    bench.frames();
+    bench.now += BEFORE;
+    bench.gateway.handle_timeout(bench.now);
+    assert_eq!(bench.frames(), ["185#37D3"], "its TPDO1, by its event timer");
+    bench.now = Instant::ZERO + WORST_CYCLE;
+    bench.gateway.handle_timeout(bench.now);
+    bench.gateway.handle_timeout(bench.now + Duration::from_millis(500));
+    assert_eq!((bench.frames(), bench.gateway.is_connected()), (vec![], true), "old facts are not sent");
+    // A program that comes back to its link asks, and the door still looks.
+    assert_eq!(bench.send("605#4041600000000000"), [Job::Look]);
+    bench.sees_and_is_done(POSITIONING | MOVING);
+    assert_eq!(bench.frames().last().unwrap(), "585#4241600037D30000");
+    bench.now += WORST_CYCLE;
+    assert_eq!(bench.send("605#4041600000000000"), [Job::Look]);
+    assert_eq!(bench.gateway.poll_timeout().map(|at| at <= bench.now + WORST_CYCLE), Some(true));
+    bench.now += BEFORE;
+    bench.gateway.handle_timeout(bench.now);
+    assert_eq!((bench.gateway.door_mut().lost, bench.gateway.is_busy()), (0, true));
+    bench.now += Duration::from_micros(1);
+    bench.gateway.handle_timeout(bench.now);
+    assert_eq!(
+        (bench.gateway.door_mut().lost, bench.gateway.is_connected(), bench.gateway.is_busy()),
+        (1, false, false)
+    );
+    // One that is back is as it was.
+    assert_eq!(bench.sees(0), [Job::Read(MODE)]);
+    bench.done(Ok(1));
+    assert_eq!(bench.status() & 0x006F, 0x0027);
 }
 
 #[test]
@@ -236,7 +271,8 @@ fn what_is_shown_is_what_has_come_last() {
     bench.send("605#23021802FE000000");
     bench.send("000#0105");
     bench.frames();
-    bench.report(&[Report::Facts(Facts { system: MOTOR_RELEASED, position: 5, velocity: 0 })]);
+    bench
+        .report(&[Report::Facts(Measured::new(Facts { system: MOTOR_RELEASED, position: 5, velocity: 0 }, bench.now))]);
     assert_eq!(bench.frames(), ["385#700205000000"]);
     bench.send("205#0600");
     assert_eq!(bench.frames(), ["385#310205000000"]);

@@ -5,9 +5,9 @@ use simulator::script::{FromToml, Input, Range, Reading, ScriptError, Takes, lis
 
 use super::Change;
 use crate::fault::FaultKind;
+use crate::model::{Addressing, Model};
 use crate::sim::drive::SimulatedDrive;
 use crate::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
-use crate::sim::model::{Addressing, Model};
 use crate::sim::setup::BIT_RATES;
 use crate::sim::switches::Restore;
 

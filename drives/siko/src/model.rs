@@ -1,4 +1,4 @@
-//! A SIKO drive as data: what the simulator has to know of it.
+//! A SIKO drive as data: what its gateway and its simulator have to know of it.
 
 use lexican_driver::description::EmergencySwitch;
 use lexican_driver::{Code, Parameter};
@@ -10,7 +10,6 @@ use lexican_runtime::wire::emcy::ErrorCode;
 use lexican_runtime::{Duration, NodeId};
 use simulator::Storage;
 
-use super::address;
 use crate::fault::{Fault, FaultKind};
 
 /// A drive of the family. Objects have the same indices and types in all of its drives, so what a drive has is what
@@ -101,10 +100,5 @@ impl Model {
     #[must_use]
     pub fn fault(&self, kind: FaultKind) -> Option<Fault> {
         self.faults.iter().find(|fault| fault.kind == kind).copied()
-    }
-
-    /// Whether an object holds parameter 25.
-    pub(super) fn has_inching_stop(&self) -> bool {
-        self.persistent.contains(&address::INCHING_STOP)
     }
 }

@@ -1,0 +1,37 @@
+//! What the drives do to frames that CiA 301 does not know: on CAN, and behind a gateway.
+
+use lexican_runtime::object::Address;
+use lexican_runtime::{CobId, Frame, cia301};
+use simulator::Storage;
+
+use crate::model::Model;
+
+/// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
+/// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
+pub(crate) fn with_size_of_object(model: &Model, storage: &dyn Storage, frame: &Frame) -> Frame {
+    const RESERVED: u8 = 0xE0;
+    let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
+    if !model.writes_four_bytes {
+        return *frame;
+    }
+    let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
+    let size = storage.entry(address).ok().and_then(|entry| entry.data_type.size());
+    let command = match (command, size, [b, c, d]) {
+        (0x23, Some(1), [0, 0, 0]) => 0x2F,
+        (0x23, Some(2), [_, 0, 0]) => 0x2B,
+        (0x23, ..) => 0x23,
+        _ => RESERVED,
+    };
+    Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
+}
+
+/// Whether a frame is an EMCY that 1014h switches off.
+pub(crate) fn is_switched_off(model: &Model, storage: &dyn Storage, frame: &Frame) -> bool {
+    let parameter = emergency_parameter(storage);
+    let silent = model.emergencies.is_some_and(|switch| (parameter & switch.bit != 0) != switch.on_when_set);
+    silent && frame.id() == CobId::from_parameter(parameter)
+}
+
+pub(crate) fn emergency_parameter(storage: &dyn Storage) -> u32 {
+    storage.raw(Address::new(cia301::COB_ID_EMCY, 0)).unwrap_or_default() as u32
+}
