@@ -657,3 +657,90 @@ fn a_guarded_node_is_asked_and_lost_when_it_does_not_answer() {
     bus.pass_ms(1_000);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
 }
+
+impl Bus<'_> {
+    /// Node 5 sends this every millisecond, whatever it is asked.
+    fn storm(&mut self, ms: u64, frame: &str) {
+        self.nodes[0].connected = false;
+        for _ in 0..ms {
+            self.events.extend(self.network.handle_frame(self.now, &common::frame(frame)));
+            self.pass_ms(1);
+        }
+    }
+
+    fn sent(&self, frame: &str) -> usize {
+        self.log.iter().filter(|sent| sent.starts_with(frame)).count()
+    }
+}
+
+const LOST: NetworkEvent = NetworkEvent::Lost { node: FIVE, mandatory: true };
+const BOOTED: [NetworkEvent; 2] = [NetworkEvent::Booted(FIVE), NetworkEvent::Ready];
+
+#[test]
+fn a_node_that_sends_boot_ups_only_is_booted_ever_more_rarely() {
+    let mut bus = Bus::up(OnLoss::ResetNode);
+    bus.storm(10_000, "705#00");
+    assert_eq!(bus.log, ["605#4000100000000000"; 4], "at 0, 1, 3 and 7 s");
+    assert_eq!(bus.take_events(), [LOST, NetworkEvent::BootLoop(FIVE)]);
+    bus.log.clear();
+    bus.storm(100_000, "705#00");
+    assert_eq!((bus.log.len(), bus.take_events()), (4, vec![]), "at 15, 31, 63 and 95 s");
+    // It is sound again: the next attempt succeeds.
+    bus.nodes[0].connected = true;
+    bus.reboot(0);
+    bus.pass_ms(32_000);
+    assert_eq!((bus.take_events(), bus.states()), (BOOTED.to_vec(), vec![NmtState::Operational; 2]));
+    // After a calm time, it is booted at once.
+    bus.pass_ms(64_000);
+    bus.reboot(0);
+    bus.pass_ms(100);
+    assert_eq!(bus.take_events(), [&[LOST][..], &BOOTED].concat());
+}
+
+#[test]
+fn what_a_node_has_sent_before_its_reset_does_not_reset_it_again() {
+    let mut bus = unplugged(OnLoss::ResetNode);
+    bus.pass_ms(4_000);
+    (bus.events, bus.log) = (Vec::new(), Vec::new());
+    // It was frozen: its heartbeats come all at once, then it obeys the reset, and takes its time.
+    for _ in 0..41 {
+        bus.storm(1, "705#05");
+    }
+    assert_eq!(bus.sent("000#8105"), 1, "{:?}", bus.log);
+    bus.pass_ms(8_000);
+    assert_eq!(bus.sent("000#81"), 1, "a slow node is not reset while it boots");
+    bus.nodes[0].connected = true;
+    bus.reboot(0);
+    bus.pass_ms(100);
+    assert!(bus.take_events().ends_with(&BOOTED));
+}
+
+#[test]
+fn a_node_that_does_not_obey_its_resets_is_reset_ever_more_rarely() {
+    let mut bus = unplugged(OnLoss::ResetNode);
+    bus.pass_ms(4_000);
+    (bus.events, bus.log) = (Vec::new(), Vec::new());
+    for _ in 0..300 {
+        bus.storm(1, "705#05");
+        bus.pass_ms(99);
+    }
+    // The reset at its loss was the first: 2, 4, 8 and 16 s lie between the others.
+    assert_eq!(bus.sent("000#8105"), 4);
+    assert!(bus.take_events().contains(&NetworkEvent::BootLoop(FIVE)));
+    assert!(bus.log.len() < 200, "{}", bus.log.len());
+}
+
+#[test]
+fn a_node_that_boots_well_but_again_and_again_resets_the_others_ever_more_rarely() {
+    for (on_loss, resets, stops) in [(OnLoss::ResetNode, 0, 0), (OnLoss::ResetAll, 9, 0), (OnLoss::StopAll, 0, 1)] {
+        let mut bus = Bus::up(on_loss);
+        for _ in 0..1_000 {
+            bus.reboot(0);
+            bus.pass_ms(100);
+        }
+        // It is booted at 0, 1, 3, 7, 15, 31, 63 and 95 s, and each time lost once more.
+        assert_eq!((bus.sent("000#8200"), bus.sent("000#0200")), (resets, stops));
+        assert!(bus.log.len() < 200, "{}", bus.log.len());
+        assert_eq!(bus.events.iter().filter(|&&event| event == NetworkEvent::BootLoop(FIVE)).count(), 1);
+    }
+}

@@ -190,6 +190,10 @@ fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
         NetworkEvent::Lost { node, mandatory } => {
             ("lost", bad(format!("node {node}: is lost")), json!({ "node": node.get(), "mandatory": mandatory }))
         }
+        NetworkEvent::BootLoop(node) => {
+            let text = format!("node {node}: boots again and again, or is lost each time; from now on with a pause");
+            ("boot-loop", bad(text), json!({ "node": node.get() }))
+        }
     };
     let mut object = fields(more);
     object.insert("event".to_owned(), json!(name));

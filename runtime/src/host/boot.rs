@@ -65,7 +65,7 @@ impl Kept {
             NetworkEvent::BootTimeElapsed => return Some(Err(self.not_ready())),
             NetworkEvent::Failed { node, error, .. } => drop(self.failed.insert(node, error)),
             NetworkEvent::Booted(node) | NetworkEvent::Lost { node, .. } => drop(self.failed.remove(&node)),
-            NetworkEvent::BootedUp(_) | NetworkEvent::StateChanged { .. } => {}
+            NetworkEvent::BootedUp(_) | NetworkEvent::StateChanged { .. } | NetworkEvent::BootLoop(_) => {}
         }
         self.network.is_stuck().then(|| Err(self.not_ready()))
     }

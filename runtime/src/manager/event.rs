@@ -127,4 +127,7 @@ pub enum NetworkEvent {
         /// Whether the network can do without it.
         mandatory: bool,
     },
+    /// A node boots again and again, or is lost again and again: from now on there is a pause between two attempts to
+    /// recover it, which grows from 1 s to 32 s. Reported once, until there was no such occasion for 64 s.
+    BootLoop(NodeId),
 }

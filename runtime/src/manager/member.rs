@@ -2,6 +2,7 @@
 
 use super::assignment::Assignment;
 use super::event::NetworkEvent;
+use super::pace::Pace;
 use super::table::{Entry, IDS, MARKS};
 use super::watch::Watch;
 use crate::frame::Frame;
@@ -24,6 +25,9 @@ pub(super) struct Member<C> {
     command: Option<NmtCommand>,
     /// It is silent, and has not booted since.
     lost: bool,
+    /// It was reset, and its boot-up message is still to come.
+    reset: bool,
+    pace: Pace,
 }
 
 /// What the network does with a node.
@@ -34,6 +38,8 @@ enum Phase<C> {
     Idle,
     /// Boots it, or has failed to: what may be left to send is an abort.
     Booting(BootNode<C>),
+    /// Waits to recover it.
+    Paused { until: Instant },
     /// Watches it.
     Booted,
     /// Waits for its boot-up message: it was lost, and is not booted without asking.
@@ -63,7 +69,17 @@ const RETRIES: u8 = 3;
 impl<C: AsRef<[u8]> + Clone> Member<C> {
     pub(super) fn new(node: NodeId, assignment: Assignment<C>) -> Self {
         let watch = watch(node, &assignment);
-        Member { node, assignment, watch, phase: Phase::Idle, retries: 0, command: None, lost: false }
+        Member {
+            node,
+            assignment,
+            watch,
+            phase: Phase::Idle,
+            retries: 0,
+            command: None,
+            lost: false,
+            reset: false,
+            pace: Pace::default(),
+        }
     }
 
     pub(super) const fn is_mandatory(&self) -> bool {
@@ -87,8 +103,13 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.is_mandatory() && !self.has_booted()
     }
 
+    /// Whether it is booted, or is to be after a pause.
     pub(super) fn is_booting(&self) -> bool {
-        matches!(&self.phase, Phase::Booting(boot) if !boot.is_over())
+        match &self.phase {
+            Phase::Booting(boot) => !boot.is_over(),
+            Phase::Paused { .. } => true,
+            _ => false,
+        }
     }
 
     /// Whether it has booted, or waits to be started with the others.
@@ -98,12 +119,17 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
 
     /// Boots it with all others; `spared` when not all of them are reset by one command.
     pub(super) fn start(&mut self, held: bool, spared: bool) {
-        self.lost = false;
+        (self.lost, self.reset) = (false, false);
         let reset = spared && !self.is_kept_alive();
         self.command = reset.then_some(NmtCommand::ResetCommunication);
         self.retries = RETRIES;
         self.forget();
         self.begin(self.is_kept_alive(), held);
+    }
+
+    /// What happened before the network is started does not count.
+    pub(super) fn forgive(&mut self) {
+        self.pace = Pace::default();
     }
 
     /// Boots it, from the beginning: it was reset, or has just booted by itself.
@@ -120,7 +146,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
     }
 
     /// From here on, the node may be silent for as long as a reset takes.
-    pub(super) fn forget(&mut self) {
+    fn forget(&mut self) {
         self.watch = watch(self.node, &self.assignment);
     }
 
@@ -129,22 +155,48 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.command = None;
     }
 
-    pub(super) const fn command(&mut self, command: NmtCommand) {
-        self.command = Some(command);
-    }
-
-    pub(super) const fn lose(&mut self, silent: bool) {
+    pub(super) fn lose(&mut self, now: Instant, silent: bool) {
         self.lost = silent;
+        self.pace.note(now);
     }
 
     /// What follows when it is lost.
-    pub(super) fn recover(&mut self, silent: bool, held: bool) {
-        if self.assignment.boots_again {
-            self.command = silent.then_some(NmtCommand::ResetNode);
-            self.boot(held);
+    pub(super) fn recover(&mut self, now: Instant, stopped: bool, held: bool) {
+        if stopped || self.assignment.boots_again {
+            self.retry(now, stopped, held);
         } else {
             self.phase = Phase::Down;
         }
+    }
+
+    /// Boots it again, after a reset if it is lost, or stops it with the others: now or after a pause.
+    fn retry(&mut self, now: Instant, stopped: bool, held: bool) {
+        if let Err(until) = self.pace.attempt(now) {
+            self.pause(until);
+        } else if stopped {
+            self.command = Some(NmtCommand::Stop);
+            self.phase = Phase::Idle;
+        } else {
+            self.command = self.lost.then_some(NmtCommand::ResetNode);
+            self.boot(held);
+        }
+    }
+
+    /// Begins an attempt to recover it with all others, or returns when that may be.
+    pub(super) fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
+        self.pace.attempt(now)
+    }
+
+    pub(super) fn pause(&mut self, until: Instant) {
+        self.forget();
+        self.command = None;
+        self.phase = Phase::Paused { until };
+    }
+
+    /// It was commanded to reset. While it is paused, its boot-up message does not end that.
+    pub(super) fn note_reset(&mut self) {
+        self.forget();
+        self.reset = !matches!(self.phase, Phase::Paused { .. });
     }
 
     /// All are started, or each alone.
@@ -179,21 +231,27 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         match self.watch.handle_frame(now, frame)? {
             node_guard::Event::BootedUp => {
                 self.lost = false;
+                let awaited = core::mem::take(&mut self.reset);
                 match &self.phase {
                     Phase::Booted => return Some(Report::Lost(self.node, Loss::Rebooted)),
-                    Phase::Idle => self.command = Some(NmtCommand::Stop),
                     Phase::Down => return waits,
-                    Phase::Booting(boot) if boot.is_over() && !self.assignment.boots_again => {
-                        return waits;
-                    }
+                    Phase::Booting(boot) if boot.is_over() && !self.assignment.boots_again => return waits,
                     Phase::Booting(boot) if boot.resets() => {}
                     // In any phase, it begins anew.
-                    Phase::Booting(_) => self.boot(held),
+                    Phase::Booting(_) | Phase::Paused { .. } if awaited => self.boot(held),
+                    _ => {
+                        self.pace.note(now);
+                        self.retry(now, stopped, held);
+                    }
                 }
             }
-            // It was away, and did not notice: the command did not reach it.
+            // It was away, and did not notice: the command did not reach it. But what it has sent before the reset may
+            // arrive after it.
             node_guard::Event::Started(_) if self.lost && (stopped || self.assignment.boots_again) => {
-                self.command = Some(if stopped { NmtCommand::Stop } else { NmtCommand::ResetNode });
+                if self.pace.allows(now) {
+                    self.pace.note(now);
+                }
+                self.retry(now, stopped, held);
             }
             node_guard::Event::StateChanged(state) if self.has_booted() => {
                 return Some(Report::Event(NetworkEvent::StateChanged { node: self.node, state }));
@@ -204,13 +262,29 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
     }
 
     /// Does what is due.
-    pub(super) fn handle_timeout(&mut self, now: Instant, held: bool) -> Option<Report> {
+    pub(super) fn handle_timeout(&mut self, now: Instant, stopped: bool, held: bool) -> Option<Report> {
+        if self.pace.take_loop() {
+            return Some(Report::Event(NetworkEvent::BootLoop(self.node)));
+        }
         if self.watch.handle_timeout(now).is_some() {
             return Some(Report::Lost(self.node, Loss::Silent));
         }
-        let Phase::Booting(boot) = &mut self.phase else { return None };
-        let event = boot.handle_timeout(now);
-        self.handle_boot(now, event, held)
+        match &mut self.phase {
+            Phase::Booting(boot) => {
+                let event = boot.handle_timeout(now);
+                self.handle_boot(now, event, held)
+            }
+            // It was reset already.
+            Phase::Paused { until } if *until <= now && self.reset => {
+                self.boot(held);
+                None
+            }
+            Phase::Paused { until } if *until <= now => {
+                self.retry(now, stopped, held);
+                None
+            }
+            _ => None,
+        }
     }
 
     fn handle_boot(&mut self, now: Instant, event: Option<BootEvent>, held: bool) -> Option<Report> {
@@ -222,6 +296,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         match event? {
             BootEvent::Booted => {
                 self.phase = Phase::Booted;
+                self.reset = false;
                 Some(Report::Event(NetworkEvent::Booted(self.node)))
             }
             BootEvent::Failed(error) if error.is_time_out() && self.retries > 0 => {
@@ -239,7 +314,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
     pub(super) fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if let Some(command) = self.command.take() {
             if matches!(command, NmtCommand::ResetNode | NmtCommand::ResetCommunication) {
-                self.forget();
+                self.note_reset();
             }
             return Some(NmtMessage { command, node: Some(self.node) }.frame());
         }
@@ -270,11 +345,13 @@ impl<C: AsRef<[u8]> + Clone> Entry for Member<C> {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let boot = match &self.phase {
+        let next = match &self.phase {
+            _ if self.pace.is_loop() => Some(Instant::ZERO),
             Phase::Booting(boot) => boot.poll_timeout(),
+            Phase::Paused { until } => Some(*until),
             _ => None,
         };
-        earliest([self.watch.poll_timeout(), boot])
+        earliest([self.watch.poll_timeout(), next])
     }
 
     fn marks(&self) -> [bool; MARKS] {

@@ -36,6 +36,7 @@ mod error;
 mod event;
 mod member;
 mod network;
+mod pace;
 mod places;
 mod remote;
 mod table;

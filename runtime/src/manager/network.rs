@@ -70,6 +70,11 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     /// Resets the communication of all nodes but those that [run on](crate::procedure::BootPlan::keep_alive), and boots
     /// them. The mandatory ones must boot within `boot_time`; zero: whenever they do.
     pub fn start(&mut self, now: Instant, boot_time: Duration) {
+        self.members.change_all(Member::forgive);
+        self.restart(now, boot_time);
+    }
+
+    fn restart(&mut self, now: Instant, boot_time: Duration) {
         self.outbox = Outbox::new();
         // The outbox was just emptied.
         let spared = self.members.iter().any(Member::is_kept_alive);
@@ -148,8 +153,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         if self.deadline.take_if(|deadline| *deadline <= now).is_some() {
             return Some(NetworkEvent::BootTimeElapsed);
         }
-        let held = self.held;
-        let report = self.members.handle_timeout(now, |member| member.handle_timeout(now, held))?;
+        let (stopped, held) = (self.stopped, self.held);
+        let report = self.members.handle_timeout(now, |member| member.handle_timeout(now, stopped, held))?;
         self.handle_report(now, report)
     }
 
@@ -173,17 +178,24 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
             Report::Lost(node, loss) => (node, loss),
         };
         let place = self.members.place(node)?;
-        let mandatory = self.members.at(place)?.is_mandatory();
-        let is_silent = loss == Loss::Silent;
-        self.members.change(place, |member| member.lose(is_silent));
+        let member = self.members.at(place)?;
+        let (mandatory, had_booted) = (member.is_mandatory(), member.has_booted());
+        self.members.change(place, |member| member.lose(now, loss == Loss::Silent));
         match self.on_loss {
-            OnLoss::ResetAll if mandatory => self.start(now, Duration::ZERO),
-            OnLoss::StopAll if mandatory => self.stop_all(),
+            OnLoss::ResetAll if mandatory => match self.members.change(place, |member| member.attempt(now))? {
+                Ok(()) => self.restart(now, Duration::ZERO),
+                Err(until) => {
+                    // The others have been reset already when it was lost before it has booted.
+                    if had_booted {
+                        self.restart(now, Duration::ZERO);
+                    }
+                    self.members.change(place, |member| member.pause(until));
+                }
+            },
+            OnLoss::StopAll if mandatory && !self.stopped => self.stop_all(),
             _ => {
                 let (stopped, held) = (self.stopped, self.held);
-                self.members.change(place, |member| {
-                    if stopped { member.command(NmtCommand::Stop) } else { member.recover(is_silent, held) }
-                });
+                self.members.change(place, |member| member.recover(now, stopped, held));
             }
         }
         Some(NetworkEvent::Lost { node, mandatory })
@@ -204,7 +216,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
             if frame == (NmtMessage { command: NmtCommand::ResetCommunication, node: None }.frame()) {
                 // What came while the reset waited for being sent was from before it.
-                self.members.change_all(Member::forget);
+                self.members.change_all(Member::note_reset);
             }
             return Some(frame);
         }

@@ -1,0 +1,90 @@
+//! How quickly a node is reset or booted again.
+
+use crate::time::{Duration, Instant};
+
+/// Slows down what a node that boots again and again, or does not obey its resets, makes its manager do.
+///
+/// After each attempt there is none for a pause, which doubles up to [`LONGEST`]. So neither what the node sends, nor what
+/// it has sent before and arrives late, keeps the bus busy.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pace {
+    attempts: u8,
+    /// How often it would have been reset or booted without any pause.
+    occasions: u8,
+    /// When the last occasion was.
+    last: Instant,
+    /// When the next attempt may be made.
+    next: Instant,
+    /// To be reported.
+    is_loop: bool,
+}
+
+/// The pause after the first attempt. A reset node has discarded by then what it was sent before.
+const SHORTEST: Duration = Duration::from_secs(1);
+/// How often it doubles.
+const DOUBLINGS: u8 = 5;
+/// The longest pause.
+const LONGEST: Duration = SHORTEST.times(1 << DOUBLINGS);
+/// After this time without an occasion, everything begins anew.
+const CALM: Duration = LONGEST.times(2);
+/// So many occasions in a row are a loop.
+const LOOP: u8 = 3;
+
+impl Pace {
+    /// There is an occasion to reset or boot the node.
+    pub(super) fn note(&mut self, now: Instant) {
+        if now.since(self.last) >= CALM {
+            *self = Pace::default();
+        }
+        self.last = now;
+        self.occasions = self.occasions.saturating_add(1);
+        self.is_loop |= self.occasions == LOOP;
+    }
+
+    /// Whether an attempt may begin.
+    pub(super) fn allows(&self, now: Instant) -> bool {
+        self.next <= now
+    }
+
+    /// Begins an attempt, or returns when it may begin.
+    pub(super) fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
+        if !self.allows(now) {
+            return Err(self.next);
+        }
+        self.next = now + SHORTEST.times(1 << self.attempts);
+        self.attempts = DOUBLINGS.min(self.attempts + 1);
+        Ok(())
+    }
+
+    /// Whether a loop is to be reported.
+    pub(super) const fn is_loop(&self) -> bool {
+        self.is_loop
+    }
+
+    /// Whether a loop is to be reported; only once.
+    pub(super) const fn take_loop(&mut self) -> bool {
+        core::mem::replace(&mut self.is_loop, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pause_doubles_to_its_bound_and_begins_anew_when_it_was_calm() {
+        let (mut pace, mut attempts, mut loops) = (Pace::default(), std::vec::Vec::new(), 0);
+        let mut pass = |pace: &mut Pace, seconds: core::ops::Range<u64>| {
+            for now in seconds.map(|s| Instant::ZERO + Duration::from_secs(s)) {
+                pace.note(now);
+                loops += u32::from(pace.take_loop());
+                attempts.extend(pace.attempt(now).map(|()| now.as_micros() / 1_000_000));
+            }
+        };
+        pass(&mut pace, 0..130);
+        pass(&mut pace, 192..200);
+        pass(&mut pace, 263..266);
+        assert_eq!(attempts, [0, 1, 3, 7, 15, 31, 63, 95, 127, 192, 263, 264]);
+        assert_eq!(loops, 2);
+    }
+}
