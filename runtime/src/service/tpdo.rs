@@ -188,10 +188,11 @@ impl<const N: usize> Tpdo<N> {
         }
     }
 
-    /// Asks for the PDO to be sent if its data differ from those sent last; before the first one, from those at the
-    /// start. For dictionaries that cannot report changes by [`Tpdo::changed`].
+    /// Asks for the PDO to be sent if its data differ from those sampled to be sent, else from those sent last; before the
+    /// first one, from those at the start. For dictionaries that cannot report changes by [`Tpdo::changed`].
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
-        if self.counts_changes() && self.is_active() && self.sent.is_some_and(|sent| sent != self.mapping.pack(od)) {
+        let known = self.pending.flatten().or(self.sent);
+        if self.counts_changes() && self.is_active() && known.is_some_and(|known| known != self.mapping.pack(od)) {
             self.request();
         }
     }
