@@ -77,9 +77,9 @@ Examples:
     lexican boot --bus can0 machine.toml --keep";
 
 const FILE_HELP: &str = "\
-The network (TOML; times in ms; every key but id may be left out):
+The network (TOML; a time as a number is in ms; every key but id may be left out):
 
-    boot-time = 10000
+    boot-time = \"10s\"
     on-loss = \"reset-node\"         # of a mandatory node; or reset-all, stop-all
     start-all = false              # by one command, when all can be started
 
@@ -89,7 +89,7 @@ The network (TOML; times in ms; every key but id may be left out):
     overlay = [\"drive.toml\"]       # corrections and meanings in addition to it
     dcf = \"drive.bin\"              # a concise DCF (1F22h)
     settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
-    heartbeat = 100                # or guarding = 100, and retry = 3
+    heartbeat = \"100ms\"            # or guarding = \"100ms\", and retry = 3
     mandatory = true
     start = true
     keep-alive = false             # not reset while it is OPERATIONAL
