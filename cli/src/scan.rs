@@ -78,7 +78,7 @@ struct Scanner<L> {
     /// The nodes that have responded to the current request.
     answered: BTreeSet<NodeId>,
     /// Entries whose responses are segmented: they are read again at the end.
-    segmented: Vec<(NodeId, Address)>,
+    segmented: BTreeSet<(NodeId, Address)>,
     decoder: Decoder<'static>,
     duplicates: DuplicateNodes,
     progress: ProgressBar,
@@ -92,7 +92,7 @@ impl<L: Link> Scanner<L> {
             wait,
             found: BTreeMap::new(),
             answered: BTreeSet::new(),
-            segmented: Vec::new(),
+            segmented: BTreeSet::new(),
             decoder: Decoder::new(),
             duplicates: DuplicateNodes::default(),
             progress: progress("{msg} {wide_bar} {pos}/{len}", NodeId::all().count() as u64),
@@ -112,6 +112,8 @@ impl<L: Link> Scanner<L> {
         }
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
+        // A node that sends segments without end, or repeats itself, has had its time.
+        network.set_patience(Some(self.wait));
         for (node, address) in self.segmented {
             if let Ok(data) = network.read_bytes(node, address) {
                 self.found.entry(node).or_default().numbers.insert(address, number(&data));
@@ -182,7 +184,10 @@ impl<L: Link> Scanner<L> {
                 Ok(())
             }
             Content::Segmented { .. } => {
-                self.segmented.push((node, address));
+                // A node that goes on sending is not aborted once for each frame.
+                if !self.segmented.insert((node, address)) {
+                    return Ok(());
+                }
                 let abort = ClientRequest::Abort(Abort { address, code: AbortCode::GENERAL });
                 self.send(&request_frame(node, abort))
             }
@@ -276,7 +281,8 @@ mod tests {
     use crate::bus::testing::Flood;
     use crate::device::samples;
     use lexican_eds::model::{Device, Value};
-    use lexican_runtime::host::VirtualBus;
+    use lexican_runtime::host::{Incoming, LinkError, VirtualBus};
+    use lexican_runtime::{CobId, Instant};
     use lexican_toolbox::simulation::VirtualDevice;
 
     /// A data sheet with this serial number.
@@ -335,6 +341,50 @@ mod tests {
         let found = scan(&[(5, 42), (5, 42)]);
         let duplicates = &found[&NodeId::literal(5)];
         assert!(duplicates.evidence.contains(&Evidence::SecondAnswer) && duplicates.others.is_empty());
+    }
+
+    /// Node 9 answers at once, begins a segmented upload, and never ends it; it repeats each answer.
+    struct Endless {
+        now: Instant,
+        request: Option<Frame>,
+        sent: usize,
+    }
+
+    impl Link for Endless {
+        fn now(&self) -> Instant {
+            self.now
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            self.sent += 1;
+            if frame.id() == CobId::of_node(0x600, NodeId::literal(9)) {
+                self.request = Some(*frame);
+            }
+            Ok(())
+        }
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            assert!(self.now < Instant::from_micros(30_000_000), "the scan does not end");
+            self.now = self.now + Duration::from_millis(1);
+            let Some(request) = self.request.as_ref() else {
+                self.now = self.now.max(until);
+                return Ok(None);
+            };
+            let [command, low, high, sub, ..] = *request.data().first_chunk::<8>().unwrap();
+            let response = match command {
+                // 4 GB.
+                0x40 => [0x41, low, high, sub, 0xFF, 0xFF, 0xFF, 0xFF],
+                // An abort ends the answers to it as little.
+                0x80 => [0x41, low, high, sub, 0xFF, 0xFF, 0xFF, 0xFF],
+                toggle => [toggle & 0x10, 0, 0, 0, 0, 0, 0, 0],
+            };
+            Ok(Some(Incoming::Frame(Frame::from_array(CobId::of_node(0x580, NodeId::literal(9)), response))))
+        }
+    }
+
+    #[test]
+    fn a_node_that_answers_without_end_does_not_hold_up_the_end() {
+        let link = Endless { now: Instant::ZERO, request: None, sent: 0 };
+        let found = Scanner::new(link, Duration::from_millis(500)).scan().unwrap();
+        assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
     }
 
     #[test]

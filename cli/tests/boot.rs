@@ -51,6 +51,11 @@ fn a_network_in_a_file_is_booted() {
     std::fs::write(folder.join("machine.toml"), four_bytes).unwrap();
     let run = lexican_in(&folder, &["boot", "--bus", "sim:siko/ag02?node=5", "machine.toml"]);
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
+    // It is asked for its state once, which begins its life guarding, and never again: it says why it falls back.
+    let guarded = "[[node]]\nid = 5\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 0', '100C = 50', '100D = 2']\n";
+    std::fs::write(folder.join("machine.toml"), guarded).unwrap();
+    let run = lexican_in(&folder, &["boot", "--bus", "sim:kollmorgen/akd?node=5", "machine.toml", "--for", "1s"]);
+    assert!(run.stdout.contains("node 5: EMCY 8130h: "), "{run}");
     // The device refuses its settings, or is another one.
     let run = boot(&node.replace("6060 = profile velocity", "6060 = 9"));
     run.on_stdout(1, "node 5: entry 1 of the configuration failed: 6060:00");

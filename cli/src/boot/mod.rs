@@ -77,9 +77,9 @@ Examples:
     lexican boot --bus can0 machine.toml --keep";
 
 const FILE_HELP: &str = "\
-The network (TOML; times in ms; every key but id may be left out):
+The network (TOML; a time as a number is in ms; every key but id may be left out):
 
-    boot-time = 10000
+    boot-time = \"10s\"
     on-loss = \"reset-node\"         # of a mandatory node; or reset-all, stop-all
     start-all = false              # by one command, when all can be started
 
@@ -89,7 +89,7 @@ The network (TOML; times in ms; every key but id may be left out):
     overlay = [\"drive.toml\"]       # corrections and meanings in addition to it
     dcf = \"drive.bin\"              # a concise DCF (1F22h)
     settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
-    heartbeat = 100                # or guarding = 100, and retry = 3
+    heartbeat = \"100ms\"            # or guarding = \"100ms\", and retry = 3
     mandatory = true
     start = true
     keep-alive = false             # not reset while it is OPERATIONAL
@@ -115,30 +115,35 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let interrupted = ctrl_c()?;
 
     let mut written = Ok(());
-    let mut report = |event: &NetworkEvent| {
+    let mut report = |event: &Event| {
         if written.is_ok() {
             written = print(args.json, event);
         }
     };
-    match network.boot(plan, boot_time, &mut report) {
+    match network.boot(plan, boot_time, |event| report(&Event::Network(*event))) {
         Ok(()) => {}
         Err(BootNetworkError::NotReady(error)) => warn(format_args!("the network is not ready: {error}")),
         Err(BootNetworkError::Link(error)) => return Err(error.into()),
     }
     let end = args.span.map(|span| network.now() + span);
     let is_kept = args.keep || end.is_some();
+    let mut left = LEFT;
     loop {
         let now = network.now();
         let is_over = match end {
             Some(end) => now >= end,
             None => !is_kept && !is_booting(&mut network),
         };
-        if is_over || interrupted.load(Ordering::Relaxed) {
+        // What came during the boot is reported before the end: no more than the network keeps.
+        if interrupted.load(Ordering::Relaxed) || is_over && left == 0 {
             break;
         }
-        let until = end.map_or(now + LOOK, |end| end.min(now + LOOK));
-        if let Some(Event::Network(event)) = network.next_event(until)? {
-            report(&event);
+        left -= usize::from(is_over);
+        let until = if is_over { now } else { end.map_or(now + LOOK, |end| end.min(now + LOOK)) };
+        match network.next_event(until)? {
+            Some(event) => report(&event),
+            None if is_over => break,
+            None => {}
         }
     }
     written?;
@@ -146,6 +151,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if is_ready { Outcome::Clean } else { Outcome::Found })
 }
 
+/// How many events are reported at most when the time is over.
+const LEFT: usize = 1000;
 /// How often Ctrl-C is checked.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -170,9 +177,26 @@ impl Args {
     }
 }
 
-fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
+fn print(as_json: bool, event: &Event) -> Result<(), Failure> {
     let bad = |text: String| styled(AnsiColor::Red.on_default(), text);
-    let (name, text, more) = match *event {
+    let event = match *event {
+        Event::Network(event) => event,
+        // It may be why a node is not OPERATIONAL.
+        Event::Emergency { node, emergency } => {
+            let (code, register) = (emergency.code, emergency.register.0);
+            let text = format!("node {node}: EMCY {code}, error register = {register:02X}h");
+            let more = json!({
+                "event": "emergency",
+                "node": node.get(),
+                "code": format!("{:04X}", code.0),
+                "meaning": code.text(),
+                "register": format!("{register:02X}"),
+            });
+            return print_result(as_json, fields(more), if code.0 == 0 { text } else { bad(text) });
+        }
+        _ => return Ok(()),
+    };
+    let (name, text, more) = match event {
         NetworkEvent::Booted(node) => ("booted", format!("node {node}: has booted"), json!({ "node": node.get() })),
         NetworkEvent::Failed { node, mandatory, error } => {
             let more = json!({ "node": node.get(), "mandatory": mandatory, "error": error.to_string() });

@@ -93,8 +93,19 @@ fn id<'de, D: Deserializer<'de>>(deserializer: D) -> Result<NodeId, D::Error> {
     node_id(&i64::deserialize(deserializer)?.to_string()).map_err(D::Error::custom)
 }
 
+/// A time as on the command line, or a number of milliseconds.
 fn ms<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
-    milliseconds(&format!("{}ms", i64::deserialize(deserializer)?)).map(Some).map_err(D::Error::custom)
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "expected a time such as \"200ms\", or milliseconds")]
+    enum Time {
+        Milliseconds(i64),
+        WithUnit(String),
+    }
+    let time = match Time::deserialize(deserializer)? {
+        Time::Milliseconds(ms) => milliseconds(&format!("{ms}ms")),
+        Time::WithUnit(text) => milliseconds(&text),
+    };
+    time.map(Some).map_err(D::Error::custom)
 }
 
 /// How many heartbeats, or responses to guarding, may be missing.
@@ -247,6 +258,9 @@ mod tests {
             ("id = 5\nstart = 1", ":2: invalid type: integer `1`, expected a boolean"),
             ("id = 5\nsettings = [1]", ":2: invalid type: integer `1`, expected a string"),
             ("id = 5\nheartbeat = -1", ":2: \"-1ms\" is not a time"),
+            ("id = 5\nheartbeat = '200'", ":2: 200 of what? write 200ms, 200s or 200min"),
+            ("id = 5\nguarding = '0.5ms'", ":2: 0.5ms is not a time of whole milliseconds"),
+            ("id = 5\nheartbeat = 0.2", ":2: expected a time such as \"200ms\", or milliseconds"),
             ("id = 5\nretry = 256\nguarding = 1", ":2: invalid value: integer `256`, expected u8"),
         ] {
             let error = parse::<Node>(keys).err().unwrap_or_default();
@@ -254,8 +268,12 @@ mod tests {
         }
         let both = parse::<Node>("id = 5\nheartbeat = 1\nguarding = 1").unwrap().assignment().unwrap_err();
         assert_eq!(both.to_string(), "node 5: a node has either heartbeat or guarding");
-        let network = parse::<Network>("on-loss = 'stop-all'\nboot-time = 5\n[[node]]\nid = 5").unwrap();
-        assert_eq!((network.on_loss, network.boot_time), (OnLoss::StopAll, Some(Duration::from_millis(5))));
+        for time in ["5", "'5ms'", "'0.005s'"] {
+            let file = format!("on-loss = 'stop-all'\nboot-time = {time}\n[[node]]\nid = 5\nheartbeat = {time}");
+            let network = parse::<Network>(&file).unwrap();
+            let five = Some(Duration::from_millis(5));
+            assert_eq!((network.on_loss, network.boot_time, network.nodes[0].heartbeat), (OnLoss::StopAll, five, five));
+        }
     }
 
     #[test]

@@ -7,28 +7,39 @@
 //! restart(now, od)                  power-on, and the answer to Event::Reset
 //! handle_frame(now, &frame, od)     a frame came
 //! handle_timeout(now, od)           while poll_timeout() <= now
-//! poll_transmit(now, od)            until it gives no frame; then
+//! poll_transmit(now, od)            until it gives no frame, also after setting objects; then
 //! poll_timeout()                    sleep until here, or until a frame comes
 //! ```
 //!
 //! Frames leave in the order of their importance: boot-up, SYNC, EMCY, TIME, PDO, heartbeat, SDO. A block
 //! upload of 127 segments does not hold up the heartbeat.
 //!
+//! What the application sets in the dictionary goes out by itself: a TPDO of type 254 or 255 with the next
+//! `poll_transmit`, one of type 0 with the next SYNC.
+//!
 //! ```
 //! use lexican_runtime::cia301::connection;
 //! use lexican_runtime::device::{Behaviour, Device};
-//! use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Table};
+//! use lexican_runtime::object::{Access, DataType, Dictionary, Object, PdoMapping, Ro, Row, Table, Tpdo};
 //! use lexican_runtime::{CobId, Frame, Instant, NodeId};
 //!
-//! // What `lexican-codegen` makes of a data sheet: here 1000h, the device type, and nothing else.
+//! // What `lexican-codegen` makes of a data sheet: here the device type, a TPDO, and the inputs that it maps.
+//! const INPUTS: Object<u8, Ro, Tpdo> = Object::new(0x6000, 1);
 //! static TABLE: Table = Table {
-//!     rows: &[Row::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4)],
+//!     rows: &[
+//!         Row::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+//!         Row::new(0x1800, 1, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(4, 4).plus_node(),
+//!         Row::new(0x1800, 2, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(8, 1),
+//!         Row::new(0x1A00, 0, DataType::Unsigned8, Access::Const, PdoMapping::None).at(9, 1),
+//!         Row::new(0x1A00, 1, DataType::Unsigned32, Access::Const, PdoMapping::None).at(10, 4),
+//!         Row::new(0x6000, 1, DataType::Unsigned8, Access::Ro, PdoMapping::Tpdo).at(14, 1),
+//!     ],
 //!     limits: &[],
-//!     image: &[0x92, 0x01, 0x00, 0x00],
+//!     image: &[0x92, 0x01, 0, 0, 0x80, 0x01, 0, 0, 255, 1, 0x08, 0x01, 0x00, 0x60, 0],
 //! };
 //!
 //! let node = NodeId::literal(5);
-//! let mut od: Dictionary<4> = Dictionary::new(&TABLE, node);
+//! let mut od: Dictionary<15> = Dictionary::new(&TABLE, node);
 //! let mut device: Device = Device::new(node, Behaviour::CIA_301);
 //! let now = Instant::ZERO;
 //!
@@ -38,6 +49,13 @@
 //! let read = Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0]);
 //! device.handle_frame(now, &read, &mut od);
 //! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "585#4300100092010000");
+//!
+//! let start = Frame::from_array(CobId::NMT, [0x01, 0x05]);
+//! device.handle_frame(now, &start, &mut od);
+//! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "185#00");
+//! od.set(INPUTS, 0x2A);
+//! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "185#2A");
+//! assert_eq!(device.poll_transmit(now, &mut od), None);
 //! ```
 
 mod behaviour;
@@ -175,20 +193,18 @@ impl<
         self.follow_state(event)
     }
 
-    /// An object changed: TPDOs that map it and count changes as events are sent.
+    /// An object changed: TPDOs that map it and count changes as events are sent. What is set by
+    /// [`Dictionary::set`](crate::object::Dictionary::set) need not be reported.
     pub fn changed(&mut self, address: Address) {
         if self.services.get().maps(address) {
             self.services.get_mut().changed(address);
         }
     }
 
-    /// Finds out which TPDOs carry other data than they did last, for an application that does not
-    /// report [what changed](Device::changed).
+    /// Finds out which TPDOs carry other data than they did last, for an application that neither sets objects by
+    /// [`Dictionary::set`](crate::object::Dictionary::set) nor reports [what changed](Device::changed).
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
-        let services = self.services.get_mut();
-        if services.is_operational() {
-            services.tpdos.iter_mut().for_each(|slot| slot.pdo.compare(od));
-        }
+        self.services.get_mut().compare(Address::new(0, 0), Address::new(0xFFFF, 0xFF), od);
     }
 
     /// Sends a TPDO of type 254 or 255 now, one of type 0 with the next SYNC.
@@ -280,6 +296,9 @@ impl<
 
     /// The next frame to send, the most important one first.
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if let Some((first, last)) = od.take_changes() {
+            self.services.get_mut().compare(first, last, od);
+        }
         self.services.poll_transmit(now, od).or_else(|| self.poll_servers(now, od))
     }
 

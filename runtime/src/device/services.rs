@@ -190,6 +190,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         }
     }
 
+    /// Objects from `first` to `last` may have changed.
+    pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut dyn ObjectDictionary) {
+        if self.is_operational() {
+            let concerned = self.tpdos.iter_mut().filter(|slot| slot.pdo.mapping().maps_between(first, last));
+            concerned.for_each(|slot| slot.pdo.compare(od));
+        }
+    }
+
     /// Does what is due, up to the first event.
     pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
         self.heartbeat.handle_timeout(now);

@@ -6,7 +6,7 @@
 use core::ops::{Range, RangeInclusive};
 
 use super::pdo::number;
-use super::table::{Entry, Table};
+use super::table::{Entry, PdoMapping, Table};
 use super::{Address, DataType, Object, Value};
 use crate::abort::AbortCode;
 use crate::id::NodeId;
@@ -51,6 +51,13 @@ pub trait ObjectDictionary {
     ///
     /// Any reason why the device does not take the data; the value is unchanged then.
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode>;
+
+    /// The first and the last of the addresses whose values the application has set since the last call, for TPDOs that map
+    /// them; `None` if there are none, or the application reports them by [`Device::changed`](crate::device::Device::changed).
+    /// A type that wraps a dictionary hands on what that one has.
+    fn take_changes(&mut self) -> Option<(Address, Address)> {
+        None
+    }
 }
 
 /// A dictionary that holds its values in an image of `N` bytes.
@@ -60,6 +67,7 @@ pub trait ObjectDictionary {
 pub struct Dictionary<const N: usize> {
     table: &'static Table,
     image: [u8; N],
+    changes: Option<(Address, Address)>,
 }
 
 impl<const N: usize> Dictionary<N> {
@@ -71,7 +79,7 @@ impl<const N: usize> Dictionary<N> {
     #[must_use]
     pub fn new(table: &'static Table, node: NodeId) -> Self {
         assert_eq!(table.image.len(), N, "the generated image has the generated size");
-        let mut dictionary = Dictionary { table, image: [0; N] };
+        let mut dictionary = Dictionary { table, image: [0; N], changes: None };
         dictionary.reset(node, 0..=0xFFFF);
         dictionary
     }
@@ -117,16 +125,38 @@ impl<const N: usize> Dictionary<N> {
     }
 
     /// Sets an object. The device itself writes everything, also what its manager may only read, and
-    /// is not held to the limits.
+    /// is not held to the limits. Another value than before is an event for the TPDOs that map the object: they are due with
+    /// the next `poll_transmit` of the device, if [`Triggers`](crate::service::tpdo::Triggers) counts changes.
     ///
     /// # Panics
     ///
     /// When the handle belongs to another device: handle and dictionary come from one data sheet.
     pub fn set<T: Value, A, M, D>(&mut self, object: Object<T, A, M, D>, value: T) {
+        let address = object.address();
+        let mapping = self.own(address).mapping;
+        if self.replace(object, value) && matches!(mapping, PdoMapping::Tpdo | PdoMapping::Both) {
+            let (first, last) = self.changes.unwrap_or((address, address));
+            self.changes = Some((first.min(address), last.max(address)));
+        }
+    }
+
+    /// Sets an object without an event, for values that are worth a PDO only from a certain change on: the application
+    /// reports it by [`Device::changed`](crate::device::Device::changed).
+    ///
+    /// # Panics
+    ///
+    /// As [`Dictionary::set`].
+    pub fn set_quietly<T: Value, A, M, D>(&mut self, object: Object<T, A, M, D>, value: T) {
+        self.replace(object, value);
+    }
+
+    /// Sets an object, and returns whether it had another value.
+    fn replace<T: Value, A, M, D>(&mut self, object: Object<T, A, M, D>, value: T) -> bool {
         let entry = self.own(object.address());
         let (_, bytes) = self.slot(&entry);
         assert_eq!(bytes.len(), T::SIZE, "the handle has the type of the entry");
-        bytes.iter_mut().zip(value.to_bytes()).for_each(|(to, from)| *to = from);
+        let pairs = bytes.iter_mut().zip(value.to_bytes());
+        pairs.fold(false, |differs, (to, from)| core::mem::replace(to, from) != from || differs)
     }
 
     /// The number in an entry of this dictionary's table, in wire form, for those who go by addresses and not by handles;
@@ -137,7 +167,7 @@ impl<const N: usize> Dictionary<N> {
         Some(number(self.bytes(entry)))
     }
 
-    /// Sets such a number; neither access nor limits are checked. Does nothing if the entry has no fixed size.
+    /// Sets such a number, without an event; neither access nor limits are checked. Does nothing if the entry has no fixed size.
     pub fn set_raw_at(&mut self, entry: &Entry, raw: u64) {
         if entry.data_type.size().is_some() {
             let (_, bytes) = self.slot(entry);
@@ -272,12 +302,16 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         }
         Ok(())
     }
+
+    fn take_changes(&mut self) -> Option<(Address, Address)> {
+        self.changes.take()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::object::table::{Access, Limit, PdoMapping, Row};
+    use crate::object::table::{Access, Limit, Row};
     use crate::object::{Rw, U24};
 
     const fn row(index: u16, sub: u8, data_type: DataType, offset: u32, capacity: u16) -> Row {

@@ -87,6 +87,11 @@ impl<const N: usize> Mapping<N> {
         self.iter().any(|mapped| mapped.address == address)
     }
 
+    /// Whether an object from `first` to `last` is mapped.
+    pub(crate) fn maps_between(&self, first: Address, last: Address) -> bool {
+        self.iter().any(|mapped| (first..=last).contains(&mapped.address))
+    }
+
     /// Whether any object is in both mappings.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         self.iter().any(|mapped| other.maps(mapped.address))

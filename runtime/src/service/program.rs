@@ -307,4 +307,8 @@ impl<O: ObjectDictionary + ?Sized, F: Flash> ObjectDictionary for Programming<'_
             _ => self.od.write(entry, offset, data, last),
         }
     }
+
+    fn take_changes(&mut self) -> Option<(Address, Address)> {
+        self.od.take_changes()
+    }
 }

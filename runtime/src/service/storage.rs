@@ -90,6 +90,10 @@ impl ObjectDictionary for Storing<'_> {
             _ => Err(AbortCode::CANNOT_TRANSFER),
         }
     }
+
+    fn take_changes(&mut self) -> Option<(Address, Address)> {
+        self.od.take_changes()
+    }
 }
 
 impl core::fmt::Debug for Storing<'_> {

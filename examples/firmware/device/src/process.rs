@@ -35,16 +35,13 @@ impl Process {
         let polarity: [u8; 2] = all(od, od::POLARITY_INPUT_8_BIT);
         let levels = [0, 1].map(|port: usize| inputs.digital[port] ^ polarity[port]);
         for (object, level) in od::READ_INPUT_8_BIT.iter().zip(levels) {
-            if od.get(object) != level {
-                od.set(object, level);
-                device.iter_mut().for_each(|device| device.changed(object.address()));
-            }
+            od.set(object, level);
         }
         let reports = od.get(od::ANALOGUE_INPUT_GLOBAL_INTERRUPT_ENABLE);
         let deltas: [u32; 8] = all(od, od::ANALOGUE_INPUT_INTERRUPT_DELTA_UNSIGNED);
         let objects = od::READ_ANALOGUE_INPUT_16_BIT.iter().zip(inputs.analogue);
         for ((object, value), (reported, delta)) in objects.zip(self.reported.iter_mut().zip(deltas)) {
-            od.set(object, value);
+            od.set_quietly(object, value);
             let change = u32::from(reported.abs_diff(value));
             if reports && change > 0 && change >= delta {
                 *reported = value;

@@ -83,4 +83,8 @@ impl ObjectDictionary for Values {
             false => self.od.write(entry, offset, data, last),
         }
     }
+
+    fn take_changes(&mut self) -> Option<(Address, Address)> {
+        self.od.take_changes()
+    }
 }
