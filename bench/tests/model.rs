@@ -32,6 +32,12 @@ impl Bus {
         self.model.view()
     }
 
+    /// Node 5 is an AG03/1.
+    fn introduce_drive(&mut self) {
+        let sheet = Sheet::new("siko/ag03-1", DataSheet::load("siko/ag03-1", &[]).unwrap());
+        self.model.introduce(NodeId::new(5).unwrap(), sheet);
+    }
+
     fn troubles(&mut self) -> Vec<String> {
         self.wait(0).bus.troubles.into_iter().map(|trouble| trouble.text).collect()
     }
@@ -206,4 +212,53 @@ fn pdos_are_read_once_for_each_configuration() {
     assert!(bus.model.lacks_pdos(node), "who boots may have lost its configuration");
     bus.model.introduce(node, sheet());
     assert!(bus.model.lacks_pdos(node), "another data sheet has other PDOs");
+}
+
+/// What a drive answers to an upload.
+fn answer(bus: &mut Bus, ms: u64, index: u16, data: [u8; 4]) {
+    let [low, high] = index.to_le_bytes();
+    bus.after(ms, 0x605, &[0x40, low, high, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x585, &[&[0x43, low, high, 0][..], &data].concat());
+}
+
+#[test]
+fn a_drive_without_power_is_not_shown_as_it_was() {
+    let mut bus = Bus::new();
+    bus.introduce_drive();
+    let beat = |bus: &mut Bus| {
+        bus.after(100, 0x705, &[5]);
+        answer(bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
+        answer(bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+        bus.wait(0)
+    };
+    for _ in 0..20 {
+        let view = beat(&mut bus);
+        let (drive, node) = (&view.drives[0], &view.nodes[0]);
+        assert_eq!(drive.state.as_deref(), Some("OPERATION ENABLED"));
+        assert!(!drive.seen.unwrap().is_old && !node.seen.unwrap().is_old, "{:?}", drive.seen);
+    }
+    let view = bus.wait(6000);
+    let seen = view.drives[0].seen.unwrap();
+    assert!(seen.is_old && (5.9..6.1).contains(&(view.time - seen.at)), "{seen:?}");
+    assert!(view.nodes[0].seen.unwrap().is_old, "its state of network management, too");
+    // One quantity that is not heard any more is enough.
+    bus.after(0, 0x705, &[5]);
+    answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
+    assert!(bus.wait(0).drives[0].seen.unwrap().is_old, "where it is, nobody knows");
+    let drive = beat(&mut bus).drives.remove(0);
+    assert!(!drive.seen.unwrap().is_old);
+}
+
+#[test]
+fn what_is_watched_grows_old_by_how_often_it_is_read() {
+    let mut bus = Bus::new();
+    bus.introduce_drive();
+    let node = NodeId::new(5).unwrap();
+    bus.model.watch(node, lexican_runtime::object::Address::new(0x6064, 0), 5000);
+    answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+    assert!(!bus.wait(9000).watched[0].seen.unwrap().is_old, "one reading has failed");
+    assert!(bus.wait(2100).watched[0].seen.unwrap().is_old);
+    bus.model.watch(node, lexican_runtime::object::Address::new(0x6064, 0), 100);
+    answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+    assert!(bus.wait(1300).watched[0].seen.unwrap().is_old);
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 use lexican_bench::command::{Nmt, Order};
 use lexican_bench::tui::{Action, Language, Purpose, Screen};
 use lexican_bench::view::{
-    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row,
-    Simulated, Trouble, Value, View, Watched,
+    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row, Seen,
+    Simulated, Trouble, Unconfirmed, Value, View, Watched,
 };
 use lexican_bench::{Answer, Command, Refused};
 use ratatui::Terminal;
@@ -123,6 +123,7 @@ fn view() -> View {
             name: "Position Actual Value".to_owned(),
             every_ms: 250,
             value: Some(value("6064:00", "4711")),
+            seen: None,
             bounds: Some((0.0, 4711.0)),
             changes: 12,
         }],
@@ -184,6 +185,7 @@ fn screen(language: Language) -> Screen {
                 first_bit: 0,
                 bits: 16,
                 text: Some("FAULT".to_owned()),
+                at: None,
             },
             PdoField {
                 address: "6064:00".to_owned(),
@@ -191,6 +193,7 @@ fn screen(language: Language) -> Screen {
                 first_bit: 16,
                 bits: 32,
                 text: Some("4711".to_owned()),
+                at: None,
             },
         ],
         per_second: 50.0,
@@ -615,6 +618,23 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
     let mut screen = screen(Language::English);
     assert_eq!(press(&mut screen, &view, "6k"), stop(Order::Stop));
     assert_eq!(press(&mut screen, &view, "K"), stop(Order::QuickStop));
+}
+
+#[test]
+fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_in_every_room() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    view.drives[0].seen = Some(Seen { at: 13.0, is_old: false });
+    screen.handle_key(key('6'), &view);
+    assert!(!drawn(&mut screen, &view, 80, 24).contains("last seen"));
+    view.drives[0].seen = Some(Seen { at: 10.8, is_old: true });
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("last seen before 3.2 s") && text.contains("(-3.2 s)"), "{text}");
+    view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: Some("no answer".to_owned()) });
+    for room in '1'..='8' {
+        screen.handle_key(key(room), &view);
+        screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
+        assert!(drawn(&mut screen, &view, 80, 24).contains("!! 5 feeder: STOP NOT CONFIRMED for 4.2 s"), "{room}");
+    }
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn read_one(station: &Station, network: &mut Network<Port>, address: Address) ->
             at,
             is_error: true,
         }),
-        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+        Err(error) => Err(Refused::new(error).with_remedy(model.no_answer(station.node))),
     }
 }
 
@@ -92,6 +92,6 @@ pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -
         Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => {
             Err(Refused::new(format_args!("{address} {}: the device aborts: {code}", entry.name)))
         }
-        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+        Err(error) => Err(Refused::new(error).with_remedy(lock(&station.model).no_answer(node))),
     }
 }

@@ -21,6 +21,7 @@ use super::reply::Reply;
 use super::station::Station;
 use super::{access, network, order, parameters, pdo};
 use crate::command::{Answer, Command, Order, Other, Refused};
+use crate::model::Braking;
 use crate::sheet::Sheet;
 
 /// The fastest that an entry is read again and again.
@@ -119,26 +120,16 @@ impl Face {
                 self.with(node, sender, move |station| pdo::map(station, &wanted));
             }
             Command::Drive { node, order: order @ (Order::Stop | Order::QuickStop), .. } => {
-                match node_id(node).and_then(|node| bench.station(node)) {
-                    Ok(station) => station.stop(move |station| {
-                        let _ = sender.send(order::carry(station, order, None));
-                    }),
+                let braking = if order == Order::Stop { Braking::Programmed } else { Braking::Full };
+                match node_id(node).and_then(|node| bench.drive(node)) {
+                    Ok(station) => station.stop(braking, move |result| drop(sender.send(result))),
                     Err(refused) => drop(sender.send(Err(refused))),
                 }
             }
             Command::Drive { node, order, value } => {
                 self.with(node, sender, move |station| order::carry(station, order, value.as_deref()));
             }
-            Command::StopAll => {
-                let replies = bench.stop_all();
-                apart(sender, move || {
-                    let failed: Vec<_> = replies.into_iter().filter_map(|reply| reply.wait().err()).collect();
-                    match failed.first() {
-                        None => Ok(Answer::Done),
-                        Some(first) => Err(first.clone()),
-                    }
-                });
-            }
+            Command::StopAll => bench.stop_all(move |result| drop(sender.send(result))),
             Command::Seek { seconds } => match self.recording() {
                 Ok(recording) => recording.seek(micros(seconds), Some(sender)),
                 Err(refused) => drop(sender.send(Err(refused))),

@@ -1,10 +1,12 @@
 //! The bus as the frames show it: no I/O, no thread, no clock. Frames go in with their times, a [`View`] comes out.
 
+mod age;
 mod drive;
 mod node;
 mod objects;
 mod plot;
 mod rates;
+mod standstill;
 mod trace;
 mod trouble;
 
@@ -13,10 +15,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::host::BusState;
 use lexican_runtime::object::Address;
-use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{Frame, Instant, Measured, NodeId};
 use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail};
+use lexican_toolbox::drive::Look;
 use lexican_toolbox::identity::{PRODUCT, recognise};
 use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 use lexican_toolbox::sampler::Signal;
@@ -33,8 +36,10 @@ use rates::Rates;
 use trace::{Trace, is_part};
 use trouble::{Kind, Troubles};
 
+pub(crate) use age::DRIVE;
 pub(crate) use drive::{Drive, watched};
 pub(crate) use node::{DEVICE_NAME, value};
+pub(crate) use standstill::Braking;
 pub use trace::{Page, Which};
 
 /// How many rows of the trace are kept.
@@ -164,6 +169,10 @@ impl Model {
 
     /// What a frame shows of its node.
     fn follow(&mut self, at: Instant, row: u64, decoded: Decoded) {
+        if let Detail::Nmt(command) = decoded.detail {
+            let meant = self.nodes.iter_mut().filter(|(id, _)| decoded.node.is_none_or(|node| node == **id));
+            meant.for_each(|(_, node)| node.was_stopped = command == NmtCommand::Stop);
+        }
         let Some(id) = decoded.node else { return };
         if let Detail::Sdo(_) = &decoded.detail {
             self.last_sdo.insert(id, row);
@@ -177,9 +186,14 @@ impl Model {
                 self.troubles.see(Kind::Silent, Some(id), row);
                 if state == NmtState::Initialising {
                     self.troubles.see(Kind::Boots, Some(id), row);
-                    node.boot();
+                    node.boot(at);
+                    // What its last order has reached is gone with its power.
+                    if let Some(drive) = self.drives.get_mut(&id) {
+                        drive.ending.take_if(|ending| ending.is_success);
+                        drive.target = None;
+                    }
                 } else {
-                    node.set_state(state);
+                    node.set_state(at, state);
                 }
             }
             Detail::Emcy(emcy) => {
@@ -189,7 +203,7 @@ impl Model {
             }
             Detail::Pdo(pdo) => {
                 for report in &pdo.fields {
-                    let value = node.see(seconds(at), report, false);
+                    let value = node.see(at, report, false);
                     if let Some(watched) = self.watched.get_mut(&(id, report.address)) {
                         watched.take(report, value);
                     }
@@ -223,7 +237,7 @@ impl Model {
 
     fn transferred_value(&mut self, at: Instant, transfer: &Transfer, report: &ValueReport) {
         let node = self.nodes.entry(transfer.node).or_default();
-        let value = node.see(seconds(at), report, transfer.writes == Some(true));
+        let value = node.see(at, report, transfer.writes == Some(true));
         if let Some(watched) = self.watched.get_mut(&(transfer.node, report.address)) {
             watched.take(report, value);
         }
@@ -270,6 +284,39 @@ impl Model {
         self.drives.entry(id).or_default()
     }
 
+    /// The drives whose standstill is wanted and not confirmed, in words.
+    pub(crate) fn unconfirmed(&self) -> Vec<String> {
+        let wanted = self.drives.iter().filter_map(|(id, drive)| Some((id, drive.standstill.unconfirmed()?)));
+        let words = wanted.map(|(id, unconfirmed)| {
+            let name = self.nodes.get(id).map(Node::name).unwrap_or_default();
+            let why = unconfirmed.why.or_else(|| self.lost.clone());
+            format!("drive {id} {name}: {}", why.as_deref().unwrap_or("it has not answered in time"))
+        });
+        words.collect()
+    }
+
+    /// What to do about a node that does not answer an SDO request.
+    pub(crate) fn no_answer(&self, id: NodeId) -> &'static str {
+        let is_stopped =
+            |node: &Node| node.was_stopped || node.state.is_some_and(|state| state.value == NmtState::Stopped);
+        if self.nodes.get(&id).is_some_and(is_stopped) {
+            "it is STOPPED (NMT), and takes no SDO: start it, or set it PRE-OPERATIONAL"
+        } else {
+            "is the node on the bus, with power?"
+        }
+    }
+
+    /// A drive that is known to be one.
+    pub(crate) fn drive_if_known(&mut self, id: NodeId) -> Option<&mut Drive> {
+        self.drives.get_mut(&id)
+    }
+
+    /// What the sequence of a drive's order has seen.
+    pub(crate) fn look(&mut self, id: NodeId, look: Look) {
+        let at = Instant::ZERO + look.at.since(self.began);
+        self.drive(id).look = Some(Measured::new(look, at));
+    }
+
     /// The values of a node that were seen, by which units and limits hold.
     #[must_use]
     pub fn values(&self, id: NodeId) -> Option<&DeviceValues<'static>> {
@@ -291,7 +338,7 @@ impl Model {
     /// The last value of an entry.
     #[must_use]
     pub fn value(&self, id: NodeId, address: Address) -> Option<&view::Value> {
-        self.nodes.get(&id)?.values.get(&address)
+        self.nodes.get(&id)?.values.get(&address).map(|seen| &seen.value)
     }
 
     /// Shows an entry among the watched ones; returns how often it was read until now.
@@ -434,7 +481,8 @@ impl Model {
 
     /// What a face shows.
     pub fn view(&mut self) -> View {
-        let report = self.statistics.report(Instant::ZERO + self.now.since(self.began));
+        let now = Instant::ZERO + self.now.since(self.began);
+        let report = self.statistics.report(now);
         let bits = self.rates.bits().max(1) as f64;
         let rates: Vec<view::Rate> = report
             .ids
@@ -456,9 +504,14 @@ impl Model {
         let troubles = self.troubles.view(self.seconds(), self.state, &report, &rates);
         let nodes = self.nodes.iter().map(|(id, node)| {
             let mut view = node.view(id.get());
+            // Without heartbeats nobody says when the state was to be seen again.
+            view.seen = node.state.map(|state| age::shown(&state, now, age::old_after(DRIVE)));
             if let Some(of_node) = report.nodes.iter().find(|of_node| of_node.node == id.get()) {
                 view.heartbeat_ms = of_node.heartbeat.as_ref().map(|spans| spans.mean_ms);
                 view.silent_seconds = of_node.silent_seconds;
+                if let Some(seen) = view.seen.as_mut().filter(|_| view.heartbeat_ms.is_some()) {
+                    seen.is_old = of_node.silent_seconds.is_some();
+                }
                 view.sdo_ms = of_node.sdo_response.as_ref().map(|spans| spans.mean_ms);
                 view.aborts = of_node.sdo_aborts;
                 view.boots = of_node.boot_ups;
@@ -467,11 +520,16 @@ impl Model {
         });
         let drives = self.drives.iter().filter_map(|(id, drive)| {
             let node = self.nodes.get(id)?;
-            Some(drive.view(*id, node, self.decoder.values(*id)?, node.sheet?.drive?))
+            let unconfirmed = drive.standstill.unconfirmed().map(|unconfirmed| view::Unconfirmed {
+                since: unconfirmed.since.since(self.began).as_secs_f64(),
+                why: unconfirmed.why,
+            });
+            let shown = drive.view(now, *id, node, self.decoder.values(*id)?, node.sheet?.drive?);
+            Some(view::Drive { unconfirmed, ..shown })
         });
         let watched = self.watched.iter().map(|((id, address), watched)| {
             let report = ValueReport::without_value(self.decoder.values(*id), *address);
-            watched.view(*id, *address, report.name.unwrap_or_else(|| address.to_string()))
+            watched.view(now, *id, *address, report.name.unwrap_or_else(|| address.to_string()))
         });
         View {
             time: self.seconds(),

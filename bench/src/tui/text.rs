@@ -105,6 +105,8 @@ texts! {
     Help, "? help  q leave", "? Hilfe  q Ende";
     Stopping, "stopping all drives...", "alle Antriebe halten...";
     Stopped, "every drive has stopped", "alle Antriebe stehen";
+    LastSeen, "last seen before", "zuletzt gesehen vor";
+    Unconfirmed, "STOP NOT CONFIRMED for", "HALT NICHT BESTÄTIGT seit";
     StopFailed, "NOT STOPPED", "NICHT ANGEHALTEN";
     Done, "done", "erledigt";
     JobDone, "has ended", "ist beendet";
