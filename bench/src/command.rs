@@ -174,6 +174,11 @@ pub enum Command {
         /// In seconds of [`View::time`](crate::View::time).
         since: f64,
     },
+    /// The number that a text is, such as the level of a trigger: [`Answer::Number`].
+    Number {
+        /// `12.5`.
+        text: String,
+    },
     /// The curves as a file: [`Answer::File`].
     ExportPlot {
         /// `csv` or `svg`.
@@ -295,6 +300,8 @@ pub enum Answer {
     Frames(Frames),
     /// Points of the curves.
     Curves(Vec<Curve>),
+    /// A number.
+    Number(f64),
     /// A file to keep.
     File {
         /// A name for it.

@@ -750,7 +750,7 @@ fn a_trigger_holds_the_curves_around_the_crossing() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "5t");
     press(&mut screen, &view, "soon\n");
-    assert!(drawn(&mut screen, &view, 140, 40).contains("! soon: "));
+    assert!(drawn(&mut screen, &view, 140, 40).contains("! \"soon\" is no number"));
 }
 
 #[test]

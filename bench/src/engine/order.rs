@@ -11,6 +11,7 @@ use super::lock::lock;
 use super::station::{NOBODY, Station};
 use crate::command::{self, Answer, Refused};
 use crate::model::Model;
+use crate::number;
 use crate::sheet::Sheet;
 use crate::view;
 
@@ -190,7 +191,9 @@ fn remedy(error: &Error) -> Option<String> {
 
 fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
     let value = value.map(str::trim).filter(|value| !value.is_empty());
-    let position = |text| scales.parse_position(text).map_err(Refused::new);
+    let position = |text: &str| number::read(text, |text| scales.parse_position(text), |it| scales.target(*it));
+    let velocity =
+        |text: &str| number::read(text, |text| scales.parse_velocity(text), |it| scales.target_velocity(*it));
     let needed = |what: &str| value.ok_or_else(|| Refused::new(what));
     Ok(match order {
         command::Order::Enable => Order::Enable,
@@ -198,9 +201,7 @@ fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Res
         command::Order::ResetFault => Order::ResetFault,
         command::Order::MoveTo => Order::MoveTo(position(needed("where to? It takes a position")?)?),
         command::Order::Step => Order::Step(value.map(position).transpose()?),
-        command::Order::Run => {
-            Order::Run(scales.parse_velocity(needed("how fast? It takes a velocity")?).map_err(Refused::new)?)
-        }
+        command::Order::Run => Order::Run(velocity(needed("how fast? It takes a velocity")?)?),
         command::Order::Home => Order::Home(match value {
             None => None,
             Some(text) => Some(text.parse().map_err(|_| Refused::new(format_args!("{text:?} is no homing method")))?),

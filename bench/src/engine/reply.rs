@@ -40,13 +40,16 @@ impl Future for Reply {
     }
 }
 
+/// Somebody who waits for an answer.
+pub(super) type Waiter = Box<dyn FnOnce(Result<Answer, Refused>) + Send>;
+
 /// The answers of several, as one: that all was done, or why the first one was not.
 pub(super) struct Gathered(Mutex<Gathering>);
 
 struct Gathering {
     missing: usize,
     refused: Option<Refused>,
-    done: Option<Box<dyn FnOnce(Result<Answer, Refused>) + Send>>,
+    done: Option<Waiter>,
 }
 
 impl Gathered {

@@ -14,14 +14,12 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 use super::hub::{Port, Ports};
 use super::lock::lock;
 use super::order;
+use super::reply::Waiter;
 use crate::command::{Answer, Order, Refused};
 use crate::model::{Braking, Model};
 
 /// Something to do with a node.
 pub(super) type Task = Box<dyn FnOnce(&Station) + Send>;
-
-/// Somebody who waits for the answer to a stop.
-type Waiter = Box<dyn FnOnce(Result<Answer, Refused>) + Send>;
 
 /// How often a node is looked at that has nothing to do, so that the end of the bench is noticed.
 const LOOK: Duration = Duration::from_millis(100);

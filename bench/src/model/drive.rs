@@ -64,7 +64,7 @@ impl Drive {
                 let number = report(address, number).map_or(Some(number.into()), |report| series::number(&report));
                 Some(Measured::new(number?, look.at))
             });
-            newer(known, looked)
+            newer(known, looked).map(|number| number.map(tidy))
         };
         let unit = |address: Address| Some(values.unit(values.entry(address)?)?.symbol.clone());
         let known = seen(status)
@@ -87,7 +87,11 @@ impl Drive {
             position_unit: unit(position),
             velocity: speed.map(|speed| speed.value),
             velocity_unit: unit(velocity),
-            target: self.target.and_then(|number| report(target, number)).and_then(|report| series::number(&report)),
+            target: self
+                .target
+                .and_then(|number| report(target, number))
+                .and_then(|report| series::number(&report))
+                .map(tidy),
             // It may be moving.
             obstacles: self.obstacles.clone().filter(|_| self.order.is_none()),
             order: self.order.clone(),
@@ -97,6 +101,11 @@ impl Drive {
             homing_methods: description.homing.map(|homing| homing.methods.to_vec()).unwrap_or_default(),
         }
     }
+}
+
+/// Without the noise of its scaling: 471.1 and not 471.1000000000001.
+fn tidy(number: f64) -> f64 {
+    format!("{number:.9}").parse().unwrap_or(number)
 }
 
 /// The one that was measured later.

@@ -1,7 +1,7 @@
 // A panel for each drive: its state machine, orders, position and velocity, and why it would refuse.
 import { useState } from 'preact/hooks'
 import { order } from '../bench.js'
-import { measured, number } from '../format.js'
+import { exact, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { goTo, view, whyNot } from '../state.js'
 import { Act, Age, Button, Empty, HandsHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
@@ -84,19 +84,19 @@ function Motion({ drive }) {
       <div>
         <dt>{t('drive.position')}</dt>
         <dd data-test={`drive-${node}-position`}>
-          {measured(drive.position)} <small>{unit(drive.position_unit)}</small>
+          {exact(drive.position)} <small>{unit(drive.position_unit)}</small>
         </dd>
       </div>
       <div>
         <dt>{t('drive.velocity')}</dt>
         <dd data-test={`drive-${node}-velocity`}>
-          {measured(drive.velocity)} <small>{drive.velocity_unit}</small>
+          {exact(drive.velocity)} <small>{drive.velocity_unit}</small>
         </dd>
       </div>
       <div>
         <dt>{t('drive.target')}</dt>
         <dd data-test={`drive-${node}-target`}>
-          {measured(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}
+          {exact(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}
         </dd>
       </div>
       <div>
