@@ -223,6 +223,21 @@ pub enum Command {
 }
 
 impl Command {
+    /// Whether it only asks for what the bench has, so that its place among others does not matter.
+    #[must_use]
+    pub const fn only_asks(&self) -> bool {
+        matches!(
+            self,
+            Command::Objects { .. }
+                | Command::Seen { .. }
+                | Command::Trace { .. }
+                | Command::Export { .. }
+                | Command::Curves { .. }
+                | Command::ExportPlot { .. }
+                | Command::Number { .. }
+        )
+    }
+
     /// Whether it stops something, and waits for nothing.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
