@@ -30,6 +30,8 @@ pub enum Command {
         /// What to do.
         command: Nmt,
     },
+    /// What has happened to nodes and is over was seen by somebody: it is shown no longer.
+    Acknowledge,
     /// Looks for nodes, and reads their identities.
     Scan,
     /// Gives a node a data sheet: a device of the library or a file.

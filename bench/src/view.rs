@@ -86,6 +86,8 @@ pub struct Trouble {
     pub text: String,
     /// The trace's row from which it follows.
     pub row: Option<u64>,
+    /// It was, and is shown until it is acknowledged.
+    pub is_over: bool,
 }
 
 /// A node.

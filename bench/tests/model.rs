@@ -84,6 +84,9 @@ fn who_disturbs_is_said_once_and_since_when() {
     let since = trouble.since;
     assert_eq!(bus.wait(1000).bus.troubles[0].since, since);
     bus.after(0, 0x707, &[5]);
+    let trouble = bus.wait(0).bus.troubles.remove(0);
+    assert!(trouble.is_over && trouble.text.contains("was silent for 3.0 s"), "{trouble:?}");
+    bus.model.acknowledge();
     assert!(bus.troubles().is_empty(), "it is back");
 
     bus.model.set_state(bus.now, BusState::Off);
@@ -99,8 +102,9 @@ fn boot_loops_abort_storms_and_a_full_bus_are_troubles() {
     for _ in 0..4 {
         bus.after(100, 0x705, &[0]);
     }
-    assert!(bus.troubles().iter().any(|text| text.contains("node 5 has booted 4 times")));
-    assert_eq!(bus.wait(0).bus.troubles[0].row, Some(3), "the last boot-up");
+    let troubles = bus.wait(0).bus.troubles;
+    let boots = troubles.iter().find(|it| it.text.contains("node 5 has booted 3 times without being told to")).unwrap();
+    assert_eq!(boots.row, Some(3), "the last boot-up");
     for _ in 0..30 {
         bus.after(1, 0x606, &[0x40, 0x00, 0x20, 0, 0, 0, 0, 0]);
         bus.after(1, 0x586, &[0x80, 0x00, 0x20, 0, 0, 0, 0x02, 0x06]);
@@ -261,4 +265,54 @@ fn what_is_watched_grows_old_by_how_often_it_is_read() {
     bus.model.watch(node, lexican_runtime::object::Address::new(0x6064, 0), 100);
     answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
     assert!(bus.wait(1300).watched[0].seen.unwrap().is_old);
+}
+
+#[test]
+fn what_the_bench_sends_itself_is_no_trouble_of_the_bus() {
+    let mut bus = Bus::new();
+    let own = |bus: &mut Bus, ms, id, data: &[u8]| {
+        bus.now += Duration::from_millis(ms);
+        bus.model.observe_own(bus.now, &Frame::new(CobId::standard(id).unwrap(), data).unwrap());
+    };
+    for _ in 0..30 {
+        own(&mut bus, 100, 0x77F, &[5]);
+        own(&mut bus, 0, 0x605, &[0x40, 0xFF, 0x2F, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x585, &[0x80, 0xFF, 0x2F, 0, 0, 0, 0x02, 0x06]);
+    }
+    let view = bus.wait(60_000);
+    assert_eq!(view.bus.troubles, []);
+    assert_eq!(view.nodes.iter().map(|node| (node.id, node.aborts)).collect::<Vec<_>>(), [(5, 0)]);
+    // What somebody else asks for is theirs.
+    for _ in 0..30 {
+        bus.after(1, 0x605, &[0x40, 0xFF, 0x2F, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x585, &[0x80, 0xFF, 0x2F, 0, 0, 0, 0x02, 0x06]);
+    }
+    assert!(bus.troubles()[0].contains("30 refused SDO transfers"));
+}
+
+#[test]
+fn a_silence_and_a_power_cut_that_are_over_stay_until_they_are_acknowledged() {
+    let mut bus = Bus::new();
+    let beats = |bus: &mut Bus, count| (0..count).for_each(|_| bus.after(20, 0x705, &[5]));
+    bus.after(0, 0x705, &[0]);
+    // The first one comes at once.
+    bus.after(1, 0x705, &[0x7F]);
+    beats(&mut bus, 10);
+    assert_eq!(bus.troubles(), [""; 0]);
+    // Nobody looks meanwhile.
+    bus.after(200, 0x705, &[5]);
+    beats(&mut bus, 10);
+    assert_eq!(bus.troubles(), ["node 5 was silent for 0.2 s, and is heard again"]);
+    bus.after(2000, 0x705, &[0]);
+    beats(&mut bus, 10);
+    let view = bus.wait(0);
+    let are_over = view.bus.troubles.iter().all(|it| it.is_over && it.row.is_some());
+    assert!(are_over, "{:?}", view.bus.troubles);
+    assert!(bus.troubles()[1].contains("its power was cut"), "{:?}", bus.troubles());
+    bus.model.acknowledge();
+    assert_eq!(bus.troubles(), [""; 0]);
+    // What was ordered is no event.
+    bus.after(10, 0x000, &[0x81, 5]);
+    bus.after(1000, 0x705, &[0]);
+    assert_eq!(bus.troubles(), [""; 0]);
 }

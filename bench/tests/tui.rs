@@ -95,6 +95,7 @@ fn view() -> View {
                 node: Some(7),
                 text: "node 7 is silent for 2.3 s".to_owned(),
                 row: None,
+                is_over: false,
             }],
         },
         nodes: vec![feeder, io],
@@ -538,7 +539,7 @@ fn a_trace_that_is_held_stays_when_old_rows_are_forgotten() {
 fn a_trouble_leads_to_its_row_and_the_row_is_marked() {
     let (mut view, mut screen) = (view(), Screen::new(1, Language::English));
     let text = "there may be two nodes 5".to_owned();
-    view.bus.troubles.push(Trouble { since: 3.0, node: Some(5), text, row: Some(9000) });
+    view.bus.troubles.push(Trouble { since: 3.0, node: Some(5), text, row: Some(9000), is_over: false });
     press(&mut screen, &view, "7\n");
     assert!(drawn(&mut screen, &view, 80, 24).contains("[7 Bus]"), "this one names no row");
     screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);

@@ -286,6 +286,10 @@ impl Face {
                     simulation.input(node, &text).map_err(Refused::new)
                 })
             }
+            Command::Acknowledge => {
+                lock(&bench.0.model).acknowledge();
+                Ok(Answer::Done)
+            }
             Command::Number { text } => number::parse(&text).map(Answer::Number),
             Command::Power { node, on } => {
                 let node = node_id(node)?;

@@ -4,6 +4,7 @@ mod age;
 mod drive;
 mod node;
 mod objects;
+mod own;
 mod plot;
 mod rates;
 mod standstill;
@@ -31,6 +32,7 @@ use lexican_toolbox::values::report::ValueReport;
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 use node::Node;
+use own::Own;
 use plot::{Plot, Watched};
 use rates::Rates;
 use trace::{Trace, is_part};
@@ -75,6 +77,7 @@ pub struct Model {
     statistics: Statistics,
     rates: Rates,
     troubles: Troubles,
+    own: Own,
     trace: Trace,
     nodes: BTreeMap<NodeId, Node>,
     watched: BTreeMap<(NodeId, Address), Watched>,
@@ -106,6 +109,7 @@ impl Model {
             duplicates: DuplicateNodes::default(),
             rates: Rates::default(),
             troubles: Troubles::default(),
+            own: Own::default(),
             trace: Trace::new(ROWS),
             nodes: BTreeMap::new(),
             watched: BTreeMap::new(),
@@ -118,8 +122,17 @@ impl Model {
         }
     }
 
-    /// Handles a frame, received or sent.
+    /// Handles a frame of somebody else, or of which nobody knows the sender.
     pub fn observe(&mut self, now: Instant, frame: &Frame) {
+        self.take(now, frame, false);
+    }
+
+    /// Handles a frame that the bench has sent: it is on the bus, and what becomes of it is nobody's fault but its own.
+    pub fn observe_own(&mut self, now: Instant, frame: &Frame) {
+        self.take(now, frame, true);
+    }
+
+    fn take(&mut self, now: Instant, frame: &Frame, is_own: bool) {
         self.pass(now);
         // From here on times are those since the beginning.
         let at = Instant::ZERO + now.since(self.began);
@@ -130,12 +143,16 @@ impl Model {
         if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
             self.troubles.suspect(seconds(at), row, node, evidence);
         }
+        self.own.observe(is_own, &decoded);
         if is_part(&decoded)
             && let Some(transfer) = self.transfers.observe(at, &decoded)
         {
             self.transferred(at, row, &transfer);
         }
-        self.follow(at, row, decoded);
+        // The bench is no node of the bus, also where it sends heartbeats.
+        if !(is_own && decoded.is_from_node()) {
+            self.follow(at, row, decoded);
+        }
     }
 
     /// Time has passed.
@@ -171,7 +188,10 @@ impl Model {
     fn follow(&mut self, at: Instant, row: u64, decoded: Decoded) {
         if let Detail::Nmt(command) = decoded.detail {
             let meant = self.nodes.iter_mut().filter(|(id, _)| decoded.node.is_none_or(|node| node == **id));
-            meant.for_each(|(_, node)| node.was_stopped = command == NmtCommand::Stop);
+            for (_, node) in meant {
+                node.was_stopped = command == NmtCommand::Stop;
+                node.was_reset = matches!(command, NmtCommand::ResetNode | NmtCommand::ResetCommunication);
+            }
         }
         let Some(id) = decoded.node else { return };
         if let Detail::Sdo(_) = &decoded.detail {
@@ -184,8 +204,10 @@ impl Model {
         match decoded.detail {
             Detail::ErrorControl { state, .. } => {
                 self.troubles.see(Kind::Silent, Some(id), row);
+                if let Some(event) = node.beat(at, state) {
+                    self.troubles.remember(seconds(at), row, id, event);
+                }
                 if state == NmtState::Initialising {
-                    self.troubles.see(Kind::Boots, Some(id), row);
                     node.boot(at);
                     // What its last order has reached is gone with its power.
                     if let Some(drive) = self.drives.get_mut(&id) {
@@ -222,6 +244,7 @@ impl Model {
         self.trace.fold(row, transfer.to_string(), transfer.end != End::Done);
         if matches!(transfer.end, End::Aborted { .. }) {
             self.troubles.see(Kind::Aborts, Some(transfer.node), row);
+            self.own.aborted(transfer.node);
         }
         if let (Some(report), Some(node)) = (&transfer.report, self.nodes.get_mut(&transfer.node)) {
             // A device that has no product code says so.
@@ -251,6 +274,11 @@ impl Model {
         let [Some(vendor), product, ..] = node.identity else { return };
         let Some(shipped) = recognise(vendor, product) else { return };
         self.introduce(id, Sheet::of_library(shipped));
+    }
+
+    /// What has happened and is over was seen by somebody.
+    pub fn acknowledge(&mut self) {
+        self.troubles.acknowledge();
     }
 
     /// Gives a node a data sheet.
@@ -482,7 +510,7 @@ impl Model {
     /// What a face shows.
     pub fn view(&mut self) -> View {
         let now = Instant::ZERO + self.now.since(self.began);
-        let report = self.statistics.report(now);
+        let report = self.own.removed_from(self.statistics.report(now));
         let bits = self.rates.bits().max(1) as f64;
         let rates: Vec<view::Rate> = report
             .ids

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Instant, Measured, cia301};
+use lexican_runtime::{Duration, Instant, Measured, cia301};
 use lexican_toolbox::values::hex;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::encode;
@@ -21,6 +21,27 @@ const HISTORY: usize = 100;
 
 /// How many changes are remembered.
 const CHANGES: usize = 20;
+
+/// The heartbeats of a node since it booted, or was silent.
+struct Beats {
+    last: Instant,
+    /// How many times between two of them were seen.
+    gaps: u32,
+    longest: Duration,
+}
+
+/// What has happened to a node, and is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// It was silent for so long.
+    Silent(Duration),
+    /// It has booted without having been told to: its power was cut, or it has restarted.
+    Booted,
+}
+
+/// From how many times on between two heartbeats it is known how often they come: the first ones after a boot-up, or when the state
+/// changes, come at once.
+const LEARNT: u32 = 3;
 
 /// What is known of a node.
 #[derive(Default)]
@@ -40,6 +61,9 @@ pub(crate) struct Node {
     /// Whether the last command of network management that it was given is the one to stop: without heartbeats it is not heard
     /// to be STOPPED.
     pub(crate) was_stopped: bool,
+    /// Whether that command was to start anew.
+    pub(crate) was_reset: bool,
+    beats: Option<Beats>,
     /// The state when it was heard first.
     first_state: Option<NmtState>,
     /// The values that were seen last.
@@ -66,6 +90,23 @@ impl Node {
         self.set_state(at, NmtState::PreOperational);
         (self.was_asked, self.pdos_were_read) = (false, false);
         self.faults.clear();
+    }
+
+    /// A heartbeat, or a boot-up: what has happened to the node since the last one, if it was no order of anybody.
+    pub(crate) fn beat(&mut self, at: Instant, state: NmtState) -> Option<Event> {
+        let was_reset = std::mem::take(&mut self.was_reset);
+        let known = self.beats.replace(Beats { last: at, gaps: 0, longest: Duration::ZERO });
+        if state == NmtState::Initialising {
+            return known.filter(|_| !was_reset).map(|_| Event::Booted);
+        }
+        let known = known?;
+        let gap = at.since(known.last);
+        // As the statistics have it: two heartbeats are missing. What is learnt begins anew then, since the time may have been changed.
+        if known.gaps >= LEARNT && gap.as_micros() * 2 > known.longest.as_micros() * 5 {
+            return Some(Event::Silent(gap));
+        }
+        self.beats = Some(Beats { last: at, gaps: known.gaps.saturating_add(1), longest: known.longest.max(gap) });
+        None
     }
 
     /// It is in a state.

@@ -266,6 +266,8 @@ export default {
   'drive.obstacles': 'Würde ablehnen, denn',
   'drive.value': 'Position, Weg oder Geschwindigkeit',
   'drive.method': 'Referenzfahrt-Methode',
+  'bus.acknowledge': 'Quittieren',
+  'bus.acknowledge.help': 'Was war und vorbei ist, wird nicht mehr gezeigt',
   'seen.ago': 'zuletzt gesehen vor {seconds} s',
   'drive.unconfirmed': 'HALT NICHT BESTÄTIGT seit {seconds} s; er wird gesendet, bis der Antrieb steht.',
   'drive.may-be-moving': 'Er bewegt sich vielleicht noch: Er ließ sich nicht anhalten.',

@@ -265,6 +265,8 @@ export default {
   'drive.obstacles': 'Would refuse, because',
   'drive.value': 'Position, distance or velocity',
   'drive.method': 'Homing method',
+  'bus.acknowledge': 'Acknowledge',
+  'bus.acknowledge.help': 'What was, and is over, is shown no longer',
   'seen.ago': 'last seen {seconds} s ago',
   'drive.unconfirmed': 'STOP NOT CONFIRMED for {seconds} s; it is sent until the drive stands.',
   'drive.may-be-moving': 'It may still be moving: it could not be told to stop.',
