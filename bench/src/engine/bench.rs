@@ -237,7 +237,8 @@ impl Bench {
         if let Some(station) = stations.get(&node) {
             return Ok(Arc::clone(station));
         }
-        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model)).map_err(Refused::new)?;
+        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model), order::carry)
+            .map_err(Refused::new)?;
         stations.insert(node, Arc::clone(&station));
         Ok(station)
     }

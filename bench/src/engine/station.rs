@@ -13,7 +13,6 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use super::hub::{Port, Ports};
 use super::lock::lock;
-use super::order;
 use super::reply::Waiter;
 use crate::command::{Answer, Order, Refused};
 use crate::model::{Braking, Model};
@@ -27,6 +26,9 @@ const LOOK: Duration = Duration::from_millis(100);
 /// The bench itself, among the faces for which something is done.
 pub(super) const NOBODY: u32 = 0;
 
+/// What carries an order out.
+pub(super) type Carry = fn(&Station, Order, Option<&str>) -> Result<Answer, Refused>;
+
 /// A node, and what is to be done with it.
 pub(super) struct Station {
     pub(super) node: NodeId,
@@ -34,6 +36,7 @@ pub(super) struct Station {
     pub(super) model: Arc<Mutex<Model>>,
     queue: Mutex<Queue>,
     changed: Condvar,
+    stop_by: Carry,
 }
 
 #[derive(Default)]
@@ -83,9 +86,15 @@ enum Next {
 }
 
 impl Station {
-    /// Begins to talk to a node.
-    pub(super) fn begin(node: NodeId, ports: Ports, model: Arc<Mutex<Model>>) -> std::io::Result<Arc<Self>> {
-        let station = Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new() });
+    /// Begins to talk to a node; a drive is stopped by `stop_by`.
+    pub(super) fn begin(
+        node: NodeId,
+        ports: Ports,
+        model: Arc<Mutex<Model>>,
+        stop_by: Carry,
+    ) -> std::io::Result<Arc<Self>> {
+        let station =
+            Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new(), stop_by });
         let worker = Arc::clone(&station);
         std::thread::Builder::new().name(format!("node {node}")).spawn(move || worker.run())?;
         Ok(station)
@@ -134,7 +143,7 @@ impl Station {
             Braking::Full => Order::QuickStop,
         };
         // An order that was cancelled has stopped its drive, but somebody else may move it.
-        let result = order::carry(self, order, None);
+        let result = (self.stop_by)(self, order, None);
         let outcome = result.as_ref().map(drop).map_err(|refused| refused.why.clone());
         let result = result.map_err(|refused| Refused {
             why: format!("drive {} has not confirmed that it stands, and is told again: {}", self.node, refused.why),

@@ -2,7 +2,6 @@
 
 use lexican_runtime::{Duration, Instant, Measured};
 
-use super::seconds;
 use crate::view;
 
 /// How often state, position and velocity of a drive are read.
@@ -19,4 +18,9 @@ pub(crate) const fn old_after(every: Duration) -> Duration {
 /// When something was as it is shown.
 pub(crate) fn shown<T>(seen: &Measured<T>, now: Instant, limit: Duration) -> view::Seen {
     view::Seen { at: seconds(seen.at), is_old: seen.fresh(now, limit).is_none() }
+}
+
+/// A time of the model in seconds.
+pub(crate) fn seconds(at: Instant) -> f64 {
+    at.since(Instant::ZERO).as_secs_f64()
 }

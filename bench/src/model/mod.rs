@@ -39,6 +39,7 @@ use trace::{Trace, is_part};
 use trouble::{Kind, Troubles};
 
 pub(crate) use age::DRIVE;
+use age::seconds;
 pub(crate) use drive::{Drive, watched};
 pub(crate) use node::{DEVICE_NAME, value};
 pub(crate) use standstill::Braking;
@@ -584,10 +585,6 @@ impl Model {
             },
         }
     }
-}
-
-fn seconds(at: Instant) -> f64 {
-    at.since(Instant::ZERO).as_secs_f64()
 }
 
 /// Bytes that a writer leaves behind.

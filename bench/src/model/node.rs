@@ -9,7 +9,7 @@ use lexican_toolbox::values::hex;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::encode;
 
-use super::seconds;
+use super::age::seconds;
 use crate::sheet::Sheet;
 use crate::view;
 
