@@ -30,6 +30,8 @@ pub enum Command {
         /// What to do.
         command: Nmt,
     },
+    /// What has happened to nodes and is over was seen by somebody: it is shown no longer.
+    Acknowledge,
     /// Looks for nodes, and reads their identities.
     Scan,
     /// Gives a node a data sheet: a device of the library or a file.
@@ -174,6 +176,11 @@ pub enum Command {
         /// In seconds of [`View::time`](crate::View::time).
         since: f64,
     },
+    /// The number that a text is, such as the level of a trigger: [`Answer::Number`].
+    Number {
+        /// `12.5`.
+        text: String,
+    },
     /// The curves as a file: [`Answer::File`].
     ExportPlot {
         /// `csv` or `svg`.
@@ -218,6 +225,21 @@ pub enum Command {
 }
 
 impl Command {
+    /// Whether it only asks for what the bench has, so that its place among others does not matter.
+    #[must_use]
+    pub const fn only_asks(&self) -> bool {
+        matches!(
+            self,
+            Command::Objects { .. }
+                | Command::Seen { .. }
+                | Command::Trace { .. }
+                | Command::Export { .. }
+                | Command::Curves { .. }
+                | Command::ExportPlot { .. }
+                | Command::Number { .. }
+        )
+    }
+
     /// Whether it stops something, and waits for nothing.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
@@ -295,6 +317,8 @@ pub enum Answer {
     Frames(Frames),
     /// Points of the curves.
     Curves(Vec<Curve>),
+    /// A number.
+    Number(f64),
     /// A file to keep.
     File {
         /// A name for it.

@@ -5,6 +5,7 @@
 pub mod command;
 pub mod engine;
 pub mod model;
+mod number;
 mod order;
 pub mod sheet;
 pub mod tui;

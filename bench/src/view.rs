@@ -86,6 +86,8 @@ pub struct Trouble {
     pub text: String,
     /// The trace's row from which it follows.
     pub row: Option<u64>,
+    /// It was, and is shown until it is acknowledged.
+    pub is_over: bool,
 }
 
 /// A node.
@@ -101,6 +103,8 @@ pub struct Node {
     pub identity: [Option<u32>; 4],
     /// `OPERATIONAL`; None while unknown.
     pub state: Option<String>,
+    /// When it was in this state.
+    pub seen: Option<Seen>,
     /// The time between its heartbeats in ms.
     pub heartbeat_ms: Option<f64>,
     /// For how long it has been silent, if it should not be.
@@ -195,6 +199,8 @@ pub struct Watched {
     pub every_ms: u32,
     /// Its value, once it is known.
     pub value: Option<Value>,
+    /// When that was seen.
+    pub seen: Option<Seen>,
     /// The lowest and the highest number so far.
     pub bounds: Option<(f64, f64)>,
     /// How often it has changed.
@@ -252,6 +258,8 @@ pub struct PdoField {
     pub bits: u8,
     /// Its last value in words.
     pub text: Option<String>,
+    /// When that was seen, in seconds of [`View::time`].
+    pub at: Option<f64>,
 }
 
 /// The extent of the trace.
@@ -321,6 +329,8 @@ pub struct Drive {
     pub state: Option<String>,
     /// The states that it may be ordered to from here.
     pub allowed: Vec<String>,
+    /// When its state, position and velocity were as they are shown: the oldest of them.
+    pub seen: Option<Seen>,
     /// Its operating mode, in words.
     pub mode: Option<String>,
     /// In its unit.
@@ -340,10 +350,30 @@ pub struct Drive {
     pub order: Option<String>,
     /// How the last order ended.
     pub ending: Option<Ending>,
+    /// That it is to stand, until it has confirmed that it does.
+    pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
     pub orders: Vec<Order>,
     /// The homing methods that it has.
     pub homing_methods: Vec<i8>,
+}
+
+/// When something was as it is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Seen {
+    /// In seconds of [`View::time`].
+    pub at: f64,
+    /// It should have been seen again since: nobody knows how it is now.
+    pub is_old: bool,
+}
+
+/// A stop that the drive has not confirmed, and that is sent until it has.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unconfirmed {
+    /// Since when.
+    pub since: f64,
+    /// Why the last attempt has failed; `None` during the first one.
+    pub why: Option<String>,
 }
 
 /// How an order has ended.

@@ -121,6 +121,30 @@ fn only_who_has_the_hands_changes_something_and_everybody_stops() {
 }
 
 #[test]
+fn a_number_with_two_readings_moves_and_writes_nothing() {
+    let bench = bench();
+    let face = face(&bench);
+    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    for order in [Order::MoveTo, Order::Step, Order::Run] {
+        let refused = face.ask(drive(5, order, Some("5.000"))).wait().unwrap_err();
+        assert_eq!(refused.why, "5.000 may be 5 or 5000");
+        assert_eq!(refused.remedy.as_deref(), Some("write 5 or 5000"));
+    }
+    assert!(!moves(&bench.view()));
+    let write =
+        |text: &str| Command::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: true };
+    assert!(face.ask(write("1.000")).wait().unwrap_err().why.ends_with("1.000 may be 1 or 1000"));
+    assert!(face.ask(write("60,5")).wait().unwrap_err().remedy.unwrap().contains("60.5"));
+    assert_eq!(face.ask(Command::Number { text: "12.5".to_owned() }).wait(), Ok(Answer::Number(12.5)));
+    face.ask(Command::Number { text: "12.500".to_owned() }).wait().unwrap_err();
+    // What the card shows can be typed.
+    let shown = bench.view().drives[0].position.unwrap().to_string();
+    face.ask(drive(5, Order::MoveTo, Some(&shown))).wait().unwrap();
+    bench.end();
+}
+
+#[test]
 fn a_lost_face_stops_what_it_has_started() {
     let bench = bench();
     let face = face(&bench);

@@ -32,6 +32,12 @@ impl Bus {
         self.model.view()
     }
 
+    /// Node 5 is an AG03/1.
+    fn introduce_drive(&mut self) {
+        let sheet = Sheet::new("siko/ag03-1", DataSheet::load("siko/ag03-1", &[]).unwrap());
+        self.model.introduce(NodeId::new(5).unwrap(), sheet);
+    }
+
     fn troubles(&mut self) -> Vec<String> {
         self.wait(0).bus.troubles.into_iter().map(|trouble| trouble.text).collect()
     }
@@ -78,6 +84,9 @@ fn who_disturbs_is_said_once_and_since_when() {
     let since = trouble.since;
     assert_eq!(bus.wait(1000).bus.troubles[0].since, since);
     bus.after(0, 0x707, &[5]);
+    let trouble = bus.wait(0).bus.troubles.remove(0);
+    assert!(trouble.is_over && trouble.text.contains("was silent for 3.0 s"), "{trouble:?}");
+    bus.model.acknowledge();
     assert!(bus.troubles().is_empty(), "it is back");
 
     bus.model.set_state(bus.now, BusState::Off);
@@ -93,8 +102,9 @@ fn boot_loops_abort_storms_and_a_full_bus_are_troubles() {
     for _ in 0..4 {
         bus.after(100, 0x705, &[0]);
     }
-    assert!(bus.troubles().iter().any(|text| text.contains("node 5 has booted 4 times")));
-    assert_eq!(bus.wait(0).bus.troubles[0].row, Some(3), "the last boot-up");
+    let troubles = bus.wait(0).bus.troubles;
+    let boots = troubles.iter().find(|it| it.text.contains("node 5 has booted 3 times without being told to")).unwrap();
+    assert_eq!(boots.row, Some(3), "the last boot-up");
     for _ in 0..30 {
         bus.after(1, 0x606, &[0x40, 0x00, 0x20, 0, 0, 0, 0, 0]);
         bus.after(1, 0x586, &[0x80, 0x00, 0x20, 0, 0, 0, 0x02, 0x06]);
@@ -206,4 +216,103 @@ fn pdos_are_read_once_for_each_configuration() {
     assert!(bus.model.lacks_pdos(node), "who boots may have lost its configuration");
     bus.model.introduce(node, sheet());
     assert!(bus.model.lacks_pdos(node), "another data sheet has other PDOs");
+}
+
+/// What a drive answers to an upload.
+fn answer(bus: &mut Bus, ms: u64, index: u16, data: [u8; 4]) {
+    let [low, high] = index.to_le_bytes();
+    bus.after(ms, 0x605, &[0x40, low, high, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x585, &[&[0x43, low, high, 0][..], &data].concat());
+}
+
+#[test]
+fn a_drive_without_power_is_not_shown_as_it_was() {
+    let mut bus = Bus::new();
+    bus.introduce_drive();
+    let beat = |bus: &mut Bus| {
+        bus.after(100, 0x705, &[5]);
+        answer(bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
+        answer(bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+        bus.wait(0)
+    };
+    for _ in 0..20 {
+        let view = beat(&mut bus);
+        let (drive, node) = (&view.drives[0], &view.nodes[0]);
+        assert_eq!(drive.state.as_deref(), Some("OPERATION ENABLED"));
+        assert!(!drive.seen.unwrap().is_old && !node.seen.unwrap().is_old, "{:?}", drive.seen);
+    }
+    let view = bus.wait(6000);
+    let seen = view.drives[0].seen.unwrap();
+    assert!(seen.is_old && (5.9..6.1).contains(&(view.time - seen.at)), "{seen:?}");
+    assert!(view.nodes[0].seen.unwrap().is_old, "its state of network management, too");
+    // One quantity that is not heard any more is enough.
+    bus.after(0, 0x705, &[5]);
+    answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
+    assert!(bus.wait(0).drives[0].seen.unwrap().is_old, "where it is, nobody knows");
+    let drive = beat(&mut bus).drives.remove(0);
+    assert!(!drive.seen.unwrap().is_old);
+}
+
+#[test]
+fn what_is_watched_grows_old_by_how_often_it_is_read() {
+    let mut bus = Bus::new();
+    bus.introduce_drive();
+    let node = NodeId::new(5).unwrap();
+    bus.model.watch(node, lexican_runtime::object::Address::new(0x6064, 0), 5000);
+    answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+    assert!(!bus.wait(9000).watched[0].seen.unwrap().is_old, "one reading has failed");
+    assert!(bus.wait(2100).watched[0].seen.unwrap().is_old);
+    bus.model.watch(node, lexican_runtime::object::Address::new(0x6064, 0), 100);
+    answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+    assert!(bus.wait(1300).watched[0].seen.unwrap().is_old);
+}
+
+#[test]
+fn what_the_bench_sends_itself_is_no_trouble_of_the_bus() {
+    let mut bus = Bus::new();
+    let own = |bus: &mut Bus, ms, id, data: &[u8]| {
+        bus.now += Duration::from_millis(ms);
+        bus.model.observe_own(bus.now, &Frame::new(CobId::standard(id).unwrap(), data).unwrap());
+    };
+    for _ in 0..30 {
+        own(&mut bus, 100, 0x77F, &[5]);
+        own(&mut bus, 0, 0x605, &[0x40, 0xFF, 0x2F, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x585, &[0x80, 0xFF, 0x2F, 0, 0, 0, 0x02, 0x06]);
+    }
+    let view = bus.wait(60_000);
+    assert_eq!(view.bus.troubles, []);
+    assert_eq!(view.nodes.iter().map(|node| (node.id, node.aborts)).collect::<Vec<_>>(), [(5, 0)]);
+    // What somebody else asks for is theirs.
+    for _ in 0..30 {
+        bus.after(1, 0x605, &[0x40, 0xFF, 0x2F, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x585, &[0x80, 0xFF, 0x2F, 0, 0, 0, 0x02, 0x06]);
+    }
+    assert!(bus.troubles()[0].contains("30 refused SDO transfers"));
+}
+
+#[test]
+fn a_silence_and_a_power_cut_that_are_over_stay_until_they_are_acknowledged() {
+    let mut bus = Bus::new();
+    let beats = |bus: &mut Bus, count| (0..count).for_each(|_| bus.after(20, 0x705, &[5]));
+    bus.after(0, 0x705, &[0]);
+    // The first one comes at once.
+    bus.after(1, 0x705, &[0x7F]);
+    beats(&mut bus, 10);
+    assert_eq!(bus.troubles(), [""; 0]);
+    // Nobody looks meanwhile.
+    bus.after(200, 0x705, &[5]);
+    beats(&mut bus, 10);
+    assert_eq!(bus.troubles(), ["node 5 was silent for 0.2 s, and is heard again"]);
+    bus.after(2000, 0x705, &[0]);
+    beats(&mut bus, 10);
+    let view = bus.wait(0);
+    let are_over = view.bus.troubles.iter().all(|it| it.is_over && it.row.is_some());
+    assert!(are_over, "{:?}", view.bus.troubles);
+    assert!(bus.troubles()[1].contains("its power was cut"), "{:?}", bus.troubles());
+    bus.model.acknowledge();
+    assert_eq!(bus.troubles(), [""; 0]);
+    // What was ordered is no event.
+    bus.after(10, 0x000, &[0x81, 5]);
+    bus.after(1000, 0x705, &[0]);
+    assert_eq!(bus.troubles(), [""; 0]);
 }

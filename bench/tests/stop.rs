@@ -10,7 +10,7 @@ use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
 use lexican_runtime::host::{Fate, Pace, VirtualBus};
 use lexican_runtime::{CobId, Duration};
-use lexican_toolbox::simulation::{Fault, Files, Plant, Segment, SimulatedDevice};
+use lexican_toolbox::simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
 
 const PLANT: &str = "
 [[node]]
@@ -120,6 +120,77 @@ fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
     rig.disturb(false);
     assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
     assert!(!rig.bench.view().drives[1].ending.as_ref().unwrap().may_be_moving);
+    rig.bench.end();
+}
+
+#[test]
+fn a_stop_is_sent_until_it_is_confirmed_however_often_it_was_pressed() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    rig.disturb(true);
+    let requests = || rig.bench.view().bus.ids.iter().find(|rate| rate.id == "606").map_or(0, |rate| rate.frames);
+    let before = requests();
+    face.ask(Command::StopAll).wait().unwrap_err();
+    let of_one = requests() - before;
+    let presses: Vec<_> = (0..16).map(|_| face.ask(Command::StopAll)).collect();
+    for press in presses {
+        let refused = press.wait().unwrap_err();
+        assert!(refused.why.contains("drive 6 has not confirmed that it stands"), "{refused:?}");
+    }
+    assert!(requests() - before < 4 * of_one, "the presses share an attempt");
+    let view = rig.bench.view();
+    let unconfirmed = view.drives[1].unconfirmed.clone().expect("it goes on");
+    assert!(unconfirmed.since < view.time && unconfirmed.why.is_some(), "{unconfirmed:?}");
+    assert_eq!(view.drives[0].unconfirmed, None);
+    let refused = face.ask(drive(6, Order::MoveTo, Some("5"))).wait().unwrap_err();
+    assert!(refused.why.contains("is to stand"), "{refused:?}");
+    rig.disturb(false);
+    let view = until(&rig.bench, |view| view.drives[1].unconfirmed.is_none());
+    assert!(!view.drives[1].ending.as_ref().unwrap().may_be_moving);
+    assert_eq!(rig.bench.end(), [""; 0]);
+}
+
+#[test]
+fn the_end_names_the_drive_that_has_not_confirmed_and_does_not_wait_for_ever() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    rig.disturb(true);
+    let presses: Vec<_> = (0..16).map(|_| face.ask(Command::StopAll)).collect();
+    let began = rig.bench.view().time;
+    let unconfirmed = rig.bench.end();
+    let took = rig.bench.view().time - began;
+    assert!(unconfirmed.len() == 1 && unconfirmed[0].contains("drive 6"), "{unconfirmed:?}");
+    assert!(took < 10.0, "{took} s");
+    assert!(presses.into_iter().all(|press| press.wait().is_err()));
+    assert_eq!(rig.bench.end(), unconfirmed, "a second end waits for nothing");
+}
+
+#[test]
+fn a_stopped_node_is_said_to_take_no_stop_and_gets_it_when_it_is_started() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    face.ask(Command::Nmt { node: Some(6), command: Nmt::Stop }).wait().unwrap();
+    let refused = face.ask(Command::StopAll).wait().unwrap_err();
+    assert!(refused.remedy.as_ref().unwrap().contains("STOPPED (NMT)"), "{refused:?}");
+    face.ask(Command::Nmt { node: Some(6), command: Nmt::PreOperational }).wait().unwrap();
+    until(&rig.bench, |view| view.drives[1].unconfirmed.is_none());
+    assert_eq!(rig.bench.end(), [""; 0]);
+}
+
+#[test]
+fn a_drive_that_loses_its_power_is_not_shown_as_enabled_and_at_its_target() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    until(&rig.bench, |view| view.drives[0].seen.is_some_and(|seen| !seen.is_old));
+    let (node, now) = (lexican_runtime::NodeId::new(5), lexican_runtime::Instant::ZERO);
+    let power = |power| {
+        let mut segment = rig.segment.lock().unwrap();
+        segment.nodes_mut().find(|device| device.node() == node).unwrap().set_power(now, power);
+    };
+    power(Power::Off);
+    let view = until(&rig.bench, |view| view.drives[0].seen.is_some_and(|seen| seen.is_old));
+    assert!(view.drives[1].seen.is_some_and(|seen| !seen.is_old), "the other one is there");
     rig.bench.end();
 }
 

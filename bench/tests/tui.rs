@@ -7,8 +7,8 @@ use std::path::Path;
 use lexican_bench::command::{Nmt, Order};
 use lexican_bench::tui::{Action, Language, Purpose, Screen};
 use lexican_bench::view::{
-    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row,
-    Simulated, Trouble, Value, View, Watched,
+    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row, Seen,
+    Simulated, Trouble, Unconfirmed, Value, View, Watched,
 };
 use lexican_bench::{Answer, Command, Refused};
 use ratatui::Terminal;
@@ -95,6 +95,7 @@ fn view() -> View {
                 node: Some(7),
                 text: "node 7 is silent for 2.3 s".to_owned(),
                 row: None,
+                is_over: false,
             }],
         },
         nodes: vec![feeder, io],
@@ -123,6 +124,7 @@ fn view() -> View {
             name: "Position Actual Value".to_owned(),
             every_ms: 250,
             value: Some(value("6064:00", "4711")),
+            seen: None,
             bounds: Some((0.0, 4711.0)),
             changes: 12,
         }],
@@ -184,6 +186,7 @@ fn screen(language: Language) -> Screen {
                 first_bit: 0,
                 bits: 16,
                 text: Some("FAULT".to_owned()),
+                at: None,
             },
             PdoField {
                 address: "6064:00".to_owned(),
@@ -191,6 +194,7 @@ fn screen(language: Language) -> Screen {
                 first_bit: 16,
                 bits: 32,
                 text: Some("4711".to_owned()),
+                at: None,
             },
         ],
         per_second: 50.0,
@@ -535,7 +539,7 @@ fn a_trace_that_is_held_stays_when_old_rows_are_forgotten() {
 fn a_trouble_leads_to_its_row_and_the_row_is_marked() {
     let (mut view, mut screen) = (view(), Screen::new(1, Language::English));
     let text = "there may be two nodes 5".to_owned();
-    view.bus.troubles.push(Trouble { since: 3.0, node: Some(5), text, row: Some(9000) });
+    view.bus.troubles.push(Trouble { since: 3.0, node: Some(5), text, row: Some(9000), is_over: false });
     press(&mut screen, &view, "7\n");
     assert!(drawn(&mut screen, &view, 80, 24).contains("[7 Bus]"), "this one names no row");
     screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
@@ -615,6 +619,23 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
     let mut screen = screen(Language::English);
     assert_eq!(press(&mut screen, &view, "6k"), stop(Order::Stop));
     assert_eq!(press(&mut screen, &view, "K"), stop(Order::QuickStop));
+}
+
+#[test]
+fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_in_every_room() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    view.drives[0].seen = Some(Seen { at: 13.0, is_old: false });
+    screen.handle_key(key('6'), &view);
+    assert!(!drawn(&mut screen, &view, 80, 24).contains("last seen"));
+    view.drives[0].seen = Some(Seen { at: 10.8, is_old: true });
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("last seen before 3.2 s") && text.contains("(-3.2 s)"), "{text}");
+    view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: Some("no answer".to_owned()) });
+    for room in '1'..='8' {
+        screen.handle_key(key(room), &view);
+        screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
+        assert!(drawn(&mut screen, &view, 80, 24).contains("!! 5 feeder: STOP NOT CONFIRMED for 4.2 s"), "{room}");
+    }
 }
 
 #[test]
@@ -730,7 +751,7 @@ fn a_trigger_holds_the_curves_around_the_crossing() {
     let (view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "5t");
     press(&mut screen, &view, "soon\n");
-    assert!(drawn(&mut screen, &view, 140, 40).contains("! soon: "));
+    assert!(drawn(&mut screen, &view, 140, 40).contains("! \"soon\" is no number"));
 }
 
 #[test]

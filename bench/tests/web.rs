@@ -313,3 +313,27 @@ fn the_end_is_said_to_every_page() {
     };
     assert_eq!((u16::from(close.code), close.reason.as_str()), (1001, "the bench has ended"));
 }
+
+#[test]
+fn a_request_whose_head_never_ends_is_not_waited_for() {
+    let served = Served::begin();
+    let mut slow = TcpStream::connect(served.address).unwrap();
+    slow.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();
+    let mut answer = Vec::new();
+    // It is closed from there; the harness ends a test that waits for ever.
+    let _ = slow.read_to_end(&mut answer);
+    assert_eq!(answer, b"");
+}
+
+#[test]
+fn more_connections_than_there_are_places_wait_and_do_not_end_the_server() {
+    let served = Served::begin();
+    let silent: Vec<_> = (0..200).map(|_| TcpStream::connect(served.address).unwrap()).collect();
+    // Those that say nothing lose their places in turn.
+    let mut asking = TcpStream::connect(served.address).unwrap();
+    write!(asking, "GET /icon.svg HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", served.address).unwrap();
+    let mut answer = String::new();
+    asking.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    drop(silent);
+}

@@ -1,29 +1,29 @@
-// Numbers and times, as a reader of this language expects them.
-import { language } from './i18n/index.js'
-
-const formats = new Map()
-
-function format(options) {
-  const key = language.value + JSON.stringify(options)
-  if (!formats.has(key)) formats.set(key, new Intl.NumberFormat(language.value, options))
-  return formats.get(key)
-}
+// Numbers and times. Numbers are written as the bench takes them, in every language: a decimal point, and nothing between thousands. What is
+// shown beside a field can be typed into it, and the page reads no number by itself.
 
 export const NONE = '–'
 
-export function number(value, digits = 0) {
-  if (value === null || value === undefined) return NONE
-  return format({ minimumFractionDigits: digits, maximumFractionDigits: digits }).format(value)
-}
+const isNone = (value) => value === null || value === undefined
+
+export const number = (value, digits = 0) => (isNone(value) ? NONE : value.toFixed(digits))
 
 /** With as many digits as the value is worth: 1234.5, 12.34, 0.0123. */
 export function measured(value) {
-  if (value === null || value === undefined) return NONE
-  return format({ maximumSignificantDigits: Math.abs(value) >= 1e5 ? 9 : 6 }).format(value)
+  if (isNone(value)) return NONE
+  return plain(Number(value.toPrecision(Math.abs(value) >= 1e5 ? 9 : 6)))
 }
 
-export const percent = (value) => (value === null || value === undefined ? NONE : `${number(value, 1)} %`)
-export const ms = (value) => (value === null || value === undefined ? NONE : `${number(value, value < 10 ? 1 : 0)} ms`)
+/** As the bench has it: of a value that may be typed again. */
+export const exact = (value) => (isNone(value) ? NONE : plain(value))
+
+/** Without an exponent, where that is readable. */
+function plain(value) {
+  const text = String(value)
+  return text.includes('e-') ? value.toFixed(12).replace(/\.?0+$/, '') : text
+}
+
+export const percent = (value) => (isNone(value) ? NONE : `${number(value, 1)} %`)
+export const ms = (value) => (isNone(value) ? NONE : `${number(value, value < 10 ? 1 : 0)} ms`)
 
 /** `1:02:03.456`; times are compared with a log, so the decimal sign stays a point. */
 export function clock(seconds, digits = 3) {
@@ -37,4 +37,4 @@ export function clock(seconds, digits = 3) {
 
 /** `0x000001AE`, for identities. */
 export const hex = (value, digits = 8) =>
-  value === null || value === undefined ? NONE : `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`
+  isNone(value) ? NONE : `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`

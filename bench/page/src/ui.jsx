@@ -80,13 +80,29 @@ export function Meter({ percent, label, alarm = 80 }) {
   )
 }
 
+/** Whether something should have been seen again since: nobody knows how it is now. */
+export const isOld = (seen) => seen?.is_old === true
+
+/** Since when nobody has seen it, if it should have been seen. */
+export function Age({ seen, test }) {
+  if (!isOld(seen)) return null
+  return (
+    <span class="age" data-test={test}>
+      {t('seen.ago', { seconds: number(view.time.value - seen.at, 1) })}
+    </span>
+  )
+}
+
 /** A state of network management, as a mark with a word. */
-export function State({ state, ...rest }) {
+export function State({ state, seen, ...rest }) {
   const kind = { OPERATIONAL: 'good', 'PRE-OPERATIONAL': 'warn', STOPPED: 'bad' }[state] ?? 'none'
   return (
-    <span class={`state ${kind}`} {...rest}>
-      {state ?? t('unknown')}
-    </span>
+    <>
+      <span class={`state ${isOld(seen) ? 'old' : kind}`} {...rest}>
+        {state ?? t('unknown')}
+      </span>{' '}
+      <Age seen={seen} />
+    </>
   )
 }
 

@@ -1,6 +1,7 @@
 //! Reading and writing entries of a node.
 
 use lexican_eds::model::Value;
+use lexican_eds::types::Class;
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
@@ -14,6 +15,7 @@ use super::lock::lock;
 use super::station::Station;
 use crate::command::{Answer, Refused};
 use crate::model::value;
+use crate::number;
 use crate::view;
 
 /// Reads entries by their names or addresses.
@@ -49,7 +51,7 @@ fn read_one(station: &Station, network: &mut Network<Port>, address: Address) ->
             at,
             is_error: true,
         }),
-        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+        Err(error) => Err(Refused::new(error).with_remedy(model.no_answer(station.node))),
     }
 }
 
@@ -79,7 +81,12 @@ pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -
         let model = lock(&station.model);
         let values = model.values(node).ok_or_else(|| Refused::new("the node is gone"))?;
         let title = ValueReport::without_value(Some(values), address).title();
-        let value: Value = values.parse(entry, new).map_err(|error| Refused::new(format_args!("{title}: {error}")))?;
+        let titled = |refused: Refused| Refused { why: format!("{title}: {}", refused.why), ..refused };
+        let value: Value = match entry.data_type.class() {
+            Class::Text | Class::Bytes | Class::Other => values.parse(entry, new).map_err(Refused::new),
+            _ => number::read(new, |text| values.parse(entry, text), |value| values.describe(entry, value)),
+        }
+        .map_err(titled)?;
         if !is_forced {
             let refused = |error| Refused::new(format_args!("{title}: {error}")).with_remedy("nothing was sent");
             values.check_write(entry, &value, node).map_err(refused)?;
@@ -92,6 +99,6 @@ pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -
         Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => {
             Err(Refused::new(format_args!("{address} {}: the device aborts: {code}", entry.name)))
         }
-        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+        Err(error) => Err(Refused::new(error).with_remedy(lock(&station.model).no_answer(node))),
     }
 }

@@ -8,27 +8,26 @@ use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
-use tokio::sync::oneshot;
 
 use super::hub::{self, Port, Ports};
 use super::lock::lock;
 use super::recording::{self, Recording};
-use super::reply::Reply;
+use super::reply::Gathered;
 use super::station::{NOBODY, Station};
 use super::{order, pdo};
-use crate::command::{Order, Refused};
-use crate::model::{BusInfo, DEVICE_NAME, Model, watched};
+use crate::command::{Answer, Refused};
+use crate::model::{Braking, BusInfo, DEVICE_NAME, DRIVE, Model, watched};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 
 /// How often new nodes are looked for, and simulated devices are asked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How often state, position and velocity of a drive are read.
-const DRIVE: Duration = Duration::from_millis(250);
-
 /// How often it is found out why a drive would not move, while somebody has the hands.
 const OBSTACLES: Duration = Duration::from_secs(2);
+
+/// How long the end of the bench waits for its drives: as long as an attempt to stop one may take.
+const ENDING: Duration = Duration::from_secs(7);
 
 /// What can be done to simulated devices.
 pub trait Simulation: Send {
@@ -145,16 +144,34 @@ impl Bench {
     /// What faces show.
     #[must_use]
     pub fn view(&self) -> View {
-        lock(&self.0.model).view()
+        let mut model = lock(&self.0.model);
+        if self.0.recording.is_none() {
+            // It passes on a bus that is gone, too.
+            model.pass(self.0.ports.now());
+        }
+        model.view()
     }
 
-    /// Stops what moves, and ends the bench.
-    pub fn end(&self) {
-        let replies: Vec<_> = self.stop_all();
-        for reply in replies {
-            let _ = reply.wait();
+    /// Stops what moves, and ends the bench. It waits for the drives, but not longer than one of them may take to be found gone:
+    /// returns those that have not confirmed that they stand, each in a sentence.
+    pub fn end(&self) -> Vec<String> {
+        if !self.0.ports.is_over() {
+            self.stop_all(|_| {});
+            let until = self.0.ports.now() + ENDING;
+            while !self.unconfirmed().is_empty() && self.0.ports.now() < until && !self.0.ports.is_over() {
+                #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+                std::thread::sleep(Duration::from_millis(5).into());
+            }
         }
+        let unconfirmed = self.unconfirmed();
         self.0.ports.end();
+        unconfirmed
+    }
+
+    /// The drives that are to stand and have not confirmed it, each in a sentence.
+    #[must_use]
+    pub fn unconfirmed(&self) -> Vec<String> {
+        lock(&self.0.model).unconfirmed()
     }
 
     /// Looks after nodes that are new.
@@ -171,6 +188,7 @@ impl Bench {
             };
             for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
                 let Ok(station) = self.station(node) else { continue };
+                station.hurry();
                 if station.is_idle() && lock(&self.0.model).is_stranger(node) {
                     get_to_know(&station);
                 }
@@ -219,9 +237,16 @@ impl Bench {
         if let Some(station) = stations.get(&node) {
             return Ok(Arc::clone(station));
         }
-        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model)).map_err(Refused::new)?;
+        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model), order::carry)
+            .map_err(Refused::new)?;
         stations.insert(node, Arc::clone(&station));
         Ok(station)
+    }
+
+    /// The station of a node that is a drive.
+    pub(super) fn drive(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+        order::description(&lock(&self.0.model), node)?;
+        self.station(node)
     }
 
     /// Frames can be sent, or could be until the bus was lost.
@@ -246,8 +271,8 @@ impl Bench {
         }
     }
 
-    /// Stops every drive, whatever else is under way.
-    pub(super) fn stop_all(&self) -> Vec<Reply> {
+    /// Stops every drive, whatever else is under way; `done` hears when all of them stand, or why one does not.
+    pub(super) fn stop_all(&self, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
         let drives: Vec<_> = {
             let mut model = lock(&self.0.model);
             let is_drive = |node: &NodeId| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some());
@@ -259,18 +284,14 @@ impl Bench {
             }
             drives
         };
-        let stop = |node| {
-            let (sender, reply) = oneshot::channel();
+        let gathered = Gathered::new(drives.len(), done);
+        for node in drives {
+            let gathered = Arc::clone(&gathered);
             match self.station(node) {
-                Ok(station) => station.stop(move |station| {
-                    // An order that was cancelled has stopped its drive, but somebody else may move it.
-                    let _ = sender.send(order::carry(station, Order::Stop, None));
-                }),
-                Err(refused) => drop(sender.send(Err(refused))),
+                Ok(station) => station.stop(Braking::Programmed, move |result| gathered.take(result)),
+                Err(refused) => gathered.take(Err(refused)),
             }
-            Reply(reply)
-        };
-        drives.into_iter().map(stop).collect()
+        }
     }
 
     /// Stops what a face has started.

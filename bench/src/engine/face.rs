@@ -21,6 +21,8 @@ use super::reply::Reply;
 use super::station::Station;
 use super::{access, network, order, parameters, pdo};
 use crate::command::{Answer, Command, Order, Other, Refused};
+use crate::model::Braking;
+use crate::number;
 use crate::sheet::Sheet;
 
 /// The fastest that an entry is read again and again.
@@ -119,26 +121,16 @@ impl Face {
                 self.with(node, sender, move |station| pdo::map(station, &wanted));
             }
             Command::Drive { node, order: order @ (Order::Stop | Order::QuickStop), .. } => {
-                match node_id(node).and_then(|node| bench.station(node)) {
-                    Ok(station) => station.stop(move |station| {
-                        let _ = sender.send(order::carry(station, order, None));
-                    }),
+                let braking = if order == Order::Stop { Braking::Programmed } else { Braking::Full };
+                match node_id(node).and_then(|node| bench.drive(node)) {
+                    Ok(station) => station.stop(braking, move |result| drop(sender.send(result))),
                     Err(refused) => drop(sender.send(Err(refused))),
                 }
             }
             Command::Drive { node, order, value } => {
                 self.with(node, sender, move |station| order::carry(station, order, value.as_deref()));
             }
-            Command::StopAll => {
-                let replies = bench.stop_all();
-                apart(sender, move || {
-                    let failed: Vec<_> = replies.into_iter().filter_map(|reply| reply.wait().err()).collect();
-                    match failed.first() {
-                        None => Ok(Answer::Done),
-                        Some(first) => Err(first.clone()),
-                    }
-                });
-            }
+            Command::StopAll => bench.stop_all(move |result| drop(sender.send(result))),
             Command::Seek { seconds } => match self.recording() {
                 Ok(recording) => recording.seek(micros(seconds), Some(sender)),
                 Err(refused) => drop(sender.send(Err(refused))),
@@ -285,11 +277,23 @@ impl Face {
             }
             Command::Input { node, text } => {
                 let node = node_id(node)?;
-                self.simulation(|simulation| simulation.input(node, &text))
+                self.simulation(|simulation| {
+                    let (name, typed) = text.split_once('=').unwrap_or(("", &text));
+                    let devices = simulation.devices();
+                    let mut inputs = devices.iter().filter(|it| it.node == node.get()).flat_map(|it| &it.inputs);
+                    let shown = inputs.find(|input| input.name == name.trim()).and_then(|input| input.value.clone());
+                    number::check(typed, shown.as_deref())?;
+                    simulation.input(node, &text).map_err(Refused::new)
+                })
             }
+            Command::Acknowledge => {
+                lock(&bench.0.model).acknowledge();
+                Ok(Answer::Done)
+            }
+            Command::Number { text } => number::parse(&text).map(Answer::Number),
             Command::Power { node, on } => {
                 let node = node_id(node)?;
-                self.simulation(|simulation| simulation.set_power(node, on))
+                self.simulation(|simulation| simulation.set_power(node, on).map_err(Refused::new))
             }
             Command::Play { speed } if !(0.0..=MOST_SPEED).contains(&speed) => {
                 Err(Refused::new(format_args!("a log is played at 0 to {MOST_SPEED} times its speed, not at {speed}")))
@@ -307,9 +311,9 @@ impl Face {
         self.bench.0.recording.as_deref().ok_or_else(refused)
     }
 
-    fn simulation(&self, set: impl FnOnce(&mut dyn Simulation) -> Result<(), String>) -> Result<Answer, Refused> {
+    fn simulation(&self, set: impl FnOnce(&mut dyn Simulation) -> Result<(), Refused>) -> Result<Answer, Refused> {
         match &mut *lock(&self.bench.0.simulation) {
-            Some(simulation) => set(&mut **simulation).map(|()| Answer::Done).map_err(Refused::new),
+            Some(simulation) => set(&mut **simulation).map(|()| Answer::Done),
             None => Err(Refused::new("the devices of this bus are real")),
         }
     }

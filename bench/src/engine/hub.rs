@@ -143,7 +143,7 @@ impl StateMachine for Hub {
     }
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let (sender, frame) = self.outgoing.try_recv().ok()?;
-        lock(&self.model).observe(now, &frame);
+        lock(&self.model).observe_own(now, &frame);
         self.shared.deliver(Some(sender), Incoming::Frame(frame));
         Some(frame)
     }

@@ -10,6 +10,9 @@ use super::hub::Port;
 use super::lock::lock;
 use super::station::{NOBODY, Station};
 use crate::command::{self, Answer, Refused};
+use crate::model::Model;
+use crate::number;
+use crate::sheet::Sheet;
 use crate::view;
 
 type Drive = lexican_driver::Drive<Port, Any>;
@@ -26,12 +29,18 @@ const RESCUE: Duration = Duration::from_secs(5);
 /// Carries an order out for a face; [`view::Drive`] shows what becomes of it.
 pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str>) -> Result<Answer, Refused> {
     let node = station.node;
-    let sheet = lock(&station.model).sheet(node);
-    let found = sheet.and_then(|sheet| Some((sheet, sheet.drive?)));
-    let (sheet, description) = found.ok_or_else(|| Refused::new(format_args!("node {node} is no drive")))?;
+    let (sheet, description) = {
+        let mut model = lock(&station.model);
+        let is_to_stand = model.drive_if_known(node).is_some_and(|drive| drive.standstill.unconfirmed().is_some());
+        if !is_braking(order) && is_to_stand {
+            return Err(Refused::new(format_args!("drive {node} is to stand, and has not confirmed that it does"))
+                .with_remedy("give the order again when it has; until then the stop is sent again and again"));
+        }
+        description(&model, node)?
+    };
     let mut scales = Scales::new(sheet.device, description);
     // A stop has no number, and waits for none.
-    if !matches!(order, command::Order::Stop | command::Order::QuickStop) {
+    if !is_braking(order) {
         let mut network = station.network()?;
         let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
         for object in scales.objects() {
@@ -52,7 +61,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     let mut drive = match drive {
         Ok(drive) => drive,
         Err(error) => {
-            let refused = Refused::new(&error).with_remedy("is the node on the bus, with power?");
+            let refused = Refused::new(&error).with_remedy(lock(&station.model).no_answer(node));
             if is_stop(order) {
                 lock(&station.model).drive(node).ending = Some(unstoppable(node, &error));
             }
@@ -84,6 +93,16 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     if is_success { Ok(Answer::Done) } else { Err(refused) }
 }
 
+/// The data sheet of a drive, and how to move it.
+pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'static Description), Refused> {
+    let found = model.sheet(node).and_then(|sheet| Some((sheet, sheet.drive?)));
+    found.ok_or_else(|| Refused::new(format_args!("node {node} is no drive")))
+}
+
+const fn is_braking(order: command::Order) -> bool {
+    matches!(order, command::Order::Stop | command::Order::QuickStop)
+}
+
 fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
     if order.moves() {
         match drive.protect(Supervision::within(PROTECTION)) {
@@ -94,7 +113,7 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
     }
     let times = Times { within: WITHIN, lasting: None };
     let model = &station.model;
-    let mut look = |look: Look| lock(model).drive(station.node).look = Some(look);
+    let mut look = |look: Look| lock(model).look(station.node, look);
     // What is watched is read on, by the order's own client: a node has one conversation at a time.
     let mut wanted = |now| if is_stop(order) { None } else { station.due(now) };
     let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)?;
@@ -172,7 +191,9 @@ fn remedy(error: &Error) -> Option<String> {
 
 fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
     let value = value.map(str::trim).filter(|value| !value.is_empty());
-    let position = |text| scales.parse_position(text).map_err(Refused::new);
+    let position = |text: &str| number::read(text, |text| scales.parse_position(text), |it| scales.target(*it));
+    let velocity =
+        |text: &str| number::read(text, |text| scales.parse_velocity(text), |it| scales.target_velocity(*it));
     let needed = |what: &str| value.ok_or_else(|| Refused::new(what));
     Ok(match order {
         command::Order::Enable => Order::Enable,
@@ -180,9 +201,7 @@ fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Res
         command::Order::ResetFault => Order::ResetFault,
         command::Order::MoveTo => Order::MoveTo(position(needed("where to? It takes a position")?)?),
         command::Order::Step => Order::Step(value.map(position).transpose()?),
-        command::Order::Run => {
-            Order::Run(scales.parse_velocity(needed("how fast? It takes a velocity")?).map_err(Refused::new)?)
-        }
+        command::Order::Run => Order::Run(velocity(needed("how fast? It takes a velocity")?)?),
         command::Order::Home => Order::Home(match value {
             None => None,
             Some(text) => Some(text.parse().map_err(|_| Refused::new(format_args!("{text:?} is no homing method")))?),

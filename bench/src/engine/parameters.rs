@@ -24,8 +24,8 @@ pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
     let sheet = sheet_of(station)?;
     let mut network = station.network()?;
     let mut node = RemoteNode::new(&mut network, station.node);
-    let kept =
-        backup(&mut node, sheet.device, false, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
+    let kept = backup(&mut node, sheet.device, false, &mut |progress| report(station, job, sheet, progress))
+        .map_err(|error| ended(station, error))?;
     let name = format!("node-{}.dcf", station.node);
     job.end(true, format!("{} parameters in {name}, {} left out", kept.kept, kept.left_out.len()));
     Ok(Answer::File { name, bytes: kept.dcf().into_bytes() })
@@ -41,7 +41,7 @@ pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer
     }
     let mut network = station.network()?;
     let mut node = RemoteNode::new(&mut network, station.node);
-    check_identity(&mut node, &device).map_err(ended)?.map_err(Refused::new)?;
+    check_identity(&mut node, &device).map_err(|error| ended(station, error))?.map_err(Refused::new)?;
     let mut outcome = Outcome::default();
     let result = restore(
         &mut node,
@@ -53,7 +53,7 @@ pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer
     );
     let said = format!("{} written, {} had their value", outcome.written.len(), outcome.equal);
     result.map_err(|error| {
-        Refused::new(format_args!("{}: {said} until then", ended(error).why))
+        Refused::new(format_args!("{}: {said} until then", ended(station, error).why))
             .with_remedy("restore again: it goes on where it ended")
     })?;
     if outcome.refused.is_empty() {
@@ -103,7 +103,7 @@ pub(super) fn side(station: &Station, job: &Job) -> Result<Side, Refused> {
     let mut network = station.network()?;
     let mut remote = RemoteNode::new(&mut network, station.node);
     Side::of_node(&mut remote, sheet.device.clone(), &mut |progress| report(station, job, sheet, progress))
-        .map_err(ended)
+        .map_err(|error| ended(station, error))
 }
 
 fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress<'_>) -> ControlFlow<()> {
@@ -119,10 +119,10 @@ fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress<'_>) ->
     if station.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-fn ended(ended: Ended) -> Refused {
+fn ended(station: &Station, ended: Ended) -> Refused {
     match ended {
         Ended::Stopped => Refused::interrupted(),
-        Ended::Lost(error) => Refused::new(error).with_remedy("is the node on the bus, with power?"),
+        Ended::Lost(error) => Refused::new(error).with_remedy(lock(&station.model).no_answer(station.node)),
     }
 }
 

@@ -62,12 +62,14 @@ fn view(
     for mapped in &state.mapping {
         let entry =
             device.and_then(|device| Some((device, device.entry(mapped.address.index(), mapped.address.sub())?)));
+        let value = model.value(station.node, mapped.address);
         fields.push(view::PdoField {
             address: mapped.address.to_string(),
             name: entry.map_or_else(|| "gap".to_owned(), |(device, entry)| name(device, entry)),
             first_bit,
             bits: mapped.bits,
-            text: model.value(station.node, mapped.address).map(|value| value.text.clone()),
+            text: value.map(|value| value.text.clone()),
+            at: value.map(|value| value.at),
         });
         first_bit = first_bit.saturating_add(mapped.bits);
     }

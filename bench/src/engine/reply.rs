@@ -1,10 +1,12 @@
 //! Answers that come later.
 
 use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 
 use tokio::sync::oneshot;
 
+use super::lock::lock;
 use crate::command::{Answer, Refused};
 
 /// The answer to a command, when it is there.
@@ -35,6 +37,44 @@ impl Future for Reply {
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         Pin::new(&mut self.0).poll(context).map(|answer| answer.unwrap_or_else(|_| Err(gone())))
+    }
+}
+
+/// Somebody who waits for an answer.
+pub(super) type Waiter = Box<dyn FnOnce(Result<Answer, Refused>) + Send>;
+
+/// The answers of several, as one: that all was done, or why the first one was not.
+pub(super) struct Gathered(Mutex<Gathering>);
+
+struct Gathering {
+    missing: usize,
+    refused: Option<Refused>,
+    done: Option<Waiter>,
+}
+
+impl Gathered {
+    /// `done` is called when nobody is left who could give one of so many answers.
+    pub(super) fn new(answers: usize, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) -> Arc<Self> {
+        Arc::new(Gathered(Mutex::new(Gathering { missing: answers, refused: None, done: Some(Box::new(done)) })))
+    }
+
+    /// Takes an answer.
+    pub(super) fn take(&self, answer: Result<Answer, Refused>) {
+        let mut gathering = lock(&self.0);
+        gathering.missing -= 1;
+        if let Err(refused) = answer {
+            gathering.refused.get_or_insert(refused);
+        }
+    }
+}
+
+impl Drop for Gathered {
+    fn drop(&mut self) {
+        let gathering = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let refused = gathering.refused.take().or_else(|| (gathering.missing > 0).then(gone));
+        if let Some(done) = gathering.done.take() {
+            done(refused.map_or(Ok(Answer::Done), Err));
+        }
     }
 }
 

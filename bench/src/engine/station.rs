@@ -13,8 +13,9 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use super::hub::{Port, Ports};
 use super::lock::lock;
-use crate::command::Refused;
-use crate::model::Model;
+use super::reply::Waiter;
+use crate::command::{Answer, Order, Refused};
+use crate::model::{Braking, Model};
 
 /// Something to do with a node.
 pub(super) type Task = Box<dyn FnOnce(&Station) + Send>;
@@ -25,6 +26,9 @@ const LOOK: Duration = Duration::from_millis(100);
 /// The bench itself, among the faces for which something is done.
 pub(super) const NOBODY: u32 = 0;
 
+/// What carries an order out.
+pub(super) type Carry = fn(&Station, Order, Option<&str>) -> Result<Answer, Refused>;
+
 /// A node, and what is to be done with it.
 pub(super) struct Station {
     pub(super) node: NodeId,
@@ -32,12 +36,13 @@ pub(super) struct Station {
     pub(super) model: Arc<Mutex<Model>>,
     queue: Mutex<Queue>,
     changed: Condvar,
+    stop_by: Carry,
 }
 
 #[derive(Default)]
 struct Queue {
-    /// What comes before anything else, and is not ended by what comes after it.
-    stops: VecDeque<Task>,
+    /// Those who wait until the drive stands, or the attempt to stop it has failed.
+    waiters: Vec<Waiter>,
     tasks: VecDeque<(u32, Task)>,
     polls: BTreeMap<Address, Poll>,
     /// Nobody looks at it any more: the bus is lost.
@@ -74,15 +79,22 @@ struct Poll {
 
 /// What is next.
 enum Next {
+    Stop(Braking),
     Task(Task),
     Poll(Address),
     End,
 }
 
 impl Station {
-    /// Begins to talk to a node.
-    pub(super) fn begin(node: NodeId, ports: Ports, model: Arc<Mutex<Model>>) -> std::io::Result<Arc<Self>> {
-        let station = Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new() });
+    /// Begins to talk to a node; a drive is stopped by `stop_by`.
+    pub(super) fn begin(
+        node: NodeId,
+        ports: Ports,
+        model: Arc<Mutex<Model>>,
+        stop_by: Carry,
+    ) -> std::io::Result<Arc<Self>> {
+        let station =
+            Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new(), stop_by });
         let worker = Arc::clone(&station);
         std::thread::Builder::new().name(format!("node {node}")).spawn(move || worker.run())?;
         Ok(station)
@@ -99,19 +111,54 @@ impl Station {
         self.changed.notify_all();
     }
 
-    /// Stops the drive at once: ends what is under way, and drops what waits.
-    pub(super) fn stop(&self, task: impl FnOnce(&Station) + Send + 'static) {
+    /// The drive is to stand: ends what is under way, and drops what waits. Stopping comes before anything else, and goes on until
+    /// the drive has confirmed it; `waiter` gets the outcome of the attempt that comes next or is under way.
+    pub(super) fn stop(&self, braking: Braking, waiter: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
+        lock(&self.model).drive(self.node).standstill.want(self.ports.now(), braking);
         let mut queue = lock(&self.queue);
         if queue.is_over {
             return;
         }
         let dropped = std::mem::take(&mut queue.tasks);
-        queue.stops.push_back(Box::new(task));
+        queue.waiters.push(Box::new(waiter));
         self.interrupt(&mut queue);
         drop(queue);
         // A face whose task is dropped gets its answer here, and may look at this station.
         drop(dropped);
         self.changed.notify_all();
+    }
+
+    /// Ends what is under way if the drive is to be stopped again.
+    pub(super) fn hurry(&self) {
+        let due = lock(&self.model).drive_if_known(self.node).and_then(|drive| drive.standstill.poll_timeout());
+        if due.is_some_and(|due| due <= self.ports.now()) {
+            self.interrupt(&mut lock(&self.queue));
+        }
+    }
+
+    /// Makes an attempt to stop the drive, and answers those who wait for it.
+    fn bring_to_a_stand(&self, braking: Braking) {
+        let order = match braking {
+            Braking::Programmed => Order::Stop,
+            Braking::Full => Order::QuickStop,
+        };
+        // An order that was cancelled has stopped its drive, but somebody else may move it.
+        let result = (self.stop_by)(self, order, None);
+        let outcome = result.as_ref().map(drop).map_err(|refused| refused.why.clone());
+        let result = result.map_err(|refused| Refused {
+            why: format!("drive {} has not confirmed that it stands, and is told again: {}", self.node, refused.why),
+            ..refused
+        });
+        let mut queue = lock(&self.queue);
+        let mut model = lock(&self.model);
+        let standstill = &mut model.drive(self.node).standstill;
+        standstill.handle_outcome(self.ports.now(), outcome);
+        // Who wants a stronger stop than this one waits on.
+        let is_answered = result.is_err() || standstill.unconfirmed().is_none();
+        drop(model);
+        let waiters = if is_answered { std::mem::take(&mut queue.waiters) } else { Vec::new() };
+        drop(queue);
+        waiters.into_iter().for_each(|waiter| waiter(result.clone()));
     }
 
     /// Ends what a face has asked for, whether it waits or is under way.
@@ -141,7 +188,9 @@ impl Station {
     pub(super) fn is_idle(&self) -> bool {
         let queue = lock(&self.queue);
         let is_asked = queue.under_way.as_ref().is_some_and(|under_way| under_way.kind != Kind::Poll);
-        queue.stops.is_empty() && queue.tasks.is_empty() && !is_asked
+        let is_stopping =
+            lock(&self.model).drive_if_known(self.node).is_some_and(|drive| drive.standstill.unconfirmed().is_some());
+        queue.tasks.is_empty() && !is_asked && !is_stopping
     }
 
     /// Whether what is under way is to end.
@@ -210,6 +259,7 @@ impl Station {
     fn run(&self) {
         loop {
             match self.next() {
+                Next::Stop(braking) => self.bring_to_a_stand(braking),
                 Next::Task(task) => task(self),
                 Next::Poll(address) => {
                     // The model hears the answer; a node that is gone shows by its silence.
@@ -240,20 +290,23 @@ impl Station {
             if self.ports.is_over() {
                 // The faces that wait for an answer get the one that the bench has ended.
                 queue.is_over = true;
-                let (stops, tasks) = (std::mem::take(&mut queue.stops), std::mem::take(&mut queue.tasks));
+                let (waiters, tasks) = (std::mem::take(&mut queue.waiters), std::mem::take(&mut queue.tasks));
                 drop(queue);
-                drop((stops, tasks));
+                drop((waiters, tasks));
                 return Next::End;
             }
-            if let Some(stop) = queue.stops.pop_front() {
+            let now = self.ports.now();
+            let stop =
+                lock(&self.model).drive_if_known(self.node).and_then(|drive| drive.standstill.poll_transmit(now));
+            if let Some(braking) = stop {
                 queue.under_way = Some(UnderWay::new(NOBODY, Kind::Stop));
-                return Next::Task(stop);
+                return Next::Stop(braking);
             }
             if let Some((face, task)) = queue.tasks.pop_front() {
                 queue.under_way = Some(UnderWay::new(face, Kind::Task));
                 return Next::Task(task);
             }
-            let wait = match queue.due(self.ports.now()) {
+            let wait = match queue.due(now) {
                 Ok(address) => {
                     queue.under_way = Some(UnderWay::new(NOBODY, Kind::Poll));
                     return Next::Poll(address);

@@ -2,15 +2,17 @@
 
 use lexican_driver::{Description, Mode};
 use lexican_eds::model::Value;
-use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::{Instant, Measured, NodeId};
 use lexican_toolbox::drive::Look;
 use lexican_toolbox::series;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
+use super::age::{DRIVE, old_after, shown};
 use super::node::Node;
+use super::standstill::Standstill;
 use crate::command::Order;
 use crate::view;
 
@@ -23,10 +25,12 @@ pub(crate) struct Drive {
     pub(crate) target: Option<i32>,
     /// How the last one ended.
     pub(crate) ending: Option<view::Ending>,
+    /// Whether it is to stand.
+    pub(crate) standstill: Standstill,
     /// Why it would not move now; `None` while nobody has looked.
     pub(crate) obstacles: Option<Vec<String>>,
-    /// What the order's sequence has seen last.
-    pub(crate) look: Option<Look>,
+    /// What the order's sequence has seen last, by the time of the view.
+    pub(crate) look: Option<Measured<Look>>,
 }
 
 /// The entries from which state, mode, position and velocity are read.
@@ -40,6 +44,7 @@ impl Drive {
     /// What a face shows of it.
     pub(crate) fn view(
         &self,
+        now: Instant,
         id: NodeId,
         node: &Node,
         values: &DeviceValues<'_>,
@@ -51,35 +56,63 @@ impl Drive {
             let entry = values.entry(address)?;
             Some(ValueReport::of_value(values, entry, Value::Integer(number.into())))
         };
-        // While an order is carried out, its sequence reads, and what it has seen is newer.
+        // While an order is carried out, its sequence reads as well.
         let look = self.look.filter(|_| self.order.is_some());
-        let number = |address: Address, look: Option<i32>| match look.map(|number| (number, report(address, number))) {
-            Some((number, None)) => Some(number.into()),
-            Some((_, Some(report))) => series::number(&report),
-            None => seen(address).and_then(|value| value.number),
+        let number = |address: Address, looked: Option<i32>| {
+            let known = seen(address).and_then(|seen| Some(Measured::new(seen.value.number?, seen.at)));
+            let looked = look.zip(looked).and_then(|(look, number)| {
+                let number = report(address, number).map_or(Some(number.into()), |report| series::number(&report));
+                Some(Measured::new(number?, look.at))
+            });
+            newer(known, looked).map(|number| number.map(tidy))
         };
         let unit = |address: Address| Some(values.unit(values.entry(address)?)?.symbol.clone());
-        let state = look.and_then(|look| look.state);
-        let state = state.or_else(|| State::from_status_word(word(&seen(status)?.raw)?));
+        let known = seen(status)
+            .and_then(|seen| Some(Measured::new(State::from_status_word(word(&seen.value.raw)?)?, seen.at)));
+        let state = newer(known, look.and_then(|look| Some(Measured::new(look.value.state?, look.at))));
+        let at = number(position, look.and_then(|look| look.value.position));
+        let speed = number(velocity, look.and_then(|look| look.value.velocity));
+        let times = [state.map(|it| it.at), at.map(|it| it.at), speed.map(|it| it.at)];
+        let oldest = times.into_iter().flatten().min().map(|at| Measured::new((), at));
+        let state = state.map(|state| state.value);
         let target = description.objects.target_position.address();
         view::Drive {
             node: id.get(),
             name: node.name(),
             state: state.map(|state| state.to_string()),
             allowed: state.map(allowed).unwrap_or_default().iter().map(State::to_string).collect(),
-            mode: seen(mode).map(|value| value.text.clone()),
-            position: number(position, look.and_then(|look| look.position)),
+            seen: oldest.map(|seen| shown(&seen, now, old_after(DRIVE))),
+            mode: seen(mode).map(|seen| seen.value.text.clone()),
+            position: at.map(|at| at.value),
             position_unit: unit(position),
-            velocity: number(velocity, look.and_then(|look| look.velocity)),
+            velocity: speed.map(|speed| speed.value),
             velocity_unit: unit(velocity),
-            target: self.target.and_then(|number| report(target, number)).and_then(|report| series::number(&report)),
+            target: self
+                .target
+                .and_then(|number| report(target, number))
+                .and_then(|report| series::number(&report))
+                .map(tidy),
             // It may be moving.
             obstacles: self.obstacles.clone().filter(|_| self.order.is_none()),
             order: self.order.clone(),
             ending: self.ending.clone(),
+            unconfirmed: None,
             orders: orders(description),
             homing_methods: description.homing.map(|homing| homing.methods.to_vec()).unwrap_or_default(),
         }
+    }
+}
+
+/// Without the noise of its scaling: 471.1 and not 471.1000000000001.
+fn tidy(number: f64) -> f64 {
+    format!("{number:.9}").parse().unwrap_or(number)
+}
+
+/// The one that was measured later.
+fn newer<T>(one: Option<Measured<T>>, other: Option<Measured<T>>) -> Option<Measured<T>> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if other.at >= one.at { other } else { one }),
+        (one, other) => one.or(other),
     }
 }
 

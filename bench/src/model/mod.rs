@@ -1,10 +1,13 @@
 //! The bus as the frames show it: no I/O, no thread, no clock. Frames go in with their times, a [`View`] comes out.
 
+mod age;
 mod drive;
 mod node;
 mod objects;
+mod own;
 mod plot;
 mod rates;
+mod standstill;
 mod trace;
 mod trouble;
 
@@ -13,10 +16,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::host::BusState;
 use lexican_runtime::object::Address;
-use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{Frame, Instant, Measured, NodeId};
 use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail};
+use lexican_toolbox::drive::Look;
 use lexican_toolbox::identity::{PRODUCT, recognise};
 use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 use lexican_toolbox::sampler::Signal;
@@ -28,13 +32,17 @@ use lexican_toolbox::values::report::ValueReport;
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 use node::Node;
+use own::Own;
 use plot::{Plot, Watched};
 use rates::Rates;
 use trace::{Trace, is_part};
 use trouble::{Kind, Troubles};
 
+pub(crate) use age::DRIVE;
+use age::seconds;
 pub(crate) use drive::{Drive, watched};
 pub(crate) use node::{DEVICE_NAME, value};
+pub(crate) use standstill::Braking;
 pub use trace::{Page, Which};
 
 /// How many rows of the trace are kept.
@@ -70,6 +78,7 @@ pub struct Model {
     statistics: Statistics,
     rates: Rates,
     troubles: Troubles,
+    own: Own,
     trace: Trace,
     nodes: BTreeMap<NodeId, Node>,
     watched: BTreeMap<(NodeId, Address), Watched>,
@@ -101,6 +110,7 @@ impl Model {
             duplicates: DuplicateNodes::default(),
             rates: Rates::default(),
             troubles: Troubles::default(),
+            own: Own::default(),
             trace: Trace::new(ROWS),
             nodes: BTreeMap::new(),
             watched: BTreeMap::new(),
@@ -113,8 +123,17 @@ impl Model {
         }
     }
 
-    /// Handles a frame, received or sent.
+    /// Handles a frame of somebody else, or of which nobody knows the sender.
     pub fn observe(&mut self, now: Instant, frame: &Frame) {
+        self.take(now, frame, false);
+    }
+
+    /// Handles a frame that the bench has sent: it is on the bus, and what becomes of it is nobody's fault but its own.
+    pub fn observe_own(&mut self, now: Instant, frame: &Frame) {
+        self.take(now, frame, true);
+    }
+
+    fn take(&mut self, now: Instant, frame: &Frame, is_own: bool) {
         self.pass(now);
         // From here on times are those since the beginning.
         let at = Instant::ZERO + now.since(self.began);
@@ -125,12 +144,16 @@ impl Model {
         if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
             self.troubles.suspect(seconds(at), row, node, evidence);
         }
+        self.own.observe(is_own, &decoded);
         if is_part(&decoded)
             && let Some(transfer) = self.transfers.observe(at, &decoded)
         {
             self.transferred(at, row, &transfer);
         }
-        self.follow(at, row, decoded);
+        // The bench is no node of the bus, also where it sends heartbeats.
+        if !(is_own && decoded.is_from_node()) {
+            self.follow(at, row, decoded);
+        }
     }
 
     /// Time has passed.
@@ -164,6 +187,13 @@ impl Model {
 
     /// What a frame shows of its node.
     fn follow(&mut self, at: Instant, row: u64, decoded: Decoded) {
+        if let Detail::Nmt(command) = decoded.detail {
+            let meant = self.nodes.iter_mut().filter(|(id, _)| decoded.node.is_none_or(|node| node == **id));
+            for (_, node) in meant {
+                node.was_stopped = command == NmtCommand::Stop;
+                node.was_reset = matches!(command, NmtCommand::ResetNode | NmtCommand::ResetCommunication);
+            }
+        }
         let Some(id) = decoded.node else { return };
         if let Detail::Sdo(_) = &decoded.detail {
             self.last_sdo.insert(id, row);
@@ -175,11 +205,18 @@ impl Model {
         match decoded.detail {
             Detail::ErrorControl { state, .. } => {
                 self.troubles.see(Kind::Silent, Some(id), row);
+                if let Some(event) = node.beat(at, state) {
+                    self.troubles.remember(seconds(at), row, id, event);
+                }
                 if state == NmtState::Initialising {
-                    self.troubles.see(Kind::Boots, Some(id), row);
-                    node.boot();
+                    node.boot(at);
+                    // What its last order has reached is gone with its power.
+                    if let Some(drive) = self.drives.get_mut(&id) {
+                        drive.ending.take_if(|ending| ending.is_success);
+                        drive.target = None;
+                    }
                 } else {
-                    node.set_state(state);
+                    node.set_state(at, state);
                 }
             }
             Detail::Emcy(emcy) => {
@@ -189,7 +226,7 @@ impl Model {
             }
             Detail::Pdo(pdo) => {
                 for report in &pdo.fields {
-                    let value = node.see(seconds(at), report, false);
+                    let value = node.see(at, report, false);
                     if let Some(watched) = self.watched.get_mut(&(id, report.address)) {
                         watched.take(report, value);
                     }
@@ -208,6 +245,7 @@ impl Model {
         self.trace.fold(row, transfer.to_string(), transfer.end != End::Done);
         if matches!(transfer.end, End::Aborted { .. }) {
             self.troubles.see(Kind::Aborts, Some(transfer.node), row);
+            self.own.aborted(transfer.node);
         }
         if let (Some(report), Some(node)) = (&transfer.report, self.nodes.get_mut(&transfer.node)) {
             // A device that has no product code says so.
@@ -223,7 +261,7 @@ impl Model {
 
     fn transferred_value(&mut self, at: Instant, transfer: &Transfer, report: &ValueReport) {
         let node = self.nodes.entry(transfer.node).or_default();
-        let value = node.see(seconds(at), report, transfer.writes == Some(true));
+        let value = node.see(at, report, transfer.writes == Some(true));
         if let Some(watched) = self.watched.get_mut(&(transfer.node, report.address)) {
             watched.take(report, value);
         }
@@ -237,6 +275,11 @@ impl Model {
         let [Some(vendor), product, ..] = node.identity else { return };
         let Some(shipped) = recognise(vendor, product) else { return };
         self.introduce(id, Sheet::of_library(shipped));
+    }
+
+    /// What has happened and is over was seen by somebody.
+    pub fn acknowledge(&mut self) {
+        self.troubles.acknowledge();
     }
 
     /// Gives a node a data sheet.
@@ -270,6 +313,39 @@ impl Model {
         self.drives.entry(id).or_default()
     }
 
+    /// The drives whose standstill is wanted and not confirmed, in words.
+    pub(crate) fn unconfirmed(&self) -> Vec<String> {
+        let wanted = self.drives.iter().filter_map(|(id, drive)| Some((id, drive.standstill.unconfirmed()?)));
+        let words = wanted.map(|(id, unconfirmed)| {
+            let name = self.nodes.get(id).map(Node::name).unwrap_or_default();
+            let why = unconfirmed.why.or_else(|| self.lost.clone());
+            format!("drive {id} {name}: {}", why.as_deref().unwrap_or("it has not answered in time"))
+        });
+        words.collect()
+    }
+
+    /// What to do about a node that does not answer an SDO request.
+    pub(crate) fn no_answer(&self, id: NodeId) -> &'static str {
+        let is_stopped =
+            |node: &Node| node.was_stopped || node.state.is_some_and(|state| state.value == NmtState::Stopped);
+        if self.nodes.get(&id).is_some_and(is_stopped) {
+            "it is STOPPED (NMT), and takes no SDO: start it, or set it PRE-OPERATIONAL"
+        } else {
+            "is the node on the bus, with power?"
+        }
+    }
+
+    /// A drive that is known to be one.
+    pub(crate) fn drive_if_known(&mut self, id: NodeId) -> Option<&mut Drive> {
+        self.drives.get_mut(&id)
+    }
+
+    /// What the sequence of a drive's order has seen.
+    pub(crate) fn look(&mut self, id: NodeId, look: Look) {
+        let at = Instant::ZERO + look.at.since(self.began);
+        self.drive(id).look = Some(Measured::new(look, at));
+    }
+
     /// The values of a node that were seen, by which units and limits hold.
     #[must_use]
     pub fn values(&self, id: NodeId) -> Option<&DeviceValues<'static>> {
@@ -291,7 +367,7 @@ impl Model {
     /// The last value of an entry.
     #[must_use]
     pub fn value(&self, id: NodeId, address: Address) -> Option<&view::Value> {
-        self.nodes.get(&id)?.values.get(&address)
+        self.nodes.get(&id)?.values.get(&address).map(|seen| &seen.value)
     }
 
     /// Shows an entry among the watched ones; returns how often it was read until now.
@@ -434,7 +510,8 @@ impl Model {
 
     /// What a face shows.
     pub fn view(&mut self) -> View {
-        let report = self.statistics.report(Instant::ZERO + self.now.since(self.began));
+        let now = Instant::ZERO + self.now.since(self.began);
+        let report = self.own.removed_from(self.statistics.report(now));
         let bits = self.rates.bits().max(1) as f64;
         let rates: Vec<view::Rate> = report
             .ids
@@ -456,9 +533,14 @@ impl Model {
         let troubles = self.troubles.view(self.seconds(), self.state, &report, &rates);
         let nodes = self.nodes.iter().map(|(id, node)| {
             let mut view = node.view(id.get());
+            // Without heartbeats nobody says when the state was to be seen again.
+            view.seen = node.state.map(|state| age::shown(&state, now, age::old_after(DRIVE)));
             if let Some(of_node) = report.nodes.iter().find(|of_node| of_node.node == id.get()) {
                 view.heartbeat_ms = of_node.heartbeat.as_ref().map(|spans| spans.mean_ms);
                 view.silent_seconds = of_node.silent_seconds;
+                if let Some(seen) = view.seen.as_mut().filter(|_| view.heartbeat_ms.is_some()) {
+                    seen.is_old = of_node.silent_seconds.is_some();
+                }
                 view.sdo_ms = of_node.sdo_response.as_ref().map(|spans| spans.mean_ms);
                 view.aborts = of_node.sdo_aborts;
                 view.boots = of_node.boot_ups;
@@ -467,11 +549,16 @@ impl Model {
         });
         let drives = self.drives.iter().filter_map(|(id, drive)| {
             let node = self.nodes.get(id)?;
-            Some(drive.view(*id, node, self.decoder.values(*id)?, node.sheet?.drive?))
+            let unconfirmed = drive.standstill.unconfirmed().map(|unconfirmed| view::Unconfirmed {
+                since: unconfirmed.since.since(self.began).as_secs_f64(),
+                why: unconfirmed.why,
+            });
+            let shown = drive.view(now, *id, node, self.decoder.values(*id)?, node.sheet?.drive?);
+            Some(view::Drive { unconfirmed, ..shown })
         });
         let watched = self.watched.iter().map(|((id, address), watched)| {
             let report = ValueReport::without_value(self.decoder.values(*id), *address);
-            watched.view(*id, *address, report.name.unwrap_or_else(|| address.to_string()))
+            watched.view(now, *id, *address, report.name.unwrap_or_else(|| address.to_string()))
         });
         View {
             time: self.seconds(),
@@ -498,10 +585,6 @@ impl Model {
             },
         }
     }
-}
-
-fn seconds(at: Instant) -> f64 {
-    at.since(Instant::ZERO).as_secs_f64()
 }
 
 /// Bytes that a writer leaves behind.

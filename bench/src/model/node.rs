@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use lexican_runtime::cia301;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Duration, Instant, Measured, cia301};
 use lexican_toolbox::values::hex;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::encode;
 
+use super::age::seconds;
 use crate::sheet::Sheet;
 use crate::view;
 
@@ -20,6 +21,27 @@ const HISTORY: usize = 100;
 
 /// How many changes are remembered.
 const CHANGES: usize = 20;
+
+/// The heartbeats of a node since it booted, or was silent.
+struct Beats {
+    last: Instant,
+    /// How many times between two of them were seen.
+    gaps: u32,
+    longest: Duration,
+}
+
+/// What has happened to a node, and is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// It was silent for so long.
+    Silent(Duration),
+    /// It has booted without having been told to: its power was cut, or it has restarted.
+    Booted,
+}
+
+/// From how many times on between two heartbeats it is known how often they come: the first ones after a boot-up, or when the state
+/// changes, come at once.
+const LEARNT: u32 = 3;
 
 /// What is known of a node.
 #[derive(Default)]
@@ -35,11 +57,17 @@ pub(crate) struct Node {
     /// Whether it has answered with its product code, or that it has none.
     pub(crate) has_said_product: bool,
     /// By its error control, or the answer of a command.
-    pub(crate) state: Option<NmtState>,
+    pub(crate) state: Option<Measured<NmtState>>,
+    /// Whether the last command of network management that it was given is the one to stop: without heartbeats it is not heard
+    /// to be STOPPED.
+    pub(crate) was_stopped: bool,
+    /// Whether that command was to start anew.
+    pub(crate) was_reset: bool,
+    beats: Option<Beats>,
     /// The state when it was heard first.
     first_state: Option<NmtState>,
     /// The values that were seen last.
-    pub(crate) values: BTreeMap<Address, view::Value>,
+    pub(crate) values: BTreeMap<Address, Measured<view::Value>>,
     /// Whether it was asked who it is.
     pub(crate) was_asked: bool,
     /// Whether it was asked how its PDOs are configured.
@@ -58,16 +86,34 @@ impl Node {
     }
 
     /// It has booted: it may be another device, and is without faults until it says otherwise (CiA 301, 7.2.7.1).
-    pub(crate) fn boot(&mut self) {
-        self.set_state(NmtState::PreOperational);
+    pub(crate) fn boot(&mut self, at: Instant) {
+        self.set_state(at, NmtState::PreOperational);
         (self.was_asked, self.pdos_were_read) = (false, false);
         self.faults.clear();
     }
 
+    /// A heartbeat, or a boot-up: what has happened to the node since the last one, if it was no order of anybody.
+    pub(crate) fn beat(&mut self, at: Instant, state: NmtState) -> Option<Event> {
+        let was_reset = std::mem::take(&mut self.was_reset);
+        let known = self.beats.replace(Beats { last: at, gaps: 0, longest: Duration::ZERO });
+        if state == NmtState::Initialising {
+            return known.filter(|_| !was_reset).map(|_| Event::Booted);
+        }
+        let known = known?;
+        let gap = at.since(known.last);
+        // As the statistics have it: two heartbeats are missing. What is learnt begins anew then, since the time may have been changed.
+        if known.gaps >= LEARNT && gap.as_micros() * 2 > known.longest.as_micros() * 5 {
+            return Some(Event::Silent(gap));
+        }
+        self.beats = Some(Beats { last: at, gaps: known.gaps.saturating_add(1), longest: known.longest.max(gap) });
+        None
+    }
+
     /// It is in a state.
-    pub(crate) fn set_state(&mut self, state: NmtState) {
+    pub(crate) fn set_state(&mut self, at: Instant, state: NmtState) {
+        self.was_stopped &= state == NmtState::Stopped;
         self.first_state.get_or_insert(state);
-        self.state = Some(state);
+        self.state = Some(Measured::new(state, at));
     }
 
     /// An emergency; those with codes below 0100h say that errors are gone.
@@ -83,17 +129,18 @@ impl Node {
     }
 
     /// A value that was seen; `is_written` if somebody has written it.
-    pub(crate) fn see(&mut self, at: f64, report: &ValueReport, is_written: bool) -> view::Value {
-        let value = value(at, report);
+    pub(crate) fn see(&mut self, at: Instant, report: &ValueReport, is_written: bool) -> Measured<view::Value> {
+        let seen = Measured::new(value(seconds(at), report), at);
+        let value = &seen.value;
         self.learn(report);
-        let before = self.values.insert(report.address, value.clone());
+        let before = self.values.insert(report.address, seen.clone()).map(|before| before.value);
         let is_process_data = report.address.index() == 0x6040;
         if is_written && !is_process_data && before.as_ref().is_none_or(|before| before.raw != value.raw) {
             let before = before.map_or_else(String::new, |before| format!(", before {}", before.text));
             self.changes.push_front(format!("{}: written{before}", report.equation()));
             self.changes.truncate(CHANGES);
         }
-        value
+        seen
     }
 
     /// What 1008h and 1018h say.
@@ -121,16 +168,16 @@ impl Node {
     pub(crate) fn view(&self, id: u8) -> view::Node {
         let mut changes: Vec<String> = self.changes.iter().cloned().collect();
         if let (Some(first), Some(state)) = (self.first_state, self.state)
-            && first != state
+            && first != state.value
         {
-            changes.insert(0, format!("state: {first} at first, now {state}"));
+            changes.insert(0, format!("state: {first} at first, now {}", state.value));
         }
         view::Node {
             id,
             name: self.name(),
             sheet: self.sheet.map(|sheet| sheet.name.to_owned()),
             identity: self.identity,
-            state: self.state.map(|state| state.to_string()),
+            state: self.state.map(|state| state.value.to_string()),
             faults: self.faults.clone(),
             history: self.history.iter().cloned().collect(),
             changes,

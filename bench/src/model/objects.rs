@@ -32,7 +32,7 @@ fn of_entry(id: NodeId, node: &Node, values: &DeviceValues<'_>, entry: &Entry) -
         choices: choices(device, entry),
         unit: values.unit(entry).map(|unit| unit.symbol.clone()),
         help: entry.description.clone().or_else(|| object?.description.clone()),
-        value: node.values.get(&address).cloned(),
+        value: node.values.get(&address).map(|seen| seen.value.clone()),
     }
 }
 

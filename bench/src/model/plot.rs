@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use lexican_runtime::object::Address;
-use lexican_runtime::{Instant, NodeId};
+use lexican_runtime::{Duration, Instant, Measured, NodeId};
 use lexican_toolbox::chart::{self, Picture};
 use lexican_toolbox::sampler::Signal;
 use lexican_toolbox::series::{Recording, number};
 use lexican_toolbox::values::report::ValueReport;
 
+use super::age::{old_after, shown};
 use crate::view;
 
 /// Curves by node.
@@ -139,7 +140,7 @@ pub(crate) struct Watched {
     /// How often.
     pub(crate) every_ms: u32,
     /// What was seen last, and how it was before.
-    pub(crate) value: Option<view::Value>,
+    pub(crate) value: Option<Measured<view::Value>>,
     bounds: Option<(f64, f64)>,
     changes: u64,
 }
@@ -151,23 +152,25 @@ impl Watched {
     }
 
     /// Takes a value.
-    pub(crate) fn take(&mut self, report: &ValueReport, value: view::Value) {
+    pub(crate) fn take(&mut self, report: &ValueReport, value: Measured<view::Value>) {
         if let Some(number) = number(report) {
             let (low, high) = self.bounds.unwrap_or((number, number));
             self.bounds = Some((low.min(number), high.max(number)));
         }
-        self.changes += u64::from(self.value.as_ref().is_some_and(|before| before.text != value.text));
+        self.changes += u64::from(self.value.as_ref().is_some_and(|before| before.value.text != value.value.text));
         self.value = Some(value);
     }
 
     /// What a face shows of it.
-    pub(crate) fn view(&self, node: NodeId, address: Address, name: String) -> view::Watched {
+    pub(crate) fn view(&self, now: Instant, node: NodeId, address: Address, name: String) -> view::Watched {
+        let limit = old_after(Duration::from_millis(self.every_ms.into()));
         view::Watched {
             node: node.get(),
             address: address.to_string(),
             name,
             every_ms: self.every_ms,
-            value: self.value.clone(),
+            value: self.value.as_ref().map(|seen| seen.value.clone()),
+            seen: self.value.as_ref().map(|seen| shown(seen, now, limit)),
             bounds: self.bounds,
             changes: self.changes,
         }

@@ -7,6 +7,7 @@ use lexican_runtime::host::BusState;
 use lexican_toolbox::decode::duplicates::Evidence;
 use lexican_toolbox::statistics::Report;
 
+use super::node::Event;
 use crate::view;
 
 /// From which load on a bus is full: then frames of low priority wait for long.
@@ -25,6 +26,13 @@ pub(crate) struct Troubles {
     /// The last row of the trace that shows a kind of trouble, by its node if it has one.
     rows: BTreeMap<(Kind, Option<u8>), u64>,
     since: BTreeMap<(Kind, Option<u8>), f64>,
+    /// What was and is over, by its node: how often, and the last time.
+    past: BTreeMap<(Kind, NodeId), Past>,
+}
+
+struct Past {
+    count: u32,
+    last: view::Trouble,
 }
 
 /// What a trouble is about.
@@ -69,7 +77,37 @@ impl Troubles {
         self.rows.insert((kind, node.map(NodeId::get)), row);
     }
 
-    /// What is wrong now.
+    /// Something has happened, and is over: it stays until it is acknowledged.
+    pub(crate) fn remember(&mut self, seconds: f64, row: u64, node: NodeId, event: Event) {
+        let kind = match event {
+            Event::Silent(_) => Kind::Silent,
+            Event::Booted => Kind::Boots,
+        };
+        let count = self.past.get(&(kind, node)).map_or(0, |past| past.count) + 1;
+        let (since, text) = match event {
+            Event::Silent(gap) => {
+                let again = if count > 1 { format!(", the last of {count} times") } else { String::new() };
+                let text = format!("node {node} was silent for {:.1} s, and is heard again{again}", gap.as_secs_f64());
+                (seconds - gap.as_secs_f64(), text)
+            }
+            Event::Booted if count > 1 => {
+                (seconds, format!("node {node} has booted {count} times without being told to: its supply may fail"))
+            }
+            Event::Booted => {
+                let text = "has booted without being told to: its power was cut, or it has restarted";
+                (seconds, format!("node {node} {text}"))
+            }
+        };
+        let last = view::Trouble { since, node: Some(node.get()), text, row: Some(row), is_over: true };
+        self.past.insert((kind, node), Past { count, last });
+    }
+
+    /// What is over was seen.
+    pub(crate) fn acknowledge(&mut self) {
+        self.past.clear();
+    }
+
+    /// What is wrong now, and what was and nobody has acknowledged.
     pub(crate) fn view(
         &mut self,
         now: f64,
@@ -86,6 +124,7 @@ impl Troubles {
                 row: self.rows.get(&found.key()).copied(),
                 node: found.node,
                 text: found.text,
+                is_over: false,
             })
             .collect();
         troubles.extend(self.duplicates.iter().map(|((node, evidence), (since, row))| view::Trouble {
@@ -93,7 +132,12 @@ impl Troubles {
             node: Some(node.get()),
             text: format!("there may be two nodes {node}: {evidence}"),
             row: Some(*row),
+            is_over: false,
         }));
+        // What goes on is said as that.
+        let is_present = |key: &(Kind, NodeId)| self.since.contains_key(&(key.0, Some(key.1.get())));
+        let past = self.past.iter().filter(|(key, _)| !is_present(key)).map(|(_, past)| past);
+        troubles.extend(past.map(|past| past.last.clone()));
         troubles
     }
 }
@@ -122,9 +166,6 @@ fn find(state: Option<BusState>, report: &Report, rates: &[view::Rate]) -> Vec<F
             let text =
                 format!("node {id} is silent for {seconds:.1} s: it has lost its power or its cable, or has restarted");
             add(Kind::Silent, Some(id), text);
-        }
-        if node.boot_ups > 2 {
-            add(Kind::Boots, Some(id), format!("node {id} has booted {} times: its supply may fail", node.boot_ups));
         }
         if node.sdo_aborts > ABORTS {
             let text = format!(

@@ -7,12 +7,13 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::Line;
 use ratatui::widgets::{Gauge, Row};
 
-use super::action::Action;
+use super::action::{Action, say};
 use super::desk::Desk;
 use super::list::{Columns, Listed, WRONG};
 use super::room::Room;
 use super::text::Text;
 use super::trace;
+use crate::command::Command;
 use crate::view::{Bus, Rate, Trouble, View};
 
 /// From which load on frames of low priority wait for long.
@@ -24,6 +25,9 @@ pub(super) fn row_count(view: &View) -> usize {
 }
 
 pub(super) fn handle_key(desk: &mut Desk, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
+    if code == KeyCode::Char('a') {
+        return say(Command::Acknowledge);
+    }
     if matches!(code, KeyCode::Enter | KeyCode::Char('g'))
         && let Some(row) = view.bus.troubles.get(desk.row())?.row
     {
@@ -47,7 +51,8 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
     let in_troubles = Some(selected).filter(|row| *row < troubles.len());
     let trouble = |it: &Trouble| {
         let leads = it.row.map_or_else(String::new, |row| format!("  (#{row})"));
-        Row::new([format!("{WRONG}{:>8.1} s", it.since), format!("{}{leads}", it.text)]).red()
+        let row = Row::new([format!("{WRONG}{:>8.1} s", it.since), format!("{}{leads}", it.text)]);
+        if it.is_over { row.yellow() } else { row.red() }
     };
     let above = columns.draw(frame, below, in_troubles, troubles.iter(), trouble);
     if troubles.is_empty() {

@@ -56,7 +56,7 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
         widths: [
             Constraint::Length(3),
             Constraint::Fill(1),
-            Constraint::Length(24),
+            Constraint::Length(30),
             Constraint::Length(16),
             Constraint::Length(14),
         ],
@@ -64,17 +64,20 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
     let listed = columns.draw(frame, list, Some(desk.row()), view.drives.iter(), |drive| {
         let state = drive.state.as_deref().unwrap_or("?");
         let mark = if state.starts_with("FAULT") { WRONG } else { "" };
+        let old = age(drive, view.time).map(|seconds| format!(" (-{seconds:.1} s)"));
+        let style = if old.is_some() { Style::new().dim() } else { Style::new() };
         Row::new([
             format!("{:>3}", drive.node),
             drive.name.clone(),
-            format!("{mark}{state}"),
+            format!("{mark}{state}{}", old.unwrap_or_default()),
             format!("{:>16}", number(drive.position, drive.position_unit.as_deref())),
             format!("{:>14}", number(drive.velocity, drive.velocity_unit.as_deref())),
         ])
+        .style(style)
     });
     if let Some(drive) = view.drives.get(desk.row()) {
         let block = Block::bordered().title(format!(" {} {} ", drive.node, drive.name));
-        let text = Paragraph::new(lines(desk, drive)).wrap(Wrap { trim: false }).block(block);
+        let text = Paragraph::new(lines(desk, drive, view.time)).wrap(Wrap { trim: false }).block(block);
         frame.render_widget(text, detail);
     }
     vec![listed]
@@ -84,9 +87,21 @@ fn number(number: Option<f64>, unit: Option<&str>) -> String {
     number.map_or_else(|| "?".to_owned(), |number| format!("{number} {}", unit.unwrap_or_default()))
 }
 
-fn lines(desk: &Desk, drive: &Drive) -> Vec<Line<'static>> {
+/// For how long nobody has seen how the drive is, if it should have been seen.
+fn age(drive: &Drive, now: f64) -> Option<f64> {
+    drive.seen.filter(|seen| seen.is_old).map(|seen| now - seen.at)
+}
+
+fn lines(desk: &Desk, drive: &Drive, now: f64) -> Vec<Line<'static>> {
     let mut lines: Vec<_> = WAY.into_iter().zip(BESIDE).map(|states| machine(drive, states.into())).collect();
-    lines.push(Line::default());
+    let age = age(drive, now);
+    let old = age.map(|age| Line::from(format!("{WRONG}{} {age:.1} s", desk.text(Text::LastSeen))).red().bold());
+    lines.push(old.unwrap_or_default());
+    if let Some(unconfirmed) = &drive.unconfirmed {
+        let text = format!("{ALARM} {} {:.1} s", desk.text(Text::Unconfirmed), now - unconfirmed.since);
+        lines.push(Line::from(text).bold().red().reversed());
+        lines.extend(unconfirmed.why.clone().map(|why| Line::from(format!("  {why}"))));
+    }
     let value = |text, value: String| Line::from(format!("{:<18} {value}", desk.text(text)));
     lines.push(value(Text::Position, number(drive.position, drive.position_unit.as_deref())));
     lines.push(value(Text::Velocity, number(drive.velocity, drive.velocity_unit.as_deref())));
@@ -101,6 +116,8 @@ fn lines(desk: &Desk, drive: &Drive) -> Vec<Line<'static>> {
         let line = |mark: &str| Line::from(format!("{} {mark} {}", desk.text(Text::Ended), ending.text));
         lines.push(match (ending.may_be_moving, ending.is_success) {
             (true, _) => line(ALARM).bold().red().reversed(),
+            // Whether it is still there, nobody knows.
+            (false, true) if age.is_some() => line("✓").dim(),
             (false, true) => line("✓").green(),
             (false, false) => line(WRONG).red(),
         });
@@ -128,6 +145,7 @@ fn machine(drive: &Drive, states: [&str; 2]) -> Line<'static> {
             (false, false) => format!(" {state} "),
         };
         let style = match (is_present, is_allowed) {
+            (true, _) if drive.seen.is_some_and(|seen| seen.is_old) => Style::new().dim(),
             (true, _) if state.starts_with("FAULT") => Style::new().red().bold(),
             (true, _) => Style::new().green().bold(),
             (false, true) => Style::new(),

@@ -22,6 +22,7 @@ mod text;
 mod trace;
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use ratatui::backend::Backend;
@@ -46,6 +47,7 @@ const DRAW: Duration = Duration::from_millis(100);
 /// There is none.
 pub fn take_terminal() -> io::Result<DefaultTerminal> {
     let terminal = ratatui::try_init()?;
+    IS_TAKEN.store(true, Ordering::Relaxed);
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         release_input();
@@ -55,11 +57,16 @@ pub fn take_terminal() -> io::Result<DefaultTerminal> {
     Ok(terminal)
 }
 
-/// Gives the terminal back, unless it is gone: `ratatui::restore` would complain to it, and panic.
+/// Gives the terminal back if it was taken, unless it is gone: `ratatui::restore` would complain to it, and panic.
 pub fn give_terminal_back() {
-    release_input();
-    let _ = ratatui::try_restore();
+    if IS_TAKEN.swap(false, Ordering::Relaxed) {
+        release_input();
+        let _ = ratatui::try_restore();
+    }
 }
+
+/// Whether the terminal shows the bench.
+static IS_TAKEN: AtomicBool = AtomicBool::new(false);
 
 fn release_input() {
     let _ = execute!(io::stdout(), DisableBracketedPaste, DisableMouseCapture);

@@ -72,18 +72,21 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
             Constraint::Fill(1),
         ],
     };
-    let listed = columns.draw(frame, list, Some(desk.row()), view.nodes.iter(), row);
+    let listed = columns.draw(frame, list, Some(desk.row()), view.nodes.iter(), |node| row(node, view.time));
     let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
     let text = Paragraph::new(details(desk, node)).wrap(Wrap { trim: false }).block(block);
     frame.render_widget(text, detail);
     vec![listed]
 }
 
-fn row(node: &Node) -> Row<'static> {
+fn row(node: &Node, now: f64) -> Row<'static> {
     let state = node.state.as_deref().unwrap_or("?");
     let state = match node.silent_seconds {
         Some(seconds) => format!("{WRONG}{state} (-{seconds:.1} s)"),
-        None => state.to_owned(),
+        None => match node.seen.filter(|seen| seen.is_old) {
+            Some(seen) => format!("{state} (-{:.1} s)", now - seen.at),
+            None => state.to_owned(),
+        },
     };
     let faults = node.faults.iter().map(|fault| format!("{WRONG}{}", fault.code));
     let is_wrong = !node.faults.is_empty() || node.silent_seconds.is_some();

@@ -62,8 +62,17 @@ impl Notices {
         // Nobody can have seen the end of a drive that may be moving.
         let moving = view.drives.iter().filter_map(|drive| drive.ending.as_ref().filter(|it| it.may_be_moving));
         let moving = moving.map(|ending| ending.text.clone());
+        let unconfirmed = view.drives.iter().filter_map(|drive| Some((drive, drive.unconfirmed.as_ref()?)));
+        let unconfirmed = unconfirmed.filter(|(drive, _)| drive.ending.as_ref().is_none_or(|it| !it.may_be_moving));
+        let unconfirmed = unconfirmed.map(|(drive, unconfirmed)| {
+            let seconds = view.time - unconfirmed.since;
+            format!("{} {}: {} {seconds:.1} s", drive.node, drive.name, desk.text(Text::Unconfirmed))
+        });
         let alarm = self.alarm.as_ref().map(|text| format!("{text}  {}", desk.text(Text::Dismiss)));
-        let alarms = moving.chain(alarm).map(|text| Line::from(format!(" {ALARM} {text}")).red().bold().reversed());
+        let alarms = moving
+            .chain(unconfirmed)
+            .chain(alarm)
+            .map(|text| Line::from(format!(" {ALARM} {text}")).red().bold().reversed());
         lines.extend(alarms);
         lines
     }

@@ -176,6 +176,8 @@ fn draw_watched(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) {
         let (low, high) =
             watched.bounds.map_or_else(Default::default, |(low, high)| (low.to_string(), high.to_string()));
         let value = watched.value.as_ref().map_or_else(String::new, |value| value.text.clone());
+        let old = watched.seen.filter(|seen| seen.is_old);
+        let value = old.map_or(value.clone(), |seen| format!("{value} (-{:.1} s)", view.time - seen.at));
         Row::new([watched.node.to_string(), watched.address.clone(), watched.name.clone(), value, low, high])
     });
     let widths = [

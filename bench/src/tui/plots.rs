@@ -15,6 +15,7 @@ use super::list::{Columns, Listed};
 use super::prompt::Field;
 use super::text::Text;
 use crate::command::Command;
+use crate::number;
 use crate::view::{Curve, View};
 
 /// How often a plotted entry is read.
@@ -108,7 +109,7 @@ impl State {
         }
         let is_rising = !words.starts_with('<');
         let level = words.trim_start_matches(['<', '>']).trim();
-        let level = level.parse().map_err(|error| format!("{words}: {error}"))?;
+        let level = number::parse(level).map_err(|refused| super::notices::words(&refused))?;
         self.trigger = Some(Trigger { curve, level, is_rising, armed: now });
         self.follow();
         Ok(())

@@ -105,6 +105,8 @@ texts! {
     Help, "? help  q leave", "? Hilfe  q Ende";
     Stopping, "stopping all drives...", "alle Antriebe halten...";
     Stopped, "every drive has stopped", "alle Antriebe stehen";
+    LastSeen, "last seen before", "zuletzt gesehen vor";
+    Unconfirmed, "STOP NOT CONFIRMED for", "HALT NICHT BESTÄTIGT seit";
     StopFailed, "NOT STOPPED", "NICHT ANGEHALTEN";
     Done, "done", "erledigt";
     JobDone, "has ended", "ist beendet";
@@ -138,7 +140,7 @@ texts! {
     HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export  click: mark a row", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern  Klick: Zeile markieren";
     HelpPlots, "[ ] node  a add  c clear  + - span  f follow  i j cursors  , . < > move one  0 no cursors  t trigger on the selected curve  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  f mitlaufen  i j Cursor  , . < > verschieben  0 keine Cursor  t Trigger auf die gewählte Kurve  x CSV  v SVG";
     HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt";
-    HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit";
+    HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble  a acknowledge what is over", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit  a Vergangenes quittieren";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
     HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";
 }

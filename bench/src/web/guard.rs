@@ -54,12 +54,15 @@ impl Names {
         if !self.knows(host.host()) {
             let name = host.host();
             return Err(forbidden(format!(
-                "this bench does not go by the name {name}\nuse its IP address or localhost, or start it with --name {name}"
+                "this bench does not go by the name {name}\nuse its IP address or localhost, or start it with --host {name}"
             )));
         }
         let Some(origin) = only(headers, &ORIGIN)? else { return Ok(()) };
         let from = origin.parse::<Uri>().ok();
-        if from.as_ref().and_then(Uri::authority) == Some(&host) {
+        // The bench itself serves no TLS: that is a reverse proxy's, by a name that was given.
+        let schemes: &[&str] = if self.is_given(host.host()) { &["http", "https"] } else { &["http"] };
+        let is_known = |from: &Uri| from.scheme_str().is_some_and(|scheme| schemes.contains(&scheme));
+        if from.as_ref().filter(|from| is_known(from)).and_then(Uri::authority) == Some(&host) {
             return Ok(());
         }
         Err(forbidden(format!(
@@ -69,9 +72,11 @@ impl Names {
 
     fn knows(&self, host: &str) -> bool {
         let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
-        bare.parse::<IpAddr>().is_ok()
-            || host.eq_ignore_ascii_case("localhost")
-            || self.0.iter().any(|name| host.eq_ignore_ascii_case(name))
+        bare.parse::<IpAddr>().is_ok() || host.eq_ignore_ascii_case("localhost") || self.is_given(host)
+    }
+
+    fn is_given(&self, host: &str) -> bool {
+        self.0.iter().any(|name| host.eq_ignore_ascii_case(name))
     }
 }
 
@@ -117,6 +122,7 @@ mod tests {
         {
             assert!(judge(&[(HOST, host)]).is_err(), "{host}");
         }
+        assert!(judge(&[(HOST, "other.example")]).unwrap_err().contains("--host other.example"));
         assert!(judge(&[]).is_err());
         assert!(judge(&[(HOST, "localhost"), (HOST, "evil.example")]).is_err());
     }
@@ -132,6 +138,8 @@ mod tests {
             "http://127.0.0.1:7002",
             "http://127.0.0.1",
             "http://localhost:7001",
+            "https://127.0.0.1:7001",
+            "ftp://127.0.0.1:7001",
             "http://evil.example",
             "null",
             "file://",

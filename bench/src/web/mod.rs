@@ -4,6 +4,7 @@
 //! is the same for all, and shows nothing without it.
 
 mod changes;
+mod connections;
 mod downloads;
 mod files;
 mod guard;
@@ -28,12 +29,12 @@ use axum::http::{HeaderMap, Response, StatusCode, Uri};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::IntoResponse;
 use axum::routing::{any, get};
-use axum::serve::ListenerExt;
 use tokio::sync::{Semaphore, watch};
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use crate::Bench;
 use changes::Fields;
+use connections::Connections;
 use downloads::Downloads;
 use files::Files;
 use guard::{Names, Token};
@@ -45,6 +46,8 @@ const VIEWS: Duration = Duration::from_millis(100);
 const FACES: usize = 32;
 /// The most bytes of a message from a page: the text of a large DCF.
 const MESSAGE: usize = 4 << 20;
+/// The most threads on which commands of pages are begun.
+const THREADS: usize = 8;
 /// For how long the end waits for answers under way.
 const LEAVING: Duration = Duration::from_secs(1);
 /// The protocol inside the WebSocket; a page names it, and after it the token.
@@ -122,7 +125,11 @@ impl Server {
     ///
     /// The machine gives no threads or sockets for it.
     pub fn run(self, bench: Bench) -> io::Result<()> {
-        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .max_blocking_threads(THREADS)
+            .enable_all()
+            .build()?;
         let outcome = runtime.block_on(self.serve(bench));
         runtime.shutdown_timeout(LEAVING);
         outcome
@@ -149,11 +156,8 @@ impl Server {
             .fallback(get(page))
             .layer(from_fn_with_state(Arc::clone(&shared), judge))
             .with_state(shared);
-        // What is ordered leaves at once.
-        let listener = listener.tap_io(|stream| {
-            let _ = stream.set_nodelay(true);
-        });
-        let server = axum::serve(listener, router).with_graceful_shutdown(async move { ended(&mut ending).await });
+        let server = axum::serve(Connections::new(listener), router)
+            .with_graceful_shutdown(async move { ended(&mut ending).await });
         let server = tokio::spawn(server.into_future());
         ended(&mut end).await;
         // Until every page is told; connections that do not end by themselves end with the program.

@@ -7,8 +7,8 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value as Json, json};
-use tokio::runtime::Handle;
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep_until, timeout};
 
 use super::shared::{Shared, ended};
@@ -44,26 +44,32 @@ pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     let (answers, waiting) = mpsc::channel(UNDER_WAY);
     let line = Arc::new(Line { shared: Arc::clone(&shared), number: face.number(), answers, seen: Notify::new() });
     let (asked, asking) = mpsc::channel(UNDER_WAY);
-    let worker = (Arc::clone(&face), Arc::clone(&line), Handle::current());
-    // Some commands take their time before they are begun, such as to search a million frames: on a thread of their own.
-    tokio::task::spawn_blocking(move || {
-        let (face, line, runtime) = worker;
-        ask_in_order(&face, &line, &runtime, asking);
-    });
+    let worker = tokio::spawn(ask_in_order(Arc::clone(&face), Arc::clone(&line), asking));
     tokio::select! {
         () = write(sink, waiting, &line) => {}
         () = read(&mut stream, &face, &line, asked) => {}
     }
+    worker.abort();
     face.close();
     shared.downloads.forget(line.number);
     // What the page has sent and nobody has read would reset the connection, and the page might not see why it was closed.
     let _ = timeout(FAREWELL, async { while let Some(Ok(_)) = stream.next().await {} }).await;
 }
 
-/// Gives the commands of a page to the bench in their order, until there are no more.
-fn ask_in_order(face: &Face, line: &Arc<Line>, runtime: &Handle, mut asking: mpsc::Receiver<Asked>) {
-    while let Some((id, command, place)) = asking.blocking_recv() {
-        runtime.spawn(conclude(id, face.ask(command), Arc::clone(line), place));
+/// Gives the commands of a page to the bench, until there are no more. Some take their time before they are begun, such as to search a
+/// million frames: these are given on threads that all pages share. What changes something is given in its order, what only asks beside it.
+async fn ask_in_order(face: Arc<Face>, line: Arc<Line>, mut asking: mpsc::Receiver<Asked>) {
+    while let Some((id, command, place)) = asking.recv().await {
+        let only_asks = command.only_asks();
+        let (face, line) = (Arc::clone(&face), Arc::clone(&line));
+        let given = tokio::spawn(async move {
+            if let Ok(reply) = spawn_blocking(move || face.ask(command)).await {
+                tokio::spawn(conclude(id, reply, line, place));
+            }
+        });
+        if !only_asks {
+            let _ = given.await;
+        }
     }
 }
 

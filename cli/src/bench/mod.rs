@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::{AddrParseError, IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_bench::Bench;
 use lexican_bench::engine::{Setup, Simulation};
@@ -100,38 +102,100 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return on_terminal(&args.open()?, args.lang.unwrap_or_else(Language::of_this_user));
     }
     let (bench, server) = (args.open()?, args.bind()?);
-    let (ending, end) = (bench.clone(), server.end());
-    on_ctrl_c(move || {
+    let ending = Ending::new(&bench);
+    let end = server.end();
+    ending.on_ctrl_c(move |bench| {
         // Drives first: the page may still show how they stop.
-        ending.end();
+        bench.end();
         end.end();
     })?;
     let _opening = print_address(&server, args)?;
-    server.run(bench).map_err(|error| Failure::new(format_args!("the page cannot be served: {}", reason(&error))))?;
-    Ok(Outcome::Clean)
+    server
+        .run(bench.clone())
+        .map_err(|error| Failure::new(format_args!("the page cannot be served: {}", reason(&error))))?;
+    outcome(&bench.end())
+}
+
+/// The end of the bench, which a second Ctrl-C does not wait for.
+#[derive(Clone)]
+struct Ending {
+    bench: Bench,
+    has_begun: Arc<AtomicBool>,
+}
+
+impl Ending {
+    fn new(bench: &Bench) -> Self {
+        Ending { bench: bench.clone(), has_begun: Arc::default() }
+    }
+
+    /// Whether this begins it.
+    fn begins(&self) -> bool {
+        !self.has_begun.swap(true, Ordering::Relaxed)
+    }
+
+    /// Ends the bench by `end` at Ctrl-C, on a thread of its own, so that a second Ctrl-C is heard meanwhile: that ends the program.
+    fn on_ctrl_c(&self, end: impl FnOnce(&Bench) + Send + 'static) -> Result<(), Failure> {
+        let (ending, mut end) = (self.clone(), Some(end));
+        on_ctrl_c(move || {
+            let (bench, end) = (ending.bench.clone(), end.take());
+            let begun = match end.filter(|_| ending.begins()) {
+                Some(end) => std::thread::Builder::new().name("end".to_owned()).spawn(move || end(&bench)).is_ok(),
+                None => false,
+            };
+            if !begun {
+                tui::give_terminal_back();
+                let unconfirmed = ending.bench.unconfirmed();
+                if !unconfirmed.is_empty() {
+                    warn(may_be_moving(&unconfirmed));
+                }
+                std::process::exit(INTERRUPTED);
+            }
+        })
+    }
+}
+
+/// What shells say of a program that Ctrl-C has ended: 128 + SIGINT.
+const INTERRUPTED: i32 = 130;
+
+/// How the bench has ended, by the drives that have not confirmed that they stand.
+fn outcome(unconfirmed: &[String]) -> Result<Outcome, Failure> {
+    if unconfirmed.is_empty() {
+        return Ok(Outcome::Clean);
+    }
+    Err(Failure::new(may_be_moving(unconfirmed)).help("stop it by its emergency stop or its supply"))
+}
+
+fn may_be_moving(unconfirmed: &[String]) -> String {
+    format!("NOT CONFIRMED THAT IT STANDS: {}", unconfirmed.join("; "))
 }
 
 /// Shows a bench on the terminal until somebody leaves; what the bench has started is stopped then.
 fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     let unusable =
         |error: std::io::Error| Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)));
-    let ending = bench.clone();
-    on_ctrl_c(move || {
+    let ending = Ending::new(bench);
+    ending.on_ctrl_c(|bench| {
         // A terminal that is gone never lets go of who reads its keys, so the drives are stopped from here.
-        ending.end();
+        let unconfirmed = bench.end();
         tui::give_terminal_back();
-        std::process::exit(0);
+        if unconfirmed.is_empty() {
+            std::process::exit(0);
+        }
+        warn(may_be_moving(&unconfirmed));
+        std::process::exit(2);
     })?;
     let mut terminal = tui::take_terminal().map_err(unusable)?;
     let shown = tui::run(bench, &mut terminal, language.into());
     tui::give_terminal_back();
-    bench.end();
+    // From here on Ctrl-C is a second one: somebody has left already.
+    ending.begins();
+    let unconfirmed = bench.end();
     if shown.is_err() {
         // Dropped, it would complain to a terminal that is gone, and panic.
         std::mem::forget(terminal);
     }
     shown.map_err(unusable)?;
-    Ok(Outcome::Clean)
+    outcome(&unconfirmed)
 }
 
 impl Args {

@@ -1,4 +1,5 @@
 // The bus as a whole: how much is on it, what is wrong, and whose frames they are.
+import { order } from '../bench.js'
 import { useState } from 'preact/hooks'
 import { clock, ms, number, percent, NONE } from '../format.js'
 import { t } from '../i18n/index.js'
@@ -57,9 +58,16 @@ function Troubles({ troubles }) {
               {t('node')} {trouble.node}
             </Button>
           )}
-          <span>{trouble.text}</span> <RowLink row={trouble.row} />
+          <span class={trouble.is_over ? 'over' : ''}>{trouble.text}</span> <RowLink row={trouble.row} />
         </li>
       ))}
+      {troubles.some((trouble) => trouble.is_over) && (
+        <li>
+          <Button data-test="acknowledge" title={t('bus.acknowledge.help')} run={() => order({ do: 'acknowledge' })}>
+            {t('bus.acknowledge')}
+          </Button>
+        </li>
+      )}
     </ul>
   )
 }

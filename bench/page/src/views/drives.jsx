@@ -1,10 +1,10 @@
 // A panel for each drive: its state machine, orders, position and velocity, and why it would refuse.
 import { useState } from 'preact/hooks'
 import { order } from '../bench.js'
-import { measured } from '../format.js'
+import { exact, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { goTo, view, whyNot } from '../state.js'
-import { Act, Button, Empty, HandsHint, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Age, Button, Empty, HandsHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
 import { Machine, kindOf } from './machine.jsx'
 
 export function Drives() {
@@ -38,7 +38,8 @@ function Drive({ drive }) {
       class="drive"
       tools={
         <>
-          <span class={`state ${kindOf(drive.state)}`} data-test={`${test}-state`}>
+          <Age seen={drive.seen} test={`${test}-seen`} />
+          <span class={`state ${isOld(drive.seen) ? 'old' : kindOf(drive.state)}`} data-test={`${test}-state`}>
             {drive.state ?? t('unknown')}
           </span>
           <Button data-test={`${test}-plot`} run={plot}>
@@ -47,6 +48,7 @@ function Drive({ drive }) {
         </>
       }
     >
+      <Unconfirmed drive={drive} />
       <div class="drive-body">
         <Machine drive={drive} send={send} />
         <div class="stack">
@@ -63,27 +65,38 @@ function Drive({ drive }) {
   )
 }
 
+/** A stop that is sent until the drive has confirmed it. */
+function Unconfirmed({ drive: { node, unconfirmed } }) {
+  if (!unconfirmed) return null
+  return (
+    <p class="conflict" role="alert" data-test={`drive-${node}-unconfirmed`}>
+      <strong>{t('drive.unconfirmed', { seconds: number(view.time.value - unconfirmed.since, 1) })}</strong>{' '}
+      {unconfirmed.why}
+    </p>
+  )
+}
+
 function Motion({ drive }) {
   const { node } = drive
   const unit = (unit) => unit ?? t('plots.increments')
   return (
-    <dl class="motion">
+    <dl class={isOld(drive.seen) ? 'motion old' : 'motion'}>
       <div>
         <dt>{t('drive.position')}</dt>
         <dd data-test={`drive-${node}-position`}>
-          {measured(drive.position)} <small>{unit(drive.position_unit)}</small>
+          {exact(drive.position)} <small>{unit(drive.position_unit)}</small>
         </dd>
       </div>
       <div>
         <dt>{t('drive.velocity')}</dt>
         <dd data-test={`drive-${node}-velocity`}>
-          {measured(drive.velocity)} <small>{drive.velocity_unit}</small>
+          {exact(drive.velocity)} <small>{drive.velocity_unit}</small>
         </dd>
       </div>
       <div>
         <dt>{t('drive.target')}</dt>
         <dd data-test={`drive-${node}-target`}>
-          {measured(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}
+          {exact(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}
         </dd>
       </div>
       <div>
@@ -198,7 +211,7 @@ function Ending({ drive }) {
     <div class="ending" role="status" data-test={`drive-${node}-ending`}>
       {present && <p class="working">{present}</p>}
       {ending && (
-        <div class={ending.is_success ? 'done' : 'refusal'}>
+        <div class={!ending.is_success ? 'refusal' : isOld(drive.seen) ? 'hint' : 'done'}>
           <strong>{ending.text}</strong>
           {ending.remedy && <span> {ending.remedy}</span>}
           {ending.may_be_moving && (

@@ -2,6 +2,7 @@
 import { t } from '../i18n/index.js'
 import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
 import { whyNot } from '../state.js'
+import { isOld } from '../ui.jsx'
 
 /** How a state is marked. */
 export const kindOf = (state) =>
@@ -75,7 +76,7 @@ function MachineState({ drive, name, corner: [x, y], send }) {
   const text = lines(name)
   return (
     <g
-      class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`}
+      class={`machine-state ${isHere ? `here ${isOld(drive.seen) ? 'old' : kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`}
       aria-current={isHere || undefined}
       {...button}
     >

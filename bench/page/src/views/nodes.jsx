@@ -93,7 +93,7 @@ function NodeRow({ node }) {
       </td>
       <td>{node.name}</td>
       <td>
-        <State state={node.state} data-test={`node-${node.id}-state`} />
+        <State state={node.state} seen={node.seen} data-test={`node-${node.id}-state`} />
       </td>
       <td class="wrap">
         {node.faults.map((fault) => (
@@ -124,7 +124,7 @@ function NodeDetails({ node }) {
       <HandsHint />
       <dl class="facts">
         <Fact name={t('node.state')}>
-          <State state={node.state} />
+          <State state={node.state} seen={node.seen} />
         </Fact>
         <Fact name={t('node.heartbeat')}>{ms(node.heartbeat_ms)}</Fact>
         <Fact name={t('node.vendor')}>{hex(node.identity[0])}</Fact>

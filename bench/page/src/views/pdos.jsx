@@ -142,7 +142,9 @@ function Pdo({ node, pdo, entries, isEdited, edit, close }) {
           {pdo.fields.map((field, place) => (
             <li key={field.first_bit} class={`tint-${place % 8}`}>
               <code>{field.address}</code> {field.name} <small>{where(field)}</small>{' '}
-              <b class="value">{entries.get(field.address)?.value?.text ?? field.text ?? ''}</b>
+              <b class="value">{entries.get(field.address)?.value?.text ?? field.text ?? ''}</b>{' '}
+              {/* What comes no more is as it was when it came last. */}
+              {field.at !== null && <Age seen={{ at: field.at, is_old: rate === 0 }} />}
             </li>
           ))}
         </ul>

@@ -20,7 +20,7 @@ const hidden = signal(new Set())
 const span = signal(10)
 const range = signal(null)
 const cursors = signal([null, null])
-const trigger = signal({ key: '', level: '0', rising: true, armed: null })
+const trigger = signal({ key: '', text: '0', level: 0, rising: true, armed: null })
 
 export function Plots() {
   const [refused, setRefused] = useState(null)
@@ -95,7 +95,7 @@ function watchTrigger() {
   const { key, level, rising, armed } = trigger.value
   const curve = curves.value.find((each) => keyOf(each) === key)
   if (armed === null || !curve) return
-  const at = crossing(curve, Number(level), rising, armed)
+  const at = crossing(curve, level, rising, armed)
   if (at === null || newest(curves.value) < at + span.value * 0.8) return
   range.value = [at - span.value * 0.2, at + span.value * 0.8]
   cursors.value = [at, null]
@@ -227,12 +227,14 @@ function Add() {
 }
 
 function Trigger() {
-  const { key, level, rising, armed } = trigger.value
+  const { key, text, rising, armed } = trigger.value
   const set = (change) => (trigger.value = { ...trigger.value, ...change })
   const isArmed = armed !== null
-  const arm = () => {
+  const arm = async () => {
+    const level = await order({ do: 'number', text })
+    if (level === null) return
     range.value = null
-    set({ armed: newest(curves.value), key: key || keyOf(curves.value[0]) })
+    set({ level, armed: newest(curves.value), key: key || keyOf(curves.value[0]) })
   }
   return (
     <div class="line" role="group" aria-label={t('trigger')}>
@@ -264,11 +266,10 @@ function Trigger() {
       <label class="field">
         <span>{t('trigger.level')}</span>
         <input
-          type="number"
-          step="any"
+          size="8"
           data-test="trigger-level"
-          value={level}
-          onInput={(event) => set({ level: event.target.value })}
+          value={text}
+          onInput={(event) => set({ text: event.target.value, armed: null })}
         />
       </label>
       <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>

@@ -141,7 +141,8 @@ function Frames() {
   const { first, rows } = trace.shown
   const { end } = view.trace.value
 
-  useResize(element, () => setSize(element.current.clientHeight))
+  // What is observed may come once more when the tab was left.
+  useResize(element, () => element.current && setSize(element.current.clientHeight))
   useEffect(() => trace.resize(Math.ceil(size / ROW)), [size])
   useEffect(() => {
     trace.look()
@@ -158,13 +159,14 @@ function Frames() {
   }, [wantedRow.value])
   useLayoutEffect(() => {
     const wanted = scrollTopOf(bar, top.value)
-    if (wanted === placed.current.wanted) return // Whoever moves the scroll bar meanwhile keeps it.
+    if (!element.current || wanted === placed.current.wanted) return // Whoever moves the scroll bar meanwhile keeps it.
     element.current.scrollTop = wanted
     placed.current = { wanted, is: element.current.scrollTop }
   })
 
   /** The scroll bar was moved, if it is not where we have put it. */
   const scrolled = () => {
+    if (!element.current) return
     if (Math.abs(element.current.scrollTop - placed.current.is) >= 1)
       trace.scrollTo(topRow(bar, element.current.scrollTop))
   }

@@ -3,7 +3,7 @@ import { order } from '../bench.js'
 import { measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
-import { Button, Empty, Panel } from '../ui.jsx'
+import { Age, Button, Empty, isOld, Panel } from '../ui.jsx'
 
 export function Watched() {
   const watched = view.watched.value
@@ -31,7 +31,9 @@ export function Watched() {
                   <td title={t('watch.every', { ms: each.every_ms })}>
                     <code>{each.address}</code> {each.name}
                   </td>
-                  <td class={each.value?.is_error ? 'error' : 'value'}>{each.value?.text ?? '…'}</td>
+                  <td class={each.value?.is_error ? 'error' : isOld(each.seen) ? 'value old' : 'value'}>
+                    {each.value?.text ?? '…'} <Age seen={each.seen} />
+                  </td>
                   <td class="number">{each.bounds && `${measured(each.bounds[0])} … ${measured(each.bounds[1])}`}</td>
                   <td class="number">{number(each.changes)}</td>
                   <td>

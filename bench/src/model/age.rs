@@ -1,0 +1,26 @@
+//! How old what is shown is.
+
+use lexican_runtime::{Duration, Instant, Measured};
+
+use crate::view;
+
+/// How often state, position and velocity of a drive are read.
+pub(crate) const DRIVE: Duration = Duration::from_millis(250);
+
+/// How long a node may take to answer a request, as the SDO client waits for it.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// After how long a value is old that is read every so often: one reading has failed, and the next one was not answered in time.
+pub(crate) const fn old_after(every: Duration) -> Duration {
+    Duration::from_micros(every.as_micros() * 2 + ANSWER.as_micros())
+}
+
+/// When something was as it is shown.
+pub(crate) fn shown<T>(seen: &Measured<T>, now: Instant, limit: Duration) -> view::Seen {
+    view::Seen { at: seconds(seen.at), is_old: seen.fresh(now, limit).is_none() }
+}
+
+/// A time of the model in seconds.
+pub(crate) fn seconds(at: Instant) -> f64 {
+    at.since(Instant::ZERO).as_secs_f64()
+}

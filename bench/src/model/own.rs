@@ -1,0 +1,51 @@
+//! What the bench itself sends: its heartbeat and its SDO requests are no trouble of the bus.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lexican_runtime::NodeId;
+use lexican_toolbox::decode::{Decoded, Detail};
+use lexican_toolbox::statistics::Report;
+
+/// What the bench itself sends.
+#[derive(Default)]
+pub(crate) struct Own {
+    /// The node-IDs under which it sends heartbeats, so that drives notice when it is gone.
+    nodes: BTreeSet<NodeId>,
+    /// The nodes whose last SDO request came from it.
+    asked: BTreeSet<NodeId>,
+    /// How many of its transfers a node has refused.
+    aborts: BTreeMap<NodeId, u32>,
+}
+
+impl Own {
+    /// A frame on the bus.
+    pub(crate) fn observe(&mut self, is_own: bool, decoded: &Decoded) {
+        let Some(node) = decoded.node else { return };
+        let is_from_node = decoded.is_from_node();
+        match decoded.detail {
+            Detail::ErrorControl { .. } if is_own => drop(self.nodes.insert(node)),
+            // Somebody else has this node-ID.
+            Detail::ErrorControl { .. } => drop(self.nodes.remove(&node)),
+            Detail::Sdo(_) if is_own && !is_from_node => drop(self.asked.insert(node)),
+            Detail::Sdo(_) if !is_own && !is_from_node => drop(self.asked.remove(&node)),
+            _ => {}
+        }
+    }
+
+    /// A transfer of a node was aborted.
+    pub(crate) fn aborted(&mut self, node: NodeId) {
+        if self.asked.contains(&node) {
+            *self.aborts.entry(node).or_default() += 1;
+        }
+    }
+
+    /// The report without what is the bench's own.
+    pub(crate) fn removed_from(&self, mut report: Report) -> Report {
+        report.nodes.retain(|of_node| self.nodes.iter().all(|own| own.get() != of_node.node));
+        for of_node in &mut report.nodes {
+            let own = NodeId::new(of_node.node).and_then(|node| self.aborts.get(&node)).copied().unwrap_or_default();
+            of_node.sdo_aborts = of_node.sdo_aborts.saturating_sub(own);
+        }
+        report
+    }
+}

@@ -1,0 +1,105 @@
+//! Connections, of which there are not too many, and none that says nothing.
+
+use std::io;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use axum::serve::Listener;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{Instant, Sleep, sleep};
+
+/// The most connections at once: each page has one, and some for its files.
+const MOST: usize = 128;
+/// How long the head of the first request may take.
+const HEAD: Duration = Duration::from_secs(5);
+/// How long a connection may say nothing. A page says every second that it has taken a view.
+const SILENCE: Duration = Duration::from_secs(30);
+/// What the head of a request ends with.
+const END: [u8; 4] = *b"\r\n\r\n";
+
+/// Listens, and takes a connection when there is a place for it.
+pub(super) struct Connections {
+    listener: TcpListener,
+    places: Arc<Semaphore>,
+}
+
+impl Connections {
+    pub(super) fn new(listener: TcpListener) -> Self {
+        Connections { listener, places: Arc::new(Semaphore::new(MOST)) }
+    }
+}
+
+impl Listener for Connections {
+    type Io = Connection;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> (Connection, SocketAddr) {
+        let place = Arc::clone(&self.places).acquire_owned().await.expect("the places are never closed");
+        let (stream, address) = Listener::accept(&mut self.listener).await;
+        // What is ordered leaves at once.
+        let _ = stream.set_nodelay(true);
+        (Connection { stream, patience: Box::pin(sleep(HEAD)), last: [0; 4], has_head: false, _place: place }, address)
+    }
+
+    fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+}
+
+/// A connection that ends when it says nothing for too long.
+pub(super) struct Connection {
+    stream: TcpStream,
+    patience: Pin<Box<Sleep>>,
+    /// The last bytes that were read.
+    last: [u8; 4],
+    has_head: bool,
+    _place: OwnedSemaphorePermit,
+}
+
+impl AsyncRead for Connection {
+    fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        if self.patience.as_mut().poll(context).is_ready() {
+            return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
+        }
+        let before = into.filled().len();
+        ready!(Pin::new(&mut self.stream).poll_read(context, into))?;
+        for byte in &into.filled()[before..] {
+            if !self.has_head {
+                self.last.rotate_left(1);
+                self.last[3] = *byte;
+                self.has_head = self.last == END;
+            }
+        }
+        if self.has_head {
+            self.patience.as_mut().reset(Instant::now() + SILENCE);
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl AsyncWrite for Connection {
+    fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, from: &[u8]) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(context, from)
+    }
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        from: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write_vectored(context, from)
+    }
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
