@@ -29,8 +29,11 @@ pub(crate) struct Run {
     pub(crate) traffic: String,
 }
 
+/// Positions over seconds since the order.
+type Positions = Vec<(f64, f64)>;
+
 /// The program. Returns the outcome and the positions that it has read, over seconds since the order, and the link.
-fn travel<L: Link + Send + 'static>(link: L) -> Result<(Outcome, Vec<(f64, f64)>, L), Error> {
+fn travel<L: Link + Send + 'static>(link: L) -> Result<(Outcome, Positions, L), Error> {
     let mut drive = Drive::connect(link, NODE)?;
     drive.enable()?;
     let began = drive.run(async |context| Ok(context.now()))?;
