@@ -23,7 +23,7 @@ fn enabled_on(device: &str, more: &str, description: &'static Description) -> (V
     let plant = Plant::parse(&text, "plant.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
-    let mut drive = Drive::connect_described(bus.link(), NODE, description).unwrap();
+    let mut drive = Drive::connect_described_unprotected(bus.link(), NODE, description).unwrap();
     drive.enable().unwrap();
     (bus, drive)
 }

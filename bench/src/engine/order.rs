@@ -1,10 +1,10 @@
 //! Orders to a drive.
 
 use lexican_driver::sequence::{self, Recovery};
-use lexican_driver::{Any, Description, Error, Missing, Mode, Supervision};
+use lexican_driver::{Any, Description, Error, Missing, Mode, Protection, Supervision};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended};
+use lexican_toolbox::drive::{Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely};
 
 use super::hub::Port;
 use super::lock::lock;
@@ -50,7 +50,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
         }
     }
     let order = parse(order, value, &scales)?;
-    let drive = match Drive::connect_described(station.link()?, node, description) {
+    let drive = match Drive::connect_described_unprotected(station.link()?, node, description) {
         Err(_) if is_stop(order) => {
             let recovery = Recovery::within(RESCUE);
             let found = Drive::connect_described_and_recover(station.ports.link(), node, description, &recovery);
@@ -107,7 +107,7 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
     if order.moves() {
         match drive.protect(Supervision::within(PROTECTION)) {
             // It goes on with its order if the bench is killed: the view says so before.
-            Err(Error::Unsupported { .. } | Error::HeartbeatExcludesGuarding { .. }) => {}
+            Err(why) if Protection::is_lacking(&why) => {}
             protected => protected.map(|_| ())?,
         }
     }
@@ -125,35 +125,16 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
 
 /// How it has ended. A drive that may be moving is stopped, or the view says that it could not be.
 fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending, Error>) -> view::Ending {
-    let done = |is_success, text: String, remedy: Option<String>| view::Ending {
-        is_success,
-        may_be_moving: false,
-        text,
-        remedy,
-    };
-    let ending = match result {
-        Ok(ending) => done(ending.is_success(), order.sentence(ending), ending.remedy().map(str::to_owned)),
-        Err(Error::Cancelled { stopped, .. }) => {
-            let text = if stopped { "interrupted: it has been stopped" } else { "interrupted" };
-            done(true, text.to_owned(), None)
-        }
-        Err(error) if has_ended(&error) => done(false, error.to_string(), remedy(&error)),
-        // A drive that was not told to stop may be moving, also by the order of somebody else.
-        Err(error) if !matches!(error, Error::MayBeMoving { .. }) && !is_stop(order) => {
-            done(false, error.to_string(), None)
-        }
-        Err(error) => {
-            let why = error.into_cause();
-            match drive.recover(&Recovery::within(RESCUE)) {
-                Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
-                    done(false, format!("{why}; it has been stopped since"), None)
-                }
-                Err(last) => unstoppable(station.node, &format_args!("{}; after this: {why}", last.into_cause())),
-            }
-        }
-    };
+    let end = end_safely(&mut drive, order, result);
     drop(drive.release());
-    ending
+    shown(station.node, end)
+}
+
+fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
+    let text = if end.may_be_moving { format!("DRIVE {node} {}", end.text) } else { end.text };
+    // What was interrupted has been by a face.
+    let is_success = end.is_success || end.word == "cancelled";
+    view::Ending { is_success, may_be_moving: end.may_be_moving, text, remedy: end.remedy }
 }
 
 const fn is_stop(order: Order) -> bool {
@@ -162,31 +143,7 @@ const fn is_stop(order: Order) -> bool {
 
 /// The ending of an order that left a drive to itself.
 pub(super) fn unstoppable(node: NodeId, why: &dyn std::fmt::Display) -> view::Ending {
-    view::Ending {
-        is_success: false,
-        may_be_moving: true,
-        text: format!("DRIVE {node} MAY STILL BE MOVING: it could not be told to stop: {why}"),
-        remedy: Some("stop it by its emergency stop or its supply".to_owned()),
-    }
-}
-
-fn remedy(error: &Error) -> Option<String> {
-    let text = match error {
-        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoFault(_))) => {
-            "remove the cause of its fault, then reset it"
-        }
-        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Enabled(_))) => "enable it first",
-        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoTravel)) => "stop it first",
-        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Supply)) => {
-            "switch the supply of its output stage on"
-        }
-        Error::Fault(_) => "remove its cause, then reset the fault",
-        Error::Restarted => "see why its power has failed, or which node has reset it",
-        Error::OutOfRange(_) => "stay within the limits of the data sheet",
-        Error::Refused(_) | Error::Unsupported { .. } => return None,
-        _ => "nothing moves; give the order again",
-    };
-    Some(text.to_owned())
+    shown(node, lexican_toolbox::drive::unstoppable(why, Protection::None))
 }
 
 fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
@@ -224,6 +181,8 @@ fn words(order: Order, scales: &Scales<'_>) -> String {
         Order::Home(None) => "homes".to_owned(),
         Order::Stop => "is being stopped".to_owned(),
         Order::QuickStop => "is being stopped at once".to_owned(),
+        Order::Resume => "goes on with its travel".to_owned(),
+        Order::Drop => "what is left of its travel is being dropped".to_owned(),
         Order::Watch => "is being watched".to_owned(),
     }
 }
@@ -231,7 +190,7 @@ fn words(order: Order, scales: &Scales<'_>) -> String {
 /// Finds out why a drive would not move now.
 pub(super) fn look(station: &Station, description: &'static Description) {
     let Ok(link) = station.link() else { return };
-    let found = Drive::connect_described(link, station.node, description)
+    let found = Drive::connect_described_unprotected(link, station.node, description)
         .and_then(|mut drive| obstacles(&mut drive, description));
     let obstacles = match found {
         Ok(obstacles) => obstacles,

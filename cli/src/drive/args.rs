@@ -109,6 +109,10 @@ enum Verb {
     Stop,
     /// Stop what moves, with full deceleration
     QuickStop,
+    /// Go on with a travel that is interrupted, by a stop say
+    Resume,
+    /// Drop what is left of a travel that is interrupted, and disable the drive
+    Drop,
     /// Print state, position and velocity until Ctrl-C or --for; nothing is ordered
     Watch,
 }
@@ -142,6 +146,8 @@ impl Args {
             Verb::Home => Order::Home(value.map(method).transpose()?),
             Verb::Stop => Order::Stop,
             Verb::QuickStop => Order::QuickStop,
+            Verb::Resume => Order::Resume,
+            Verb::Drop => Order::Drop,
             Verb::Watch => Order::Watch,
         })
     }

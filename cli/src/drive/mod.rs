@@ -31,12 +31,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let order = args.order(&scales)?;
     let mut link = network.into_link();
     link.listen_to(&[])?;
-    let mut drive = Drive::connect_described(link, args.node, found.description)?;
+    let mut drive = Drive::connect_described_unprotected(link, args.node, found.description)?;
     let handle = drive.cancel_handle();
     on_ctrl_c(move || handle.cancel())?;
     drive.set_patience(args.within);
     let mut report = Report::new(args.node, &scales, args.json, args.every);
-    let mut moving = Moving { args, drive, order, description: found.description, scales: &scales, enabled: false };
+    let mut moving = Moving { args, drive, order, scales: &scales, enabled: false };
     let result = moving.carry_out(&mut report);
     moving.end(&mut report, result)
 }

@@ -1,19 +1,14 @@
 //! An order to a drive, from what is said before it to what is said after it.
 
-use lexican_driver::sequence::Recovery;
-use lexican_driver::{Any, Capability, Description, Error, Missing, Protection, Supervision};
-use lexican_runtime::Duration;
+use lexican_driver::{Any, Error, Protection, Step, Supervision};
 use lexican_runtime::profile::cia402::State;
-use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended, prepare};
+use lexican_toolbox::drive::{Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely, prepare, see};
 use serde_json::{Value as Json, json};
 
 use super::args::Args;
 use super::report::Report;
 use crate::bus::BoxedLink;
 use crate::output::{Failure, Outcome, note, warn};
-
-/// How long to try to stop a drive whose bus is lost.
-const RESCUE: Duration = Duration::from_secs(5);
 
 pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 
@@ -22,7 +17,6 @@ pub(super) struct Moving<'a> {
     pub(super) args: &'a Args,
     pub(super) drive: Drive,
     pub(super) order: Order,
-    pub(super) description: &'static Description,
     pub(super) scales: &'a Scales<'a>,
     /// The command has enabled it, and has to disable it.
     pub(super) enabled: bool,
@@ -60,7 +54,7 @@ impl Moving<'_> {
             return Ok(());
         }
         match self.drive.protect(Supervision { within, manager }) {
-            Err(error @ (Error::Unsupported { .. } | Error::HeartbeatExcludesGuarding { .. })) => {
+            Err(error) if Protection::is_lacking(&error) => {
                 note(format_args!("the drive goes on with its order if this command is killed: {error}"));
                 Ok(())
             }
@@ -98,122 +92,66 @@ impl Moving<'_> {
             }
             Order::Stop => ("stop", None, "stopping it".to_owned()),
             Order::QuickStop => ("quick-stop", None, "stopping it at once".to_owned()),
+            Order::Resume => ("resume", None, format!("goes on with its travel from {}", from(drive, scales)?)),
+            Order::Drop => ("drop", None, "dropping what is left of its travel, and disabling it".to_owned()),
             Order::Watch => ("watch", None, "watching it".to_owned()),
         })
     }
 
     /// Says how it has ended. The drive stands then, or that it may not is the failure.
     pub(super) fn end(mut self, report: &mut Report<'_>, result: Result<Ending, Error>) -> Result<Outcome, Failure> {
-        let result = match result {
-            Err(error) if !has_ended(&error) => return Err(self.rescue(report, error)),
-            result => result,
-        };
-        if self.enabled {
+        let node = self.args.node;
+        let mut end = end_safely(&mut self.drive, self.order, result);
+        if end.is_known && self.enabled {
             // Ctrl-C may come once more, and cancel this before it has begun.
             match self.drive.disable().or_else(|_| self.drive.disable()) {
                 // A fault has done so.
                 Ok(()) | Err(Error::Fault(_)) => {}
-                Err(error) => return Err(self.rescue(report, error)),
+                Err(error) => end = end_safely(&mut self.drive, Order::Disable, Err(error)),
             }
-            report.look(self.drive.run(async |drive| Ok(Look::at(&drive))).map_err(Failure::new)?);
         }
-        let outcome = self.report(report, result);
-        drop(self.drive.release());
-        outcome
+        if !end.may_be_moving {
+            // What was seen before it was stopped is not where it is now.
+            let _ = self.drive.run(async |drive| see(&drive).await);
+        }
+        let now = self.drive.run(async |drive| Ok((Look::at(&drive), drive.now())));
+        if let Ok((look, now)) = now {
+            report.look(look);
+            report.ends_at(now);
+        }
+        let remedy = self.remedy(&end);
+        if end.is_known || end.word == "stopped" {
+            drop(self.drive.release());
+        }
+        if end.is_known {
+            report.close(&end, remedy)?;
+            // These have no other end.
+            let is_end = end.word == "cancelled" && matches!(self.order, Order::Run(_) | Order::Watch);
+            return Ok(if end.is_success || is_end { Outcome::Clean } else { Outcome::Found });
+        }
+        let closed = report.close(&end, None);
+        let failure = Failure::new(match end.may_be_moving {
+            true => format!("THE DRIVE AT NODE {node} {}", end.text),
+            false => format!("node {node}: {}", end.text),
+        });
+        Err(match remedy {
+            _ if end.word == "failed" && self.enabled && closed.is_ok() => {
+                failure.help(format!("it has been enabled: `lexican drive {node} disable`"))
+            }
+            Some(remedy) => failure.help(remedy),
+            None => failure,
+        })
     }
 
-    fn report(&self, report: &mut Report<'_>, result: Result<Ending, Error>) -> Result<Outcome, Failure> {
-        match result {
-            Ok(ending) => {
-                report.ending(&ending, &self.order.sentence(ending))?;
-                Ok(if ending.is_success() { Outcome::Clean } else { Outcome::Found })
-            }
-            Err(Error::Cancelled { stopped, .. }) => {
-                let text = if stopped { "interrupted: it has been stopped" } else { "interrupted" };
-                report.close("cancelled", text, None)?;
-                // These have no other end.
-                let is_end = matches!(self.order, Order::Run(_) | Order::Watch);
-                Ok(if is_end { Outcome::Clean } else { Outcome::Found })
-            }
-            Err(Error::Restarted) => {
-                let remedy = "see why its power has failed, or which node has reset it";
-                report.close("restarted", "it has restarted", Some(remedy))?;
-                Ok(Outcome::Found)
-            }
-            Err(error) => {
-                report.close("refused", &error.to_string(), Some(&self.remedy(&error)))?;
-                Ok(Outcome::Found)
-            }
+    /// What to do about it, by commands where these do so.
+    fn remedy(&self, end: &SafeEnd) -> Option<String> {
+        let order = |step: &Step| format!("`lexican drive {} {}`", self.args.node, step.word());
+        let text = end.remedy.clone()?;
+        if end.steps.is_empty() || end.may_be_moving {
+            return Some(text);
         }
-    }
-
-    fn remedy(&self, error: &Error) -> String {
-        let order = |order: &str| {
-            format!("`lexican drive {} {order}` with the same --bus and --device does so", self.args.node)
-        };
-        match error {
-            Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Enabled(_))) => {
-                format!("enable it first: {}; so does --enable", order("enable"))
-            }
-            Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoTravel)) => {
-                format!("stop it first: {}", order("stop"))
-            }
-            Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Supply)) => {
-                "switch the supply of its output stage on".to_owned()
-            }
-            Error::Fault(_) | Error::Refused(_) if is_fault(error) => {
-                format!("remove its cause, then reset the fault: {}", order("reset-fault"))
-            }
-            Error::Unsupported { what: Capability::HomingMethod(_), .. } => {
-                let homing = self.description.homing;
-                let methods = homing.map_or(&[][..], |homing| homing.methods).iter().map(i8::to_string);
-                format!("its methods are {} (6098h)", methods.collect::<Vec<_>>().join(", "))
-            }
-            Error::Unsupported { .. } => "see the manual of the drive; `lexican eds dump` lists what it has".to_owned(),
-            Error::OutOfRange(_) => "the data sheet has its limits: `lexican eds dump`".to_owned(),
-            _ => "nothing has moved; `lexican drive NODE watch` shows its state".to_owned(),
-        }
-    }
-
-    /// Tries to stop a drive that has failed or is not to be reached; what is to be reported.
-    fn rescue(mut self, report: &mut Report<'_>, error: Error) -> Failure {
-        let node = self.args.node;
-        if !matches!(error, Error::MayBeMoving { .. }) {
-            let failure = Failure::new(format_args!("node {node}: {error}"));
-            return match report.close("failed", &error.to_string(), None) {
-                Ok(()) if self.enabled => failure.help(format!("it has been enabled: `lexican drive {node} disable`")),
-                _ => failure,
-            };
-        }
-        let error = error.into_cause();
-        match self.drive.recover(&Recovery::within(RESCUE)) {
-            Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
-                let _ = report.close("stopped", "it has been stopped", None);
-                drop(self.drive.release());
-                Failure::new(format_args!("node {node}: {error}; it has been stopped since"))
-            }
-            Err(last) => {
-                let _ = report.close("may-be-moving", "it may be moving, and could not be stopped", None);
-                let notices = match self.drive.protection() {
-                    Protection::None => "it does not notice that by itself".to_owned(),
-                    protection => format!("it notices that by itself: {protection}"),
-                };
-                let last = last.into_cause().to_string();
-                let why = Some(error.to_string()).filter(|error| *error != last);
-                let before = why.map_or_else(String::new, |error| format!(", after this: {error}"));
-                Failure::new(format_args!(
-                    "THE DRIVE AT NODE {node} MAY STILL BE MOVING: it could not be told to stop: {last}{before}"
-                ))
-                .help(format!("stop it by its emergency stop or its supply; {notices}"))
-            }
-        }
-    }
-}
-
-fn is_fault(error: &Error) -> bool {
-    match error {
-        Error::Fault(_) => true,
-        Error::Refused(refusal) => refusal.0.iter().any(|it| matches!(it, Missing::NoFault(_))),
-        _ => false,
+        let orders = end.steps.iter().map(order).collect::<Vec<_>>().join(" or ");
+        let also = if end.steps.contains(&Step::Enable) { "; so does --enable" } else { "" };
+        Some(format!("{text}: {orders} with the same --bus and --device{also}"))
     }
 }

@@ -4,10 +4,13 @@ use std::io::{IsTerminal, Write};
 
 use indicatif::ProgressBar;
 use lexican_runtime::{Duration, Instant, NodeId};
-use lexican_toolbox::drive::{Ending, Look, Scales};
+use lexican_toolbox::drive::{Look, SafeEnd, Scales};
 use serde_json::{Value as Json, json};
 
 use crate::output::{Failure, note, progress, stdout, warn};
+
+/// What is not older counts as present: to read state, position and velocity takes no longer on a slow bus.
+const FRESH: Duration = Duration::from_millis(500);
 
 pub(super) struct Report<'a> {
     node: NodeId,
@@ -18,6 +21,7 @@ pub(super) struct Report<'a> {
     begun: Option<Instant>,
     next: Option<Instant>,
     last: Option<Look>,
+    ends: Option<Instant>,
     /// Why stdout cannot be written.
     broken: Option<Failure>,
 }
@@ -27,7 +31,7 @@ impl<'a> Report<'a> {
     pub(super) fn new(node: NodeId, scales: &'a Scales<'a>, json: bool, every: Duration) -> Self {
         let shows = !json && std::io::stderr().is_terminal();
         let bar = shows.then(|| progress("{spinner} {msg}", 0));
-        Report { node, scales, json, bar, every, begun: None, next: None, last: None, broken: None }
+        Report { node, scales, json, bar, every, begun: None, next: None, last: None, ends: None, broken: None }
     }
 
     /// Says what is about to be done, before it is.
@@ -58,34 +62,47 @@ impl<'a> Report<'a> {
         self.print(self.fields("progress", look), &format!("{:>10.3}  {}", self.elapsed(look), self.words(look)))
     }
 
-    /// Says how it has ended, and what to do about it.
-    pub(super) fn ending(&mut self, ending: &Ending, text: &str) -> Result<(), Failure> {
-        self.close(ending.word(), text, ending.remedy())
+    /// The time at the end, by which what was last seen is so old.
+    pub(super) fn ends_at(&mut self, now: Instant) {
+        self.ends = Some(now);
     }
 
-    /// The same, of an order that was not carried out.
-    pub(super) fn close(&mut self, outcome: &str, text: &str, remedy: Option<&str>) -> Result<(), Failure> {
+    /// Says how it has ended, and what to do about it.
+    pub(super) fn close(&mut self, end: &SafeEnd, remedy: Option<String>) -> Result<(), Failure> {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
         let mut fields = self.last.map_or_else(|| json!({ "event": "end" }), |look| self.fields("end", look));
         fields["node"] = json!(self.node.get());
-        fields["outcome"] = json!(outcome);
-        fields["text"] = json!(text);
+        fields["outcome"] = json!(end.word);
+        fields["text"] = json!(end.text);
         fields["remedy"] = json!(remedy);
-        let place =
-            self.last.filter(|_| remedy.is_none()).map_or_else(String::new, |look| format!("; {}", self.words(look)));
-        match remedy {
-            Some(_) if !self.json => warn(format_args!("node {}: {text}", self.node)),
-            _ => self.print(fields, &format!("node {}: {text}{place}", self.node))?,
+        if let (Some(look), Some(now)) = (self.last, self.ends) {
+            fields["age"] = json!(now.since(look.at).as_secs_f64());
         }
-        if let Some(remedy) = remedy.filter(|_| !self.json) {
-            if let Some(look) = self.last {
-                note(format_args!("node {} is in {}", self.node, self.words(look)));
+        let seen = self.last.map(|look| format!("{}{}", self.words(look), self.age(look)));
+        match (remedy, self.json) {
+            (Some(remedy), false) => {
+                warn(format_args!("node {}: {}", self.node, end.text));
+                if let Some(seen) = seen {
+                    note(format_args!("node {} is in {seen}", self.node));
+                }
+                note(remedy);
             }
-            note(remedy);
+            _ => {
+                let place = seen.map_or_else(String::new, |seen| format!("; {seen}"));
+                self.print(fields, &format!("node {}: {}{place}", self.node, end.text))?;
+            }
         }
         self.broken.take().map_or(Ok(()), Err)
+    }
+
+    /// How old is what was last seen, unless it has just been read.
+    fn age(&self, look: Look) -> String {
+        match self.ends.map(|now| now.since(look.at)) {
+            Some(age) if age > FRESH => format!(", {:.1} s ago", age.as_secs_f64()),
+            _ => String::new(),
+        }
     }
 
     fn print(&self, fields: Json, text: &str) -> Result<(), Failure> {

@@ -26,7 +26,7 @@ use crate::mode::Mode;
 use crate::operations::operations;
 use crate::outcome::{HomingOutcome, Outcome, VelocityOutcome};
 use crate::parameter::ParameterSet;
-use crate::protection::{Protection, Supervision};
+use crate::protection::{Protection, Supervision, report};
 use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting, UnpacedPdo};
 use crate::session::Session;
 use crate::set_point::SetPoint;
@@ -48,26 +48,41 @@ pub struct Drive<L: Link, K> {
     node: NodeId,
     context: DriveContext,
     supervision: Option<Supervision>,
+    has_thread: bool,
     cancel: CancelHandle,
     kind: PhantomData<fn() -> K>,
 }
 
 impl<L: Link, K: Kind> Drive<L, K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
-    /// goes by. Nothing is changed in the drive.
+    /// Connects as [`Drive::connect`] does, and changes nothing in the drive.
     ///
     /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
     /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
-    /// [`Drive::connect_protected`] is for drives that can notice.
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not answer.
+    /// As [`Drive::connect`].
+    pub fn connect_unprotected(link: L, node: NodeId) -> Result<Self, Error> {
+        Self::connect_as(link, node, K::DESCRIPTION).inspect(Self::report_unprotected)
+    }
+}
+
+impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
+    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
+    /// goes by. Where the drive can notice that this program is gone, that is armed, as by [`Drive::connect_protected`] with
+    /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
+    /// changed in the drive.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not
+    /// answer; [`Error::Link`] without a thread.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
-        Self::connect_as(link, node, K::DESCRIPTION)
+        Self::connect_as(link, node, K::DESCRIPTION)?.protected_if_possible()
     }
 
-    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped.
+    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
+    /// protected as by [`Drive::connect`].
     ///
     /// # Errors
     ///
@@ -76,10 +91,10 @@ impl<L: Link, K: Kind> Drive<L, K> {
         Self::recover_as(link, node, K::DESCRIPTION, recovery)
     }
 
-    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
-    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The driver keeps it going during operations, and by a thread between them, until the `Drive` is
-    /// dropped or released; after a restart of the drive, the next operation arms it again.
+    /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
+    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The driver keeps it going during operations, and by a thread between them; after a restart of the drive,
+    /// the next operation arms it again. A `Drive` that is released, or is dropped with a drive at rest, disarms it.
     ///
     /// A program that hangs is not gone. None of this replaces an emergency stop.
     ///
@@ -87,22 +102,34 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
     /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`]; [`Error::Link`] without a thread.
-    pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error>
-    where
-        L: Send + 'static,
-    {
-        Self::connect(link, node)?.protected(supervision)
+    pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
+        Self::connect_as(link, node, K::DESCRIPTION)?.protected(supervision)
     }
 }
 
 impl<L: Link> Drive<L, Any> {
+    /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub fn connect_described_unprotected(
+        link: L,
+        node: NodeId,
+        description: &'static Description,
+    ) -> Result<Self, Error> {
+        Self::connect_as(link, node, description).inspect(Self::report_unprotected)
+    }
+}
+
+impl<L: Link + Send + 'static> Drive<L, Any> {
     /// Connects as [`Drive::connect`] does, to a drive that is described so.
     ///
     /// # Errors
     ///
     /// As [`Drive::connect`].
     pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
-        Self::connect_as(link, node, description)
+        Self::connect_as(link, node, description)?.protected_if_possible()
     }
 
     /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
@@ -129,11 +156,8 @@ impl<L: Link> Drive<L, Any> {
         node: NodeId,
         description: &'static Description,
         supervision: Supervision,
-    ) -> Result<Self, Error>
-    where
-        L: Send + 'static,
-    {
-        Self::connect_described(link, node, description)?.protected(supervision)
+    ) -> Result<Self, Error> {
+        Self::connect_as(link, node, description)?.protected(supervision)
     }
 }
 
@@ -143,8 +167,8 @@ impl<L: Link, K> Drive<L, K> {
         let context = session.context();
         let machine = Machine { link, session, pump: Pump::new() };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
-        let (supervision, cancel) = (None, CancelHandle::default());
-        Drive { shared, node, context, supervision, cancel, kind: PhantomData }
+        let (supervision, has_thread, cancel) = (None, false, CancelHandle::default());
+        Drive { shared, node, context, supervision, has_thread, cancel, kind: PhantomData }
     }
 
     fn connect_as(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
@@ -162,35 +186,68 @@ impl<L: Link, K> Drive<L, K> {
         node: NodeId,
         description: &'static Description,
         recovery: &Recovery,
-    ) -> Result<(Self, Recovered), Error> {
+    ) -> Result<(Self, Recovered), Error>
+    where
+        L: Send + 'static,
+    {
         let mut drive = Self::new(link, node, description);
         let recovered = drive.recover(recovery)?;
-        Ok((drive, recovered))
+        Ok((drive.protected_if_possible()?, recovered))
     }
 
     fn protected(mut self, supervision: Supervision) -> Result<Self, Error>
     where
         L: Send + 'static,
     {
-        self.protect(supervision)?;
+        let armed = self.protect(supervision)?;
+        report(self.node, armed, None);
         Ok(self)
     }
 
-    /// Arms what [`Drive::connect_protected`] arms, for a program that goes on with a drive that cannot notice.
+    fn protected_if_possible(mut self) -> Result<Self, Error>
+    where
+        L: Send + 'static,
+    {
+        let armed = self.protect(Supervision::default());
+        Protection::or_none(self.node, armed)?;
+        Ok(self)
+    }
+
+    fn report_unprotected(&self) {
+        report(self.node, Protection::None, None);
+    }
+
+    /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
     ///
     /// # Errors
     ///
-    /// As [`Drive::connect_protected`].
+    /// As [`Drive::connect_protected`]; [`Protection::is_lacking`] has those of a drive that cannot notice.
     pub fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error>
     where
         L: Send + 'static,
     {
+        if self.supervision.is_some_and(|armed| armed != supervision) {
+            self.unprotect()?;
+        }
         self.shared.with(|machine| machine.protect(supervision))?;
-        if self.supervision.replace(supervision).is_none() {
+        self.supervision = Some(supervision);
+        if !std::mem::replace(&mut self.has_thread, true) {
             let shared = Arc::clone(&self.shared);
             std::thread::Builder::new().spawn(move || shared.keep_alive()).map_err(LinkError::from)?;
         }
         Ok(self.protection())
+    }
+
+    /// Disarms what protects the drive: it goes on with its last order if this program dies.
+    ///
+    /// # Errors
+    ///
+    /// When the drive cannot be written.
+    pub fn unprotect(&mut self) -> Result<(), Error> {
+        self.supervision = None;
+        self.shared.with(Machine::disarm)?;
+        self.report_unprotected();
+        Ok(())
     }
 
     fn identify(&mut self) -> Result<(), Error> {
@@ -242,9 +299,8 @@ impl<L: Link, K> Drive<L, K> {
     #[must_use]
     pub fn release(self) -> L {
         let mut machine = self.shared.take().expect(HAS_LINK);
-        let protection = machine.session.protection();
         // The drive does what it is protected by.
-        let _ = machine.run(None, async |context: DriveContext| sequence::unprotect(&context, protection).await);
+        let _ = machine.disarm();
         machine.link
     }
 
@@ -409,6 +465,15 @@ impl<L: Link> Machine<L> {
         Ok(())
     }
 
+    /// A drive that has been handed over stays armed, for its follower.
+    fn disarm(&mut self) -> Result<(), Error> {
+        let is_handed_over = self.session.context().lock().is_handed_over;
+        let protection = Some(self.session.protection()).filter(|_| !is_handed_over).unwrap_or_default();
+        self.run(None, async |context: DriveContext| sequence::unprotect(&context, protection).await)?;
+        self.session.keep_alive(self.link.now(), Protection::None);
+        Ok(())
+    }
+
     /// Hears what has come, and sends what is due to keep the drive going; how long to wait for the next time.
     fn keep_alive(&mut self) -> Duration {
         // An operation reports what is wrong with the link.
@@ -427,6 +492,10 @@ impl<L: Link> Machine<L> {
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
         let stop: Vec<_> = self.session.context().let_go().collect();
         if stop.is_empty() {
+            // An end as it should be is none that the drive has to notice.
+            if self.session.lets_disarm().is_some() {
+                let _ = self.disarm();
+            }
             return None;
         }
         if let Err(error) = stop.iter().try_for_each(|frame| self.link.send(frame)) {
@@ -469,6 +538,7 @@ impl<L: Link, K> fmt::Debug for Drive<L, K> {
         f.debug_struct("Drive")
             .field("kind", &self.context.description().name)
             .field("node", &self.node)
+            .field("protection", &self.protection())
             .finish_non_exhaustive()
     }
 }

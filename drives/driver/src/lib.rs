@@ -89,9 +89,15 @@
 //! With the driver of tokio, a task that handles a signal drops the call that is under way, and then stops the drive.
 //!
 //! A drive that goes on ends a travel at its target; inching and velocity mode do not end. One that is
-//! [protected](Drive::connect_protected) notices that its manager is gone, by life guarding or a missing heartbeat, and does
-//! what its manual says. The test `endings` of the crate of a drive ends a real process in each of these ways. None of this
-//! replaces an emergency stop.
+//! protected notices that its manager is gone, by life guarding or a missing heartbeat, and does what its manual says.
+//! [`Drive::connect`] protects each drive that can notice, within a second ([`Supervision::default`]), and
+//! [`Drive::protection`] says how; [`Drive::connect_unprotected`] leaves it out. A thread of the blocking driver, or the task
+//! of a network, sends four signs of life in that time while the program does something else. A program that ends as it
+//! should, with a drive at rest, disarms it: by dropping or releasing the blocking `Drive`, or by `unprotect` of the tokio one.
+//!
+//! The test `endings` of the crate of a drive ends a real process in each of these ways, `killed` of `examples/changeover` by
+//! SIGKILL. None of this replaces an
+//! emergency stop.
 
 mod blocking;
 mod cancel;
@@ -109,6 +115,7 @@ mod operations;
 mod outcome;
 mod parameter;
 mod protection;
+mod remedy;
 pub mod sequence;
 mod session;
 mod set_point;
@@ -130,6 +137,7 @@ pub use mode::Mode;
 pub use outcome::{HomingOutcome, Outcome, VelocityOutcome};
 pub use parameter::{Parameter, ParameterSet};
 pub use protection::{Protection, Supervision};
+pub use remedy::{Remedy, Step};
 pub use session::Session;
 pub use set_point::{SetPoint, Succession};
 pub use units::Units;

@@ -170,6 +170,13 @@ macro_rules! operations {
             /// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
             fn resume(drive) -> () = sequence::resume(drive);
 
+            /// Drops the rest of the travel under way, interrupted or not: the drive is stopped and disabled.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Refused`] when no travel is under way; as [`Drive::disable`].
+            fn drop_travel(drive) -> () = sequence::drop_travel(drive);
+
             /// Inching: travels once by the width that the drive is set to, and waits for the end.
             ///
             /// No bit takes a step back. What stops the drive before its end, does so by quick stop.

@@ -2,10 +2,15 @@
 
 use std::fmt;
 
+use lexican_runtime::object::DataType;
 use lexican_runtime::service::heartbeat_producer::HeartbeatProducer;
 use lexican_runtime::service::node_guard::NodeGuard;
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
+
+use crate::description::Number;
+use crate::error::{Capability, Error};
 
 /// How soon a drive is to notice that its manager is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +27,15 @@ impl Supervision {
     #[must_use]
     pub const fn within(within: Duration) -> Self {
         Supervision { within, manager: NodeId::literal(127) }
+    }
+
+    pub(crate) const USUAL: Supervision = Supervision::within(Duration::from_secs(1));
+}
+
+impl Default for Supervision {
+    /// Within a second, which leaves room for three signs of life that are late or lost.
+    fn default() -> Self {
+        Supervision::USUAL
     }
 }
 
@@ -49,6 +63,61 @@ pub enum Protection {
         /// How long the drive waits for one.
         within: Duration,
     },
+}
+
+impl Protection {
+    /// Whether a drive stays without protection for this reason: it has neither a free heartbeat consumer nor life guarding,
+    /// or does not let them be armed.
+    #[must_use]
+    pub const fn is_lacking(error: &Error) -> bool {
+        matches!(
+            error,
+            Error::Unsupported { what: Capability::Protection, .. }
+                | Error::HeartbeatExcludesGuarding { .. }
+                | Error::Sdo(SdoError::Aborted { .. })
+        )
+    }
+
+    /// How a drive is protected that need not be: what has been armed, or none where the drive is lacking it. Reports
+    /// either to `tracing`.
+    pub(crate) fn or_none(node: NodeId, armed: Result<Protection, Error>) -> Result<Protection, Error> {
+        match armed {
+            Err(why) if Protection::is_lacking(&why) => {
+                report(node, Protection::None, Some(&why));
+                Ok(Protection::None)
+            }
+            armed => armed.inspect(|protection| report(node, *protection, None)),
+        }
+    }
+
+    /// The object that ends it by 0: 100Ch, or the entry of 1016h.
+    pub(crate) const fn switch(self) -> Option<Number> {
+        match self {
+            Protection::None => None,
+            Protection::LifeGuarding { .. } => Some(GUARD_TIME),
+            Protection::Heartbeat { entry, .. } => Some(consumer(entry)),
+        }
+    }
+}
+
+/// 100Ch.
+pub(crate) const GUARD_TIME: Number = Number::new(0x100C, 0x00, DataType::Unsigned16);
+
+/// An entry of 1016h.
+pub(crate) const fn consumer(entry: u8) -> Number {
+    Number::new(0x1016, entry, DataType::Unsigned32)
+}
+
+/// Reports to `tracing` how a drive notices that this program is gone, or why it does not.
+pub(crate) fn report(node: NodeId, protection: Protection, why: Option<&Error>) {
+    #[cfg(feature = "tracing")]
+    match (protection, why) {
+        (Protection::None, Some(why)) => tracing::warn!(target: "lexican::drive", %node, %why, "not protected"),
+        (Protection::None, None) => tracing::warn!(target: "lexican::drive", %node, "connected unprotected, as asked"),
+        (protection, _) => tracing::info!(target: "lexican::drive", %node, %protection, "protected"),
+    }
+    #[cfg(not(feature = "tracing"))]
+    let _ = (node, protection, why);
 }
 
 impl fmt::Display for Protection {

@@ -57,6 +57,12 @@ impl Session {
         self.protection
     }
 
+    /// What protects the drive, for a shell that lets it go at rest: unless a follower keeps the drive going.
+    pub(crate) fn lets_disarm(&self) -> Option<Protection> {
+        let is_ours = !self.context.may_move() && !self.context.lock().is_handed_over;
+        Some(self.protection).filter(|armed| is_ours && *armed != Protection::None)
+    }
+
     /// Sends from now on what keeps a drive going that has been [protected](crate::sequence::protect).
     pub fn keep_alive(&mut self, now: Instant, protection: Protection) {
         self.protected(protection);

@@ -28,7 +28,7 @@ use crate::mode::Mode;
 use crate::operations::operations;
 use crate::outcome::{HomingOutcome, Outcome, VelocityOutcome};
 use crate::parameter::ParameterSet;
-use crate::protection::{Protection, Supervision};
+use crate::protection::{Protection, Supervision, report};
 use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting, UnpacedPdo};
 use crate::session::Session;
 use crate::set_point::SetPoint;
@@ -52,20 +52,32 @@ pub struct Drive<K> {
 
 impl<K: Kind> Drive<K> {
     /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
-    /// goes by. Nothing is changed in the drive.
-    ///
-    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
-    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
-    /// [`Drive::connect_protected`] is for drives that can notice.
+    /// goes by. Where the drive can notice that this program is gone, that is armed, as by [`Drive::connect_protected`] with
+    /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
+    /// changed in the drive.
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not answer.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not
+    /// answer.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
-        Self::connect_as(network, node, K::DESCRIPTION).await
+        Self::connect_as(network, node, K::DESCRIPTION).await?.protected_if_possible().await
     }
 
-    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped.
+    /// Connects as [`Drive::connect`] does, and changes nothing in the drive.
+    ///
+    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
+    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub async fn connect_unprotected(network: Network, node: NodeId) -> Result<Self, Error> {
+        Self::connect_as(network, node, K::DESCRIPTION).await.inspect(Self::report_unprotected)
+    }
+
+    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
+    /// protected as by [`Drive::connect`].
     ///
     /// # Errors
     ///
@@ -78,10 +90,11 @@ impl<K: Kind> Drive<K> {
         Self::recover_as(network, node, K::DESCRIPTION, recovery).await
     }
 
-    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
-    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The network keeps it going as long as its task runs; after a restart of the drive, the next
-    /// operation arms it again. All drives on a network share its heartbeat, and so the node-ID of its sender.
+    /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
+    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The network keeps it going as long as its task runs: a program that blocks the only thread of
+    /// its runtime for longer than that is gone for the drive. After a restart of the drive, the next operation arms it again.
+    /// [`Drive::unprotect`] disarms it; so does dropping the `Drive` of a drive at rest, if the network still runs then. All drives on a network share its heartbeat, and so the node-ID of its sender.
     ///
     /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
     ///
@@ -90,7 +103,7 @@ impl<K: Kind> Drive<K> {
     /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
     /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`].
     pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
-        Self::connect(network, node).await?.protected(supervision).await
+        Self::connect_as(network, node, K::DESCRIPTION).await?.protected(supervision).await
     }
 }
 
@@ -105,7 +118,20 @@ impl Drive<Any> {
         node: NodeId,
         description: &'static Description,
     ) -> Result<Self, Error> {
-        Self::connect_as(network, node, description).await
+        Self::connect_as(network, node, description).await?.protected_if_possible().await
+    }
+
+    /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub async fn connect_described_unprotected(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+    ) -> Result<Self, Error> {
+        Self::connect_as(network, node, description).await.inspect(Self::report_unprotected)
     }
 
     /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
@@ -133,7 +159,7 @@ impl Drive<Any> {
         description: &'static Description,
         supervision: Supervision,
     ) -> Result<Self, Error> {
-        Self::connect_described(network, node, description).await?.protected(supervision).await
+        Self::connect_as(network, node, description).await?.protected(supervision).await
     }
 }
 
@@ -161,13 +187,53 @@ impl<K> Drive<K> {
     ) -> Result<(Self, Recovered), Error> {
         let mut drive = Self::new(network, node, description);
         let recovered = drive.recover(recovery).await?;
-        Ok((drive, recovered))
+        Ok((drive.protected_if_possible().await?, recovered))
     }
 
     async fn protected(mut self, supervision: Supervision) -> Result<Self, Error> {
-        self.supervision = Some(supervision);
-        self.protect().await?;
+        let armed = self.protect(supervision).await?;
+        report(self.node, armed, None);
         Ok(self)
+    }
+
+    async fn protected_if_possible(mut self) -> Result<Self, Error> {
+        let armed = self.protect(Supervision::default()).await;
+        Protection::or_none(self.node, armed)?;
+        Ok(self)
+    }
+
+    fn report_unprotected(&self) {
+        report(self.node, Protection::None, None);
+    }
+
+    /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect_protected`]; [`Protection::is_lacking`] has those of a drive that cannot notice.
+    pub async fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error> {
+        if self.supervision.is_some_and(|armed| armed != supervision) {
+            self.unprotect().await?;
+        }
+        self.arm(supervision).await?;
+        self.supervision = Some(supervision);
+        Ok(self.protection())
+    }
+
+    /// Disarms what protects the drive: it goes on with its last order if this program dies. A program that ends calls this
+    /// before, while its network runs: a drive that stays armed notices, and releases its motor or is in fault at the next
+    /// start.
+    ///
+    /// # Errors
+    ///
+    /// When the drive cannot be written.
+    pub async fn unprotect(&mut self) -> Result<(), Error> {
+        let protection = self.protection();
+        self.supervision = None;
+        self.run_to_its_end(async |context: DriveContext| sequence::unprotect(&context, protection).await).await?;
+        self.session.protected(Protection::None);
+        self.report_unprotected();
+        Ok(())
     }
 
     async fn identify(&mut self) -> Result<(), Error> {
@@ -211,7 +277,7 @@ impl<K> Drive<K> {
         };
         let recovered = self.session.conclude(recovered)?;
         self.session.protected(Protection::None);
-        self.protect().await?;
+        self.rearm().await?;
         Ok(recovered)
     }
 
@@ -229,7 +295,7 @@ impl<K> Drive<K> {
     where
         F: Future<Output = Result<T, Error>>,
     {
-        self.protect().await?;
+        self.rearm().await?;
         let result = self.run_to_its_end(sequence).await;
         self.session.conclude(result)
     }
@@ -263,11 +329,18 @@ impl<K> Drive<K> {
         }
     }
 
+    async fn rearm(&mut self) -> Result<(), Error> {
+        match self.supervision {
+            Some(supervision) => self.arm(supervision).await,
+            None => Ok(()),
+        }
+    }
+
     /// Arms what is not, or not any more.
-    async fn protect(&mut self) -> Result<(), Error> {
-        let Some(supervision) = self.supervision.filter(|_| self.protection() == Protection::None) else {
+    async fn arm(&mut self, supervision: Supervision) -> Result<(), Error> {
+        if self.protection() != Protection::None {
             return Ok(());
-        };
+        }
         let node = self.node;
         let protection =
             self.run_to_its_end(async |context: DriveContext| sequence::protect(&context, supervision).await).await?;
@@ -406,6 +479,7 @@ impl<K> fmt::Debug for Drive<K> {
         f.debug_struct("Drive")
             .field("kind", &self.session.context().description().name)
             .field("node", &self.node)
+            .field("protection", &self.protection())
             .finish_non_exhaustive()
     }
 }
@@ -418,6 +492,12 @@ impl<K> Drop for Drive<K> {
         self.catch_up();
         let stop: Vec<_> = self.session.context().let_go().collect();
         if stop.is_empty() {
+            // An end as it should be is none that the drive has to notice.
+            if let Some(frame) =
+                self.session.lets_disarm().and_then(|armed| self.session.context().disarming_frame(armed))
+            {
+                let _ = self.network.post(frame);
+            }
             return;
         }
         let what = match stop.into_iter().try_for_each(|frame| self.network.post(frame)) {

@@ -41,7 +41,7 @@ impl Bench {
         let bus = VirtualBus::with_bit_rate(500);
         let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &MODEL, NODE)));
         bus.attach(Arc::clone(&servo));
-        let drive = lexican_driver::Drive::connect_described(bus.link(), NODE, description).unwrap();
+        let drive = lexican_driver::Drive::connect_described_unprotected(bus.link(), NODE, description).unwrap();
         Bench { bus, servo, drive }
     }
 
@@ -227,7 +227,7 @@ fn other_drives_are_refused() {
             od.write(&entry, 0, name.as_bytes(), true).unwrap();
         });
         bus.attach(servo);
-        let connected = lexican_driver::Drive::connect_described(bus.link(), NODE, &AKD);
+        let connected = lexican_driver::Drive::connect_described_unprotected(bus.link(), NODE, &AKD);
         assert_eq!(connected.is_ok(), fits, "{name}");
     }
 }
@@ -401,7 +401,7 @@ async fn it_travels_and_homes_on_a_network() {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(SimulatedServo::new(bus.now(), &MODEL, NODE));
     let network = Network::spawn(bus.link()).unwrap();
-    let mut drive = kollmorgen_akd::driver::tokio::Drive::connect(network, NODE).await.unwrap();
+    let mut drive = kollmorgen_akd::driver::tokio::Drive::connect_unprotected(network, NODE).await.unwrap();
     drive.enable().await.unwrap();
     assert_eq!(drive.move_to(5000).await.unwrap(), Outcome::Reached { position: 5000 });
     let homed = drive.home(od::HomingMethod::PRESENT_POSITION.0).await.unwrap();
@@ -414,6 +414,6 @@ async fn it_travels_and_homes_on_a_network() {
 fn both_kinds_connect() {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(SimulatedServo::new(bus.now(), &MODEL, NODE));
-    let drive = Drive::connect(bus.link(), NODE).unwrap();
-    FreeDrive::connect(drive.release(), NODE).unwrap();
+    let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+    FreeDrive::connect_unprotected(drive.release(), NODE).unwrap();
 }

@@ -19,7 +19,7 @@ static DIES: AtomicBool = AtomicBool::new(false);
 const NODE: NodeId = NodeId::literal(5);
 
 fn travel(link: impl Link) -> Result<Outcome, Error> {
-    let mut drive = Drive::connect(link, NODE)?;
+    let mut drive = Drive::connect_unprotected(link, NODE)?;
     drive.enable()?;
     let outcome = drive.move_to(200)?;
     drive.disable()?;

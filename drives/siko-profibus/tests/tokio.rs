@@ -22,14 +22,14 @@ async fn drives_behind_two_doors_travel_at_once() {
     can.attach(SimulatedDrive::new(AG02.drive, seven));
     let network = Network::spawn(can.link()).unwrap();
     let ag02 = async |node| {
-        let mut drive = siko_ag02::driver::tokio::Drive::connect(network.clone(), node).await?;
+        let mut drive = siko_ag02::driver::tokio::Drive::connect_unprotected(network.clone(), node).await?;
         drive.enable().await?;
         let outcome = drive.move_to(1000).await?;
         drive.disable().await?;
         Ok::<_, Error>(outcome)
     };
     let ag03_1 = async {
-        let mut drive = siko_ag03_1::driver::tokio::Drive::connect(network.clone(), six).await?;
+        let mut drive = siko_ag03_1::driver::tokio::Drive::connect_unprotected(network.clone(), six).await?;
         drive.set_mode(Mode::Velocity).await?;
         drive.enable().await?;
         drive.run_at(30).await?;
@@ -51,7 +51,7 @@ async fn a_drive_travels_on_a_link_of_its_own() {
     let id = bus::attach_unknown(&mut segment, &AG02, node.get());
     let segment = Bus::new(segment);
     let network = Network::spawn(line::link(&segment, &AG02, node)).unwrap();
-    let mut drive = siko_ag02::driver::tokio::Drive::connect(network, node).await.unwrap();
+    let mut drive = siko_ag02::driver::tokio::Drive::connect_unprotected(network, node).await.unwrap();
     drive.enable().await.unwrap();
     drive.start_moving_to(5000).await.unwrap();
     drive.interrupt().await.unwrap();

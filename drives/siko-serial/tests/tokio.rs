@@ -11,7 +11,7 @@ use siko_serial::gateway::{self, NODE};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
 async fn travels(network: Network, node: NodeId) -> Result<Outcome, Error> {
-    let mut drive = Drive::connect(network, node).await?;
+    let mut drive = Drive::connect_unprotected(network, node).await?;
     drive.enable().await?;
     drive.start_moving_to(5000).await?;
     drive.interrupt().await?;

@@ -150,7 +150,7 @@ proptest! {
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
         let bench = Bench { bus, simulated };
-        let mut drive = Drive::connect(bench.bus.link(), NODE).expect("it is there");
+        let mut drive = Drive::connect_unprotected(bench.bus.link(), NODE).expect("it is there");
         drive.set_patience(Duration::from_secs(2));
         let set = od::MOTOR_PARAMETER_SET;
         drive.write(set.v_inch(), od::Speed(speeds.0)).expect("a speed");

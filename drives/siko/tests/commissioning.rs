@@ -22,7 +22,7 @@ fn simulated() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>) {
 
 fn connected() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>, Drive<VirtualLink>) {
     let (bus, simulated) = simulated();
-    let drive = Drive::connect(bus.link(), NODE).unwrap();
+    let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     (bus, simulated, drive)
 }
 
@@ -97,7 +97,7 @@ mod over_tokio {
 
     async fn connected() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>, Drive) {
         let (bus, simulated) = simulated();
-        let drive = Drive::connect(Network::spawn(bus.link()).unwrap(), NODE).await.unwrap();
+        let drive = Drive::connect_unprotected(Network::spawn(bus.link()).unwrap(), NODE).await.unwrap();
         (bus, simulated, drive)
     }
 

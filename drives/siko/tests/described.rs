@@ -24,9 +24,10 @@ fn bus() -> VirtualBus {
     bus
 }
 
-fn connect_in_each_way(description: &'static Description) -> [Connected; 3] {
+fn connect_in_each_way(description: &'static Description) -> [Connected; 4] {
     [
         Drive::connect_described(bus().link(), NODE, description).map(|drive| drive.protection()),
+        Drive::connect_described_unprotected(bus().link(), NODE, description).map(|drive| drive.protection()),
         Drive::connect_described_and_recover(bus().link(), NODE, description, &RECOVERY)
             .map(|(drive, _)| drive.protection()),
         Drive::connect_described_protected(bus().link(), NODE, description, SUPERVISION)
@@ -34,10 +35,11 @@ fn connect_in_each_way(description: &'static Description) -> [Connected; 3] {
     ]
 }
 
-async fn connect_to_a_network_in_each_way(description: &'static Description) -> [Connected; 3] {
+async fn connect_to_a_network_in_each_way(description: &'static Description) -> [Connected; 4] {
     let network = || Network::spawn(bus().link()).unwrap();
     [
         shell::Drive::connect_described(network(), NODE, description).await.map(|drive| drive.protection()),
+        shell::Drive::connect_described_unprotected(network(), NODE, description).await.map(|drive| drive.protection()),
         shell::Drive::connect_described_and_recover(network(), NODE, description, &RECOVERY)
             .await
             .map(|(drive, _)| drive.protection()),
@@ -50,9 +52,10 @@ async fn connect_to_a_network_in_each_way(description: &'static Description) -> 
 #[tokio::test]
 async fn each_way_to_connect_goes_by_the_description() {
     for connected in [connect_in_each_way(&AG03_1), connect_to_a_network_in_each_way(&AG03_1).await] {
-        let [Ok(plain), Ok(recovered), Ok(protected)] = connected else { panic!("{connected:?}") };
-        assert_eq!([plain, recovered], [Protection::None; 2]);
+        let [Ok(usual), Ok(unprotected), Ok(recovered), Ok(protected)] = connected else { panic!("{connected:?}") };
+        assert_eq!(unprotected, Protection::None);
         assert!(matches!(protected, Protection::LifeGuarding { .. }), "{protected:?}");
+        assert_eq!([usual, recovered], [protected; 2], "within a second, unless another time is named");
     }
     for connected in [connect_in_each_way(&AG02), connect_to_a_network_in_each_way(&AG02).await] {
         assert!(connected.iter().all(|it| matches!(it, Err(Error::NotThisDrive { .. }))), "{connected:?}");

@@ -127,7 +127,8 @@ fn run(link: Socket, ending: &str) -> Result<(), Error> {
     let within = Supervision::within(Duration::from_millis(1500));
     let mut drive = match ending.strip_prefix("protected ") {
         Some(_) => Drive::connect_protected(link, NODE, within)?,
-        None => Drive::connect(link, NODE)?,
+        None if ending == "connected as usual" => Drive::connect(link, NODE)?,
+        None => Drive::connect_unprotected(link, NODE)?,
     };
     if ending.ends_with("with a handler") {
         let handle = drive.cancel_handle();
@@ -315,6 +316,7 @@ fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
 fn a_protected_drive_notices_that_its_program_is_gone() {
     check("protected abort", None, &Then::Released, "");
     check("protected SIGKILL", Some("KILL"), &Then::Released, "");
+    check("connected as usual", Some("KILL"), &Then::Released, "");
     check("protected SIGTERM", Some("TERM"), &Then::Released, "");
 }
 

@@ -33,7 +33,7 @@ impl Bench {
             let node = NodeId::literal(node);
             let simulated = Arc::new(Mutex::new(SimulatedDrive::new(model, node)));
             bench.bus.attach(Arc::clone(&simulated));
-            let mut drive = Drive::connect_described(bench.bus.link(), node, description).unwrap();
+            let mut drive = Drive::connect_described_unprotected(bench.bus.link(), node, description).unwrap();
             drive.set_start_by_sync(true).unwrap();
             drive.enable().unwrap();
             bench.simulated.push(simulated);
@@ -151,7 +151,7 @@ fn what_would_start_at_once_or_cannot_wait_is_refused() {
         Err(Error::Refused(refusal)) => assert_eq!(refusal.0, [Missing::Travel]),
         other => panic!("{other:?}"),
     }
-    let mut drive = Drive::connect_described(bench.bus.link(), NodeId::literal(5), &BY_SDO).unwrap();
+    let mut drive = Drive::connect_described_unprotected(bench.bus.link(), NodeId::literal(5), &BY_SDO).unwrap();
     for refused in [drive.set_start_by_sync(true), drive.prepare_moving_to(TARGET)] {
         assert!(matches!(refused, Err(Error::Unsupported { what: Capability::StartBySync, .. })), "{refused:?}");
     }

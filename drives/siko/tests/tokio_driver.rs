@@ -40,7 +40,7 @@ fn network(nodes: &[u8]) -> (VirtualBus, Network, Vec<Arc<Mutex<SimulatedDrive>>
 #[tokio::test]
 async fn a_drive_travels_and_runs() {
     let (_, network, _) = network(&[5]);
-    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NodeId::literal(5)).await.unwrap();
     match drive.move_to(5000).await {
         Err(Error::Refused(refusal)) => assert_eq!(refusal.0, [Missing::Enabled(State::SwitchOnDisabled)]),
         other => panic!("{other:?}"),
@@ -61,8 +61,8 @@ async fn a_drive_travels_and_runs() {
 #[tokio::test]
 async fn two_drives_travel_at_once_on_one_network() {
     let (_, network, _) = network(&[5, 6]);
-    let mut one = Drive::connect(network.clone(), NodeId::literal(5)).await.unwrap();
-    let mut other = Drive::connect(network, NodeId::literal(6)).await.unwrap();
+    let mut one = Drive::connect_unprotected(network.clone(), NodeId::literal(5)).await.unwrap();
+    let mut other = Drive::connect_unprotected(network, NodeId::literal(6)).await.unwrap();
     let visit = async |drive: &mut Drive, target| {
         drive.enable().await?;
         drive.move_to(target).await
@@ -75,7 +75,7 @@ async fn two_drives_travel_at_once_on_one_network() {
 #[tokio::test]
 async fn a_fault_is_told_with_its_cause() {
     let (bus, network, simulated) = network(&[5]);
-    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NodeId::literal(5)).await.unwrap();
     drive.enable().await.unwrap();
     drive.start_moving_to(100_000).await.unwrap();
     simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
@@ -86,7 +86,7 @@ async fn a_fault_is_told_with_its_cause() {
 #[tokio::test]
 async fn silence_is_noticed_while_the_drive_moves() {
     let (bus, network, simulated) = network(&[5]);
-    let mut drive = Drive::connect(network, NODE).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NODE).await.unwrap();
     drive.enable().await.unwrap();
     drive.inch(Direction::Positive).await.unwrap();
     simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.control_supply_100mv = 0);
@@ -97,7 +97,7 @@ async fn silence_is_noticed_while_the_drive_moves() {
 #[tokio::test]
 async fn a_sequence_is_polled_when_something_has_happened() {
     let (_, network, _) = network(&[5]);
-    let mut drive = Drive::connect(network, NODE).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NODE).await.unwrap();
     // It sends nothing any more unless something changes.
     drive.write(od::TPDO1_PARAMETER.event_timer(), od::Interval(0)).await.unwrap();
     drive.pass(Duration::from_secs(1)).await.unwrap();
@@ -149,7 +149,10 @@ async fn a_drive_that_has_lost_its_power_is_brought_back_and_does_not_move() {
     assert!(matches!(absent.into_cause(), Error::Sdo(_)));
     simulated[0].lock().unwrap().switch_on(bus.now());
     let recovered = drive.recover(&Recovery::within(Duration::from_secs(5))).await.unwrap();
-    assert_eq!((recovered.now.state, recovered.now.mode), (Some(State::SwitchOnDisabled), Some(2)));
+    assert_eq!(
+        (recovered.now.state.map(|it| it.value), recovered.now.mode.map(|it| it.value)),
+        (Some(State::SwitchOnDisabled), Some(2))
+    );
     assert!(matches!(drive.protection(), Protection::LifeGuarding { .. }));
     drive.enable().await.unwrap();
     drive.pass(Duration::from_secs(1)).await.unwrap();
@@ -159,7 +162,7 @@ async fn a_drive_that_has_lost_its_power_is_brought_back_and_does_not_move() {
 #[tokio::test]
 async fn connecting_to_a_silent_node_ends_under_a_flood() {
     let (link, _) = flooded(&VirtualBus::with_bit_rate(500));
-    let connected = Drive::connect(Network::spawn(link).unwrap(), NODE).await;
+    let connected = Drive::connect_unprotected(Network::spawn(link).unwrap(), NODE).await;
     assert!(matches!(connected, Err(Error::Sdo(_))));
 }
 
@@ -168,7 +171,7 @@ async fn a_moving_drive_that_is_dropped_under_a_flood_is_sent_its_stop_first() {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(SimulatedDrive::new(&MODEL, NODE));
     let (link, sent) = flooded(&bus);
-    let mut drive = Drive::connect(Network::spawn(link).unwrap(), NODE).await.unwrap();
+    let mut drive = Drive::connect_unprotected(Network::spawn(link).unwrap(), NODE).await.unwrap();
     drive.enable().await.unwrap();
     drive.start_moving_to(50_000).await.unwrap();
     sent.lock().unwrap().clear();
@@ -206,7 +209,7 @@ async fn recorded() -> (Drive, Arc<Mutex<Vec<String>>>) {
     bus.attach(SimulatedDrive::new(&MODEL, NodeId::literal(5)));
     let sent = Arc::default();
     let network = Network::spawn(Recorder { link: bus.link(), sent: Arc::clone(&sent) }).unwrap();
-    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NodeId::literal(5)).await.unwrap();
     drive.enable().await.unwrap();
     (drive, sent)
 }
@@ -310,7 +313,7 @@ async fn an_order_that_is_cancelled_at_any_await_does_not_start_the_drive_later(
 #[tokio::test]
 async fn status_words_that_came_too_fast_are_not_taken_for_new_ones() {
     let (bus, network, _) = network(&[5]);
-    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    let mut drive = Drive::connect_unprotected(network, NodeId::literal(5)).await.unwrap();
     drive.enable().await.unwrap();
     drive.set_mode(Mode::Velocity).await.unwrap();
     assert!(matches!(drive.run_at(20).await.unwrap(), VelocityOutcome::Reached { .. }));

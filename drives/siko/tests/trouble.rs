@@ -115,7 +115,7 @@ impl Bench {
     /// How many frames a program takes that nothing disturbs.
     fn frames(name: &str, program: Program<VirtualLink>) -> u64 {
         let bench = Bench::new();
-        let mut drive = Drive::connect(bench.bus.link(), NODE).unwrap();
+        let mut drive = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
         let count = Arc::new(AtomicU64::new(0));
         let counter = Arc::clone(&count);
         bench.bus.observe(move |_, _| {
@@ -155,7 +155,7 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
     for &(name, program) in PROGRAMS {
         for at in 0..Bench::frames(name, program) {
             let Bench { bus, simulated } = Bench::new();
-            let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+            let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
             let mut count = 0;
             let victim = Arc::clone(&simulated);
             bus.observe(move |now, _| {
@@ -195,7 +195,7 @@ fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
     for &(name, program) in PROGRAMS {
         for lost in 0..Bench::frames(name, program) {
             let Bench { bus, .. } = Bench::new();
-            let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+            let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
             bus.set_fate(move |number, _| if number == lost { Fate::Lose } else { Fate::Deliver });
             let before = bus.now();
             match program(&mut drive).map_err(Error::into_cause) {
@@ -226,7 +226,7 @@ fn lose_control_words(bus: &VirtualBus, lose: impl Fn(u64) -> bool + Send + 'sta
 fn a_quick_stop_that_is_lost_is_sent_again() {
     for lost in 1..10 {
         let Bench { bus, simulated } = Bench::new();
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         drive.enable().unwrap();
         drive.start_moving_to(100_000).unwrap();
         lose_control_words(&bus, move |number| number < lost);
@@ -242,7 +242,7 @@ fn a_stop_that_is_lost_before_the_drive_moves_is_sent_again() {
     let operations: [Operation; 3] = [Drive::interrupt, Drive::stop, Drive::disable];
     for operation in operations {
         let Bench { bus, simulated } = Bench::new();
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(1)).unwrap();
         drive.enable().unwrap();
         drive.start_moving_to(100_000).unwrap();
@@ -256,7 +256,7 @@ fn a_stop_that_is_lost_before_the_drive_moves_is_sent_again() {
 #[test]
 fn a_quick_stop_that_never_arrives_is_told_of() {
     let Bench { bus, .. } = Bench::new();
-    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     drive.enable().unwrap();
     drive.start_moving_to(100_000).unwrap();
     lose_control_words(&bus, |_| true);
@@ -270,7 +270,7 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
 #[test]
 fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
     let Bench { bus, simulated } = Bench::new();
-    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     drive.enable().unwrap();
     bus.set_fate(|_, frame| match frame.data() {
         [0x1F, 0x00, ..] if frame.id() == CobId::of_node(0x400, NODE) => Fate::Delay(Duration::from_millis(700)),
@@ -289,7 +289,7 @@ fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
 #[test]
 fn inching_that_does_not_begin_is_not_told_as_done() {
     let Bench { bus, simulated } = Bench::new();
-    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     drive.enable().unwrap();
     assert_eq!(drive.move_to(100).unwrap(), Outcome::Reached { position: 100 });
     let lose =
@@ -306,7 +306,7 @@ fn inching_that_does_not_begin_is_not_told_as_done() {
 #[test]
 fn the_smallest_step_is_seen_and_none_is_no_error() {
     let Bench { bus, .. } = Bench::new();
-    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     drive.enable().unwrap();
     for (width, position) in [(1, 1), (-1, 0), (0, 0)] {
         drive.write(od::DELTA_JOG, od::Position(width)).unwrap();
@@ -364,7 +364,7 @@ proptest! {
         v_pos in 1_u8..=200, pitch in prop_oneof![Just(0_u16), 1_u16..1000],
     ) {
         let Bench { bus, .. } = Bench::new();
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         drive.set_patience(Duration::from_secs(100_000));
         let set = od::MOTOR_PARAMETER_SET;
         drive.write(set.a_pos(), od::Acceleration(a_pos)).unwrap();

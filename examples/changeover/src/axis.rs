@@ -170,7 +170,11 @@ impl Axis {
                 Ok(()) | Err(Error::Fault(_)) => {}
                 Err(error) => return Err(error),
             }
-            if self.by_sync { self.drive.set_start_by_sync(false).await } else { Ok(()) }
+            if self.by_sync {
+                self.drive.set_start_by_sync(false).await?;
+            }
+            // The network ends with the program: a drive that stayed armed would notice that as if it had been killed.
+            self.drive.unprotect().await
         };
         if let Err(error) = in_time(&self.network, released).await {
             self.add(format!("not disabled: {error}"));

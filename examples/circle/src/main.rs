@@ -108,7 +108,7 @@ fn run(args: &Args) -> Result<bool, String> {
     let settings = AxisSettings::new(Mode::CyclicPosition, period, max_step);
     let mut axes = Vec::new();
     for node in args.nodes.iter().copied() {
-        let axis = FreeDrive::connect(&mut link, node).and_then(|mut drive| drive.prepare_cyclic(settings));
+        let axis = FreeDrive::connect_unprotected(&mut link, node).and_then(|mut drive| drive.prepare_cyclic(settings));
         axes.push(axis.map_err(|error| format!("node {node}: {error}"))?);
     }
     let start = [axes[0].position(), axes[1].position()];

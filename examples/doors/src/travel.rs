@@ -29,8 +29,11 @@ pub(crate) struct Run {
     pub(crate) traffic: String,
 }
 
-/// The program. Returns the outcome and the positions that it has read, over seconds since the order.
-fn travel(link: &mut impl Link) -> Result<(Outcome, Vec<(f64, f64)>), Error> {
+/// Positions over seconds since the order.
+type Positions = Vec<(f64, f64)>;
+
+/// The program. Returns the outcome and the positions that it has read, over seconds since the order, and the link.
+fn travel<L: Link + Send + 'static>(link: L) -> Result<(Outcome, Positions, L), Error> {
     let mut drive = Drive::connect(link, NODE)?;
     drive.enable()?;
     let began = drive.run(async |context| Ok(context.now()))?;
@@ -39,7 +42,7 @@ fn travel(link: &mut impl Link) -> Result<(Outcome, Vec<(f64, f64)>), Error> {
         positions.push((progress.at.since(began).as_secs_f64(), progress.position.into()));
     })?;
     drive.disable()?;
-    Ok((outcome, positions))
+    Ok((outcome, positions, drive.release()))
 }
 
 pub(crate) fn through_each_door() -> Result<[Run; 3], Error> {
@@ -52,8 +55,7 @@ fn through_canopen() -> Result<Run, Error> {
     let frames = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&frames);
     can.observe(move |_, _| _ = counted.fetch_add(1, Ordering::Relaxed));
-    let mut link = can.link();
-    let (outcome, positions) = travel(&mut link)?;
+    let (outcome, positions, _) = travel(can.link())?;
     let traffic = format!("{} frames at 500 kbit/s", frames.load(Ordering::Relaxed));
     Ok(Run { door: "CANopen", outcome, positions, traffic })
 }
@@ -61,8 +63,8 @@ fn through_canopen() -> Result<Run, Error> {
 fn through_serial() -> Result<Run, Error> {
     let settings = Settings { baud: 19_200, ..Settings::default() };
     let line = VirtualLine::with_settings(SerialDrive::default(), settings);
-    let mut link = gateway::link(Counted { line, telegrams: 0, bytes: 0 }, settings, NODE);
-    let (outcome, positions) = travel(&mut link)?;
+    let link = gateway::link(Counted { line, telegrams: 0, bytes: 0 }, settings, NODE);
+    let (outcome, positions, mut link) = travel(link)?;
     let lasted_s = link.now().as_micros() as f64 / 1e6;
     let Counted { telegrams, bytes, .. } = link.carrier().0;
     let busy = settings.on_line(bytes).as_secs_f64() / lasted_s * 100.0;
@@ -77,8 +79,7 @@ fn through_profibus() -> Result<Run, Error> {
     let mut segment = virtual_bus::VirtualBus::with_parameters(parameters);
     let drive = bus::attach_unknown(&mut segment, &AG02, NODE.get());
     let segment = Bus::new(segment);
-    let mut link = line::link(&segment, &AG02, NODE);
-    let (outcome, positions) = travel(&mut link)?;
+    let (outcome, positions, link) = travel(line::link(&segment, &AG02, NODE))?;
     let exchanges = segment.with(|line| line.exchanges(drive));
     let each_ms = link.now().as_micros() as f64 / 1e3 / exchanges as f64;
     let traffic = format!("{exchanges} exchanges of data, one in {each_ms:.2} ms at 1500 kbit/s");

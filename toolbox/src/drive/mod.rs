@@ -9,10 +9,12 @@ mod described;
 mod ending;
 mod look;
 mod order;
+mod safe_end;
 mod scales;
 
 pub use described::describe;
 pub use ending::Ending;
 pub use look::Look;
-pub use order::{Order, Times, carry_out, has_ended, prepare};
+pub use order::{Order, Times, carry_out, has_ended, prepare, see};
+pub use safe_end::{SafeEnd, end_safely, unstoppable};
 pub use scales::Scales;

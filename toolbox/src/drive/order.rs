@@ -35,6 +35,10 @@ pub enum Order {
     Stop,
     /// Stop with full deceleration.
     QuickStop,
+    /// Go on with a travel that is interrupted.
+    Resume,
+    /// Drop what is left of a travel, and disable the drive.
+    Drop,
     /// Only look, for [`Times::lasting`].
     Watch,
 }
@@ -58,7 +62,7 @@ impl Order {
     /// Whether the drive moves by it, and has to be enabled for it.
     #[must_use]
     pub const fn moves(&self) -> bool {
-        self.mode().is_some() || matches!(self, Order::Home(_))
+        self.mode().is_some() || matches!(self, Order::Home(_) | Order::Resume)
     }
 
     /// How it has ended, in a sentence.
@@ -69,6 +73,7 @@ impl Order {
             (Ending::Reached, Order::Disable) => "it is disabled".to_owned(),
             (Ending::Reached, Order::ResetFault) => "it was in no fault".to_owned(),
             (Ending::Reached, Order::Stop | Order::QuickStop) => "it stands".to_owned(),
+            (Ending::Reached, Order::Drop) => "what was left of its travel is dropped, and it is disabled".to_owned(),
             (Ending::Reached, Order::Run(_)) => "it has run, and has been stopped".to_owned(),
             (Ending::Reached, Order::Home(_)) => "it has found its reference point".to_owned(),
             (Ending::Reached, Order::Watch) => "watched".to_owned(),
@@ -164,6 +169,11 @@ async fn run(drive: &DriveContext, order: Order, times: Times) -> Result<Ending,
         Order::Home(method) => sequence::home(drive, method_of(drive, method).await?, times.within).await?.into(),
         Order::Stop => sequence::stop(drive).await.map(|()| Ending::Reached)?,
         Order::QuickStop => quick_stop(drive).await.map(|()| Ending::Reached)?,
+        Order::Resume => {
+            sequence::resume(drive).await?;
+            finish(drive, times.within).await?
+        }
+        Order::Drop => sequence::drop_travel(drive).await.map(|()| Ending::Reached)?,
         Order::Watch => watch(drive, times.lasting).await?,
     };
     if drive.may_move() && order.moves() {
@@ -174,7 +184,11 @@ async fn run(drive: &DriveContext, order: Order, times: Times) -> Result<Ending,
 }
 
 /// Looks at state, position and velocity; the status word.
-async fn see(drive: &DriveContext) -> Result<u16, Error> {
+///
+/// # Errors
+///
+/// When the drive cannot be read.
+pub async fn see(drive: &DriveContext) -> Result<u16, Error> {
     let status_word = drive.status().await?;
     drive.position().await?;
     drive.velocity().await?;
@@ -184,6 +198,11 @@ async fn see(drive: &DriveContext) -> Result<u16, Error> {
 /// A travel, in which the velocity is looked at as well.
 async fn travel(drive: &DriveContext, target: i32, within: Duration) -> Result<Ending, Error> {
     sequence::start_travel(drive, target).await?;
+    finish(drive, within).await
+}
+
+/// Waits until the travel is over.
+async fn finish(drive: &DriveContext, within: Duration) -> Result<Ending, Error> {
     let until = drive.now() + within;
     loop {
         let outcome = sequence::finish(drive, LOOK.min(until.since(drive.now())), &mut |_| {}).await?;
@@ -234,7 +253,7 @@ async fn end_of_running(drive: &DriveContext, ordered: i32) -> Result<Option<End
     {
         return Ok(Some(Ending::ForeignOrder));
     }
-    if ordered == 0 || drive.seen().velocity != Some(0) {
+    if ordered == 0 || drive.seen().velocity.is_none_or(|velocity| velocity.value != 0) {
         return Ok(None);
     }
     if let Some(torque) = description.torque_deactivation
@@ -310,10 +329,10 @@ async fn watched(
             }
             beside = None;
             let polled = sequence.as_mut().poll(context);
-            let seen = drive.seen();
-            if last.replace(seen) != Some(seen) {
+            let seen = Look::at(drive);
+            if !last.replace(seen).is_some_and(|last: Look| last.shows_the_same(&seen)) {
                 changed = drive.now();
-                look(Look::at(drive));
+                look(seen);
             }
             let stalls = may_stall && drive.may_move() && seen.velocity == Some(0) && drive.now() >= changed + STALL;
             if polled.is_ready() {

@@ -28,7 +28,7 @@ use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, Instant, Measured, NodeId};
 
 use crate::description::Description;
 use crate::error::{Capability, Error};
@@ -62,7 +62,7 @@ pub(crate) struct Shared {
     pub(crate) restarted: bool,
     /// It has been heard to boot since it was last recovered.
     pub(crate) booted: bool,
-    /// What was last seen of it, however long ago.
+    /// What was last seen of it.
     pub(crate) seen: Seen,
     pub(crate) motion: Motion,
     /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
@@ -76,6 +76,8 @@ pub(crate) struct Shared {
     pub(crate) settled: bool,
     /// How long travels may take.
     pub(crate) patience: Duration,
+    /// A follower keeps the drive going from now on, and disarms what protects it.
+    pub(crate) is_handed_over: bool,
 }
 
 /// What is known of the status word.
@@ -131,6 +133,7 @@ impl DriveContext {
             settles: Instant::ZERO,
             settled: true,
             patience: Duration::from_secs(600),
+            is_handed_over: false,
         };
         DriveContext { node, description, shared: Arc::new(Mutex::new(shared)) }
     }
@@ -308,7 +311,7 @@ impl DriveContext {
         // What the drive sends by itself may be late, by the inhibit time of its PDO.
         let mut shared = self.lock();
         shared.status.known = shared.status.known.map(|_| word);
-        shared.seen.state = State::from_status_word(word);
+        shared.saw_state(word);
         Ok(word)
     }
 
@@ -455,8 +458,12 @@ impl Shared {
     pub(crate) fn saw_status(&mut self, word: u16) {
         self.status.last = word;
         self.status.known = Some(word);
-        self.seen.state = State::from_status_word(word);
+        self.saw_state(word);
         self.status.count += 1;
+    }
+
+    fn saw_state(&mut self, word: u16) {
+        self.seen.state = State::from_status_word(word).map(|state| Measured::new(state, self.now));
     }
 
     /// Something is about to move.

@@ -1,8 +1,8 @@
 //! What a sequence asks the drive, and writes: objects, by SDO.
 
-use lexican_runtime::Instant;
 use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
+use lexican_runtime::{Instant, Measured};
 
 use super::{Access, Bytes, DriveContext};
 use crate::description::{Number, Test, Word};
@@ -130,7 +130,8 @@ impl DriveContext {
     /// As [`DriveContext::read`].
     pub async fn position(&self) -> Result<i32, Error> {
         let position = narrow(self.get(self.description.objects.actual_position).await?);
-        self.lock().seen.position = Some(position);
+        let mut shared = self.lock();
+        shared.seen.position = Some(Measured::new(position, shared.now));
         Ok(position)
     }
 
@@ -142,7 +143,8 @@ impl DriveContext {
     pub async fn velocity(&self) -> Result<i32, Error> {
         let velocity = narrow(self.get(self.description.objects.actual_velocity).await?);
         let velocity = if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity };
-        self.lock().seen.velocity = Some(velocity);
+        let mut shared = self.lock();
+        shared.seen.velocity = Some(Measured::new(velocity, shared.now));
         Ok(velocity)
     }
 

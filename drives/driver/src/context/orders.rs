@@ -8,6 +8,7 @@ use super::DriveContext;
 use crate::description::{Description, Number, Pdo, Signal};
 use crate::error::{Capability, Error};
 use crate::mode::Mode;
+use crate::protection::Protection;
 
 impl DriveContext {
     /// Sends an NMT command.
@@ -86,15 +87,21 @@ impl DriveContext {
     pub(super) fn control_frame(&self, word: u16) -> Frame {
         match self.description.outputs.control {
             Some(pdo) => pdo.frame(self.node, self.description, &[(Signal::ControlWord, word.into())]),
-            None => {
-                let object = self.description.objects.control_word;
-                let payload = self.payload(object, word.into());
-                let data = Expedited::new(payload.bytes()).expect("a control word has one to four bytes");
-                let content = Content::Expedited(data);
-                let request = ClientRequest::InitiateDownload { address: object.address(), content };
-                Frame::from_array(CobId::of_node(0x600, self.node), request.to_bytes())
-            }
+            None => self.setting_frame(self.description.objects.control_word, word.into()),
         }
+    }
+
+    /// The frame that writes an object of one to four bytes, without waiting for an answer.
+    pub(crate) fn setting_frame(&self, object: Number, value: i64) -> Frame {
+        let payload = self.payload(object, value);
+        let content = Content::Expedited(Expedited::new(payload.bytes()).expect("an object of one to four bytes"));
+        let request = ClientRequest::InitiateDownload { address: object.address(), content };
+        Frame::from_array(CobId::of_node(0x600, self.node), request.to_bytes())
+    }
+
+    /// The frame that disarms what protects the drive, without waiting for an answer.
+    pub(crate) fn disarming_frame(&self, protection: Protection) -> Option<Frame> {
+        protection.switch().map(|switch| self.setting_frame(switch, 0))
     }
 
     pub(crate) fn send(&self, frame: Frame) {

@@ -47,10 +47,17 @@ impl Axis {
         Axis { limits: Some([low, high]), ..self }
     }
 
-    /// With what [`sequence::protect`](crate::sequence::protect) has armed: the follower keeps it going.
+    /// With what [`sequence::protect`](crate::sequence::protect) has armed: the follower keeps it going, and disarms it when
+    /// the axis stands at the end.
     #[must_use]
     pub const fn protected_by(self, protection: Protection) -> Self {
         Axis { protection, ..self }
+    }
+
+    /// How the drive notices that its follower is gone.
+    #[must_use]
+    pub const fn protection(&self) -> Protection {
+        self.protection
     }
 
     /// The node-ID.

@@ -10,6 +10,7 @@ use super::path::{Path, Supply};
 use super::report::{Reason, Report};
 use super::settings::{Settings, Stop, SyncSource};
 use super::stopping::{Ramp, Stage, Stopping, straight_on};
+use crate::context::DriveContext;
 use crate::protection::{KeepAlive, Protection};
 
 /// What happens while a path is followed.
@@ -60,6 +61,8 @@ pub struct Follower<P> {
     /// Which axis is sent its set-point next; `None` when all have been.
     sending: Option<usize>,
     keep_alive: Vec<KeepAlive>,
+    /// What disarms the axes that stand at the end.
+    disarming: Vec<Frame>,
     /// The first thing that has gone wrong.
     reason: Option<Reason>,
     /// The path is asked for more set-points.
@@ -118,6 +121,7 @@ impl<P: Path> Follower<P> {
             cycle_began: None,
             sending: None,
             keep_alive: Vec::new(),
+            disarming: Vec::new(),
             reason: None,
             has_more: true,
             cycle: 0,
@@ -398,7 +402,10 @@ impl<P: Path> Follower<P> {
             }
         }
         match stopping.stage {
-            Stage::Settle | Stage::Quick if stand => stopping = Stopping::new(Stage::Release, now),
+            Stage::Settle | Stage::Quick if stand => {
+                self.disarm();
+                stopping = Stopping::new(Stage::Release, now);
+            }
             Stage::Settle if is_late => stopping = Stopping::new(Stage::Quick, now),
             Stage::Quick if is_late => stopping = Stopping::new(Stage::Release, now),
             _ => {}
@@ -423,6 +430,13 @@ impl<P: Path> Follower<P> {
             member.go_to(if is_position { set_point } else { (f64::from(set_point) * pace) as i32 });
             member.hold();
         }
+    }
+
+    /// An end as it should be is none that the drives have to notice.
+    fn disarm(&mut self) {
+        let axes = self.members.iter().filter(|member| !member.is_gone()).map(|member| member.axis);
+        let frame = |axis: Axis| DriveContext::new(axis.node, axis.description).disarming_frame(axis.protection);
+        self.disarming = axes.filter_map(frame).collect();
     }
 
     fn settle(&mut self) {
@@ -481,7 +495,8 @@ impl<P: Path> StateMachine for Follower<P> {
                 return Some(frame);
             }
         }
-        self.keep_alive.iter_mut().find_map(|it| it.poll_transmit(now))
+        let keep_alive = self.keep_alive.iter_mut().find_map(|it| it.poll_transmit(now));
+        keep_alive.or_else(|| self.disarming.pop())
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

@@ -3,6 +3,7 @@
 use lexican_runtime::{CobId, Duration};
 
 use crate::mode::Mode;
+use crate::protection::Supervision;
 
 /// How an axis is set up.
 #[derive(Clone, Copy, Debug)]
@@ -27,10 +28,14 @@ pub struct AxisSettings {
     pub rpdo: u8,
     /// The transmit PDO, 1 to 4, that carries status word and position from then on.
     pub tpdo: u8,
+    /// How soon the drive is to notice that its follower is gone, where it can notice that; `None` for a drive that then goes
+    /// on with its last set-points, unless SYNC that stays away stops it.
+    pub protection: Option<Supervision>,
 }
 
 impl AxisSettings {
-    /// RPDO 2 and TPDO 3; a following error of twenty steps; standing within a tenth of a step.
+    /// RPDO 2 and TPDO 3; a following error of twenty steps; standing within a tenth of a step; protected as by
+    /// [`Supervision::default`].
     #[must_use]
     pub const fn new(mode: Mode, period: Duration, max_step: u32) -> Self {
         AxisSettings {
@@ -42,6 +47,7 @@ impl AxisSettings {
             follows: 1 << 12,
             rpdo: 2,
             tpdo: 3,
+            protection: Some(Supervision::USUAL),
         }
     }
 

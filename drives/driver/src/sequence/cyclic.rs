@@ -10,6 +10,7 @@ use super::identify::pdo_parameter;
 use super::observe::known;
 use super::power::{disable, start};
 use super::process_data::{is_in_use, write};
+use super::protect::protect;
 use super::refusal::{limits, require};
 use super::setup::set_mode;
 use super::standstill::hold_still;
@@ -18,6 +19,7 @@ use crate::cyclic::{Axis, AxisSettings};
 use crate::description::{Number, Orders};
 use crate::error::{Capability, Error};
 use crate::mode::Mode;
+use crate::protection::Protection;
 
 const PERIOD: Number = Number::new(0x60C2, 0x01, DataType::Unsigned8);
 const PERIOD_INDEX: Number = Number::new(0x60C2, 0x02, DataType::Integer8);
@@ -26,7 +28,8 @@ const COMMUNICATION_CYCLE: Number = Number::new(0x1006, 0x00, DataType::Unsigned
 /// Sets a drive up for a cyclic mode, and moves nothing: stops and disables it, maps control word and set-point into one
 /// PDO, status word and position into another, both synchronous, and switches off those of the description that it would
 /// send besides; writes the period (60C2h, and 1006h if the drive has it); writes the set-point at which it stands, and then
-/// the mode. The drive is in NMT OPERATIONAL afterwards, and waits for SYNC.
+/// the mode; arms what protects the drive, where it has that, for the follower to keep it going. The drive is in NMT
+/// OPERATIONAL afterwards, and waits for SYNC.
 ///
 /// As often as wanted, after a restart of the drive too.
 ///
@@ -95,7 +98,11 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     let position = drive.position().await?;
     let limits = known(limits(drive).await)?.flatten();
     drive.command(NmtCommand::Start);
-    let axis = Axis::new(drive.node(), description, settings, position);
+    let mut axis = Axis::new(drive.node(), description, settings, position);
+    if let Some(supervision) = settings.protection {
+        axis = axis.protected_by(Protection::or_none(drive.node(), protect(drive, supervision).await)?);
+        drive.lock().is_handed_over = axis.protection() != Protection::None;
+    }
     Ok(limits.map_or(axis, |(low, high)| axis.within(low, high)))
 }
 

@@ -59,5 +59,5 @@ pub(crate) use standstill::look_for_standstill;
 pub use standstill::{quick_stop, stop};
 pub use start_by_sync::{prepare_travel, set_start_by_sync};
 pub use torque::{apply_torque, torque};
-pub use travel::{Progress, confirm_start, finish, interrupt, resume, start_travel, travel};
+pub use travel::{Progress, confirm_start, drop_travel, finish, interrupt, resume, start_travel, travel};
 pub use velocity::run_at;

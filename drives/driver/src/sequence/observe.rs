@@ -1,5 +1,6 @@
 //! What the drive reports: its state, its mode, what is under way.
 
+use lexican_runtime::Measured;
 use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
@@ -83,7 +84,9 @@ pub async fn mode(drive: &DriveContext) -> Result<Option<Mode>, Error> {
 pub(super) async fn shown_mode(drive: &DriveContext) -> Result<i64, Error> {
     let modes = drive.description().modes;
     let number = drive.get(modes.shown.unwrap_or(modes.chosen)).await?;
-    drive.lock().seen.mode = i8::try_from(number).ok();
+    let mut shared = drive.lock();
+    shared.seen.mode = i8::try_from(number).ok().map(|mode| Measured::new(mode, shared.now));
+    drop(shared);
     Ok(number)
 }
 

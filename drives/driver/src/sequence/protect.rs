@@ -7,9 +7,8 @@ use super::observe::known;
 use crate::context::DriveContext;
 use crate::description::Number;
 use crate::error::{Capability, Error};
-use crate::protection::{Protection, Supervision};
+use crate::protection::{GUARD_TIME, Protection, Supervision, consumer};
 
-const GUARD_TIME: Number = Number::new(0x100C, 0x00, DataType::Unsigned16);
 const LIFE_TIME_FACTOR: Number = Number::new(0x100D, 0x00, DataType::Unsigned8);
 const CONSUMER_HEARTBEATS: Number = Number::new(0x1016, 0x00, DataType::Unsigned8);
 const PRODUCER_HEARTBEAT: Number = Number::new(0x1017, 0x00, DataType::Unsigned16);
@@ -52,15 +51,10 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
 ///
 /// As [`DriveContext::write`].
 pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
-    match protection {
-        Protection::None => Ok(()),
-        Protection::LifeGuarding { .. } => drive.set(GUARD_TIME, 0).await,
-        Protection::Heartbeat { entry, .. } => drive.set(consumer(entry), 0).await,
+    match protection.switch() {
+        None => Ok(()),
+        Some(switch) => drive.set(switch, 0).await,
     }
-}
-
-const fn consumer(entry: u8) -> Number {
-    Number::new(0x1016, entry, DataType::Unsigned32)
 }
 
 /// The entry of 1016h that watches over this manager already, or else one that watches over no node: its node-ID or its

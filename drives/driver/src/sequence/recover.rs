@@ -80,7 +80,7 @@ pub async fn recover(drive: &DriveContext, recovery: &Recovery, before: Seen) ->
         if !recovery.settings.is_empty() {
             write_parameters(drive, &recovery.settings).await?;
         }
-        let mode = before.mode.and_then(|code| drive.description().mode_of(code.into()));
+        let mode = before.mode.and_then(|mode| drive.description().mode_of(mode.value.into()));
         match (recovery.cyclic, mode) {
             (Some(settings), _) => axis = Some(prepare_cyclic(drive, settings).await?),
             (None, Some(mode)) => set_mode(drive, mode).await?,

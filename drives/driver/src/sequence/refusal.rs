@@ -54,6 +54,7 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     missing.extend(not_enabled(drive, status_word).await?);
     missing.extend(conditions(drive, order.set(), status_word, system));
     missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
+    tell_interruptions(drive, status_word, &mut missing).await?;
     match order {
         Order::Travel { target } => missing.extend(target_beyond_limits(drive, target).await?),
         Order::Add { target } => {
@@ -73,7 +74,22 @@ pub(super) async fn require(drive: &DriveContext, orders: Orders, status_word: u
     let system = system_for(drive, orders).await?;
     let mut missing: Vec<Missing> = conditions(drive, orders, status_word, system).collect();
     missing.extend(unfinished(drive, orders, status_word).await?.filter(|it| !missing.contains(it)));
+    tell_interruptions(drive, status_word, &mut missing).await?;
     refused(missing)
+}
+
+/// A travel that stands is not to be stopped once more, but to be resumed or dropped.
+async fn tell_interruptions(drive: &DriveContext, status_word: u16, missing: &mut [Missing]) -> Result<(), Error> {
+    let Some(found) = missing.iter_mut().find(|it| **it == Missing::NoTravel) else { return Ok(()) };
+    let motion = drive.lock().motion;
+    let may_be = match motion {
+        Motion::Travelling(_) | Motion::Unknown | Motion::Resting => under_way(drive, status_word).await?,
+        Motion::Stepping { .. } | Motion::Inching | Motion::Homing | Motion::Running => false,
+    };
+    if may_be && (motion.is_paused() || drive.has_settled()) && !moves(drive, status_word).await? {
+        *found = Missing::TravelResumed;
+    }
+    Ok(())
 }
 
 /// The drive must be in OPERATION ENABLED.

@@ -6,7 +6,7 @@ use lexican_runtime::{Duration, Instant};
 
 use super::identify::pdo_parameter;
 use super::observe::{cause, is_fault, known, moves, reports_under_way, state_of, under_way, window};
-use super::power::reach;
+use super::power::{disable, reach};
 use super::refusal::{Order, refuse};
 use super::standstill::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
@@ -164,16 +164,20 @@ pub(super) async fn end_of_travel(drive: &DriveContext, status_word: u16) -> Res
     {
         at_rest(drive);
     }
-    let position = drive.position().await?;
+    let mut position = drive.position().await?;
+    let reached = state == State::OperationEnabled && status_word & bits.target_reached != 0;
+    let mut overridden = reached && is_overridden(drive, motion, position).await?;
+    if overridden {
+        // A drive behind another interface may show its bits before its position.
+        drive.pass(drive.description().times.settling).await?;
+        position = drive.position().await?;
+        overridden = is_overridden(drive, motion, position).await?;
+    }
     Ok(Some(if state != State::OperationEnabled {
         // A drive that stands after a quick stop sets the bit of a target that is reached (CiA 402-2).
         Outcome::Interrupted { state, position }
     } else if status_word & bits.target_reached != 0 {
-        if is_overridden(drive, motion, position).await? {
-            Outcome::Overridden { position }
-        } else {
-            Outcome::Reached { position }
-        }
+        if overridden { Outcome::Overridden { position } } else { Outcome::Reached { position } }
     } else if status_word & bits.internal_limit != 0 {
         Outcome::Limit { position }
     } else {
@@ -257,6 +261,17 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
         }
         drive.next_status().await?;
     }
+}
+
+/// Drops the rest of the travel under way, interrupted or not: stops the drive and releases its motor, by which each drive
+/// forgets it. [`enable`](super::enable) leads on.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel is under way; as [`disable`].
+pub async fn drop_travel(drive: &DriveContext) -> Result<(), Error> {
+    require_travel(drive).await?;
+    disable(drive).await
 }
 
 /// A travel that is ordered to go on. Unless it is seen to, it counts as interrupted, and standstill is not its end.

@@ -188,6 +188,6 @@ pub(crate) fn bus(count: u8) -> (VirtualBus, Vec<Arc<Mutex<Supplied>>>) {
 /// The same, set up as axes.
 pub(crate) fn axes(bus: &VirtualBus, count: u8, settings: AxisSettings) -> Vec<cyclic::Axis> {
     let mut link = bus.link();
-    let prepare = |node| Drive::<_, Servo>::connect(&mut link, node)?.prepare_cyclic(settings);
+    let prepare = |node| Drive::<_, Servo>::connect_unprotected(&mut link, node)?.prepare_cyclic(settings);
     (1..=count).map(NodeId::literal).map(prepare).collect::<Result<_, _>>().expect("the servos can be set up")
 }

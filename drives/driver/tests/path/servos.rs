@@ -83,7 +83,7 @@ fn check_power_cuts(operate: Operate) -> u64 {
         let (bus, servos) = bus(1);
         let shaft = || servos[0].lock().unwrap().shaft(bus.now());
         servos[0].lock().unwrap().servo.set_inputs(bus.now(), |inputs| inputs.machine = MACHINE);
-        let mut drive = Drive::<_, Servo>::connect(bus.link(), NodeId::literal(1)).unwrap();
+        let mut drive = Drive::<_, Servo>::connect_unprotected(bus.link(), NodeId::literal(1)).unwrap();
         servos[0].lock().unwrap().left = Some(frames);
         let result = operate(&mut drive);
         if servos[0].lock().unwrap().left.is_some() {
@@ -97,12 +97,12 @@ fn check_power_cuts(operate: Operate) -> u64 {
         let cut_at = servos[0].lock().unwrap().cut_at.unwrap();
         assert!((stands_at - cut_at).abs() < RUN_OUT, "{what}: from {cut_at} to {stands_at}");
         let Recovered { now, .. } = drive.recover(&RECOVERY).unwrap_or_else(|error| panic!("{what}: {error}"));
-        assert_eq!(now.state, Some(State::SwitchOnDisabled), "{what}");
+        assert_eq!(now.state.map(|it| it.value), Some(State::SwitchOnDisabled), "{what}");
         drive.set_mode(Mode::Positioning).unwrap();
         drive.enable().unwrap();
         bus.advance(Duration::from_secs(1));
         assert_eq!(shaft(), stands_at, "{what}");
-        let target = now.position.unwrap() + 20;
+        let target = now.position.unwrap().value + 20;
         assert_eq!(drive.move_to(target).unwrap(), Outcome::Reached { position: target }, "{what}");
     }
     unreachable!("the operation ends")
@@ -142,19 +142,18 @@ fn a_power_cut_at_any_frame_of_a_path_stops_all_axes_and_the_axis_is_set_up_agai
     let settle = Duration::from_millis(30);
     let settings = Settings { stop: Stop::Ramp(Duration::from_millis(20)), settle, ..Settings::default() };
     let recovery = Recovery { cyclic: Some(SETTINGS), ..RECOVERY };
-    let bring = |link: &mut VirtualLink| -> Vec<_> {
-        let bring = |node| Drive::<_, Servo>::connect_and_recover(&mut *link, node, &recovery).unwrap().1.axis.unwrap();
+    let bring = |bus: &VirtualBus| -> Vec<_> {
+        let bring = |node| Drive::<_, Servo>::connect_and_recover(bus.link(), node, &recovery).unwrap().1.axis.unwrap();
         [1, 2].map(NodeId::literal).map(bring).to_vec()
     };
     for off in [20, 300].map(Duration::from_millis) {
         for frames in 0.. {
             let (bus, servos) = bus(2);
             let shafts = || servos.iter().map(|servo| servo.lock().unwrap().shaft(bus.now())).collect::<Vec<f64>>();
-            let mut link = bus.link();
-            let axes = bring(&mut link);
+            let axes = bring(&bus);
             (servos[1].lock().unwrap().left, servos[1].lock().unwrap().off) = (Some(frames), off);
             let mut follower = Follower::new(axes, there_and_back(12), settings).unwrap();
-            let report = follow(&mut link, &mut follower, &CancelHandle::default()).unwrap();
+            let report = follow(&mut bus.link(), &mut follower, &CancelHandle::default()).unwrap();
             let what = format!("after frame {frames}: {report}");
             let named = |reason| match reason {
                 Reason::PdoMissing { node, .. } | Reason::Restarted { node } => node == NodeId::literal(2),
@@ -171,11 +170,11 @@ fn a_power_cut_at_any_frame_of_a_path_stops_all_axes_and_the_axis_is_set_up_agai
             };
             let before = shafts();
             assert!((before[1] - cut_at).abs() < RUN_OUT, "{what}: from {cut_at} to {before:?}");
-            let again = bring(&mut link);
+            let again = bring(&bus);
             bus.advance(Duration::from_secs(1));
             assert_eq!(before, shafts(), "{what}");
             let mut follower = Follower::new(again, |_: u64, _: &mut [i32]| Supply::End, settings).unwrap();
-            let report = follow(&mut link, &mut follower, &CancelHandle::default()).unwrap();
+            let report = follow(&mut bus.link(), &mut follower, &CancelHandle::default()).unwrap();
             assert_eq!(report.reason, None, "{what}: {report}");
             let after = shafts();
             let stayed = before.iter().zip(&after).all(|(before, after)| (before - after).abs() < RUN_OUT);

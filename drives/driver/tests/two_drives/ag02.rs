@@ -90,7 +90,7 @@ fn it_is_not_taken_for_a_drive_that_tells_its_name() {
     const NAMED: Sheet =
         Sheet { objects: &[(0x1000, 0, 4, 0x192), (0x1008, 0, 4, 0x3330_4741), (0x1018, 1, 4, 0x195)], ..SHEET };
     let (bus, _) = bus(NAMED);
-    let error = Drive::connect(bus.link(), NAMED.node).unwrap_err();
+    let error = Drive::connect_unprotected(bus.link(), NAMED.node).unwrap_err();
     assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name \"AG03\"");
 }
 
@@ -304,7 +304,7 @@ async fn the_other_shell_does_the_same() {
 
     let (bus, device) = bus(SHEET);
     let network = Network::spawn(bus.link()).unwrap();
-    let mut drive = lexican_driver::tokio::Drive::<Ag02>::connect(network, SHEET.node).await.unwrap();
+    let mut drive = lexican_driver::tokio::Drive::<Ag02>::connect_unprotected(network, SHEET.node).await.unwrap();
     let script = "
         > 000#0105    AG02-PPM-01 (5210)
         > 205#0601    AG02-PPM-02 (5212)

@@ -121,7 +121,7 @@ fn a_drive_whose_pdos_are_mapped_otherwise_is_not_commanded() {
     const TPDO1: &str = "and the driver goes by 32 bits, 6041:00 (16 bits), 8 bits";
     let check = |own: &[Row], found: &str, expected: &str| {
         let (bus, device) = bus(with(&[own, &MAPPED].concat()));
-        let result = Drive::<Packed>::connect(bus.link(), SHEET.node);
+        let result = Drive::<Packed>::connect_unprotected(bus.link(), SHEET.node);
         assert!(device.lock().unwrap().is_through(), "something was ordered");
         let found = if found.is_empty() { String::new() } else { format!("{found}, {expected}{BY_OTHERS}") };
         assert_eq!(result.err().map_or(String::new(), |error| error.to_string()), found, "{own:X?}");

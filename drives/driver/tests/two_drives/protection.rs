@@ -1,7 +1,9 @@
 //! A drive that consumes heartbeats is armed by 1016h, and gets them.
 
+use std::sync::{Arc, Mutex};
+
 use lexican_driver::{Drive, Protection, Supervision};
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{CobId, Duration, Instant, NodeId};
 
 use crate::script::{Sheet, bus};
 use crate::servo::{self, BySdo};
@@ -52,6 +54,48 @@ fn a_drive_that_can_notice_nothing_says_so() {
     let within = Supervision::within(Duration::from_secs(1));
     let error = Drive::<_, BySdo>::connect_protected(bus.link(), servo::SHEET.node, within).unwrap_err();
     assert_eq!(error.to_string(), "the servo has no life guarding and no free heartbeat consumer");
+}
+
+#[test]
+fn a_drive_is_protected_as_far_as_it_can_be_unless_the_program_says_otherwise() {
+    let (bus, device) = bus(CONSUMER);
+    // Armed, and disarmed at an end as it should be.
+    device.lock().unwrap().follow(bus.now(), "> 603#23161002E8037F00\n> 77F#05\n> 603#2316100200000000");
+    let mut drive = Drive::<_, BySdo>::connect(bus.link(), CONSUMER.node).unwrap();
+    drive.pass(Duration::from_millis(10)).unwrap();
+    assert!(matches!(drive.protection(), Protection::Heartbeat { entry: 2, .. }), "{:?}", drive.protection());
+    drop(drive);
+    assert!(device.lock().unwrap().is_through());
+    let (bus, _) = crate::script::bus(servo::SHEET);
+    let drive = Drive::<_, BySdo>::connect(bus.link(), servo::SHEET.node).unwrap();
+    assert_eq!(drive.protection(), Protection::None, "it can notice nothing");
+    let (bus, _) = crate::script::bus(CONSUMER);
+    let drive = Drive::<_, BySdo>::connect_unprotected(bus.link(), CONSUMER.node).unwrap();
+    assert_eq!(drive.protection(), Protection::None);
+}
+
+/// The virtual clock passes only in operations: all of them keep the drive going, however long and dense they are.
+#[test]
+fn a_drive_does_not_trip_while_its_program_works() {
+    let (bus, device) = bus(CONSUMER);
+    device.lock().unwrap().follow(bus.now(), "> 603#23161002E8037F00");
+    let mut drive = Drive::<_, BySdo>::connect(bus.link(), CONSUMER.node).unwrap();
+    let beats: Arc<Mutex<Vec<Instant>>> = Arc::default();
+    let heard = Arc::clone(&beats);
+    bus.observe(move |now, frame| {
+        if frame.id() == CobId::of_node(0x700, NodeId::literal(127)) {
+            heard.lock().unwrap().push(now);
+        }
+    });
+    let began = bus.now();
+    for _ in 0..2000 {
+        drive.state().unwrap();
+    }
+    drive.pass(Duration::from_secs(600)).unwrap();
+    let beats = beats.lock().unwrap();
+    let gaps = beats.windows(2).map(|pair| pair[1].since(pair[0])).chain([bus.now().since(*beats.last().unwrap())]);
+    let longest = gaps.chain([beats[0].since(began)]).max().unwrap();
+    assert!(longest <= Duration::from_millis(300), "{longest} of 1 s");
 }
 
 #[cfg(feature = "tokio")]

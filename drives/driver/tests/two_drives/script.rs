@@ -41,7 +41,7 @@ impl<K: Kind> Rig<K> {
     #[track_caller]
     pub(crate) fn new(sheet: Sheet) -> Self {
         let (bus, device) = bus(sheet);
-        let drive = Drive::connect(bus.link(), sheet.node).expect("it is of its kind");
+        let drive = Drive::connect_unprotected(bus.link(), sheet.node).expect("it is of its kind");
         Rig { bus, device, drive }
     }
 

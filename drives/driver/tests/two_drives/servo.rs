@@ -263,9 +263,9 @@ fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
         drive.start_moving_to(36_000)?;
         drive.interrupt()?;
         let other = drive.move_to(0).unwrap_err();
-        assert_eq!(other.to_string(), "the drive would refuse: a travel is under way");
+        assert_eq!(other.to_string(), "the drive would refuse: its travel is interrupted");
         let mode = drive.set_mode(Mode::Velocity).unwrap_err();
-        assert_eq!(mode.to_string(), "the drive would refuse: a travel is under way");
+        assert_eq!(mode.to_string(), "the drive would refuse: its travel is interrupted");
         drive.set_patience(Duration::from_millis(400));
         assert!(matches!(drive.finish()?, Outcome::TimedOut { .. }));
         drive.resume()?;
@@ -345,7 +345,7 @@ fn a_travel_that_somebody_else_halts_is_not_over() {
         drive.start_moving_to(36_000)?;
         drive.pass(Duration::from_millis(200))?;
         let other = drive.move_to(0).unwrap_err();
-        assert_eq!(other.to_string(), "the drive would refuse: a travel is under way");
+        assert_eq!(other.to_string(), "the drive would refuse: its travel is interrupted");
         drive.finish()
     });
     assert_eq!(outcome.unwrap(), Outcome::Reached { position: 36_000 });
@@ -374,7 +374,7 @@ fn a_travel_that_is_stopped_is_not_forgotten() {
         drive.start_moving_to(36_000)?;
         drive.stop()?;
         let other = drive.move_to(0).unwrap_err();
-        assert_eq!(other.to_string(), "the drive would refuse: a travel is under way");
+        assert_eq!(other.to_string(), "the drive would refuse: its travel is interrupted");
         drive.resume()
     })
     .unwrap();
@@ -592,7 +592,7 @@ async fn the_other_shell_stops_it_by_sdo_too() {
 
     let (bus, device) = bus(SHEET);
     let network = Network::spawn(bus.link()).unwrap();
-    let mut drive = lexican_driver::tokio::Drive::<BySdo>::connect(network, SHEET.node).await.unwrap();
+    let mut drive = lexican_driver::tokio::Drive::<BySdo>::connect_unprotected(network, SHEET.node).await.unwrap();
     let script = "
         = 6041:00 0237
         = 6061:00 03

@@ -62,9 +62,9 @@ fn the_two_drives_of_one_vendor_are_told_apart() {
     bus.attach(SimulatedDrive::new(&siko_ag03_1::sim::MODEL, NODE));
     let other = NodeId::literal(6);
     bus.attach(SimulatedDrive::new(&MODEL, other));
-    let error = Drive::connect(bus.link(), NODE).unwrap_err();
+    let error = Drive::connect_unprotected(bus.link(), NODE).unwrap_err();
     assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name \"AG03\"");
-    let error = siko_ag03_1::driver::Drive::connect(bus.link(), other).unwrap_err();
+    let error = siko_ag03_1::driver::Drive::connect_unprotected(bus.link(), other).unwrap_err();
     assert_eq!(error.to_string(), "the node is not a SIKO AG03/1: vendor 195h, profile 402, no name");
 }
 
@@ -82,7 +82,7 @@ async fn two_drives_travel_at_once_on_one_network() {
     }
     let network = Network::spawn(bus.link()).unwrap();
     let visit = async |node: NodeId, target: i32| {
-        let mut drive = Drive::connect(network.clone(), node).await?;
+        let mut drive = Drive::connect_unprotected(network.clone(), node).await?;
         drive.enable().await?;
         let outcome = drive.move_to(target).await?;
         drive.set_mode(Mode::Velocity).await?;

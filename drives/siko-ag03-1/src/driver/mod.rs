@@ -10,7 +10,7 @@
 //! not end (table 23 has Stop interrupt a positioning). One that is killed, exits or aborts sends nothing: **then this
 //! drive goes on**, a travel to its target, inching and velocity mode without end.
 //!
-//! [`Drive::connect_protected`](lexican_driver::Drive::connect_protected) arms life guarding (7.2.11; 100Ch, 100Dh),
+//! [`Drive::connect`](lexican_driver::Drive::connect) arms life guarding (7.2.11; 100Ch, 100Dh),
 //! which is off otherwise, and sends the requests: the drive consumes no heartbeats (7.2.10). Without them for guard
 //! time times factor it goes to SWITCH ON DISABLED, where its motor has no torque. Life guarding and heartbeats exclude each
 //! other (1017h must be 0). None of this replaces an emergency stop.

@@ -23,7 +23,7 @@ impl Bench {
         let segment = Bus::new(segment);
         let can = VirtualBus::with_bit_rate(500);
         can.attach(line::node(&segment, &AG02, NODE));
-        let drive = Drive::connect(can.link(), NODE).unwrap();
+        let drive = Drive::connect_unprotected(can.link(), NODE).unwrap();
         Bench { segment, id, drive }
     }
 

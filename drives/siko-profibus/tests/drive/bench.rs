@@ -92,7 +92,8 @@ impl Segment {
 impl<K: Sold> Bench<K> {
     pub(crate) fn over_profibus() -> (Self, Segment) {
         let segment = Segment::new::<K>();
-        let drive = Drive::connect(Box::new(segment.link::<K>()) as Box<dyn Link>, NODE).expect("the drive is there");
+        let drive = Drive::connect_unprotected(Box::new(segment.link::<K>()) as Box<dyn Link>, NODE)
+            .expect("the drive is there");
         let of = segment.clone();
         (Bench { drive, simulated: Box::new(move |change| of.simulated(change)) }, segment)
     }
@@ -101,7 +102,8 @@ impl<K: Sold> Bench<K> {
         let bus = host::VirtualBus::with_bit_rate(500);
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(K::MODEL.drive, NODE)));
         bus.attach(Arc::clone(&simulated));
-        let drive = Drive::connect(Box::new(bus.link()) as Box<dyn Link>, NODE).expect("the drive is there");
+        let drive =
+            Drive::connect_unprotected(Box::new(bus.link()) as Box<dyn Link>, NODE).expect("the drive is there");
         Bench { drive, simulated: Box::new(move |change| change(&mut simulated.lock().unwrap(), bus.now())) }
     }
 

@@ -98,11 +98,11 @@ fn a_program_that_slept_finds_its_drive<K: Sold>() {
 fn a_drive_that_is_not_there_is_not_connected_to<K: Sold>() {
     let segment = Segment::new::<K>();
     let other = NodeId::literal(9);
-    let result = Drive::<_, K>::connect(line::link(&segment.bus, K::MODEL, other), other);
+    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, other), other);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
     // Another kind of drive refuses the ident number.
     let segment = if K::MODEL.name == AG02.name { Segment::new::<Ag03_1>() } else { Segment::new::<Ag02>() };
-    let result = Drive::<_, K>::connect(line::link(&segment.bus, K::MODEL, NODE), NODE);
+    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, NODE), NODE);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
 }
 
@@ -127,7 +127,7 @@ fn any_frames_do_no_harm<K: Sold>() {
         let until = link.now() + Duration::from_micros((shape >> 16) % 10_000);
         while link.receive(until).unwrap().is_some() {}
     }
-    let mut drive = Drive::<_, K>::connect(link, NODE).unwrap();
+    let mut drive = Drive::<_, K>::connect_unprotected(link, NODE).unwrap();
     drive.restore(None).or_else(|_| drive.disable().and_then(|()| drive.restore(None))).unwrap();
     drive.reset_fault().unwrap();
     drive.enable().unwrap();
@@ -164,9 +164,9 @@ fn drives_behind_several_doors_share_a_bus() {
     can.attach(line::node(&segment, &AG02, five));
     can.attach(line::node(&segment, &AG03_1, six));
     can.attach(siko_ag02::sim::SimulatedDrive::new(AG02.drive, seven));
-    let mut first = Drive::<_, Ag02>::connect(can.link(), five).unwrap();
-    let mut second = Drive::<_, Ag03_1>::connect(can.link(), six).unwrap();
-    let mut third = Drive::<_, Ag02>::connect(can.link(), seven).unwrap();
+    let mut first = Drive::<_, Ag02>::connect_unprotected(can.link(), five).unwrap();
+    let mut second = Drive::<_, Ag03_1>::connect_unprotected(can.link(), six).unwrap();
+    let mut third = Drive::<_, Ag02>::connect_unprotected(can.link(), seven).unwrap();
     first.enable().unwrap();
     second.enable().unwrap();
     third.enable().unwrap();

@@ -25,7 +25,7 @@ impl Bench {
     pub(crate) fn new() -> Self {
         let (node, bus) = Bench::unplugged();
         node.lock().unwrap().line().0.set_fate(|_, byte| Some(byte));
-        let drive = Drive::connect(bus.link(), NODE).unwrap();
+        let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         Bench { node, drive, bus }
     }
 

@@ -47,7 +47,8 @@ fn what_another_program_has_left_holding_is_released_when_the_node_becomes_opera
     bench.drive.move_to(1000).unwrap();
     let line = bench.node.lock().unwrap().line().0.line.clone();
     let mut drive =
-        Drive::connect(gateway::link(line, Settings { baud: 19_200, ..Settings::default() }, NODE), NODE).unwrap();
+        Drive::connect_unprotected(gateway::link(line, Settings { baud: 19_200, ..Settings::default() }, NODE), NODE)
+            .unwrap();
     drive.enable().unwrap();
     assert_eq!(drive.move_to(2000).unwrap(), Outcome::Reached { position: 2000 });
 }

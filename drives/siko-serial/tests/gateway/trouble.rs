@@ -85,7 +85,7 @@ fn a_cut_line_is_a_named_error_and_the_drive_is_there_again_as_it_was() {
 #[test]
 fn a_drive_that_is_not_there_is_a_named_error_and_may_come_later() {
     let (node, bus) = Bench::unplugged();
-    let connect = || siko_ag02::driver::Drive::connect(bus.link(), super::bench::NODE);
+    let connect = || siko_ag02::driver::Drive::connect_unprotected(bus.link(), super::bench::NODE);
     assert!(matches!(connect(), Err(Error::Sdo(SdoError::TimedOut { .. }))));
     node.lock().unwrap().line().0.set_fate(|_, byte| Some(byte));
     bus.advance(Duration::from_secs(4));

@@ -26,7 +26,7 @@ impl Bench {
         let bus = VirtualBus::with_bit_rate(500);
         let simulated = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
         bus.attach(Arc::clone(&simulated));
-        let drive = Drive::connect(bus.link(), NODE).unwrap();
+        let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         Bench { bus, simulated, drive }
     }
 

@@ -18,7 +18,7 @@ use flooded::flooded;
 #[test]
 fn connecting_to_a_silent_node_ends() {
     let (link, _) = flooded(&VirtualBus::with_bit_rate(500));
-    assert!(matches!(Drive::connect(link, NODE), Err(Error::Sdo(_))));
+    assert!(matches!(Drive::connect_unprotected(link, NODE), Err(Error::Sdo(_))));
 }
 
 #[test]
@@ -27,7 +27,7 @@ fn a_moving_drive_that_is_dropped_is_sent_its_stop_first() {
     let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
     bus.attach(Arc::clone(&simulated));
     let (link, sent) = flooded(&bus);
-    let mut drive = Drive::connect(link, NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(link, NODE).unwrap();
     drive.enable().unwrap();
     drive.start_moving_to(50_000).unwrap();
     drive.pass(Duration::from_secs(1)).unwrap();

@@ -42,7 +42,7 @@ fn a_travel_that_ends_elsewhere_has_not_reached_its_target() {
     let mut bench = Bench::enabled();
     bench.drive.start_moving_to(5000).unwrap();
     bench.pass_ms(500);
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     assert_eq!(other.move_to(-300).unwrap(), Outcome::Reached { position: -300 });
@@ -57,7 +57,7 @@ fn a_travel_that_a_foreign_step_has_ended_has_not_reached_its_target() {
     bench.drive.write(od::DELTA_JOG, od::Position(-700)).unwrap();
     bench.drive.start_moving_to(5000).unwrap();
     bench.pass_ms(500);
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     let Outcome::Reached { position } = other.step().unwrap() else { panic!("nothing is in its way") };
@@ -84,7 +84,7 @@ fn a_step_of_another_width_is_not_the_one_that_was_ordered() {
 fn a_target_that_is_only_written_overrides_nothing() {
     let mut bench = Bench::enabled();
     bench.drive.start_moving_to(500).unwrap();
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.write(od::TARGET_POSITION, od::Position(-300)).unwrap();
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 500 });
 }
@@ -96,7 +96,7 @@ fn a_resumed_travel_is_compared_with_its_target_too() {
     bench.pass_ms(500);
     bench.drive.stop().unwrap();
     bench.drive.resume().unwrap();
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     other.move_to(4000).unwrap();
@@ -164,7 +164,7 @@ fn inching_at_a_limit_names_the_limit() {
 #[test]
 fn modes_of_other_handles_are_seen() {
     let mut bench = Bench::enabled();
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.set_mode(Mode::Velocity).unwrap();
     refused(bench.drive.move_to(10), &[Missing::Mode(Mode::Velocity)]);
 }

@@ -269,7 +269,7 @@ fn somebody_else_interrupts_a_travel() {
     let mut bench = Bench::enabled();
     bench.drive.start_moving_to(5000).unwrap();
     bench.pass_ms(500);
-    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     let outcome = bench.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::Interrupted { state: State::QuickStopActive, .. }), "{outcome:?}");
@@ -465,7 +465,7 @@ fn units_follow_pitch_and_gear() {
 #[test]
 fn another_device_is_not_taken_for_the_drive() {
     let bus = VirtualBus::new();
-    let silent = Drive::connect(bus.link(), NODE);
+    let silent = Drive::connect_unprotected(bus.link(), NODE);
     assert!(matches!(silent, Err(Error::Sdo(SdoError::TimedOut { .. }))), "no node answers");
     // An AG02 has the same vendor and profile, but no device name.
     let bus = VirtualBus::new();
@@ -476,7 +476,7 @@ fn another_device_is_not_taken_for_the_drive() {
         }
         _ => Fate::Deliver,
     });
-    match Drive::connect(bus.link(), NODE) {
+    match Drive::connect_unprotected(bus.link(), NODE) {
         Err(Error::NotThisDrive { vendor_id: 0x195, profile: 402, name: None, .. }) => {}
         other => panic!("{:?}", other.err()),
     }
@@ -499,7 +499,7 @@ fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
     for (object, cob_id, connects) in setups {
         let mut bench = Bench::new();
         bench.drive.write(object, cob_id).unwrap();
-        match Drive::connect(bench.bus.link(), NODE) {
+        match Drive::connect_unprotected(bench.bus.link(), NODE) {
             Ok(_) => assert!(connects, "{object:?}"),
             Err(Error::OtherCobId { address, found, .. }) => {
                 assert_eq!((address, found, connects), (object.address(), cob_id, false));

@@ -89,7 +89,7 @@ fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_dis
     let Bench { bus, drive, .. } = bench;
     drop(drive);
     bus.advance(Duration::from_millis(10));
-    let mut other = Drive::connect(bus.link(), NODE).unwrap();
+    let mut other = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     assert_eq!(other.state().unwrap(), State::SwitchedOn);
 }
 

@@ -78,7 +78,7 @@ fn a_drive_that_has_restarted_is_protected_again() {
 #[test]
 fn heartbeats_exclude_life_guarding() {
     let (bus, _) = bus();
-    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     drive.write(od::PRODUCER_HEARTBEAT_TIME, od::Interval(100)).unwrap();
     let link = drive.release();
     let error = Drive::connect_protected(link, NODE, WITHIN).unwrap_err();
@@ -97,6 +97,6 @@ fn times_that_cannot_be_set_are_refused() {
 #[test]
 fn what_an_unprotected_drive_does_is_said() {
     let (bus, _) = bus();
-    let drive = Drive::connect(bus.link(), NODE).unwrap();
+    let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     assert_eq!(drive.protection().to_string(), "none: the drive goes on with its last order if this program dies");
 }

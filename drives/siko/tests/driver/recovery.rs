@@ -75,7 +75,7 @@ fn check_power_cuts(operate: Operate) -> u64 {
         let supplied = Arc::new(Mutex::new(Supplied { drive, left: None, back: None }));
         bus.attach(Arc::clone(&supplied));
         let position = || supplied.lock().unwrap().drive.position(bus.now());
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
         supplied.lock().unwrap().left = Some(frames);
         let result = operate(&mut drive);
         if supplied.lock().unwrap().left.is_some() {
@@ -86,7 +86,11 @@ fn check_power_cuts(operate: Operate) -> u64 {
         bus.advance(Duration::from_secs(1));
         let stands_at = position();
         let Recovered { now, .. } = drive.recover(&WITHIN).unwrap_or_else(|error| panic!("{what}: {error}"));
-        assert_eq!((now.state, now.position), (Some(State::SwitchOnDisabled), Some(stands_at)), "{what}");
+        assert_eq!(
+            (now.state.map(|it| it.value), now.position.map(|it| it.value)),
+            (Some(State::SwitchOnDisabled), Some(stands_at)),
+            "{what}"
+        );
         drive.enable().unwrap();
         bus.advance(Duration::from_secs(1));
         assert_eq!(position(), stands_at, "{what}");
@@ -129,8 +133,12 @@ fn it_is_reached_as_soon_as_its_power_is_back_with_mode_and_parameters_as_before
     let recovery = Recovery { settings: vec![setting], ..WITHIN };
     let recovered = bench.drive.recover(&recovery).unwrap();
     assert!(recovered.restarted);
-    assert_eq!((recovered.before.mode, recovered.now.mode), (Some(2), Some(2)), "velocity mode is not kept");
-    assert_eq!(recovered.before.position, Some(was));
+    assert_eq!(
+        (recovered.before.mode.map(|it| it.value), recovered.now.mode.map(|it| it.value)),
+        (Some(2), Some(2)),
+        "velocity mode is not kept"
+    );
+    assert_eq!(recovered.before.position.map(|it| it.value), Some(was));
     assert_eq!(bench.drive.mode().unwrap(), Some(Mode::Velocity));
     assert_eq!(bench.drive.compare_parameters(&[setting]).unwrap(), []);
     bench.pass_ms(1000);
@@ -152,7 +160,7 @@ fn a_drive_that_has_gone_on_is_stopped() {
     assert!(bench.velocity() > 0);
     bench.bus.set_state(BusState::Active);
     let recovered = bench.drive.recover(&WITHIN).unwrap();
-    assert_eq!((bench.velocity(), recovered.now.state), (0, Some(State::SwitchOnDisabled)));
+    assert_eq!((bench.velocity(), recovered.now.state.map(|it| it.value)), (0, Some(State::SwitchOnDisabled)));
     let stands_at = bench.position();
     bench.drive.enable().unwrap();
     bench.pass_ms(1000);
@@ -165,12 +173,15 @@ fn a_fault_is_reset_only_when_that_is_asked_for() {
     let overheated = Cause::from(fault::OVERTEMPERATURE);
     bench.world(|inputs| inputs.temperature_100mdegc = 950);
     let recovered = bench.drive.recover(&WITHIN).unwrap();
-    assert_eq!((recovered.now.state, recovered.fault), (Some(State::Fault), Some(overheated)));
+    assert_eq!((recovered.now.state.map(|it| it.value), recovered.fault), (Some(State::Fault), Some(overheated)));
     let reset = Recovery { reset_fault: true, ..WITHIN };
     assert!(matches!(bench.drive.recover(&reset), Err(Error::Fault(cause)) if cause == overheated));
     bench.world(|inputs| inputs.temperature_100mdegc = 400);
     let recovered = bench.drive.recover(&reset).unwrap();
-    assert_eq!((recovered.now.state, recovered.fault), (Some(State::SwitchOnDisabled), Some(overheated)));
+    assert_eq!(
+        (recovered.now.state.map(|it| it.value), recovered.fault),
+        (Some(State::SwitchOnDisabled), Some(overheated))
+    );
 }
 
 #[test]
@@ -195,7 +206,7 @@ fn a_drive_that_has_no_power_yet_is_waited_for() {
     let supplied = Arc::new(Mutex::new(Supplied { drive, left: Some(0), back: None }));
     bus.attach(Arc::clone(&supplied));
     let (mut drive, recovered) = Drive::connect_and_recover(bus.link(), NODE, &WITHIN).unwrap();
-    assert_eq!((recovered.before.state, recovered.now.state), (None, Some(State::SwitchOnDisabled)));
+    assert_eq!((recovered.before.state, recovered.now.state.map(|it| it.value)), (None, Some(State::SwitchOnDisabled)));
     drive.enable().unwrap();
     let absent = Drive::connect_and_recover(VirtualBus::new().link(), NODE, &WITHIN);
     assert!(matches!(absent, Err(Error::Sdo(_))));

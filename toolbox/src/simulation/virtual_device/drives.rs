@@ -65,7 +65,7 @@ fn moves(device: &model::Device, description: &'static Description) -> Result<()
     bus.attach(VirtualDevice::power_on(Instant::ZERO, node, device));
     bus.advance(Duration::from_millis(1));
     let travel = || -> Result<String, Error> {
-        let mut drive = Drive::<_, Any>::connect_described(bus.link(), node, description)?;
+        let mut drive = Drive::<_, Any>::connect_described_unprotected(bus.link(), node, description)?;
         // At a profile velocity of 0, which some data sheets have by default, no drive moves.
         for (index, value) in [(0x6081, 1000), (0x6083, 10_000), (0x6084, 10_000)] {
             let object = Object::<u32, Rw>::new(index, 0x00);

@@ -186,7 +186,7 @@ fn record(
         Fate::Deliver
     });
     bus.attach(ExampleDrive::new(node));
-    let mut drive = Drive::connect_described(bus.link(), node, description).unwrap();
+    let mut drive = Drive::connect_described_unprotected(bus.link(), node, description).unwrap();
     program(&mut drive).unwrap();
     bus.advance(Duration::from_millis(10));
     drop(drive);

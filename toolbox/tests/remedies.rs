@@ -1,0 +1,411 @@
+//! Each remedy, tried in the state that produces its error: following the advice leads out, and the order then succeeds.
+
+use std::sync::{Arc, Mutex};
+
+use kollmorgen_akd::driver::AKD;
+use kollmorgen_akd::sim::SimulatedServo;
+use lexican_driver::{Any, Description, Direction, Drive, Error, Missing, Mode, Step, Supervision};
+use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::object::{Object, Rw};
+use lexican_runtime::{Duration, NodeId};
+use siko_ag02::driver::AG02;
+use siko_ag03_1::driver::AG03_1;
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::sim::inputs::{Inputs, Shaft};
+
+const NODE: NodeId = NodeId::literal(5);
+const UPPER_LIMIT: Object<i32, Rw> = Object::new(0x607D, 0x02);
+const LOWER_LIMIT: Object<i32, Rw> = Object::new(0x607D, 0x01);
+const GUARDED: Supervision = Supervision::within(Duration::from_secs(1));
+
+type Shell = Drive<VirtualLink, Any>;
+
+struct Rig {
+    bus: VirtualBus,
+    siko: Arc<Mutex<SimulatedDrive>>,
+    drive: Option<Shell>,
+    /// What the order has for a number; the advice may change it.
+    number: i32,
+    description: &'static Description,
+}
+
+impl Rig {
+    fn new(description: &'static Description) -> Self {
+        let bus = VirtualBus::with_bit_rate(500);
+        let model = if description.name == AG02.name { &siko_ag02::sim::MODEL } else { &siko_ag03_1::sim::MODEL };
+        let siko = Arc::new(Mutex::new(SimulatedDrive::new(model, NODE)));
+        bus.attach(Arc::clone(&siko));
+        let mut rig = Rig { bus, siko, drive: None, number: 100, description };
+        rig.connect().unwrap();
+        rig
+    }
+
+    fn enabled(description: &'static Description) -> Self {
+        let mut rig = Rig::new(description);
+        rig.drive().set_mode(Mode::Positioning).unwrap();
+        rig.drive().enable().unwrap();
+        rig
+    }
+
+    fn connect(&mut self) -> Result<(), Error> {
+        self.drive = None;
+        self.drive = Some(Drive::connect_described_unprotected(self.bus.link(), NODE, self.description)?);
+        Ok(())
+    }
+
+    fn drive(&mut self) -> &mut Shell {
+        self.drive.as_mut().unwrap()
+    }
+
+    fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
+        self.siko.lock().unwrap().set_inputs(self.bus.now(), change);
+    }
+
+    /// Turns the shaft by hand while the drive is off, with limits of 1000 both ways.
+    fn beyond(increments: i32) -> Self {
+        let mut rig = Rig::new(&AG03_1);
+        rig.drive().write(LOWER_LIMIT, -1000).unwrap();
+        rig.drive().write(UPPER_LIMIT, 1000).unwrap();
+        assert!(rig.siko.lock().unwrap().turn_shaft(rig.bus.now(), increments));
+        rig.drive().set_mode(Mode::Positioning).unwrap();
+        rig.drive().enable().unwrap();
+        rig.number = 0;
+        rig
+    }
+
+    fn inch(&mut self, direction: Direction) {
+        self.drive().inch(direction).unwrap();
+        self.drive().pass(Duration::from_millis(500)).unwrap();
+        self.drive().stop_inching().unwrap();
+    }
+
+    fn inch_back(&mut self, direction: Direction) {
+        while self.drive().position().unwrap().abs() > 1000 {
+            self.inch(direction);
+        }
+    }
+
+    fn step(&mut self, step: Step) -> Result<(), Error> {
+        let drive = self.drive();
+        match step {
+            Step::Enable => drive.enable(),
+            Step::Disable => drive.disable(),
+            Step::Stop => drive.stop(),
+            Step::Resume => drive.resume().and_then(|()| drive.finish().map(|_| ())),
+            Step::Drop => drive.drop_travel(),
+            Step::ResetFault => drive.reset_fault().map(|_| ()),
+            other => panic!("{other:?}: how is it done?"),
+        }
+    }
+}
+
+fn word(error: &Error) -> &'static str {
+    match error {
+        Error::Refused(refusal) => refusal.first().unwrap().word(),
+        error => error.word(),
+    }
+}
+
+type Act = fn(&mut Rig) -> Result<(), Error>;
+type Person = fn(&mut Rig);
+
+fn nothing(_: &mut Rig) {}
+fn travel(rig: &mut Rig) -> Result<(), Error> {
+    let target = rig.number;
+    rig.drive().move_to(target).map(|_| ())
+}
+fn enable(rig: &mut Rig) -> Result<(), Error> {
+    rig.drive().enable()
+}
+fn run(rig: &mut Rig) -> Result<(), Error> {
+    let velocity = rig.number;
+    rig.drive().run_at(velocity)?;
+    rig.drive().stop()
+}
+
+/// A word, the state that produces it, the order that fails there, and what a person does about it.
+struct Row(&'static str, fn() -> Rig, Act, Person);
+
+const ROWS: &[Row] = &[
+    Row(
+        "fault",
+        || {
+            let mut rig = Rig::enabled(&AG03_1);
+            rig.drive().start_moving_to(5000).unwrap();
+            rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+            assert!(rig.drive().finish().is_ok());
+            rig
+        },
+        travel,
+        |rig| rig.world(|inputs| inputs.shaft = Shaft::Free),
+    ),
+    Row(
+        "supply",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.world(|inputs| inputs.output_stage_supply_100mv = 0);
+            rig
+        },
+        enable,
+        |rig| rig.world(|inputs| inputs.output_stage_supply_100mv = 240),
+    ),
+    Row(
+        "enable-input",
+        || {
+            let mut rig = Rig::enabled(&AG02);
+            rig.world(|inputs| inputs.enable = false);
+            rig
+        },
+        travel,
+        |rig| rig.world(|inputs| inputs.enable = true),
+    ),
+    Row("interrupted", interrupted, travel, nothing),
+    Row(
+        "under-way",
+        || {
+            let mut rig = Rig::enabled(&AG03_1);
+            rig.drive().start_moving_to(5000).unwrap();
+            rig.drive().pass(Duration::from_secs(1)).unwrap();
+            rig
+        },
+        travel,
+        nothing,
+    ),
+    Row("disabled", || Rig::new(&AG03_1), travel, nothing),
+    Row("enabled", || Rig::enabled(&AG03_1), |rig| rig.drive().set_start_by_sync(true), nothing),
+    Row(
+        "mode",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.drive().set_mode(Mode::Velocity).unwrap();
+            rig.drive().enable().unwrap();
+            rig
+        },
+        travel,
+        |rig| rig.drive().set_mode(Mode::Positioning).unwrap(),
+    ),
+    Row("above-limit", || Rig::beyond(1300), travel, |rig| rig.inch_back(Direction::Negative)),
+    Row("below-limit", || Rig::beyond(-1300), travel, |rig| rig.inch_back(Direction::Positive)),
+    Row(
+        "target",
+        || {
+            let mut rig = Rig::beyond(0);
+            rig.number = 2000;
+            rig
+        },
+        travel,
+        |rig| rig.drive().write(UPPER_LIMIT, 3000).unwrap(),
+    ),
+    Row(
+        "velocity",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.drive().set_mode(Mode::Velocity).unwrap();
+            rig.drive().enable().unwrap();
+            rig.number = 32_000;
+            rig
+        },
+        run,
+        |rig| rig.number = 20,
+    ),
+    Row(
+        "no-travel",
+        || Rig::enabled(&AG03_1),
+        |rig| rig.drive().resume(),
+        |rig| {
+            rig.drive().start_moving_to(500).unwrap();
+            rig.drive().interrupt().unwrap();
+        },
+    ),
+    Row(
+        "start-by-sync",
+        || Rig::enabled(&AG03_1),
+        |rig| rig.drive().prepare_moving_to(100),
+        |rig| {
+            rig.drive().disable().unwrap();
+            rig.drive().set_start_by_sync(true).unwrap();
+            rig.drive().enable().unwrap();
+        },
+    ),
+    Row(
+        "limit-switch",
+        || {
+            let mut rig = Rig::enabled(&AG02);
+            rig.world(|inputs| inputs.limit_switches = [true, false]);
+            rig
+        },
+        travel,
+        |rig| {
+            rig.inch(Direction::Negative);
+            // It is off the switch then.
+            rig.world(|inputs| inputs.limit_switches = [false, false]);
+        },
+    ),
+    Row(
+        "no-answer",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.bus = VirtualBus::new();
+            rig
+        },
+        Rig::connect,
+        |rig| drop(rig.bus.attach(Arc::clone(&rig.siko))),
+    ),
+    Row(
+        "restarted",
+        || {
+            let rig = Rig::enabled(&AG03_1);
+            rig.siko.lock().unwrap().power_cycle(rig.bus.now());
+            rig
+        },
+        |rig| rig.drive().pass(Duration::from_secs(1)),
+        nothing,
+    ),
+    Row(
+        "cancelled",
+        || {
+            let mut rig = Rig::enabled(&AG03_1);
+            rig.drive().cancel_handle().cancel();
+            rig
+        },
+        travel,
+        nothing,
+    ),
+    Row(
+        "not-this-drive",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.description = &AKD;
+            rig
+        },
+        Rig::connect,
+        |rig| rig.description = &AG03_1,
+    ),
+    Row(
+        "heartbeat",
+        || {
+            let mut rig = Rig::new(&AG03_1);
+            rig.drive().write(Object::<u16, Rw>::new(0x1017, 0x00), 100).unwrap();
+            rig
+        },
+        |rig| rig.drive().protect(GUARDED).map(|_| ()),
+        |rig| rig.drive().write(Object::<u16, Rw>::new(0x1017, 0x00), 0).unwrap(),
+    ),
+];
+
+/// No simulated drive is brought into these states here: the driver's scripted drives are (`drives/driver/tests`), and what their
+/// advice names is no operation of the drive, but of a person, another program or the emergency stop.
+const NOT_TRIED: &[&str] = &[
+    "safety",
+    "unknown-mode",
+    "at-upper-limit",
+    "at-lower-limit",
+    "link",
+    "aborted",
+    "data-sheet",
+    "out-of-range",
+    "unsupported",
+    "no-parameter",
+    "refused",
+    "no-reaction",
+    "no-way",
+    "not-taken",
+    "mode-not-taken",
+    "not-calibrated",
+    "not-stopped",
+    "unknown-state",
+    "other-cob-id",
+    "other-mapping",
+    "pdo-in-use",
+    "no-pdo",
+    "short-pdo",
+    "may-be-moving",
+];
+
+fn interrupted() -> Rig {
+    let mut rig = Rig::enabled(&AG03_1);
+    rig.drive().start_moving_to(5000).unwrap();
+    rig.drive().pass(Duration::from_secs(1)).unwrap();
+    rig.drive().stop().unwrap();
+    rig
+}
+
+/// Follows the advice, each time the step with this number, until the order succeeds.
+fn leads_out(row: &Row, choice: usize) {
+    let &Row(expected, state, order, person) = row;
+    let mut rig = state();
+    let mut said = Vec::new();
+    for _ in 0..5 {
+        let error = match order(&mut rig) {
+            Ok(()) => break,
+            Err(error) => error,
+        };
+        let (word, remedy) = (word(&error), error.remedy());
+        if said.is_empty() {
+            assert_eq!(word, expected, "{error}");
+            person(&mut rig);
+        }
+        said.push(format!("{error}: {}", remedy.text));
+        if let Some(step) = remedy.steps.get(choice).or(remedy.steps.first()) {
+            rig.step(*step).unwrap_or_else(|error| panic!("{expected}: {step:?} fails: {error}; {said:?}"));
+        }
+    }
+    assert!(!said.is_empty(), "{expected}: nothing is wrong");
+    if let Err(error) = order(&mut rig) {
+        panic!("{expected}: the advice is a loop: {said:?}, then {error}");
+    }
+}
+
+#[test]
+fn each_advice_leads_out() {
+    for row in ROWS {
+        leads_out(row, 0);
+    }
+}
+
+#[test]
+fn an_interrupted_travel_can_be_resumed_or_dropped() {
+    let row = ROWS.iter().find(|row| row.0 == "interrupted").unwrap();
+    for choice in [0, 1] {
+        leads_out(row, choice);
+    }
+}
+
+/// Also for another program, which has not stopped the drive by itself.
+#[test]
+fn a_program_that_finds_an_interrupted_travel_is_told_so() {
+    let mut rig = interrupted();
+    drop(rig.drive.take().unwrap().release());
+    rig.connect().unwrap();
+    let Err(Error::Refused(refusal)) = travel(&mut rig) else { panic!("it is refused") };
+    assert_eq!(refusal.0, [Missing::TravelResumed]);
+    rig.drive().resume().unwrap();
+    assert_eq!(rig.drive().finish().unwrap(), lexican_driver::Outcome::Reached { position: 5000 });
+    travel(&mut rig).unwrap();
+}
+
+#[test]
+fn each_error_is_tried_or_named() {
+    let rows = ROWS.iter().map(|row| row.0).chain(NOT_TRIED.iter().copied()).collect::<Vec<_>>();
+    for word in Missing::WORDS.iter().chain(Error::WORDS) {
+        assert!(rows.contains(word), "{word}: what is its remedy worth?");
+    }
+    let unknown: Vec<_> =
+        rows.iter().filter(|row| !Missing::WORDS.contains(row) && !Error::WORDS.contains(row)).collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
+/// STO of an AKD, which is the cause of a fault.
+#[test]
+fn a_safety_function_is_named_before_the_rest() {
+    let bus = VirtualBus::with_bit_rate(500);
+    let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &kollmorgen_akd::sim::MODEL, NODE)));
+    bus.attach(Arc::clone(&servo));
+    let mut drive = Drive::<_, Any>::connect_described_unprotected(bus.link(), NODE, &AKD).unwrap();
+    let warning = kollmorgen_akd::fault::find("n602").map(|code| code.number);
+    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warning = warning);
+    let Err(Error::Refused(refusal)) = drive.enable() else { panic!("it is refused") };
+    assert_eq!(refusal.first().unwrap().word(), "safety");
+    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warning = None);
+    drive.enable().unwrap();
+}
