@@ -29,11 +29,12 @@ pub(crate) struct Drive {
     pub(crate) look: Option<Look>,
 }
 
-/// The entries from which state, mode, position and velocity are read.
+/// The entries from which state, mode, position and velocity are read; a drive without velocity has its position twice.
 pub(crate) fn watched(description: &Description) -> [Address; 4] {
     let objects = &description.objects;
     let mode = description.modes.shown.unwrap_or(description.modes.chosen);
-    [objects.status_word, mode, objects.actual_position, objects.actual_velocity].map(|number| number.address())
+    let velocity = objects.actual_velocity.unwrap_or(objects.actual_position);
+    [objects.status_word, mode, objects.actual_position, velocity].map(|number| number.address())
 }
 
 impl Drive {
@@ -70,7 +71,10 @@ impl Drive {
             mode: seen(mode).map(|value| value.text.clone()),
             position: number(position, look.and_then(|look| look.position)),
             position_unit: unit(position),
-            velocity: number(velocity, look.and_then(|look| look.velocity)),
+            velocity: description
+                .objects
+                .actual_velocity
+                .and_then(|_| number(velocity, look.and_then(|look| look.velocity))),
             velocity_unit: unit(velocity),
             target: self.target.and_then(|number| report(target, number)).and_then(|report| series::number(&report)),
             // It may be moving.

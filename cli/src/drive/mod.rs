@@ -1,6 +1,7 @@
 //! `lexican drive`: moving a drive by hand.
 
 mod args;
+mod explain;
 mod moving;
 mod node;
 mod report;
@@ -18,6 +19,9 @@ use node::DriveNode;
 use report::Report;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if args.explain {
+        return explain::run(args);
+    }
     args.check_value()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.is_endless() { Pace::RealTime } else { Pace::Virtual };
@@ -28,27 +32,35 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         read_conditions(&mut network, args.node, object, scales.values())?;
     }
     let order = args.order(&scales)?;
+    let profile = args.profile(&scales, found.description)?;
+    explain::say_what_is_used_instead(&found.sheet);
     let mut link = network.into_link();
     link.listen_to(&[])?;
-    let mut drive = Drive::connect_described(link, args.node, found.description)?;
+    let mut drive =
+        Drive::connect_described(link, args.node, found.description).map_err(|error| failed(error, args))?;
     let handle = drive.cancel_handle();
     on_ctrl_c(move || handle.cancel())?;
     drive.set_patience(args.within);
     let mut report = Report::new(args.node, &scales, args.json, args.every);
-    let mut moving = Moving { args, drive, order, description: found.description, scales: &scales, enabled: false };
+    let mut moving =
+        Moving { args, drive, order, profile, description: found.description, scales: &scales, enabled: false };
     let result = moving.carry_out(&mut report);
     moving.end(&mut report, result)
 }
 
 /// How connecting to a drive fails.
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        match error {
-            Error::Link(error) => error.into(),
-            Error::Sdo(_) => Failure::new(&error)
-                .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
-            Error::NotThisDrive { .. } => Failure::new(&error).help("name what it is: --device FILE.eds"),
-            _ => Failure::new(&error),
+fn failed(error: Error, args: &Args) -> Failure {
+    match error {
+        Error::Link(error) => error.into(),
+        Error::Sdo(_) => Failure::new(&error)
+            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
+        Error::NotThisDrive { .. } if args.device.is_none() => {
+            Failure::new(&error).help("name what it is: --device FILE.eds")
         }
+        Error::NotThisDrive { .. } => Failure::new(&error).help(
+            "name the data sheet of this device; or if it is the right one, correct what it has in 1000h, 1008h and 1018h by \
+             an overlay: --overlay FILE.toml",
+        ),
+        _ => Failure::new(&error),
     }
 }

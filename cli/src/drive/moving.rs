@@ -4,10 +4,13 @@ use lexican_driver::sequence::Recovery;
 use lexican_driver::{Any, Capability, Description, Error, Missing, Protection, Supervision};
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
-use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended, prepare};
+use lexican_toolbox::drive::{
+    Ending, Look, Order, Scales, Times, carry_out, explain_profile, has_ended, prepare, set_profile, to_set,
+};
 use serde_json::{Value as Json, json};
 
 use super::args::Args;
+use super::explain;
 use super::report::Report;
 use crate::bus::BoxedLink;
 use crate::output::{Failure, Outcome, note, warn};
@@ -22,6 +25,8 @@ pub(super) struct Moving<'a> {
     pub(super) args: &'a Args,
     pub(super) drive: Drive,
     pub(super) order: Order,
+    /// The velocity and the acceleration to set before it.
+    pub(super) profile: [Option<i64>; 2],
     pub(super) description: &'static Description,
     pub(super) scales: &'a Scales<'a>,
     /// The command has enabled it, and has to disable it.
@@ -33,6 +38,8 @@ impl Moving<'_> {
         let (order, times) = (self.order, Times { within: self.args.within, lasting: self.args.span });
         if order.moves() {
             self.protect()?;
+            let [velocity, acceleration] = self.profile;
+            self.drive.run(async |drive| set_profile(&drive, velocity, acceleration).await)?;
             if self.args.enable && self.drive.state()? != State::OperationEnabled {
                 // Also if it is cancelled half way.
                 self.enabled = true;
@@ -49,6 +56,8 @@ impl Moving<'_> {
             .run(async |drive| carry_out(&drive, order, times, &mut |look| report.look(look), &mut |_| None).await)?;
         if ending == Ending::Stalled {
             self.drive.stop()?;
+            let facts = self.drive.run(async |drive| explain_profile(&drive).await)?;
+            explain::say(&facts);
         }
         Ok(ending)
     }
@@ -157,6 +166,9 @@ impl Moving<'_> {
             }
             Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoTravel)) => {
                 format!("stop it first: {}", order("stop"))
+            }
+            Error::Refused(refusal) if refusal.0.iter().any(|it| to_set(it).is_some()) => {
+                refusal.0.iter().find_map(to_set).unwrap_or_default()
             }
             Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Supply)) => {
                 "switch the supply of its output stage on".to_owned()

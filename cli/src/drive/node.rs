@@ -29,17 +29,28 @@ impl DriveNode {
         device: Option<&str>,
         overlays: &[PathBuf],
     ) -> Result<Self, Failure> {
-        let named = device.map(find).transpose()?;
-        let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
-        let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
-        let (link, input) = match named.or(by_url) {
-            Some(input) => (link, input),
-            None => by_identity(link, node)?,
-        };
-        let description = description_of(&input)?;
-        let sheet = load_input(input, overlays)?;
+        let (link, sheet) = find_sheet(bus, pace, node, device, overlays)?;
+        let description = description_of(&sheet.input)?;
         Ok(DriveNode { link, description, sheet })
     }
+}
+
+/// Opens the bus, and finds the data sheet of the node.
+pub(super) fn find_sheet(
+    bus: &BusArgs,
+    pace: Pace,
+    node: NodeId,
+    device: Option<&str>,
+    overlays: &[PathBuf],
+) -> Result<(BoxedLink, DataSheet), Failure> {
+    let named = device.map(find).transpose()?;
+    let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
+    let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
+    let (link, input) = match named.or(by_url) {
+        Some(input) => (link, input),
+        None => by_identity(link, node)?,
+    };
+    Ok((link, load_input(input, overlays)?))
 }
 
 fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Failure> {
@@ -54,6 +65,8 @@ fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Fail
 /// The description of a drive, and what to do without one.
 fn description_of(input: &Input) -> Result<&'static Description, Failure> {
     describe(input).map_err(|error| {
-        Failure::new(error).help("only drives of CiA 402 can be moved; `lexican write` sets objects of other devices")
+        Failure::new(error).help(
+            "only drives of CiA 402 can be moved: --explain lists what is missing; `lexican write` sets objects of other devices",
+        )
     })
 }

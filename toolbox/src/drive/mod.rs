@@ -7,12 +7,16 @@
 
 mod described;
 mod ending;
+mod explain;
 mod look;
 mod order;
+mod profile;
 mod scales;
 
 pub use described::describe;
 pub use ending::Ending;
+pub use explain::{Fact, Verdict, explain_drive, explain_profile, explain_sheet, to_set};
 pub use look::Look;
 pub use order::{Order, Times, carry_out, has_ended, prepare};
+pub use profile::set_profile;
 pub use scales::Scales;
