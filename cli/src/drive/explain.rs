@@ -9,8 +9,7 @@ use lexican_toolbox::drive::{Fact, Verdict, describe, explain_drive, explain_she
 use serde_json::json;
 
 use super::args::Args;
-use super::moving::Drive;
-use super::node::find_sheet;
+use super::node::{Drive, failed, find_sheet};
 use crate::output::{Failure, Outcome, note, stdout};
 
 /// The findings of a data sheet that make a difference to each order, and not only to some.
@@ -25,7 +24,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
                 facts.extend(drive.run(async |drive| explain_drive(&drive).await).map_err(Failure::new)?);
                 drop(drive.release());
             }
-            Err(error @ (Error::Link(_) | Error::Sdo(_))) => return Err(super::failed(error, args)),
+            Err(error @ (Error::Link(_) | Error::Sdo(_))) => return Err(failed(error, args.device.is_some())),
             Err(error) => {
                 let remedy = "name the data sheet of this node, or correct it by an overlay";
                 facts.push(Fact::new(Verdict::Missing, error.to_string(), Some(remedy.to_owned())));

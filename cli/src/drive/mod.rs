@@ -6,7 +6,6 @@ mod moving;
 mod node;
 mod report;
 
-use lexican_driver::Error;
 use lexican_runtime::host::{Link, Pace};
 use lexican_toolbox::drive::Scales;
 
@@ -14,8 +13,8 @@ use crate::access::read_conditions;
 use crate::bus::network;
 use crate::output::{Failure, Outcome, on_ctrl_c};
 pub(crate) use args::Args;
-use moving::{Drive, Moving};
-use node::DriveNode;
+use moving::Moving;
+use node::{Drive, DriveNode, failed};
 use report::Report;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -36,8 +35,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     explain::say_what_is_used_instead(&found.sheet);
     let mut link = network.into_link();
     link.listen_to(&[])?;
-    let mut drive =
-        Drive::connect_described(link, args.node, found.description).map_err(|error| failed(error, args))?;
+    let mut drive = Drive::connect_described(link, args.node, found.description)
+        .map_err(|error| failed(error, args.device.is_some()))?;
     let handle = drive.cancel_handle();
     on_ctrl_c(move || handle.cancel())?;
     drive.set_patience(args.within);
@@ -46,21 +45,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Moving { args, drive, order, profile, description: found.description, scales: &scales, enabled: false };
     let result = moving.carry_out(&mut report);
     moving.end(&mut report, result)
-}
-
-/// How connecting to a drive fails.
-fn failed(error: Error, args: &Args) -> Failure {
-    match error {
-        Error::Link(error) => error.into(),
-        Error::Sdo(_) => Failure::new(&error)
-            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
-        Error::NotThisDrive { .. } if args.device.is_none() => {
-            Failure::new(&error).help("name what it is: --device FILE.eds")
-        }
-        Error::NotThisDrive { .. } => Failure::new(&error).help(
-            "name the data sheet of this device; or if it is the right one, correct what it has in 1000h, 1008h and 1018h by \
-             an overlay: --overlay FILE.toml",
-        ),
-        _ => Failure::new(&error),
-    }
 }

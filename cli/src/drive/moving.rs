@@ -1,7 +1,7 @@
 //! An order to a drive, from what is said before it to what is said after it.
 
 use lexican_driver::sequence::Recovery;
-use lexican_driver::{Any, Capability, Description, Error, Missing, Protection, Supervision};
+use lexican_driver::{Capability, Description, Error, Missing, Protection, Supervision};
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 use lexican_toolbox::drive::{
@@ -11,14 +11,12 @@ use serde_json::{Value as Json, json};
 
 use super::args::Args;
 use super::explain;
+use super::node::Drive;
 use super::report::Report;
-use crate::bus::BoxedLink;
 use crate::output::{Failure, Outcome, note, warn};
 
 /// How long to try to stop a drive whose bus is lost.
 const RESCUE: Duration = Duration::from_secs(5);
-
-pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 
 /// A drive, and what it is to do.
 pub(super) struct Moving<'a> {

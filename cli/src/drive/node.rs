@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lexican_driver::Description;
+use lexican_driver::{Any, Description, Error};
 use lexican_eds::{Input, library};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
@@ -13,6 +13,8 @@ use lexican_toolbox::drive::describe;
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
 use crate::device::load_input;
 use crate::output::Failure;
+
+pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 
 pub(super) struct DriveNode {
     pub(super) link: BoxedLink,
@@ -69,4 +71,21 @@ fn description_of(input: &Input) -> Result<&'static Description, Failure> {
             "only drives of CiA 402 can be moved: --explain lists what is missing; `lexican write` sets objects of other devices",
         )
     })
+}
+
+/// How connecting to a drive fails.
+pub(super) fn failed(error: Error, is_named: bool) -> Failure {
+    match error {
+        Error::Link(error) => error.into(),
+        Error::Sdo(_) => Failure::new(&error)
+            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
+        Error::NotThisDrive { .. } if !is_named => {
+            Failure::new(&error).help("name what it is: --device FILE.eds")
+        }
+        Error::NotThisDrive { .. } => Failure::new(&error).help(
+            "name the data sheet of this device; or if it is the right one, correct what it has in 1000h, 1008h and 1018h by \
+             an overlay: --overlay FILE.toml",
+        ),
+        _ => Failure::new(&error),
+    }
 }
