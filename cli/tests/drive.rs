@@ -55,6 +55,81 @@ fn a_drive_does_what_is_ordered() {
     }
 }
 
+/// A drive without 606Ch and vendor-ID, whose profile velocity is 0.
+fn bare() -> String {
+    let file = folder("drive-bare").join("bare.eds");
+    let objects = [
+        "1000 7 ro 0x20192",
+        "6040 6 rw 0",
+        "6041 6 ro 0",
+        "6060 2 rw 0",
+        "6061 2 ro 0",
+        "6064 4 ro 0",
+        "607A 4 rw 0",
+        "6081 7 rw 0",
+        "6502 7 ro 1",
+    ];
+    let mut eds = format!("[DeviceInfo]\nProductName=Bare\n[OptionalObjects]\nSupportedObjects={}\n", objects.len());
+    for (object, number) in objects.iter().zip(1..) {
+        eds += &format!("{number}=0x{}\n", &object[..4]);
+    }
+    for object in objects {
+        let words: Vec<&str> = object.split(' ').collect();
+        eds += &format!("[{}]\nParameterName=Value\nDataType={}\n", words[0], words[1]);
+        eds += &format!("AccessType={}\nDefaultValue={}\n", words[2], words[3]);
+    }
+    std::fs::write(&file, eds).unwrap();
+    file.display().to_string()
+}
+
+#[test]
+fn explain_says_what_to_set_and_that_helps() {
+    let eds = bare();
+    let bus = format!("sim:{eds}?node=5");
+    let run = lexican(&["drive", "--bus", &bus, "5", "--explain"]);
+    run.on_stdout(1, "set      6081:00 (profile velocity) is 0: the drive would take an order, and stand");
+    run.on_stdout(1, "set it: `--velocity 1000` with the order");
+    run.on_stdout(1, "instead  there is no 606Ch (actual velocity) that a driver can use");
+    run.on_stdout(1, "instead  neither 1018h:01 nor `VendorNumber` has a vendor-ID");
+    run.on_stdout(1, "ready    6040:00 (control word) is UNSIGNED16");
+    run.on_stdout(1, "node 5: it can be moved once it is set");
+    check(&bus, &["move-to", "500", "--enable"], 1, "its profile velocity (6081:00) is 0");
+    check(&bus, &["move-to", "500", "--enable"], 1, "`--velocity 1000` with the order");
+    let run = check(&bus, &["move-to", "500", "--enable", "--velocity", "1000"], 0, "it has reached its target");
+    run.on_stderr(0, "there is no 606Ch (actual velocity)");
+    let run = lexican(&["drive", "--bus", AG03_1, "5", "--explain", "--json"]);
+    run.on_stdout(0, "\"outcome\":\"ready\"");
+    check(AG03_1, &["move-to", "500", "--enable", "--velocity", "9"], 2, "is not known");
+    check(&bus, &[], 2, "ORDER");
+}
+
+#[test]
+fn explain_names_what_an_overlay_corrects_and_an_overlay_corrects_it() {
+    let eds = bare();
+    let bus = format!("sim:{eds}?node=5");
+    let text = std::fs::read_to_string(&eds).unwrap().replace(
+        "[6040]\nParameterName=Value\nDataType=6\nAccessType=rw",
+        "[6040]\nParameterName=Value\nDataType=6\nAccessType=ro",
+    );
+    let wrong = folder("drive-wrong").join("wrong.eds");
+    std::fs::write(&wrong, text).unwrap();
+    let wrong = wrong.display().to_string();
+    let run = lexican(&["drive", "--bus", &bus, "5", "--explain", "--device", &wrong]);
+    run.on_stdout(2, "missing  6040 (control word) is ro, and cannot be written");
+    run.on_stdout(2, "node 5: it cannot be moved");
+    let overlay = folder("drive-overlay").join("mend.toml");
+    std::fs::write(&overlay, "[overlay]\nformat = 1\n[object.\"6040\"]\naccess = \"rw\"\n").unwrap();
+    let overlay = overlay.display().to_string();
+    let mended = ["--device", &wrong, "--overlay", &overlay, "--velocity", "1000", "--enable"];
+    check(&bus, &[&["move-to", "500"][..], &mended].concat(), 0, "it has reached its target");
+}
+
+#[test]
+fn a_sheet_of_another_vendor_is_not_asked_for_again() {
+    let bus = format!("sim:{}?node=5", bare());
+    check(&bus, &["enable", "--device", "kollmorgen/akd"], 2, "name the data sheet of this device");
+}
+
 #[test]
 fn progress_is_printed_in_the_units_of_the_drive_and_as_json() {
     let run = check(AG03_1, &["move-to", "5000", "--enable", "--every", "1s"], 0, "velocity +30 rev/min");
@@ -117,7 +192,7 @@ fn any_data_sheet_of_a_drive_is_moved_in_units_of_an_overlay() {
     check(&bus, &["move-to", "5 mm", "--enable", "--overlay", &overlay], 0, "at +5.00 mm");
     check(&bus, &["move-to", "5", "--enable", "--overlay", &overlay], 2, "raw:5");
     let sensor = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/sensor.eds");
-    check(&format!("sim:{sensor}?node=5"), &["stop"], 2, "vendor-ID");
+    check(&format!("sim:{sensor}?node=5"), &["stop"], 2, "there is no 6040h (control word)");
 }
 
 /// A command that moves a drive on a bus of pseudo-terminals, on which another one looks on.

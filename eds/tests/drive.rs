@@ -55,6 +55,8 @@ const SERVO: &str = "
 607C    4 rw
 607D:01 4 rw
 607D:02 4 rw
+6081    7 rw
+6083    7 rw
 6098    2 rw
 60B8    6 rw
 60B9    6 ro
@@ -151,14 +153,19 @@ fn a_servo_is_read_whole() {
     use DataType::{Integer8, Integer16, Integer32, Unsigned16, Unsigned32};
     let expected = Drive {
         name: "Servo".into(),
-        identity: drive::Identity { vendor_id: 0x2A, profile: 402, name: Some("Servo 7".into()) },
+        identity: drive::Identity { vendor_ids: vec![0x2A], profile: 402, name: Some("Servo 7".into()) },
         always_four_bytes: false,
         control_word: number(0x6040, 0, Unsigned16),
         status_word: number(0x6041, 0, Unsigned16),
         mode: number(0x6060, 0, Integer8),
         mode_display: Some(number(0x6061, 0, Integer8)),
         actual_position: Some(number(0x6064, 0, Integer32)),
-        actual_velocity: number(0x606C, 0, Integer32),
+        actual_velocity: Some(number(0x606C, 0, Integer32)),
+        profile: Some(drive::Profile {
+            velocity: number(0x6081, 0, Unsigned32),
+            acceleration: Some(number(0x6083, 0, Unsigned32)),
+            deceleration: None,
+        }),
         target_position: Some(Number { limits: Some((-100_000, 100_000)), ..number(0x607A, 0, Integer32) }),
         // Two equal limits limit nothing.
         target_velocity: Some(number(0x60FF, 0, Integer32)),
@@ -257,13 +264,25 @@ const FOUND: &[(&str, &[&str])] = &[
         ],
     ),
     ("1000 7 ro 0x191", &["drive::profile: 1000h has device profile 401, not 402"]),
+    ("1018:01 7 ro 0", &["drive::vendor: neither 1018h:01 nor `VendorNumber` has a vendor-ID"]),
+    ("1018:01", &["drive::vendor: neither 1018h:01 nor `VendorNumber` has a vendor-ID"]),
+    ("606C", &["drive::velocity: there is no 606Ch (actual velocity) that a driver can use"]),
     (
-        "1018:01 7 ro 0",
-        &["drive::vendor: neither 1018h:01 nor `VendorNumber` has a vendor-ID, by which the drive is recognised"],
+        "606C\n6064",
+        &[
+            "drive::no-object: there is no 606Ch (actual velocity)",
+            "drive::left-out: 607A (target position) is there, and no 6064h (actual position)",
+        ],
     ),
     ("6041 5 ro", &["drive::object: 6041 (status word) is UNSIGNED8, and UNSIGNED16 by CiA 402"]),
     ("6040 6 ro", &["drive::object: 6040 (control word) is ro, and cannot be written"]),
-    ("606C 8 ro", &["drive::object: 606C (actual velocity) is REAL32, and INTEGER32 by CiA 402"]),
+    (
+        "606C 8 ro",
+        &[
+            "drive::left-out: 606C (actual velocity) is REAL32, and INTEGER32 by CiA 402",
+            "drive::velocity: there is no 606Ch (actual velocity) that a driver can use",
+        ],
+    ),
     ("607D:02 7 rw", &["drive::left-out: 607D:02 (software position limit) is UNSIGNED32, and INTEGER32 by CiA 402"]),
     ("6502 7 ro 0x6D", &["drive::left-out: the drive has interpolated position mode by 6502h, but no 60C1h"]),
     (
@@ -272,6 +291,15 @@ const FOUND: &[(&str, &[&str])] = &[
             "drive::no-mode: the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode (60FFh)",
         ],
     ),
+    (
+        "6064 8 ro\n60FF",
+        &[
+            "drive::left-out: 6064 (actual position) is REAL32, and INTEGER32 by CiA 402",
+            "drive::no-mode: the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode \
+             (60FFh); 6064 (actual position) is REAL32, and INTEGER32 by CiA 402",
+        ],
+    ),
+    ("6064", &["drive::left-out: 607A (target position) is there, and no 6064h (actual position)"]),
     ("1A00:01 7 rw 0x60640004", &["drive::pdo: 1A00h maps 16 bits of 6041h from bit 4 on, which has 16"]),
     ("1600:01 7 rw 0x60400008", &["drive::pdo: 1600h maps 8 bits of 6040h from bit 0 on, which has 16"]),
 ];

@@ -293,10 +293,11 @@ const ROWS: &[Row] = &[
     ),
 ];
 
-/// No simulated drive is brought into these states here: the driver's scripted drives are (`drives/driver/tests`), and what their
-/// advice names is no operation of the drive, but of a person, another program or the emergency stop.
+/// No simulated drive is brought into these states by a row: what their advice names is mostly no operation of the drive, but of a
+/// person, another program or the emergency stop. "safety" has a test of its own below, "profile-velocity" one in `data_sheets/`.
 const NOT_TRIED: &[&str] = &[
     "safety",
+    "profile-velocity",
     "unknown-mode",
     "at-upper-limit",
     "at-lower-limit",

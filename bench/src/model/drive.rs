@@ -33,11 +33,12 @@ pub(crate) struct Drive {
     pub(crate) look: Option<Measured<Look>>,
 }
 
-/// The entries from which state, mode, position and velocity are read.
+/// The entries from which state, mode, position and velocity are read; a drive without velocity has its position twice.
 pub(crate) fn watched(description: &Description) -> [Address; 4] {
     let objects = &description.objects;
     let mode = description.modes.shown.unwrap_or(description.modes.chosen);
-    [objects.status_word, mode, objects.actual_position, objects.actual_velocity].map(|number| number.address())
+    let velocity = objects.actual_velocity.unwrap_or(objects.actual_position);
+    [objects.status_word, mode, objects.actual_position, velocity].map(|number| number.address())
 }
 
 impl Drive {
@@ -85,7 +86,7 @@ impl Drive {
             mode: seen(mode).map(|seen| seen.value.text.clone()),
             position: at.map(|at| at.value),
             position_unit: unit(position),
-            velocity: speed.map(|speed| speed.value),
+            velocity: description.objects.actual_velocity.and(speed).map(|speed| speed.value),
             velocity_unit: unit(velocity),
             target: self
                 .target

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lexican_driver::Description;
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Order, Scales};
 
@@ -32,8 +33,8 @@ pub(crate) struct Args {
     pub(super) node: NodeId,
 
     /// What it is to do
-    #[arg(value_enum, value_name = "ORDER")]
-    order: Verb,
+    #[arg(value_enum, value_name = "ORDER", required_unless_present = "explain")]
+    order: Option<Verb>,
 
     /// Where to, how far, how fast, or the homing method: "5 mm", "-0.5 mm", "60 rpm", raw:5000
     ///
@@ -50,6 +51,20 @@ pub(crate) struct Args {
     /// Corrections and units in addition to the data sheet (TOML); may be given several times
     #[arg(long, value_name = "FILE")]
     pub(super) overlay: Vec<PathBuf>,
+
+    /// Only say whether the drive can be moved: what is missing, what is used instead, and what has to be set
+    ///
+    /// Nothing is ordered. With what has to be set, exit code 1; 2 if something is missing without which it cannot be moved.
+    #[arg(long, conflicts_with_all = ["order", "enable", "velocity", "acceleration"])]
+    pub(super) explain: bool,
+
+    /// The velocity of a travel: set 6081h before the order; it stays set until the drive restarts
+    #[arg(long, value_name = "VELOCITY")]
+    velocity: Option<String>,
+
+    /// The ramps of a travel: set 6083h and 6084h, likewise
+    #[arg(long, value_name = "ACCELERATION")]
+    acceleration: Option<String>,
 
     /// Enable the drive before it moves, and disable it afterwards if it was not enabled before
     #[arg(long)]
@@ -87,6 +102,7 @@ Examples:
     lexican drive --bus can0 5 step \"-0.5 mm\"
     lexican drive --bus can0 7 run \"60 rpm\" --for 10s --enable --device FILE.eds --overlay units.toml
     lexican drive --bus can0 5 watch
+    lexican drive --bus can0 5 --explain --device FILE.eds
     lexican drive --bus sim:siko/ag03-1?node=5 5 move-to 5000 --enable";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,12 +136,12 @@ enum Verb {
 impl Args {
     /// Whether only Ctrl-C ends it.
     pub(super) const fn is_endless(&self) -> bool {
-        matches!(self.order, Verb::Run | Verb::Watch) && self.span.is_none()
+        matches!(self.order, Some(Verb::Run | Verb::Watch)) && self.span.is_none()
     }
 
     pub(super) fn check_value(&self) -> Result<(), Failure> {
         let wrong = |what: &str| Err(Failure::new(what));
-        match (self.order, &self.value) {
+        match (self.verb(), &self.value) {
             (Verb::MoveTo, None) => wrong("where to? move-to takes a position, such as 5000 or \"5 mm\""),
             (Verb::Run, None) => wrong("how fast? run takes a velocity, such as 60 or \"60 rpm\""),
             (Verb::MoveTo | Verb::Run | Verb::Step | Verb::Home, _) | (_, None) => Ok(()),
@@ -133,10 +149,31 @@ impl Args {
         }
     }
 
+    /// None is given with `--explain`, which looks.
+    fn verb(&self) -> Verb {
+        self.order.unwrap_or(Verb::Watch)
+    }
+
+    /// The velocity and the acceleration of travels that are to be set, as 6081h and 6083h have them.
+    pub(super) fn profile(&self, scales: &Scales<'_>, description: &Description) -> Result<[Option<i64>; 2], Failure> {
+        let numbers = description.profile.map(|profile| [Some(profile.velocity), profile.acceleration]);
+        let numbers = numbers.unwrap_or_default();
+        let mut values = [None; 2];
+        for ((text, number), value) in [&self.velocity, &self.acceleration].into_iter().zip(numbers).zip(&mut values) {
+            let Some(text) = text else { continue };
+            let number = number.ok_or_else(|| {
+                Failure::new(format_args!("where the {} has its velocity and ramps is not known", description.name))
+                    .help("set them by `lexican write`, as its manual says")
+            })?;
+            *value = Some(scales.parse_value(number.address(), text).map_err(Failure::new)?);
+        }
+        Ok(values)
+    }
+
     pub(super) fn order(&self, scales: &Scales<'_>) -> Result<Order, Failure> {
         let value = self.value.as_deref();
         let position = |text| scales.parse_position(text).map_err(Failure::new);
-        Ok(match self.order {
+        Ok(match self.verb() {
             Verb::Enable => Order::Enable,
             Verb::Disable => Order::Disable,
             Verb::ResetFault => Order::ResetFault,

@@ -1,24 +1,26 @@
 //! `lexican drive`: moving a drive by hand.
 
 mod args;
+mod explain;
 mod moving;
 mod node;
 mod report;
 
-use lexican_driver::Error;
 use lexican_runtime::host::{Link, Pace};
 use lexican_toolbox::drive::Scales;
 
 use crate::access::read_conditions;
-use crate::bus::failure::NO_ANSWER;
 use crate::bus::network;
 use crate::output::{Failure, Outcome, on_ctrl_c};
 pub(crate) use args::Args;
-use moving::{Drive, Moving};
-use node::DriveNode;
+use moving::Moving;
+use node::{Drive, DriveNode, failed};
 use report::Report;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if args.explain {
+        return explain::run(args);
+    }
     args.check_value()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.is_endless() { Pace::RealTime } else { Pace::Virtual };
@@ -29,26 +31,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         read_conditions(&mut network, args.node, object, scales.values())?;
     }
     let order = args.order(&scales)?;
+    let profile = args.profile(&scales, found.description)?;
+    explain::say_what_is_used_instead(&found.sheet);
     let mut link = network.into_link();
     link.listen_to(&[])?;
-    let mut drive = Drive::connect_described_unprotected(link, args.node, found.description)?;
+    let mut drive = Drive::connect_described_unprotected(link, args.node, found.description)
+        .map_err(|error| failed(error, args.device.is_some()))?;
     let handle = drive.cancel_handle();
     on_ctrl_c(move || handle.cancel())?;
     drive.set_patience(args.within);
     let mut report = Report::new(args.node, &scales, args.json, args.every);
-    let mut moving = Moving { args, drive, order, scales: &scales, enabled: false };
+    let mut moving = Moving { args, drive, order, profile, scales: &scales, enabled: false };
     let result = moving.carry_out(&mut report);
     moving.end(&mut report, result)
-}
-
-/// How connecting to a drive fails.
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        match error {
-            Error::Link(error) => error.into(),
-            Error::Sdo(_) => Failure::new(&error).help(NO_ANSWER),
-            Error::NotThisDrive { .. } => Failure::new(&error).help("name what it is: --device FILE.eds"),
-            _ => Failure::new(&error),
-        }
-    }
 }

@@ -1,22 +1,26 @@
 //! An order to a drive, from what is said before it to what is said after it.
 
-use lexican_driver::{Any, Error, Protection, Step, Supervision};
+use lexican_driver::{Error, Protection, Step, Supervision};
 use lexican_runtime::profile::cia402::State;
-use lexican_toolbox::drive::{Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely, prepare, see};
+use lexican_toolbox::drive::{
+    Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely, explain_profile, prepare, see, set_profile,
+};
 use serde_json::{Value as Json, json};
 
 use super::args::Args;
+use super::explain;
+use super::node::Drive;
 use super::report::Report;
-use crate::bus::BoxedLink;
 use crate::output::{Failure, Outcome, note, warn};
 
-pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 
 /// A drive, and what it is to do.
 pub(super) struct Moving<'a> {
     pub(super) args: &'a Args,
     pub(super) drive: Drive,
     pub(super) order: Order,
+    /// The velocity and the acceleration to set before it.
+    pub(super) profile: [Option<i64>; 2],
     pub(super) scales: &'a Scales<'a>,
     /// The command has enabled it, and has to disable it.
     pub(super) enabled: bool,
@@ -27,6 +31,8 @@ impl Moving<'_> {
         let (order, times) = (self.order, Times { within: self.args.within, lasting: self.args.span });
         if order.moves() {
             self.protect()?;
+            let [velocity, acceleration] = self.profile;
+            self.drive.run(async |drive| set_profile(&drive, velocity, acceleration).await)?;
             if self.args.enable && self.drive.state()? != State::OperationEnabled {
                 // Also if it is cancelled half way.
                 self.enabled = true;
@@ -43,6 +49,8 @@ impl Moving<'_> {
             .run(async |drive| carry_out(&drive, order, times, &mut |look| report.look(look), &mut |_| None).await)?;
         if ending == Ending::Stalled {
             self.drive.stop()?;
+            let facts = self.drive.run(async |drive| explain_profile(&drive).await)?;
+            explain::say(&facts);
         }
         Ok(ending)
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lexican_driver::Description;
+use lexican_driver::{Any, Description, Error};
 use lexican_eds::{Input, library};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
@@ -10,9 +10,12 @@ use lexican_toolbox::data_sheet::{DataSheet, find};
 
 use lexican_toolbox::drive::describe;
 
+use crate::bus::failure::NO_ANSWER;
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
 use crate::device::load_input;
 use crate::output::Failure;
+
+pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 
 pub(super) struct DriveNode {
     pub(super) link: BoxedLink,
@@ -29,17 +32,28 @@ impl DriveNode {
         device: Option<&str>,
         overlays: &[PathBuf],
     ) -> Result<Self, Failure> {
-        let named = device.map(find).transpose()?;
-        let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
-        let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
-        let (link, input) = match named.or(by_url) {
-            Some(input) => (link, input),
-            None => by_identity(link, node)?,
-        };
-        let description = description_of(&input)?;
-        let sheet = load_input(input, overlays)?;
+        let (link, sheet) = find_sheet(bus, pace, node, device, overlays)?;
+        let description = description_of(&sheet.input)?;
         Ok(DriveNode { link, description, sheet })
     }
+}
+
+/// Opens the bus, and finds the data sheet of the node.
+pub(super) fn find_sheet(
+    bus: &BusArgs,
+    pace: Pace,
+    node: NodeId,
+    device: Option<&str>,
+    overlays: &[PathBuf],
+) -> Result<(BoxedLink, DataSheet), Failure> {
+    let named = device.map(find).transpose()?;
+    let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
+    let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
+    let (link, input) = match named.or(by_url) {
+        Some(input) => (link, input),
+        None => by_identity(link, node)?,
+    };
+    Ok((link, load_input(input, overlays)?))
 }
 
 fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Failure> {
@@ -54,6 +68,24 @@ fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Fail
 /// The description of a drive, and what to do without one.
 fn description_of(input: &Input) -> Result<&'static Description, Failure> {
     describe(input).map_err(|error| {
-        Failure::new(error).help("only drives of CiA 402 can be moved; `lexican write` sets objects of other devices")
+        Failure::new(error).help(
+            "only drives of CiA 402 can be moved: --explain lists what is missing; `lexican write` sets objects of other devices",
+        )
     })
+}
+
+/// How connecting to a drive fails.
+pub(super) fn failed(error: Error, is_named: bool) -> Failure {
+    match error {
+        Error::Link(error) => error.into(),
+        Error::Sdo(_) => Failure::new(&error).help(NO_ANSWER),
+        Error::NotThisDrive { .. } if !is_named => {
+            Failure::new(&error).help("name what it is: --device FILE.eds")
+        }
+        Error::NotThisDrive { .. } => Failure::new(&error).help(
+            "name the data sheet of this device; or if it is the right one, correct what it has in 1000h, 1008h and 1018h by \
+             an overlay: --overlay FILE.toml",
+        ),
+        _ => Failure::new(&error),
+    }
 }

@@ -73,8 +73,9 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
     let identity = &drive.identity;
     let names = option(identity.name.as_ref().map(|name| format!("&[{name:?}]")));
     let mut fields = vec![format!("name: {:?}", docs::one_line(&drive.name))];
+    let vendor_ids: Vec<String> = identity.vendor_ids.iter().map(|id| format!("0x{id:X}")).collect();
     let identity = vec![
-        format!("vendor_id: 0x{:X}", identity.vendor_id),
+        format!("vendor_ids: &[{}]", vendor_ids.join(", ")),
         format!("profile: {}", identity.profile),
         format!("names: {names}"),
     ];
@@ -82,7 +83,7 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
     let mut objects = vec![
         format!("control_word: {}", number(&drive.control_word)),
         format!("status_word: {}", number(&drive.status_word)),
-        format!("actual_velocity: {}", number(&drive.actual_velocity)),
+        format!("actual_velocity: {}", optional(&drive.actual_velocity)),
         format!("position_window: {}", optional(&drive.position_window)),
     ];
     let whole = [
@@ -109,7 +110,7 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
     if drive.always_four_bytes {
         fields.push("always_four_bytes: true".to_owned());
     }
-    if let Some(unit) = &drive.velocity_unit {
+    if let Some(unit) = drive.velocity_unit() {
         let status = vec![format!("velocity_unit: {:?}", docs::one_line(unit))];
         fields.push(record("status: StatusBits", status, Some("Description::CIA_402.status")));
     }
@@ -125,6 +126,15 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
         let faults = list("faults: &[", drive.codes.iter().map(self::code).collect(), "]", "            ");
         fields.push(record("codes: ::lexican_driver::Codes", vec![faults], Some("Description::CIA_402.codes")));
     }
+    let profile = drive.profile.map(|profile| {
+        let fields = vec![
+            format!("velocity: {}", number(&profile.velocity)),
+            format!("acceleration: {}", optional(&profile.acceleration)),
+            format!("deceleration: {}", optional(&profile.deceleration)),
+        ];
+        record("Profile", fields, None)
+    });
+    fields.push(format!("profile: {}", option(profile)));
     let velocity = drive
         .target_velocity
         .as_ref()

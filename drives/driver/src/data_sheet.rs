@@ -10,7 +10,7 @@ use lexican_runtime::profile::cia402::Modes;
 
 use crate::description::{
     Calibration, Description, EmergencySwitch, Homing, Identity, Latches, ModeObjects, Number, Objects, Outputs, Pdo,
-    Reaction, Restore, Signal, StatusBits, Store, Torques, Velocities,
+    Profile, Reaction, Restore, Signal, StatusBits, Store, Torques, Velocities,
 };
 use crate::fault::{Code, Codes};
 
@@ -99,7 +99,7 @@ fn describe(drive: &Drive) -> Description {
     Description {
         name: text(&drive.name),
         identity: Identity {
-            vendor_id: drive.identity.vendor_id,
+            vendor_ids: rows(drive.identity.vendor_ids.clone()),
             profile: drive.identity.profile,
             names,
             ..base.identity
@@ -108,7 +108,7 @@ fn describe(drive: &Drive) -> Description {
             control_word: self::number(drive.control_word),
             status_word: self::number(drive.status_word),
             actual_position: number(drive.actual_position, base.objects.actual_position),
-            actual_velocity: self::number(drive.actual_velocity),
+            actual_velocity: drive.actual_velocity.map(self::number),
             target_position: number(drive.target_position, base.objects.target_position),
             position_window: drive.position_window.map(self::number),
             position_limits: drive.position_limits.map(|limits| limits.map(self::number)),
@@ -123,7 +123,7 @@ fn describe(drive: &Drive) -> Description {
         always_four_bytes: drive.always_four_bytes,
         inputs: rows(drive.inputs.iter().map(pdo).collect()),
         status: StatusBits {
-            velocity_unit: drive.velocity_unit.as_deref().map_or(base.status.velocity_unit, text),
+            velocity_unit: drive.velocity_unit().map_or(base.status.velocity_unit, text),
             ..base.status
         },
         modes: ModeObjects {
@@ -132,6 +132,11 @@ fn describe(drive: &Drive) -> Description {
             codes: Modes(rows(codes.collect())),
         },
         codes: Codes { faults: rows(faults.collect()), ..base.codes },
+        profile: drive.profile.map(|it| Profile {
+            velocity: self::number(it.velocity),
+            acceleration: it.acceleration.map(self::number),
+            deceleration: it.deceleration.map(self::number),
+        }),
         velocity: drive.target_velocity.map(|it| Velocities { target: self::number(it), ..Velocities::CIA_402 }),
         torque: drive.torque.map(|it| Torques { target: self::number(it.target), actual: self::number(it.actual) }),
         interpolated_position: drive.interpolated_position.map(self::number),

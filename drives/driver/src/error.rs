@@ -120,8 +120,8 @@ pub enum Error {
         /// 1008h, when the device has it.
         name: Option<String>,
     },
-    /// A PDO or the emergency object of the node has another COB-ID than in the predefined connection set (CiA 301,
-    /// 7.3.5), by which the driver talks, or does not exist.
+    /// A PDO of the node has another COB-ID than in the predefined connection set (CiA 301, 7.3.5), by which the driver talks,
+    /// or does not exist.
     #[error("{address}: the driver goes by COB-ID {:X}h, and the node is set up with {found:08X}h", expected.raw())]
     OtherCobId {
         /// 1400h:01, say.
@@ -291,6 +291,8 @@ pub enum Capability {
     Protection,
     /// Holding its target until SYNC.
     StartBySync,
+    /// A profile velocity and acceleration (6081h, 6083h) that are known.
+    Profile,
 }
 
 /// Which conditions are not met.
@@ -336,6 +338,8 @@ pub enum Missing {
         /// The upper limit.
         high: i32,
     },
+    /// Its profile velocity (6081h) is 0: it would take the order, and stand.
+    ProfileVelocity(Address),
     /// The velocity is more than the gear allows.
     VelocityWithinGear {
         /// As 60FFh has it.
@@ -375,7 +379,10 @@ impl fmt::Display for Capability {
             Capability::Temperature => f.write_str("temperature to read"),
             Capability::Battery => f.write_str("battery voltage to read"),
             Capability::Units => f.write_str("units that are known"),
-            Capability::Protection => f.write_str("life guarding and no free heartbeat consumer"),
+            Capability::Protection => {
+                f.write_str("life guarding, and no heartbeat consumer that is free and takes a node-ID")
+            }
+            Capability::Profile => f.write_str("profile velocity and acceleration that are known"),
             Capability::StartBySync => f.write_str("PDO that holds its target until SYNC"),
             Capability::EmergencySwitch => f.write_str("switch for emergency messages"),
         }
@@ -410,6 +417,9 @@ impl fmt::Display for Missing {
             Missing::OffLimitSwitch(number) => write!(f, "its limit switch {number} is active"),
             Missing::TargetWithinLimits { target, low, high } => {
                 write!(f, "the target {target} is outside its limits, {low} to {high}")
+            }
+            Missing::ProfileVelocity(object) => {
+                write!(f, "its profile velocity ({object}) is 0, with which it would not move: set it")
             }
             Missing::VelocityWithinGear { velocity, most } => {
                 write!(f, "the velocity {velocity} is more than its gear allows, {most}")

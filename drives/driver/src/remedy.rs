@@ -88,6 +88,7 @@ rows! { Missing, WORDS:
     "at-lower-limit" Missing::ShortOfLowerLimit => "move it towards greater positions, or set its lower limit lower (607Dh)";
     "limit-switch" Missing::OffLimitSwitch(_) => "inch it off its limit switch, the other way";
     "target" Missing::TargetWithinLimits { .. } => "give a target within its limits, or set them wider (607Dh)";
+    "profile-velocity" Missing::ProfileVelocity(_) => "give it a profile velocity that fits the machine (6081h; --velocity of the command)";
     "velocity" Missing::VelocityWithinGear { .. } => "give a velocity that its gear allows";
     "no-travel" Missing::Travel => "order a travel first";
     "start-by-sync" Missing::StartBySync => "have it hold its target until SYNC first, while it is disabled";

@@ -32,7 +32,7 @@ use crate::{fault, od};
 pub static AKD: Description = Description {
     name: "Kollmorgen AKD",
     identity: Identity {
-        vendor_id: od::VENDOR_ID,
+        vendor_ids: &[od::VENDOR_ID],
         profile: od::DEVICE_PROFILE,
         // Yzzz, where Y is the voltage class (6.2.1.7).
         names: Some(&["L", "M", "H", "U"]),
@@ -194,7 +194,7 @@ mod tests {
             (control_word, Number::of(od::CONTROLWORD)),
             (status_word, Number::of(od::STATUSWORD)),
             (actual_position, Number::of(od::POSITION_ACTUAL_VALUE)),
-            (actual_velocity, Number::of(od::VELOCITY_ACTUAL_VALUE)),
+            (actual_velocity.unwrap(), Number::of(od::VELOCITY_ACTUAL_VALUE)),
             (target_position, Number::of(od::TARGET_POSITION)),
             (limits[0], Number::of(od::SOFTWARE_POSITION_LIMIT.min_position_limit())),
             (limits[1], Number::of(od::SOFTWARE_POSITION_LIMIT.max_position_limit())),

@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn nothing_is_wrong_with_the_description() {
         assert_eq!(AG02.findings(), [""; 0]);
-        assert_eq!((AG02.identity.vendor_id, AG02.identity.profile), (od::VENDOR_ID, od::DEVICE_PROFILE));
+        assert_eq!((AG02.identity.vendor_ids, AG02.identity.profile), (&[od::VENDOR_ID][..], od::DEVICE_PROFILE));
     }
 
     /// The numbers that all drives of SIKO share are entries of this one, with these types and limits.

@@ -24,13 +24,13 @@ const I32: DataType = DataType::Integer32;
 /// else it has.
 pub const SIKO: Description = Description {
     name: "SIKO",
-    identity: Identity { vendor_id: 0x195, profile: 402, names: None, characters: ByteOrder::LowFirst },
+    identity: Identity { vendor_ids: &[0x195], profile: 402, names: None, characters: ByteOrder::LowFirst },
     objects: Objects {
         control_word: Number::new(0x6040, 0x00, U16),
         status_word: Number::new(0x6041, 0x00, U16),
         system_word: Some(Number::new(0x1002, 0x00, U16)),
         actual_position: Number::new(0x6064, 0x00, I32),
-        actual_velocity: Number::new(0x606C, 0x00, I32),
+        actual_velocity: Some(Number::new(0x606C, 0x00, I32)),
         target_position: Number::new(0x607A, 0x00, I32).within(-9_999_999, 9_999_999),
         position_window: Some(Number::new(0x6067, 0x00, U16)),
         position_limits: Some([Number::new(0x607D, 0x01, I32), Number::new(0x607D, 0x02, I32)]),
@@ -70,6 +70,7 @@ pub const SIKO: Description = Description {
         braking: Duration::from_secs(100),
     },
     parameters: PARAMETERS,
+    profile: None,
     velocity: Some(VELOCITIES),
     torque: None,
     interpolated_position: None,
@@ -199,7 +200,7 @@ macro_rules! assert_describes {
             (objects.status_word, Number::of($od::STATUSWORD)),
             (objects.system_word.unwrap(), Number::of($od::MANUFACTURER_STATUS_REGISTER)),
             (objects.actual_position, Number::of($od::POSITION_ACTUAL_VALUE)),
-            (objects.actual_velocity, Number::of($od::VELOCITY_ACTUAL_VALUE)),
+            (objects.actual_velocity.unwrap(), Number::of($od::VELOCITY_ACTUAL_VALUE)),
             (objects.target_position, Number::of($od::TARGET_POSITION).within(-9_999_999, 9_999_999)),
             (objects.position_window.unwrap(), Number::of($od::POSITION_WINDOW)),
             (objects.position_limits.unwrap()[0], Number::of($od::SOFTWARE_POSITION_LIMIT.limit_2())),

@@ -21,10 +21,12 @@ pub struct Drive {
     pub mode_display: Option<Number>,
     /// 6064h. A drive that has profile position mode has it.
     pub actual_position: Option<Number>,
-    /// 606Ch.
-    pub actual_velocity: Number,
+    /// 606Ch. A drive without it has 6064h, by which it is seen to stand.
+    pub actual_velocity: Option<Number>,
     /// 607Ah. A drive that has profile position mode has it.
     pub target_position: Option<Number>,
+    /// 6081h, 6083h and 6084h, of a drive with profile position mode.
+    pub profile: Option<Profile>,
     /// 60FFh, of a drive with profile velocity mode or the cyclic one.
     pub target_velocity: Option<Number>,
     /// 6071h and 6077h, of a drive with torque profile mode or the cyclic one.
@@ -65,8 +67,8 @@ pub struct Drive {
 /// How a drive is recognised.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// 1018h:01.
-    pub vendor_id: u32,
+    /// What 1018h:01 may hold, 0 also where it is missing; empty if the data sheet does not say it.
+    pub vendor_ids: Vec<u32>,
     /// The low half of 1000h.
     pub profile: u16,
     /// What 1008h holds, empty if the data sheet does not say it; `None` if there is no 1008h.
@@ -84,6 +86,17 @@ pub struct Number {
     pub data_type: DataType,
     /// The limits, if they are narrower than the data type.
     pub limits: Option<(i64, i64)>,
+}
+
+/// The velocity and the ramps of a travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Profile {
+    /// 6081h.
+    pub velocity: Number,
+    /// 6083h.
+    pub acceleration: Option<Number>,
+    /// 6084h.
+    pub deceleration: Option<Number>,
 }
 
 /// The torque modes.
@@ -149,6 +162,14 @@ pub struct Code {
     pub number: u16,
     /// What the overlay calls it.
     pub text: String,
+}
+
+impl Drive {
+    /// What velocities are counted in, if that is known. Without 606Ch the driver measures them.
+    #[must_use]
+    pub fn velocity_unit(&self) -> Option<&str> {
+        self.velocity_unit.as_deref().or(self.actual_velocity.is_none().then_some("units of 6064h per second"))
+    }
 }
 
 impl Number {

@@ -30,8 +30,8 @@ pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "drive::no-object",
         severity: Error,
-        explain: "An object that every driver needs is missing: 6040h, 6041h, 6060h or 606Ch. A device without the first \
-                  three is not a drive of CiA 402; without 606Ch, nothing shows that the drive stands.",
+        explain: "An object that every driver needs is missing: 6040h, 6041h or 6060h, without which a device is not a drive \
+                  of CiA 402; or 606Ch and 6064h, without either of which nothing shows that the drive stands.",
     },
     Finding {
         code: "drive::object",
@@ -47,13 +47,22 @@ pub const FINDINGS: &[Finding] = &[
     },
     Finding {
         code: "drive::profile",
-        severity: Error,
-        explain: "1000h has another device profile than 402. An overlay can say that the device obeys CiA 402.",
+        severity: Warning,
+        explain: "1000h has another device profile than 402, though the objects of CiA 402 are there. The driver goes by the \
+                  objects, and expects this 1000h in the drive. An overlay can say that the device obeys CiA 402.",
+    },
+    Finding {
+        code: "drive::velocity",
+        severity: Warning,
+        explain: "There is no 606Ch. The driver sees by 6064h whether the drive stands, which takes longer, and does not see \
+                  a drive that creeps.",
     },
     Finding {
         code: "drive::vendor",
-        severity: Error,
-        explain: "The vendor-ID is unknown, by which the driver makes sure that it commands the drive that it is meant for.",
+        severity: Warning,
+        explain: "The vendor-ID, by which the driver makes sure that it commands the drive that it is meant for, is not in \
+                  the data sheet: any vendor's drive then is taken for it. Or the data sheet contradicts itself: then a drive \
+                  without vendor-ID is, too.",
     },
 ];
 

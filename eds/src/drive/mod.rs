@@ -10,7 +10,7 @@ mod modes;
 mod objects;
 mod pdo;
 
-pub use data::{Code, Drive, Homing, Identity, Number, Outputs, Pdo, Signal, Torque};
+pub use data::{Code, Drive, Homing, Identity, Number, Outputs, Pdo, Profile, Signal, Torque};
 pub use finding::{FINDINGS, Finding};
 
 use crate::cia301;
@@ -39,10 +39,15 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
     let control_word = reader.needed(0x6040, "control word", Need::Word);
     let status_word = reader.needed(0x6041, "status word", Need::Status);
     let mode = reader.needed(0x6060, "mode of operation", Need::Written);
-    let actual_velocity = reader.needed(0x606C, "actual velocity", Need::Moved);
-    let vendor_id = vendor_id(reader);
+    let vendor_ids = vendor_ids(reader);
     let target_position = reader.optional((0x607A, 0), "target position", Need::Target);
     let actual_position = reader.optional((0x6064, 0), "actual position", Need::Moved);
+    if target_position.is_some() && reader.device.entry(0x6064, 0).is_none() {
+        let help = "the driver does without positions; if the drive has 6064h, add it to the data sheet";
+        let message = "607A (target position) is there, and no 6064h (actual position)";
+        reader.report("drive::left-out", message, reader.nearest(0x607A), help);
+    }
+    let actual_velocity = actual_velocity(reader, actual_position);
     let target_velocity = reader.optional((0x60FF, 0), "target velocity", Need::Target);
     let torque = torque(reader);
     let interpolated_position = reader.optional((0x60C1, 1), "interpolated position", Need::Target);
@@ -59,7 +64,7 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
     let mut drive = Drive {
         name: name(reader.device),
         identity: Identity {
-            vendor_id: vendor_id?,
+            vendor_ids,
             profile: device_type(reader.device).unwrap_or(402),
             name: device_name(reader.device),
         },
@@ -70,6 +75,7 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
         mode_display: reader.optional((0x6061, 0), "mode of operation display", Need::Read),
         actual_position,
         actual_velocity: actual_velocity?,
+        profile: profile_of_travels(reader).filter(|_| has([1, 1])),
         target_position,
         target_velocity: target_velocity.filter(|_| has([3, 9])),
         torque: torque.filter(|_| has([4, 10])),
@@ -126,23 +132,61 @@ fn device_type(device: &Device) -> Option<u16> {
 fn profile(reader: &mut Reader<'_>) {
     if let Some(other) = reader.device.profile.filter(|&profile| profile != 402) {
         let span = reader.nearest(cia301::DEVICE_TYPE);
-        let help = "if the device obeys CiA 402 all the same, an overlay says so: `[overlay]`, `profile = 402`";
+        let help = "the driver goes by the objects of CiA 402; that this is right, an overlay says: `[overlay]`, `profile = 402`";
         reader.report("drive::profile", format!("1000h has device profile {other}, not 402"), span, help);
     }
 }
 
-/// 0 stands for "not given" in either place.
-fn vendor_id(reader: &mut Reader<'_>) -> Option<u32> {
-    let device = reader.device;
-    let in_object = || u32::try_from(held(device.entry(cia301::IDENTITY, 1)?)?.as_integer()?).ok();
-    let known = in_object().filter(|&id| id != 0).or(device.info.vendor_number).filter(|&id| id != 0);
-    if known.is_none() {
-        let span = reader.nearest(cia301::IDENTITY);
-        let message = "neither 1018h:01 nor `VendorNumber` has a vendor-ID, by which the drive is recognised";
-        let help = "an overlay gives it: `[object.\"1018:01\"]`, `default = 0x…`";
-        reader.report("drive::vendor", message, span, help);
+/// 606Ch, or `Some(None)` where 6064h has to do.
+fn actual_velocity(reader: &mut Reader<'_>, actual_position: Option<Number>) -> Option<Option<Number>> {
+    if actual_position.is_none() {
+        return reader.needed(0x606C, "actual velocity", Need::Moved).map(Some);
     }
-    known
+    let number = reader.optional((0x606C, 0), "actual velocity", Need::Moved);
+    if number.is_none() {
+        let help =
+            "the driver sees by 6064h whether the drive stands; if the drive has 606Ch, add it to the data sheet";
+        let message = "there is no 606Ch (actual velocity) that a driver can use";
+        reader.report("drive::velocity", message, reader.nearest(0x606C), help);
+    }
+    Some(number)
+}
+
+fn profile_of_travels(reader: &mut Reader<'_>) -> Option<Profile> {
+    Some(Profile {
+        velocity: reader.optional((0x6081, 0), "profile velocity", Need::Written)?,
+        acceleration: reader.optional((0x6083, 0), "profile acceleration", Need::Written),
+        deceleration: reader.optional((0x6084, 0), "profile deceleration", Need::Written),
+    })
+}
+
+/// What the drive may answer. 0 stands for "not given" in either place, but a device answers what its object has.
+fn vendor_ids(reader: &mut Reader<'_>) -> Vec<u32> {
+    let device = reader.device;
+    let entry = device.entry(cia301::IDENTITY, 1);
+    let in_object = entry.and_then(held).and_then(Value::as_integer).and_then(|id| u32::try_from(id).ok());
+    let known = match (in_object, device.info.vendor_number.filter(|&id| id != 0)) {
+        (Some(id @ 1..), _) => return vec![id],
+        (None, Some(number)) if entry.is_some() => return vec![number],
+        (_, number) => number,
+    };
+    let (message, help) = match (known, entry.is_some()) {
+        (None, _) => (
+            "neither 1018h:01 nor `VendorNumber` has a vendor-ID".to_owned(),
+            "the driver takes a drive of any vendor for this one; an overlay says whose it is: \
+             `[object.\"1018:01\"]`, `default = 0x…`",
+        ),
+        (Some(number), true) => (
+            format!("`VendorNumber` is 0x{number:X}, and 1018h:01 has the vendor-ID 0"),
+            "the driver takes either for this drive; an overlay says which it is: `[object.\"1018:01\"]`, `default = 0x…`",
+        ),
+        (Some(number), false) => (
+            format!("`VendorNumber` is 0x{number:X}, and there is no 1018h:01"),
+            "the driver takes a drive without vendor-ID for this one, too; if it has the object, add it to the data sheet",
+        ),
+    };
+    reader.report("drive::vendor", message, reader.nearest(cia301::IDENTITY), help);
+    known.map_or_else(Vec::new, |number| vec![number, 0])
 }
 
 fn name(device: &Device) -> String {

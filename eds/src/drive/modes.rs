@@ -47,7 +47,12 @@ pub(super) fn modes(reader: &mut Reader<'_>, unusable: &[i8]) -> Option<Vec<i8>>
         return Some(modes);
     }
     let span = stated.map_or_else(|| reader.nearest(0x607A), |stated| stated.entry.span);
-    let message = "the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode (60FFh)";
+    let mut message =
+        "the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode (60FFh)".to_owned();
+    let belongs = |found: &str| ["607A ", "6064 ", "60FF "].iter().any(|object| found.starts_with(object));
+    for found in reader.findings.iter().filter(|found| belongs(&found.message)) {
+        message += &format!("; {}", found.message);
+    }
     let help = "if it has, correct 6502h by an overlay (bit 0, bit 2), or add the objects to the data sheet";
     reader.report("drive::no-mode", message, span, help);
     None

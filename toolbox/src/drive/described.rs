@@ -15,7 +15,11 @@ const DESCRIBED: [(&str, &Description); 3] = [("kollmorgen/akd", &AKD), ("siko/a
 ///
 /// What the data sheet lacks for it.
 pub fn describe(input: &Input) -> Result<&'static Description, NotADrive> {
-    let shipped = library::all().iter().find(|shipped| shipped.input().eds.name() == input.eds.name());
-    let known = shipped.and_then(|shipped| DESCRIBED.iter().find(|(id, _)| *id == shipped.id));
-    known.map_or_else(|| Description::of_data_sheet(input), |(_, description)| Ok(description))
+    described_by_hand(input).map_or_else(|| Description::of_data_sheet(input), Ok)
+}
+
+/// What lexican knows of a device of the library.
+pub(super) fn described_by_hand(input: &Input) -> Option<&'static Description> {
+    let shipped = library::all().iter().find(|shipped| shipped.input().eds.name() == input.eds.name())?;
+    DESCRIBED.iter().find(|(id, _)| *id == shipped.id).map(|(_, description)| *description)
 }

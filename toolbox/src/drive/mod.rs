@@ -7,14 +7,18 @@
 
 mod described;
 mod ending;
+mod explain;
 mod look;
 mod order;
+mod profile;
 mod safe_end;
 mod scales;
 
 pub use described::describe;
 pub use ending::Ending;
+pub use explain::{Fact, Verdict, explain_drive, explain_profile, explain_sheet};
 pub use look::Look;
 pub use order::{Order, Times, carry_out, has_ended, prepare, see};
+pub use profile::set_profile;
 pub use safe_end::{SafeEnd, end_safely, unstoppable};
 pub use scales::Scales;

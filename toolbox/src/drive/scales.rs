@@ -12,7 +12,8 @@ pub struct Scales<'a> {
     values: DeviceValues<'a>,
     position: Address,
     target: Address,
-    velocity: Address,
+    /// `None` if the drive has none, and the driver measures it.
+    velocity: Option<Address>,
     target_velocity: Option<Address>,
 }
 
@@ -25,7 +26,7 @@ impl<'a> Scales<'a> {
             values: DeviceValues::new(device),
             position: objects.actual_position.address(),
             target: objects.target_position.address(),
-            velocity: objects.actual_velocity.address(),
+            velocity: objects.actual_velocity.map(|velocity| velocity.address()),
             target_velocity: description.velocity.map(|velocity| velocity.target.address()),
         }
     }
@@ -38,7 +39,7 @@ impl<'a> Scales<'a> {
 
     /// The objects that have the units.
     pub fn objects(&self) -> impl Iterator<Item = Address> + use<> {
-        [Some(self.position), Some(self.target), Some(self.velocity), self.target_velocity].into_iter().flatten()
+        [Some(self.position), Some(self.target), self.velocity, self.target_velocity].into_iter().flatten()
     }
 
     /// A target, or a distance, from `5000`, `5 mm` or `raw:5000`.
@@ -60,12 +61,21 @@ impl<'a> Scales<'a> {
     }
 
     fn parse(&self, address: Address, text: &str) -> Result<i32, String> {
+        i32::try_from(self.parse_value(address, text)?).map_err(|_| format!("{text:?} is no number of 32 bits"))
+    }
+
+    /// The value of any entry, from a text with or without its unit.
+    ///
+    /// # Errors
+    ///
+    /// Why the text is no value of it.
+    pub fn parse_value(&self, address: Address, text: &str) -> Result<i64, String> {
         let number = match self.values.entry(address) {
             Some(entry) => self.values.parse(entry, text)?.as_integer(),
             // It is described by hand.
             None => text.trim().strip_prefix("raw:").unwrap_or(text).trim().parse().ok(),
         };
-        number.and_then(|number| i32::try_from(number).ok()).ok_or_else(|| format!("{text:?} is no number of 32 bits"))
+        number.and_then(|number| i64::try_from(number).ok()).ok_or_else(|| format!("{text:?} is no number"))
     }
 
     /// `+5.00 mm`.
@@ -83,13 +93,16 @@ impl<'a> Scales<'a> {
     /// A velocity that is ordered.
     #[must_use]
     pub fn target_velocity(&self, velocity: i32) -> String {
-        self.describe(self.target_velocity.unwrap_or(self.velocity), velocity)
+        self.target_velocity.map_or_else(|| self.velocity(velocity), |target| self.describe(target, velocity))
     }
 
     /// `+60 rpm`.
     #[must_use]
     pub fn velocity(&self, velocity: i32) -> String {
-        self.describe(self.velocity, velocity)
+        match self.velocity {
+            Some(address) => self.describe(address, velocity),
+            None => format!("{}/s", self.describe(self.position, velocity)),
+        }
     }
 
     fn describe(&self, address: Address, number: i32) -> String {

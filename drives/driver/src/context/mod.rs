@@ -55,6 +55,8 @@ pub(crate) struct Shared {
     pub(crate) status: Reports,
     /// The last fault, or that there is none.
     pub(crate) emergency: Option<u16>,
+    /// The COB-ID of the drive's emergencies, if it sends any.
+    pub(crate) emergencies: Option<CobId>,
     /// The last notice that is no fault.
     pub(crate) warning: Option<u16>,
     /// The last one of each TPDO that the description does not name, until it is asked for.
@@ -122,6 +124,7 @@ impl DriveContext {
             wake: None,
             status: Reports::default(),
             emergency: None,
+            emergencies: Some(CobId::of_node(0x080, node)),
             warning: None,
             pdos: [None; 4],
             restarted: false,
@@ -200,7 +203,7 @@ impl DriveContext {
             if let Some(word) = pdo.status_word(self.description, frame.data()) {
                 self.lock().saw_status(word);
             }
-        } else if of(0x080) {
+        } else if self.lock().emergencies == Some(frame.id()) {
             if let Some(emergency) = Emergency::parse(frame.data(), CodeOrder::LowByteFirst) {
                 self.heard_emergency(emergency);
             }

@@ -2,11 +2,14 @@
 
 use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
-use lexican_runtime::{Instant, Measured};
+use lexican_runtime::{Duration, Instant, Measured};
 
 use super::{Access, Bytes, DriveContext};
 use crate::description::{Number, Test, Word};
 use crate::error::Error;
+
+/// How long the way is watched by which a velocity is measured: a drive that is slower than ten counts per second stands.
+const BETWEEN_POSITIONS: Duration = Duration::from_millis(200);
 
 impl DriveContext {
     /// Reads an object.
@@ -135,17 +138,30 @@ impl DriveContext {
         Ok(position)
     }
 
-    /// How fast it is (606Ch); 0 when it counts as standing still.
+    /// How fast it is (606Ch); 0 when it counts as standing still. Without 606Ch, the position is read twice, and a drive stands
+    /// that has moved by no more than the least count of its encoder.
     ///
     /// # Errors
     ///
     /// As [`DriveContext::read`].
     pub async fn velocity(&self) -> Result<i32, Error> {
-        let velocity = narrow(self.get(self.description.objects.actual_velocity).await?);
+        let velocity = match self.description.objects.actual_velocity {
+            Some(object) => narrow(self.get(object).await?),
+            None => self.measured_velocity().await?,
+        };
         let velocity = if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity };
         let mut shared = self.lock();
         shared.seen.velocity = Some(Measured::new(velocity, shared.now));
         Ok(velocity)
+    }
+
+    /// Counts of 6064h per second. Both positions are read now: one of earlier might be of before the last order.
+    async fn measured_velocity(&self) -> Result<i32, Error> {
+        let (began, from) = (self.now(), self.position().await?);
+        self.pass(BETWEEN_POSITIONS).await?;
+        let way = i64::from(self.position().await?) - i64::from(from);
+        let span = self.now().since(began).as_micros().max(1) as i64;
+        Ok(if way.abs() <= 1 { 0 } else { narrow(way * 1_000_000 / span) })
     }
 
     /// Whether a condition on status bits holds; `status_word` has been read before.

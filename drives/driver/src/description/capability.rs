@@ -7,6 +7,17 @@ use lexican_runtime::profile::cia402::{control, status};
 use super::{Number, Test};
 use crate::parameter::ParameterSet;
 
+/// Velocity and ramps of travels.
+#[derive(Clone, Copy, Debug)]
+pub struct Profile {
+    /// 6081h. With 0 there, a drive takes an order and stands.
+    pub velocity: Number,
+    /// 6083h.
+    pub acceleration: Option<Number>,
+    /// 6084h.
+    pub deceleration: Option<Number>,
+}
+
 /// Velocity mode.
 #[derive(Clone, Copy, Debug)]
 pub struct Velocities {

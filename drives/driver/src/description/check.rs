@@ -65,7 +65,7 @@ impl Description {
     fn moved(&self) -> impl Iterator<Item = (Number, &'static str)> {
         let positions = [self.objects.actual_position, self.objects.target_position];
         let limits = self.objects.position_limits.into_iter().flatten();
-        let velocities = [Some(self.objects.actual_velocity), self.velocity.map(|velocity| velocity.target)];
+        let velocities = [self.objects.actual_velocity, self.velocity.map(|velocity| velocity.target)];
         let velocities = velocities.into_iter().flatten().map(|number| (number, "velocity"));
         positions.into_iter().chain(limits).map(|number| (number, "position")).chain(velocities)
     }

@@ -19,8 +19,8 @@ use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::{Command, Modes, Transitions, control, status};
 
 pub use capability::{
-    Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Restore, SetPoints, Store,
-    TorqueDeactivation, Torques, UnitObjects, Velocities,
+    Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Profile, Restore, SetPoints,
+    Store, TorqueDeactivation, Torques, UnitObjects, Velocities,
 };
 pub use condition::{Condition, Orders, Test, Word};
 pub use latch::{Latch, Latches, Trigger};
@@ -65,6 +65,8 @@ pub struct Description {
     pub times: Times,
     /// What the application may set, keep and compare.
     pub parameters: &'static [Parameter],
+    /// Velocity and ramps of travels; `None` for a drive that has them elsewhere.
+    pub profile: Option<Profile>,
     /// Velocity mode.
     pub velocity: Option<Velocities>,
     /// Torque mode, and the set-point of cyclic torque mode.
@@ -107,8 +109,9 @@ pub struct Description {
 /// How to distinguish a kind of drive from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
-    /// 1018h:01.
-    pub vendor_id: u32,
+    /// What 1018h:01 holds: one of these; 0 stands for a drive without the object, too. None of them where the data sheet
+    /// does not say it: then the drive may be of any vendor.
+    pub vendor_ids: &'static [u32],
     /// The profile in the low half of 1000h.
     pub profile: u16,
     /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
@@ -130,8 +133,8 @@ pub struct Objects {
     pub system_word: Option<Number>,
     /// 6064h.
     pub actual_position: Number,
-    /// 606Ch.
-    pub actual_velocity: Number,
+    /// 606Ch; `None` for a drive without it, which is seen by its position to stand.
+    pub actual_velocity: Option<Number>,
     /// 607Ah.
     pub target_position: Number,
     /// How far from its target the drive may settle (6067h); `None` if it does not say.
@@ -222,10 +225,10 @@ pub struct Times {
 
 impl Description {
     /// A drive that does what CiA 402-2 says, with the PDOs of CiA 402-3, and nothing beyond it. Something for other
-    /// descriptions to begin with: they say at least whose drive it is, `identity.vendor_id`.
+    /// descriptions to begin with: they say at least whose drive it is, `identity.vendor_ids`.
     pub const CIA_402: Description = Description {
         name: "drive",
-        identity: Identity { vendor_id: 0, profile: 402, names: Some(&[""]), characters: ByteOrder::LowFirst },
+        identity: Identity { vendor_ids: &[0], profile: 402, names: Some(&[""]), characters: ByteOrder::LowFirst },
         objects: Objects::CIA_402,
         outputs: Outputs::CIA_402,
         inputs: Pdo::CIA_402_INPUTS,
@@ -258,6 +261,7 @@ impl Description {
             braking: Duration::from_secs(100),
         },
         parameters: &[],
+        profile: None,
         velocity: Some(Velocities::CIA_402),
         torque: Some(Torques::CIA_402),
         interpolated_position: Some(Number::new(0x60C1, 0x01, DataType::Integer32)),
@@ -358,7 +362,7 @@ impl Objects {
         status_word: Number::new(0x6041, 0x00, DataType::Unsigned16),
         system_word: None,
         actual_position: Number::new(0x6064, 0x00, DataType::Integer32),
-        actual_velocity: Number::new(0x606C, 0x00, DataType::Integer32),
+        actual_velocity: Some(Number::new(0x606C, 0x00, DataType::Integer32)),
         target_position: Number::new(0x607A, 0x00, DataType::Integer32),
         position_window: Some(Number::new(0x6067, 0x00, DataType::Unsigned32)),
         position_limits: Some([

@@ -53,8 +53,8 @@ impl fmt::Display for UnpacedPdo {
 /// As [`DriveContext::read`]; not because an object does not exist.
 pub async fn unpaced_pdos(drive: &DriveContext) -> Result<Vec<UnpacedPdo>, Error> {
     let objects = drive.description().objects;
-    let own = [objects.actual_position, objects.actual_velocity].map(|number| number.address());
-    let changes = |object: &Address| own.contains(object) || MOVING.contains(&object.index());
+    let own = [Some(objects.actual_position), objects.actual_velocity].map(|number| number.map(|it| it.address()));
+    let changes = |object: &Address| own.contains(&Some(*object)) || MOVING.contains(&object.index());
     let mut unpaced = Vec::new();
     for number in 1..=4 {
         let ask = |index: u16, sub, data_type| drive.get(Number::new(index + number - 1, sub, data_type));

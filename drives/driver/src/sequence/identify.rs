@@ -17,8 +17,8 @@ const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
 /// "Does not exist", in a COB-ID of 1014h, 1400h and 1800h (CiA 301, 7.5.2.17, 7.5.2.35, 7.5.2.37).
 const NOT_VALID: u32 = 1 << 31;
 
-/// Makes sure that the node is the drive that is described, and that its PDOs and emergencies have the COB-IDs by which
-/// the driver talks to it, and the PDOs the mapping.
+/// Makes sure that the node is the drive that is described, and that its PDOs have the COB-IDs by which the driver talks to
+/// it, and the mapping; finds out on which COB-ID it sends emergencies.
 ///
 /// # Errors
 ///
@@ -26,7 +26,7 @@ const NOT_VALID: u32 = 1 << 31;
 pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     let (expected, identity) = (drive.description().name, drive.description().identity);
     let profile = (drive.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
-    let vendor_id = drive.get(VENDOR_ID).await? as u32;
+    let vendor_id = known(drive.get(VENDOR_ID).await)?.unwrap_or(0) as u32;
     // The name of another drive comes as CiA 301 has text.
     let order = identity.names.map_or(ByteOrder::LowFirst, |_| identity.characters);
     let name = known(characters(drive, DEVICE_NAME, order).await)?;
@@ -35,11 +35,21 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
         (None, Some(_)) => false,
         (Some(names), name) => names.iter().any(|begin| name.as_deref().unwrap_or_default().starts_with(begin)),
     };
-    if !named || (profile, vendor_id) != (identity.profile, identity.vendor_id) {
+    let of_vendor = identity.vendor_ids.is_empty() || identity.vendor_ids.contains(&vendor_id);
+    if !named || !of_vendor || profile != identity.profile {
         return Err(Error::NotThisDrive { expected, vendor_id, profile, name });
     }
     check_pdos(drive).await?;
-    check_cob_id(drive, EMERGENCIES, 0x080, false).await?;
+    follow_emergencies(drive).await
+}
+
+/// Emergencies are heard wherever 1014h has them (CiA 301, 7.5.2.17), and nowhere if that switches them off.
+async fn follow_emergencies(drive: &DriveContext) -> Result<(), Error> {
+    let Some(cob_id) = known(drive.get(EMERGENCIES).await)? else { return Ok(()) };
+    let cob_id = cob_id as u32;
+    let id = CobId::from_parameter(cob_id);
+    // Where another service has it, what comes is no emergency.
+    drive.lock().emergencies = Some(id).filter(|id| cob_id & NOT_VALID == 0 && !id.is_restricted());
     Ok(())
 }
 

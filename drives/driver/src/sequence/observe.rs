@@ -41,7 +41,11 @@ pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
     }
     // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
     let latest = known(drive.get(drive.description().objects.latest_fault).await)?;
-    let latest = latest.map_or(Cause::NoError, |latest| codes.cause(latest as u16));
+    let latest = match latest.map_or(Cause::NoError, |latest| codes.cause(latest as u16)) {
+        // There is no history, or nothing in it.
+        Cause::NoError => return Ok(reported.unwrap_or(Cause::NoError)),
+        latest => latest,
+    };
     if !matches!(latest, Cause::Notice(_)) {
         return Ok(latest);
     }

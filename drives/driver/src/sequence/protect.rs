@@ -21,7 +21,7 @@ const SIGNS: u8 = 4;
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] by a drive that has neither; [`Error::OutOfRange`]; [`Error::HeartbeatExcludesGuarding`]; as
+/// [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both; [`Error::OutOfRange`]; [`Error::HeartbeatExcludesGuarding`]; as
 /// [`DriveContext::write`].
 pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<Protection, Error> {
     let Supervision { within, manager } = supervision;
@@ -30,9 +30,11 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
     if period.is_zero() || within_ms > u64::from(u16::MAX) {
         return Err(OutOfRange { address: GUARD_TIME.address(), above: !period.is_zero() }.into());
     }
-    if let Some(entry) = free_consumer(drive, manager.get()).await? {
-        drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await?;
-        return Ok(Protection::Heartbeat { entry, manager, period, within });
+    for entry in free_consumers(drive, manager.get()).await? {
+        // Some have limits of 16 bits, which leave no room for a node-ID.
+        if known(drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await)?.is_some() {
+            return Ok(Protection::Heartbeat { entry, manager, period, within });
+        }
     }
     let has_guarding = known(drive.get(GUARD_TIME).await)?.and(known(drive.get(LIFE_TIME_FACTOR).await)?);
     drive.need(has_guarding, Capability::Protection)?;
@@ -40,8 +42,11 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
     if let Some(heartbeat_ms @ 1..) = known(drive.get(PRODUCER_HEARTBEAT).await)? {
         return Err(Error::HeartbeatExcludesGuarding { heartbeat_ms: heartbeat_ms as u16 });
     }
-    drive.set(GUARD_TIME, (period.as_micros() / 1000) as i64).await?;
-    drive.set(LIFE_TIME_FACTOR, SIGNS.into()).await?;
+    let armed = match known(drive.set(GUARD_TIME, (period.as_micros() / 1000) as i64).await)? {
+        Some(()) => known(drive.set(LIFE_TIME_FACTOR, SIGNS.into()).await)?,
+        None => None,
+    };
+    drive.need(armed, Capability::Protection)?;
     Ok(Protection::LifeGuarding { guard_time: period, life_time_factor: SIGNS })
 }
 
@@ -57,19 +62,19 @@ pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(
     }
 }
 
-/// The entry of 1016h that watches over this manager already, or else one that watches over no node: its node-ID or its
-/// time is 0 (CiA 301, 7.5.2.19).
-async fn free_consumer(drive: &DriveContext, manager: u8) -> Result<Option<u8>, Error> {
+/// The entries of 1016h that may watch over this manager: the one that does so already, or else those that watch over no node,
+/// since their node-ID or time is 0 (CiA 301, 7.5.2.19).
+async fn free_consumers(drive: &DriveContext, manager: u8) -> Result<Vec<u8>, Error> {
     let entries = known(drive.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
-    let mut free = None;
+    let mut free = Vec::new();
     for entry in 1..=entries {
-        let value = drive.get(consumer(entry)).await?;
+        let Some(value) = known(drive.get(consumer(entry)).await)? else { continue };
         let (node, time) = (value >> 16 & 0xFF, value & 0xFFFF);
         if node == i64::from(manager) {
-            return Ok(Some(entry));
+            return Ok(vec![entry]);
         }
         if node == 0 || time == 0 {
-            free.get_or_insert(entry);
+            free.push(entry);
         }
     }
     Ok(free)

@@ -56,8 +56,12 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
     tell_interruptions(drive, status_word, &mut missing).await?;
     match order {
-        Order::Travel { target } => missing.extend(target_beyond_limits(drive, target).await?),
+        Order::Travel { target } => {
+            missing.extend(target_beyond_limits(drive, target).await?);
+            missing.extend(no_profile_velocity(drive).await?);
+        }
         Order::Add { target } => {
+            missing.extend(no_profile_velocity(drive).await?);
             missing.extend(drive.lock().motion.is_paused().then_some(Missing::TravelResumed));
             if let Some(target) = target {
                 missing.extend(target_beyond_limits(drive, target).await?);
@@ -212,6 +216,12 @@ pub async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
     let Some(other) = known(drive.get(other).await)? else { return Ok(None) };
     let (a, b) = (narrow(one), narrow(other));
     Ok((a != b).then_some((a.min(b), a.max(b))))
+}
+
+async fn no_profile_velocity(drive: &DriveContext) -> Result<Option<Missing>, Error> {
+    let Some(profile) = drive.description().profile else { return Ok(None) };
+    let stands = known(drive.get(profile.velocity).await)? == Some(0);
+    Ok(stands.then_some(Missing::ProfileVelocity(profile.velocity.address())))
 }
 
 async fn too_fast(drive: &DriveContext, velocity: i32) -> Result<Option<Missing>, Error> {

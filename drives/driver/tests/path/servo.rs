@@ -20,7 +20,7 @@ pub(crate) enum Servo {}
 impl Kind for Servo {
     const DESCRIPTION: &'static Description = &Description {
         name: "servo",
-        identity: Identity { vendor_id: 0x99, ..Description::CIA_402.identity },
+        identity: Identity { vendor_ids: &[0x99], ..Description::CIA_402.identity },
         outputs: Outputs::BY_SDO,
         inputs: &[],
         homing: Some(Homing::CIA_402),

@@ -53,7 +53,10 @@ fn a_drive_that_can_notice_nothing_says_so() {
     let (bus, _) = bus(servo::SHEET);
     let within = Supervision::within(Duration::from_secs(1));
     let error = Drive::<_, BySdo>::connect_protected(bus.link(), servo::SHEET.node, within).unwrap_err();
-    assert_eq!(error.to_string(), "the servo has no life guarding and no free heartbeat consumer");
+    assert_eq!(
+        error.to_string(),
+        "the servo has no life guarding, and no heartbeat consumer that is free and takes a node-ID"
+    );
 }
 
 #[test]

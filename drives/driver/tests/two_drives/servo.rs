@@ -41,7 +41,7 @@ impl Kind for ByPdo {
 const SERVO: Description = Description {
     name: "servo",
     identity: Identity {
-        vendor_id: 0x6A,
+        vendor_ids: &[0x6A],
         profile: 402,
         names: Some(&["L", "M", "H", "U"]),
         characters: ByteOrder::LowFirst,
@@ -210,7 +210,7 @@ fn a_description_may_say_no_more_than_whose_drive_it_is() {
     enum Plain {}
     impl Kind for Plain {
         const DESCRIPTION: &'static Description = &Description {
-            identity: Identity { vendor_id: 0x6A, ..Description::CIA_402.identity },
+            identity: Identity { vendor_ids: &[0x6A], ..Description::CIA_402.identity },
             outputs: Outputs::BY_SDO,
             inputs: &[],
             ..Description::CIA_402

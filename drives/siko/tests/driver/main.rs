@@ -492,7 +492,8 @@ fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
         (od::TPDO1_PARAMETER.cob_id(), 0x285, false),
         (od::TPDO1_PARAMETER.cob_id(), 0x4000_0185, true),
         (od::TPDO3_PARAMETER.cob_id(), 0x8000_0385, true),
-        (od::COB_ID_EMERGENCY_MESSAGE, 0x86, false),
+        // The driver follows it.
+        (od::COB_ID_EMERGENCY_MESSAGE, 0x86, true),
         (od::COB_ID_EMERGENCY_MESSAGE, 0x8000_0085, true),
         (od::COB_ID_SYNC_MESSAGE, 0x81, true),
     ];

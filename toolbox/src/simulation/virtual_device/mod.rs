@@ -1,8 +1,6 @@
 //! A device made of its data sheet: its values are the defaults, and can be written. A drive of CiA 402 moves.
 
 mod dictionary;
-#[cfg(test)]
-mod drives;
 mod program;
 
 use std::sync::Arc;
