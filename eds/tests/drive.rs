@@ -292,7 +292,7 @@ const FOUND: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "6064 8 ro\n60FF",
+        "6064 8 ro\n60FF\n6502 7 ro 0x1",
         &[
             "drive::left-out: 6064 (actual position) is REAL32, and INTEGER32 by CiA 402",
             "drive::no-mode: the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode \
