@@ -26,6 +26,8 @@
 //! | what clears the valid bits of 20A5h | taking the enable bit of 20A4h back |
 //! | the latch of the index pulse | none comes |
 //! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
+//! | 1003h:01 to 0Ah while they are empty | 0 |
+//! | 5.4.5.6 has no code for what CiA 301 has one | the closest one that it has |
 //! | a shaft that is blocked | a following error (F439), if 6065h is not 0 |
 //! | 1026h, 2026h, DRV.NVSAVE (35EBh) and motion tasks | objects that keep what is written, and do nothing |
 //! | speeds of homing, of which the manual has "equivalent 60 rpm" | 1000, and an eighth of it |
@@ -33,9 +35,9 @@
 use lexican_runtime::device::{Behaviour, ChangeRule};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, status};
-use lexican_runtime::{Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 use simulator::servo::FaultCodes;
-pub use simulator::servo::{Inputs, Machine, Servo, ServoModel};
+pub use simulator::servo::{Causes, Inputs, Machine, Servo, ServoModel};
 pub use simulator::{SimulatedServo, Storage};
 
 use crate::driver::{METHODS, MODES, system};
@@ -51,6 +53,14 @@ pub static MODEL: ServoModel = ServoModel {
     obeys_supported_modes: false,
     at_once: 0,
     on_set_point: lexican_runtime::profile::cia402::control::CHANGE_IMMEDIATELY,
+    // "Drive has torque" behind transition 3 (6.4.1.2).
+    holds_when_switched_on: true,
+    // 0240h and 0250h (7.2.1.2, 7.2.1.7).
+    left_open: &[(State::SwitchOnDisabled, status::QUICK_STOP)],
+    // 0237h in profile position, homing and interpolated position mode, and 1237h while it interpolates (F146, F205, F326).
+    rest_is_reached: false,
+    // "Only multiples of 1 ms are allowed", and "both values must be written" (6.9.2.3).
+    cycle_step: Some(Duration::from_millis(1)),
     // There is no 605Ah: the drive stays in QUICK STOP ACTIVE, with torque (6.4.1.2).
     missing: &[(Address::new(0x605A, 0), 6)],
     // "Never change the mode while the motor is running" (6.4.2.3).
@@ -64,6 +74,9 @@ pub static MODEL: ServoModel = ServoModel {
         connection_lost: Some(0x8130),
     },
     publish,
+    check,
+    kept,
+    aborts: ABORTS,
     ..ServoModel::CIA_402
 };
 
@@ -73,8 +86,32 @@ const BEHAVIOUR: Behaviour = Behaviour {
     pdo_bit_30: false,
     generic_error: false,
     dummies: 0,
+    // There is no code for it in 5.4.5.6.
+    empty_history_is_zero: true,
     ..Behaviour::CIA_301
 };
+
+/// "Abort codes not listed above are reserved" (5.4.5.6).
+const ABORTS: &[(AbortCode, AbortCode)] = &[
+    (AbortCode::LENGTH_TOO_HIGH, AbortCode::LENGTH_MISMATCH),
+    (AbortCode::LENGTH_TOO_LOW, AbortCode::LENGTH_MISMATCH),
+    (AbortCode::TOGGLE_BIT, AbortCode::UNKNOWN_COMMAND),
+    (AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE),
+    (AbortCode::MAXIMUM_BELOW_MINIMUM, AbortCode::INVALID_VALUE),
+    (AbortCode::DEVICE_INCOMPATIBLE, AbortCode::PARAMETER_INCOMPATIBLE),
+    (AbortCode::GENERAL, AbortCode::CANNOT_TRANSFER),
+];
+
+/// Identifiers of 29 bits are not supported (6.3.1.1, 6.3.2.1).
+fn check(_: &Servo, _: &dyn Storage, address: Address, value: i64) -> Result<(), AbortCode> {
+    let is_cob_id = matches!(address.index(), 0x1400..=0x1403 | 0x1800..=0x1803) && address.sub() == 1;
+    if is_cob_id && value & 1 << 29 != 0 { Err(AbortCode::INVALID_VALUE) } else { Ok(()) }
+}
+
+/// "The bits 11 to 30 are always 0" (6.2.1.5).
+fn kept(address: Address, raw: u64) -> u64 {
+    if address == od::COB_ID_SYNC_MESSAGE.address() { raw & 0x8000_07FF } else { raw }
+}
 
 /// The dictionary with what the data sheet leaves to the drive: the example of the manual, an M006.
 fn storage(node: NodeId) -> od::Storage {
@@ -121,8 +158,7 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     let word = od.number(od::STATUSWORD.address()).unwrap_or_default() as u16;
     let (mode, inputs, moves) = (servo.mode(), servo.inputs(), servo.is_moving(now));
     let homing = mode == Some(Mode::Homing);
-    let is = |cause: Option<u16>, label| cause == fault::find(label).map(|code| code.number);
-    let powered = matches!(servo.state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive);
+    let is = |causes: Causes, label| fault::find(label).is_some_and(|code| causes.contains(code.number));
     let switches = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
     let input = |number: u8| switches & 1 << (15 + number) != 0;
     let bits = [
@@ -132,8 +168,8 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
         (1 << 8, word & status::WARNING != 0),
         (system::TARGET_VELOCITY_REACHED, mode == Some(Mode::ProfileVelocity) && word & status::TARGET_REACHED != 0),
         (1 << 11, homing && word & status::HOMING_ERROR != 0),
-        (system::SAFETY_SELECTED, is(inputs.fault, "F602") || is(inputs.warning, "n602")),
-        (1 << 14, powered),
+        (system::SAFETY_SELECTED, is(inputs.faults, "F602") || is(inputs.warnings, "n602")),
+        (1 << 14, servo.has_torque()),
         (1 << 15, servo.state() == State::Fault),
         (1 << 16, homing && moves),
         (1 << 19, servo.state() == State::QuickStopActive),

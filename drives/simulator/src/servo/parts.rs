@@ -1,6 +1,7 @@
 //! What a servo remembers of each of its tasks.
 
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::wire::emcy::ErrorRegister;
 use lexican_runtime::{Duration, Instant};
 
 use crate::trajectory::Profile;
@@ -17,8 +18,10 @@ pub(super) enum Ending {
 /// An emergency to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emergency {
-    /// The code; 0000h when all errors are over.
+    /// The code; 0000h when an error is over.
     pub code: u16,
+    /// The error register as the errors make it that are left when one is over.
+    pub remaining: ErrorRegister,
     /// Whether the code goes into the history (1003h): those of faults do, those of warnings do not.
     pub recorded: bool,
 }
@@ -91,6 +94,15 @@ pub(super) struct Cyclic {
     pub(super) missed: u32,
     /// Interpolation is enabled (status word, bit 12).
     pub(super) interpolates: bool,
+}
+
+/// The period of 60C2h where it takes effect once both of its entries have been written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Cycle {
+    /// Which of units and exponent have been written since it took effect.
+    pub(super) written: [bool; 2],
+    /// The one that holds.
+    pub(super) period: Option<Duration>,
 }
 
 /// What a probe has seen.

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{Mode, State, control};
 
-use super::inputs::Inputs;
+use super::inputs::{Causes, Inputs};
 use super::model::{Servo, ServoModel};
 use super::objects::*;
 use super::parameters::Parameters;
-use super::parts::{Cyclic, Emergency, Homing, Limit, Points, Probe, Watch};
+use super::parts::{Cycle, Cyclic, Emergency, Homing, Limit, Points, Probe, Watch};
 use crate::storage::Storage;
 use crate::trajectory::{self, Trajectory};
 
@@ -26,7 +26,8 @@ impl Servo {
             control: 0,
             ending: None,
             faults: Vec::new(),
-            warning: None,
+            causes: Causes::NONE,
+            warnings: Causes::NONE,
             emergencies: VecDeque::new(),
             mode: None,
             mode_code: 0,
@@ -38,6 +39,7 @@ impl Servo {
             running: None,
             homing: Homing::default(),
             cyclic: Cyclic::default(),
+            cycle: Cycle::default(),
             probes: [Probe::default(); 2],
             watch: Watch::default(),
             sampled: (None, false),
@@ -76,7 +78,8 @@ impl Servo {
         self.mode
     }
 
-    /// The codes of the faults since the last reset, the first one first.
+    /// The codes of the faults, the first one first: one whose cause goes while others are left is over, the last one stays
+    /// until it is reset.
     #[must_use]
     pub fn faults(&self) -> &[u16] {
         &self.faults
@@ -174,6 +177,7 @@ impl Servo {
         self.now = now;
         self.follow_world(od);
         self.end_what_is_over();
+        self.take_cycle_period(od);
         self.take_mode(od);
         self.take_control(od);
         // An axis that stands already is where the order ends.
@@ -238,8 +242,10 @@ impl Servo {
     }
 
     /// Whether the motor holds or moves the shaft.
-    pub(super) fn has_torque(&self) -> bool {
+    #[must_use]
+    pub fn has_torque(&self) -> bool {
         matches!(self.state, State::OperationEnabled | State::QuickStopActive)
+            || (self.state == State::SwitchedOn && self.model.holds_when_switched_on)
             || (self.state == State::FaultReactionActive && self.ending.is_some())
     }
 }
