@@ -24,7 +24,11 @@
 //! | 606Ch in PDOs, in rev/min | as by SDO, in 1/1000 position units/s |
 //! | which inputs the capture engines listen to (CAP0.TRIGGER, CAP1.TRIGGER) | digital inputs 1 and 2 |
 //! | what clears the valid bits of 20A5h | taking the enable bit of 20A4h back |
-//! | the latch of the index pulse | none comes |
+//! | the position of the index pulse, which comes in 20A0h | the one of 6064h when it is passed, regardless of CAP0.MODE |
+//! | the read codes of 20A4h (bits 8 to 12) and their acknowledgement in 20A5h | 0: where the value comes is not said |
+//! | the masks of event PDOs (2014h to 2017h) | they keep what is written: every change sends |
+//! | 6063h, in increments | counts as 6064h, as 60C1h does |
+//! | 6073h, which is 0 by default | no limit while it is 0 |
 //! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
 //! | 1003h:01 to 0Ah while they are empty | 0 |
 //! | 5.4.5.6 has no code for what CiA 301 has one | the closest one that it has |
@@ -74,6 +78,7 @@ pub static MODEL: ServoModel = ServoModel {
         connection_lost: Some(0x8130),
     },
     publish,
+    awaits_index: |od| od.number(od::LATCH_CONTROL_REGISTER.address()).unwrap_or_default() & INDEX_LATCH != 0,
     check,
     kept,
     aborts: ABORTS,
@@ -148,6 +153,7 @@ fn publish(servo: &Servo, now: Instant, od: &mut dyn Storage) {
     let probes = (16..).zip(servo.inputs().probes).fold(0, |bits, (bit, level)| bits | u64::from(level) << bit);
     let digital = od::DIGITAL_INPUTS.address();
     od.set_raw(digital, od.raw(digital).unwrap_or_default() | probes);
+    changed_inputs(servo, od);
     let register = manufacturer_status(servo, now, od);
     od.set_raw(od::MANUFACTURER_STATUS_REGISTER.address(), register.into());
     latch(servo, od);
@@ -183,22 +189,42 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     bits.into_iter().filter(|(_, set)| *set).fold(0, |register, (bit, _)| register | bit)
 }
 
-/// The capture engines (6.2.2.8, 6.2.2.9): bits 15 and 14 of 20A5h are the inputs 1 and 2, as they were before.
+/// The capture engines (6.2.2.4 to 6.2.2.10): bits 15 to 12 of 20A5h are the inputs 1 to 4, as they were before.
 fn latch(servo: &Servo, od: &mut dyn Storage) {
     let address = od::LATCH_STATUS_REGISTER.address();
     let armed = od.number(od::LATCH_CONTROL_REGISTER.address()).unwrap_or_default();
     let before = od.number(address).unwrap_or_default();
-    let mut after = before & armed & 0x0F;
-    for (engine, level) in servo.inputs().probes.into_iter().enumerate() {
-        let shown = 1 << (15 - engine);
-        let was = before & shown != 0;
+    let inputs = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
+    let position = od.raw(od::POSITION_ACTUAL_VALUE.address()).unwrap_or_default();
+    let mut after = before & armed & 0x1F;
+    for input in 0..4 {
+        let (level, shown) = (inputs & 1 << (16 + input) != 0, 1 << (15 - input));
         after |= if level { shown } else { 0 };
-        let edge = 2 * engine + usize::from(!level);
-        if was != level && armed & !after & 1 << edge != 0 {
+        let edge = 2 * input + i64::from(!level);
+        if input < 2 && (before & shown != 0) != level && armed & !after & 1 << edge != 0 {
+            // 20A6h has the first edge of either kind.
+            if input == 0 && after & 0x03 == 0 {
+                od.set_raw(od::LATCH_POSITION_1_EITHER_EDGE.address(), position);
+            }
             after |= 1 << edge;
-            let position = od.raw(od::POSITION_ACTUAL_VALUE.address()).unwrap_or_default();
             od.set_raw(Address::new(0x20A0 + edge as u16, 0), position);
         }
     }
+    if servo.passed_index() && armed & !after & INDEX_LATCH != 0 {
+        after |= INDEX_LATCH;
+        od.set_raw(od::LATCH_POSITION_1_POSITIVE_EDGE.address(), position);
+    }
     od.set_raw(address, after as u64);
+}
+
+/// The encoder's index pulse in 20A4h and 20A5h.
+const INDEX_LATCH: i64 = 1 << 4;
+
+/// Bits 24 to 30 of 60FDh say which of the inputs 1 to 7 have changed, until 20B8h resets them (6.2.3.1, 6.2.2.11).
+fn changed_inputs(servo: &Servo, od: &mut dyn Storage) {
+    let address = od::DIGITAL_INPUTS.address();
+    let (before, now) = (servo.inputs_before(), od.raw(address).unwrap_or_default() as u32 & 0x00FF_FFFF);
+    let reset = od.raw(od::RESET_OF_CHANGED_INPUT_INFORMATION.address()).unwrap_or_default() as u32;
+    let changed = before >> 24 | (before ^ now) >> 16 & 0x7F;
+    od.set_raw(address, u64::from(now | (changed & !reset & 0x7F) << 24));
 }

@@ -238,3 +238,67 @@ fn the_end_of_one_error_says_which_remain() {
     bench.control(&[0x00, 0x80]);
     assert_eq!((bench.read(STATUS, 0).unwrap() & 0x4F, bench.read(0x1001, 0)), (0x40, Ok(0)));
 }
+
+/// 6.2.3.1, 6.2.2.11: bits 16 to 22 mirror the inputs, bits 24 to 30 say which have changed until 20B8h resets them.
+#[test]
+fn changed_inputs_are_shown_until_they_are_reset() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x60FD, 0), Ok(0));
+    bench.world(|inputs| (inputs.probes[1], inputs.digital) = (true, 1 << 22 | 1 << 24));
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x4242_0000));
+    bench.world(|inputs| inputs.probes[1] = false);
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x4240_0000), "it has changed");
+    bench.write(0x20B8, 0, 2, 1 << 1).unwrap();
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x4040_0000));
+    bench.write(0x20B8, 0, 2, 1 << 6).unwrap();
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x0040_0000));
+    bench.write(0x20B8, 0, 2, 0).unwrap();
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x0040_0000));
+    bench.world(|inputs| inputs.digital = 0);
+    assert_eq!(bench.read(0x60FD, 0), Ok(0x4000_0000));
+}
+
+/// 6.2.2.4 to 6.2.2.10.
+#[test]
+fn latches_show_inputs_edges_and_the_index_pulse() {
+    let mut bench = Bench::enabled_in(1);
+    for (bit, shown) in [(18, 0x2000), (19, 0x1000)] {
+        bench.world(|inputs| inputs.digital = 1 << bit);
+        assert_eq!(bench.read(0x20A5, 0), Ok(shown));
+    }
+    bench.world(|inputs| inputs.digital = 0);
+    bench.write(0x607A, 0, 4, 1200).unwrap();
+    bench.control(&[0x1F, 0x0F]);
+    bench.hear(10_000);
+    // The first edge after a travel to 1200 is the negative one of input 1.
+    bench.world(|inputs| inputs.probes[0] = true);
+    bench.write(0x20A4, 0, 2, 0x03).unwrap();
+    bench.world(|inputs| inputs.probes[0] = false);
+    assert_eq!([0x20A1, 0x20A6, 0x20A0].map(|index| bench.read(index, 0)), [Ok(1200), Ok(1200), Ok(0)]);
+    bench.write(0x607A, 0, 4, 1400).unwrap();
+    bench.control(&[0x1F, 0x0F]);
+    bench.hear(10_000);
+    bench.world(|inputs| inputs.probes[0] = true);
+    assert_eq!([0x20A0, 0x20A6].map(|index| bench.read(index, 0)), [Ok(1400), Ok(1200)], "the first one");
+    // Pulses are at 500, 1500, 2500 ...; one at rest is none.
+    bench.write(0x20A4, 0, 2, 0x10).unwrap();
+    assert_eq!(bench.read(0x20A5, 0), Ok(0x8000));
+    bench.write(0x607A, 0, 4, 3000).unwrap();
+    bench.control(&[0x1F, 0x0F]);
+    bench.hear(10_000);
+    assert_eq!((bench.read(0x20A5, 0), bench.read(0x20A0, 0)), (Ok(0x8010), Ok(1500)));
+    bench.write(0x20A4, 0, 2, 0).unwrap();
+    assert_eq!(bench.read(0x20A5, 0), Ok(0x8000));
+}
+
+/// 6.7.2.2: the current that makes torque is limited; 0, the default, is no limit.
+#[test]
+fn the_largest_current_limits_the_torque() {
+    let mut bench = Bench::enabled_in(4);
+    bench.write(0x6071, 0, 2, 400).unwrap();
+    bench.hear(5000);
+    assert_eq!(bench.read(0x6077, 0), Ok(400));
+    bench.write(0x6073, 0, 2, 300).unwrap();
+    bench.hear(5000);
+    assert_eq!((bench.read(0x6077, 0), bench.read(STATUS, 0).unwrap() >> 11 & 1), (Ok(300), 1));
+}

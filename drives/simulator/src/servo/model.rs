@@ -9,7 +9,7 @@ use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 
 use super::inputs::{Causes, Inputs};
 use super::objects::*;
-use super::parts::{Cycle, Cyclic, Emergency, Ending, Homing, Limit, Points, Probe, Watch};
+use super::parts::{Cycle, Cyclic, Emergency, Ending, Homing, Last, Limit, Points, Probe, Watch};
 use crate::storage::Storage;
 use crate::trajectory::Trajectory;
 
@@ -74,6 +74,8 @@ pub struct ServoModel {
     pub status_bits: fn(&Servo, &dyn Storage) -> u16,
     /// Puts measured values of the manufacturer into the dictionary, after each change.
     pub publish: fn(&Servo, Instant, &mut dyn Storage),
+    /// Whether an object of the manufacturer waits for an index pulse ([`Servo::passed_index`]).
+    pub awaits_index: fn(&dyn Storage) -> bool,
     /// Whether an entry may have a value now; asked before each write of a number.
     pub check: fn(&Servo, &dyn Storage, Address, i64) -> Result<(), AbortCode>,
     /// What an entry keeps of a number in wire form that is written to it, where some of its bits are always 0.
@@ -145,6 +147,7 @@ pub struct Servo {
     pub(super) cycle: Cycle,
     pub(super) probes: [Probe; 2],
     pub(super) watch: Watch,
+    pub(super) last: Last,
     /// Whether TPDOs are sent when something measured changes, by the generation of the device.
     pub(super) sampled: (Option<u32>, bool),
     /// When the moving axis is to be looked at for them.
@@ -180,6 +183,7 @@ impl ServoModel {
         left_open: &[],
         status_bits: |_, _| 0,
         publish: |_, _, _| {},
+        awaits_index: |_| false,
         check: |_, _, _, _| Ok(()),
         kept: |_, raw| raw,
         aborts: &[],

@@ -115,6 +115,17 @@ pub(super) struct Probe {
     pub(super) stored: [bool; 2],
 }
 
+/// What the last look has found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Last {
+    /// 60FDh.
+    pub(super) inputs: u32,
+    /// How far the index pulses have been counted.
+    pub(super) pulses: Option<f64>,
+    /// Whether one was passed since the look before.
+    pub(super) passed_index: bool,
+}
+
 /// Since when the conditions of the status word hold.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Watch {

@@ -9,7 +9,7 @@ use super::inputs::{Causes, Inputs};
 use super::model::{Servo, ServoModel};
 use super::objects::*;
 use super::parameters::Parameters;
-use super::parts::{Cycle, Cyclic, Emergency, Homing, Limit, Points, Probe, Watch};
+use super::parts::{Cycle, Cyclic, Emergency, Homing, Last, Limit, Points, Probe, Watch};
 use crate::storage::Storage;
 use crate::trajectory::{self, Trajectory};
 
@@ -42,6 +42,7 @@ impl Servo {
             cycle: Cycle::default(),
             probes: [Probe::default(); 2],
             watch: Watch::default(),
+            last: Last::default(),
             sampled: (None, false),
             sample: None,
         }
@@ -89,6 +90,18 @@ impl Servo {
     #[must_use]
     pub fn is_homed(&self) -> bool {
         self.homing.attained
+    }
+
+    /// 60FDh as it was at the last look, for [`ServoModel::publish`].
+    #[must_use]
+    pub fn inputs_before(&self) -> u32 {
+        self.last.inputs
+    }
+
+    /// Whether the shaft has passed an index pulse since the last look, for [`ServoModel::publish`].
+    #[must_use]
+    pub fn passed_index(&self) -> bool {
+        self.last.passed_index
     }
 
     /// The world around the servo.
@@ -185,6 +198,9 @@ impl Servo {
         self.take_targets(od);
         self.watch(od);
         self.take_probes(od);
+        let pulses = self.count_pulses(self.shaft(now).position);
+        let passed_index = self.last.pulses.is_some() && self.last.pulses != pulses;
+        self.last = Last { inputs: od.raw(INPUTS).unwrap_or_default() as u32, pulses, passed_index };
         self.publish(od);
         self.next = self.find_next(od);
     }
