@@ -24,8 +24,14 @@
 //! | 606Ch in PDOs, in rev/min | as by SDO, in 1/1000 position units/s |
 //! | which inputs the capture engines listen to (CAP0.TRIGGER, CAP1.TRIGGER) | digital inputs 1 and 2 |
 //! | what clears the valid bits of 20A5h | taking the enable bit of 20A4h back |
-//! | the latch of the index pulse | none comes |
+//! | the position of the index pulse, which comes in 20A0h | the one of 6064h when it is passed, regardless of CAP0.MODE |
+//! | the read codes of 20A4h (bits 8 to 12) and their acknowledgement in 20A5h | 0: where the value comes is not said |
+//! | the masks of event PDOs (2014h to 2017h) | they keep what is written: every change sends |
+//! | 6063h, in increments | counts as 6064h, as 60C1h does |
+//! | 6073h, which is 0 by default | no limit while it is 0 |
 //! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
+//! | 1003h:01 to 0Ah while they are empty | 0 |
+//! | 5.4.5.6 has no code for what CiA 301 has one | the closest one that it has |
 //! | a shaft that is blocked | a following error (F439), if 6065h is not 0 |
 //! | 1026h, 2026h, DRV.NVSAVE (35EBh) and motion tasks | objects that keep what is written, and do nothing |
 //! | speeds of homing, of which the manual has "equivalent 60 rpm" | 1000, and an eighth of it |
@@ -33,9 +39,9 @@
 use lexican_runtime::device::{Behaviour, ChangeRule};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, status};
-use lexican_runtime::{Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 use simulator::servo::FaultCodes;
-pub use simulator::servo::{Inputs, Machine, Servo, ServoModel};
+pub use simulator::servo::{Causes, Inputs, Machine, Servo, ServoModel};
 pub use simulator::{SimulatedServo, Storage};
 
 use crate::driver::{METHODS, MODES, system};
@@ -51,6 +57,14 @@ pub static MODEL: ServoModel = ServoModel {
     obeys_supported_modes: false,
     at_once: 0,
     on_set_point: lexican_runtime::profile::cia402::control::CHANGE_IMMEDIATELY,
+    // "Drive has torque" behind transition 3 (6.4.1.2).
+    holds_when_switched_on: true,
+    // 0240h and 0250h (7.2.1.2, 7.2.1.7).
+    left_open: &[(State::SwitchOnDisabled, status::QUICK_STOP)],
+    // 0237h in profile position, homing and interpolated position mode, and 1237h while it interpolates (F146, F205, F326).
+    rest_is_reached: false,
+    // "Only multiples of 1 ms are allowed", and "both values must be written" (6.9.2.3).
+    cycle_step: Some(Duration::from_millis(1)),
     // There is no 605Ah: the drive stays in QUICK STOP ACTIVE, with torque (6.4.1.2).
     missing: &[(Address::new(0x605A, 0), 6)],
     // "Never change the mode while the motor is running" (6.4.2.3).
@@ -64,6 +78,10 @@ pub static MODEL: ServoModel = ServoModel {
         connection_lost: Some(0x8130),
     },
     publish,
+    awaits_index: |od| od.number(od::LATCH_CONTROL_REGISTER.address()).unwrap_or_default() & INDEX_LATCH != 0,
+    check,
+    kept,
+    aborts: ABORTS,
     ..ServoModel::CIA_402
 };
 
@@ -73,8 +91,32 @@ const BEHAVIOUR: Behaviour = Behaviour {
     pdo_bit_30: false,
     generic_error: false,
     dummies: 0,
+    // There is no code for it in 5.4.5.6.
+    empty_history_is_zero: true,
     ..Behaviour::CIA_301
 };
+
+/// "Abort codes not listed above are reserved" (5.4.5.6).
+const ABORTS: &[(AbortCode, AbortCode)] = &[
+    (AbortCode::LENGTH_TOO_HIGH, AbortCode::LENGTH_MISMATCH),
+    (AbortCode::LENGTH_TOO_LOW, AbortCode::LENGTH_MISMATCH),
+    (AbortCode::TOGGLE_BIT, AbortCode::UNKNOWN_COMMAND),
+    (AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE),
+    (AbortCode::MAXIMUM_BELOW_MINIMUM, AbortCode::INVALID_VALUE),
+    (AbortCode::DEVICE_INCOMPATIBLE, AbortCode::PARAMETER_INCOMPATIBLE),
+    (AbortCode::GENERAL, AbortCode::CANNOT_TRANSFER),
+];
+
+/// Identifiers of 29 bits are not supported (6.3.1.1, 6.3.2.1).
+fn check(_: &Servo, _: &dyn Storage, address: Address, value: i64) -> Result<(), AbortCode> {
+    let is_cob_id = matches!(address.index(), 0x1400..=0x1403 | 0x1800..=0x1803) && address.sub() == 1;
+    if is_cob_id && value & 1 << 29 != 0 { Err(AbortCode::INVALID_VALUE) } else { Ok(()) }
+}
+
+/// "The bits 11 to 30 are always 0" (6.2.1.5).
+fn kept(address: Address, raw: u64) -> u64 {
+    if address == od::COB_ID_SYNC_MESSAGE.address() { raw & 0x8000_07FF } else { raw }
+}
 
 /// The dictionary with what the data sheet leaves to the drive: the example of the manual, an M006.
 fn storage(node: NodeId) -> od::Storage {
@@ -111,6 +153,7 @@ fn publish(servo: &Servo, now: Instant, od: &mut dyn Storage) {
     let probes = (16..).zip(servo.inputs().probes).fold(0, |bits, (bit, level)| bits | u64::from(level) << bit);
     let digital = od::DIGITAL_INPUTS.address();
     od.set_raw(digital, od.raw(digital).unwrap_or_default() | probes);
+    changed_inputs(servo, od);
     let register = manufacturer_status(servo, now, od);
     od.set_raw(od::MANUFACTURER_STATUS_REGISTER.address(), register.into());
     latch(servo, od);
@@ -121,8 +164,7 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     let word = od.number(od::STATUSWORD.address()).unwrap_or_default() as u16;
     let (mode, inputs, moves) = (servo.mode(), servo.inputs(), servo.is_moving(now));
     let homing = mode == Some(Mode::Homing);
-    let is = |cause: Option<u16>, label| cause == fault::find(label).map(|code| code.number);
-    let powered = matches!(servo.state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive);
+    let is = |causes: Causes, label| fault::find(label).is_some_and(|code| causes.contains(code.number));
     let switches = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
     let input = |number: u8| switches & 1 << (15 + number) != 0;
     let bits = [
@@ -132,8 +174,8 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
         (1 << 8, word & status::WARNING != 0),
         (system::TARGET_VELOCITY_REACHED, mode == Some(Mode::ProfileVelocity) && word & status::TARGET_REACHED != 0),
         (1 << 11, homing && word & status::HOMING_ERROR != 0),
-        (system::SAFETY_SELECTED, is(inputs.fault, "F602") || is(inputs.warning, "n602")),
-        (1 << 14, powered),
+        (system::SAFETY_SELECTED, is(inputs.faults, "F602") || is(inputs.warnings, "n602")),
+        (1 << 14, servo.has_torque()),
         (1 << 15, servo.state() == State::Fault),
         (1 << 16, homing && moves),
         (1 << 19, servo.state() == State::QuickStopActive),
@@ -147,22 +189,42 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     bits.into_iter().filter(|(_, set)| *set).fold(0, |register, (bit, _)| register | bit)
 }
 
-/// The capture engines (6.2.2.8, 6.2.2.9): bits 15 and 14 of 20A5h are the inputs 1 and 2, as they were before.
+/// The capture engines (6.2.2.4 to 6.2.2.10): bits 15 to 12 of 20A5h are the inputs 1 to 4, as they were before.
 fn latch(servo: &Servo, od: &mut dyn Storage) {
     let address = od::LATCH_STATUS_REGISTER.address();
     let armed = od.number(od::LATCH_CONTROL_REGISTER.address()).unwrap_or_default();
     let before = od.number(address).unwrap_or_default();
-    let mut after = before & armed & 0x0F;
-    for (engine, level) in servo.inputs().probes.into_iter().enumerate() {
-        let shown = 1 << (15 - engine);
-        let was = before & shown != 0;
+    let inputs = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
+    let position = od.raw(od::POSITION_ACTUAL_VALUE.address()).unwrap_or_default();
+    let mut after = before & armed & 0x1F;
+    for input in 0..4 {
+        let (level, shown) = (inputs & 1 << (16 + input) != 0, 1 << (15 - input));
         after |= if level { shown } else { 0 };
-        let edge = 2 * engine + usize::from(!level);
-        if was != level && armed & !after & 1 << edge != 0 {
+        let edge = 2 * input + i64::from(!level);
+        if input < 2 && (before & shown != 0) != level && armed & !after & 1 << edge != 0 {
+            // 20A6h has the first edge of either kind.
+            if input == 0 && after & 0x03 == 0 {
+                od.set_raw(od::LATCH_POSITION_1_EITHER_EDGE.address(), position);
+            }
             after |= 1 << edge;
-            let position = od.raw(od::POSITION_ACTUAL_VALUE.address()).unwrap_or_default();
             od.set_raw(Address::new(0x20A0 + edge as u16, 0), position);
         }
     }
+    if servo.passed_index() && armed & !after & INDEX_LATCH != 0 {
+        after |= INDEX_LATCH;
+        od.set_raw(od::LATCH_POSITION_1_POSITIVE_EDGE.address(), position);
+    }
     od.set_raw(address, after as u64);
+}
+
+/// The encoder's index pulse in 20A4h and 20A5h.
+const INDEX_LATCH: i64 = 1 << 4;
+
+/// Bits 24 to 30 of 60FDh say which of the inputs 1 to 7 have changed, until 20B8h resets them (6.2.3.1, 6.2.2.11).
+fn changed_inputs(servo: &Servo, od: &mut dyn Storage) {
+    let address = od::DIGITAL_INPUTS.address();
+    let (before, now) = (servo.inputs_before(), od.raw(address).unwrap_or_default() as u32 & 0x00FF_FFFF);
+    let reset = od.raw(od::RESET_OF_CHANGED_INPUT_INFORMATION.address()).unwrap_or_default() as u32;
+    let changed = before >> 24 | (before ^ now) >> 16 & 0x7F;
+    od.set_raw(address, u64::from(now | (changed & !reset & 0x7F) << 24));
 }

@@ -7,7 +7,7 @@ use kollmorgen_akd::driver::{
     AKD, AKD_BY_SDO, Description, Drive, Error, FreeDrive, HomingOutcome, Mode, Outcome, SetPoint, Trigger,
     VelocityOutcome,
 };
-use kollmorgen_akd::sim::{Inputs, MODEL, Machine, SimulatedServo, Storage};
+use kollmorgen_akd::sim::{Causes, Inputs, MODEL, Machine, SimulatedServo, Storage};
 use kollmorgen_akd::{ascii, fault, od};
 use lexican_driver::description::{Number, SetPoints, Test};
 use lexican_driver::sequence::Recovery;
@@ -133,14 +133,14 @@ fn it_says_whether_it_is_referenced() {
 fn faults_and_warnings_have_their_numbers() {
     let mut bench = Bench::by_pdo();
     bench.drive.enable().unwrap();
-    bench.set(|inputs| inputs.warning = Some(code("n301")));
+    bench.set(|inputs| inputs.warnings = code("n301").into());
     bench.drive.start_moving_to(1_000_000).unwrap();
     assert_eq!(bench.drive.warning().unwrap().unwrap().to_string(), "n301 (7186): Motor overheated");
-    bench.set(|inputs| inputs.fault = Some(code("F439")));
+    bench.set(|inputs| inputs.faults = code("F439").into());
     let outcome = bench.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::Fault(Cause::Fault(code)) if code.label == "F439"), "{outcome:?}");
     assert!(matches!(bench.drive.reset_fault(), Err(Error::Fault(_))), "its cause is still there");
-    bench.set(|inputs| (inputs.fault, inputs.warning) = (None, None));
+    bench.set(|inputs| (inputs.faults, inputs.warnings) = (Causes::NONE, Causes::NONE));
     let was = bench.drive.reset_fault().unwrap().unwrap();
     assert_eq!(was.to_string(), "F439 (8611): Following error");
     assert!(bench.drive.fault_history().unwrap().contains(&was));
@@ -154,7 +154,7 @@ fn what_is_missing_is_named() {
     bench.set(|inputs| inputs.enable = false);
     let refused = bench.drive.enable().unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: its enable input is not active");
-    bench.set(|inputs| (inputs.enable, inputs.warning) = (true, Some(code("n602"))));
+    bench.set(|inputs| (inputs.enable, inputs.warnings) = (true, code("n602").into()));
     let refused = bench.drive.enable().unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a safety function has it");
 }
@@ -308,7 +308,7 @@ fn the_manufacturer_status_shows_what_the_drive_does() {
     bench.bus.advance(Duration::from_millis(100));
     assert_eq!(register(&bench), moving | 1 << 16);
     let bench = Bench::by_sdo();
-    bench.set(|inputs| inputs.warning = Some(code("n602")));
+    bench.set(|inputs| inputs.warnings = code("n602").into());
     assert_eq!(register(&bench), 1 << 13 | 1 << 8);
 }
 
@@ -332,10 +332,10 @@ fn a_moving_drive_keeps_its_mode() {
     assert_eq!(bench.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_VELOCITY);
     bench.drive.set_mode(Mode::Positioning).unwrap();
     assert!(matches!(bench.drive.set_mode(Mode::CyclicVelocity), Err(Error::Unsupported { .. })));
-    bench.set(|inputs| inputs.warning = Some(code("n602")));
+    bench.set(|inputs| inputs.warnings = code("n602").into());
     let refused = bench.drive.move_to(0).unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a safety function has it");
-    bench.set(|inputs| (inputs.warning, inputs.enable) = (None, false));
+    bench.set(|inputs| (inputs.warnings, inputs.enable) = (Causes::NONE, false));
     let refused = bench.drive.move_to(0).unwrap_err().to_string();
     assert!(refused.ends_with("; its enable input is not active"), "{refused}");
     // There is no velocity mode of frequency converters.

@@ -8,6 +8,7 @@ use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::storage::{self, Storing};
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::sdo::{Abort, ServerResponse};
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 
 use crate::eeprom::EepromError;
@@ -32,6 +33,11 @@ pub struct SimulatedServo {
     on: bool,
     following: Following<Change>,
 }
+
+/// The default SDO server answers with this, and the node-ID.
+const SDO_ANSWERS: u16 = 0x580;
+/// The command of an answer that ends a transfer.
+const ABORT: u8 = 0x80;
 
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 /// 1000h: device profile 402, a servo drive.
@@ -246,6 +252,20 @@ impl SimulatedServo {
         call(&mut self.device, &mut Storing::new(&mut od, &mut self.memory))
     }
 
+    /// Gives an abort of an SDO transfer the code that the servo has for it.
+    fn in_own_words(&self, frame: Frame) -> Frame {
+        let id = CobId::of_node(SDO_ANSWERS, self.node());
+        // A segment of a block may have bits of an abort, but not all of them.
+        let is_abort = frame.id() == id && frame.data().first() == Some(&ABORT);
+        let answer = ServerResponse::parse(frame.data()).filter(|_| is_abort);
+        let Some(ServerResponse::Abort(abort)) = answer else { return frame };
+        let own = self.model.aborts.iter().find(|(instead_of, _)| *instead_of == abort.code);
+        own.map_or(frame, |(_, code)| {
+            let abort = ServerResponse::Abort(Abort { code: *code, ..abort });
+            Frame::from_array(frame.id(), abort.to_bytes())
+        })
+    }
+
     fn take(&mut self, now: Instant, event: Option<Event>) {
         follow(&mut self.servo, now, &self.device, &mut *self.storage, event);
         match event {
@@ -289,7 +309,8 @@ impl Node for SimulatedServo {
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.on.then(|| self.with_device(|device, od| device.poll_transmit(now, od)))?
+        let frame = self.on.then(|| self.with_device(|device, od| device.poll_transmit(now, od)))??;
+        Some(self.in_own_words(frame))
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
@@ -338,10 +359,15 @@ impl ObjectDictionary for Checked<'_> {
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let mut raw = [0; 8];
         raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        if let Some(value) = signed(entry.data_type, u64::from_le_bytes(raw)) {
-            (self.servo.model().check)(self.servo, self.storage, entry.address, value)?;
-        }
-        self.storage.write(entry, offset, data, last)
+        let model = self.servo.model();
+        let Some(value) = signed(entry.data_type, u64::from_le_bytes(raw)) else {
+            return self.storage.write(entry, offset, data, last);
+        };
+        (model.check)(self.servo, self.storage, entry.address, value)?;
+        self.servo.check_cycle(self.storage, entry.address, value)?;
+        let kept = (model.kept)(entry.address, u64::from_le_bytes(raw)).to_le_bytes();
+        // What is too long for a number is refused there.
+        self.storage.write(entry, offset, kept.get(..data.len()).unwrap_or(data), last)
     }
 }
 

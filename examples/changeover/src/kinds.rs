@@ -75,7 +75,7 @@ fn akd(Lines { can: bus, .. }: &Lines, node: NodeId) -> Fail {
     bus.attach(Arc::clone(&drive));
     Box::new(move |now| {
         let mut drive = drive.lock().expect("no simulated drive panics");
-        drive.set_inputs(now, |inputs| inputs.fault = fault::find("F439").map(|code| code.number));
+        drive.set_inputs(now, |inputs| inputs.faults = fault::find("F439").map(|code| code.number).into());
     })
 }
 

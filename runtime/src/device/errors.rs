@@ -47,7 +47,14 @@ impl<
         self.services.get_mut().clear(register, true, od);
     }
 
-    /// The same without an EMCY.
+    /// One error of several is over, and `remaining` has the bits of those that are left, which may have the same ones. An
+    /// EMCY with the code 0000h says so (CiA 301, 7.2.7.1, transition 2). When none is left, [`Device::clear`] says that.
+    pub fn end_error(&mut self, remaining: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        self.services.get_mut().application_errors = remaining;
+        self.services.get_mut().report_end(od);
+    }
+
+    /// The same as [`Device::clear`] without an EMCY.
     pub fn clear_unreported(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
         self.services.get_mut().clear(register, false, od);
     }

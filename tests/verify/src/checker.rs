@@ -13,7 +13,9 @@ pub enum Against {
     Sheet,
     /// The generated code and the tables of the drive's crate, compiled in.
     Code,
-    /// The simulated drive, asked over the virtual bus.
+    /// Entries of the simulated drive: what can be read and written over the virtual bus.
+    Entry,
+    /// What the simulated drive does on the virtual bus.
     Drive,
     /// Another place of the manual.
     Manual,
@@ -21,12 +23,13 @@ pub enum Against {
 
 impl Against {
     /// All, in the order of the report.
-    pub const ALL: [Against; 4] = [Against::Sheet, Against::Code, Against::Drive, Against::Manual];
+    pub const ALL: [Against; 5] = [Against::Sheet, Against::Code, Against::Entry, Against::Drive, Against::Manual];
 
     fn name(self) -> &'static str {
         match self {
             Against::Sheet => "data sheet and overlay",
             Against::Code => "code",
+            Against::Entry => "entry of the simulated drive",
             Against::Drive => "simulated drive",
             Against::Manual => "another place of the manual",
         }
@@ -167,7 +170,7 @@ impl Answers {
     pub(crate) fn give(self, checker: &mut Checker<'_>, rows: &[Row]) {
         let rows: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
         for (key, column, agrees, found) in self.cells {
-            checker.that(rows[key.as_str()], column, Against::Drive, agrees, found);
+            checker.that(rows[key.as_str()], column, Against::Entry, agrees, found);
         }
         self.findings.into_iter().for_each(|finding| checker.finding(finding));
     }

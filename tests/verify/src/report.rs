@@ -30,6 +30,9 @@ pub struct TableReport {
     pub checked: usize,
     /// Rows of which every compared cell agrees.
     pub agreeing: usize,
+    /// How deep the rows checked were compared: with what the simulated drive does; at most with what its entries hold; with
+    /// neither.
+    pub depth: [usize; 3],
     /// Rows compared and rows agreeing, for each thing they were compared with.
     pub against: BTreeMap<Against, (usize, usize)>,
 }
@@ -73,10 +76,12 @@ impl Report {
 
     fn write_tables(&self, out: &mut String) {
         out.push_str(
-            "| Table | Rows | Checked | Agree | Sheet | Code | Drive | Manual |\n|---|---|---|---|---|---|---|---|\n",
+            "| Table | Rows | Checked | Agree | Behaviour | Value | Name only | Sheet | Code | Entry | Drive | Manual |\n\
+             |---|---|---|---|---|---|---|---|---|---|---|---|\n",
         );
         for table in &self.tables {
-            let _ = write!(out, "| `{}` | {} | {} | {} |", table.file, table.rows, table.checked, table.agreeing);
+            let TableReport { file, rows, checked, agreeing, depth: [behaviour, value, name], .. } = table;
+            let _ = write!(out, "| `{file}` | {rows} | {checked} | {agreeing} | {behaviour} | {value} | {name} |");
             for against in Against::ALL {
                 match table.against.get(&against) {
                     Some((checked, agreeing)) => write!(out, " {agreeing}/{checked} |"),
@@ -126,8 +131,10 @@ fn write_exempt(out: &mut String, drive: &Drive) {
 const HEAD: &str =
     "Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
 `FOLDER` is compared with the data sheet and its overlay (Sheet), with the generated code and the tables
-of the driver, compiled in (Code), and with what the simulated drive does on a virtual bus (Drive); some cells
-also with another place of the manual (Manual). The columns below give rows agreeing of rows compared. Altering any
+of the driver, compiled in (Code), with what can be read and written of the simulated drive (Entry), and with what it does on
+a virtual bus (Drive); some cells also with another place of the manual (Manual). The columns below give rows agreeing of
+rows compared. Of the rows checked, those under Behaviour were compared with what the simulated drive does, those under Value
+with its entries at most, and those under Name only with neither: a name, a number or a place that is the same. Altering any
 single cell of the data sheet, of the overlay or of the tables makes the verification fail: a test alters some
 hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test, `tests/mutants`, alters the simulated
 drive in the same way: its own tests or the verification find each mutant of the files that `simulator/build.rs` names.
@@ -137,9 +144,10 @@ drive in the same way: its own tests or the verification find each mutant of the
 const HEAD_OF_OTHERS: &str =
     "Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
 `FOLDER` is compared with CODE (Code),
-and with what the simulated drive does OVER (Drive); rows about parameters also with the data
+with what can be read and written of the simulated drive (Entry), and with what it does OVER (Drive); rows about parameters also with the data
 sheet and the overlay, which has a section for this interface (Sheet). The columns below give rows agreeing of rows
-compared. Altering any single cell of the tables, or a number, an object or a range in that section, makes the
+compared. Of the rows checked, those under Behaviour were compared with what the simulated drive does, those under Value with
+its entries at most, and those under Name only with neither. Altering any single cell of the tables, or a number, an object or a range in that section, makes the
 verification fail: a test alters some hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test,
 `tests/mutants`, alters the simulated drive, and, of this interface, the files that `doors.rs` there does not leave out.
 
@@ -195,13 +203,16 @@ fn table(
     rows: &BTreeMap<(&'static str, String), BTreeMap<Against, bool>>,
     disagreements: &BTreeMap<String, Vec<String>>,
 ) -> TableReport {
-    let mut report = TableReport { file, rows: all.len(), checked: 0, agreeing: 0, against: BTreeMap::new() };
+    let mut report =
+        TableReport { file, rows: all.len(), checked: 0, agreeing: 0, depth: [0; 3], against: BTreeMap::new() };
     for row in all {
         let Some(by) = rows.get(&(file, row.key.clone())) else { continue };
         if by.keys().all(|against| *against == Against::Manual) {
             continue;
         }
         report.checked += 1;
+        let depth = [Against::Drive, Against::Entry].iter().position(|against| by.contains_key(against));
+        report.depth[depth.unwrap_or(2)] += 1;
         let prefix = format!("{file}/{}/", row.key);
         report.agreeing += usize::from(!disagreements.keys().any(|cell| cell.starts_with(&prefix)));
         for (against, agrees) in by {

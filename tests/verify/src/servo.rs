@@ -7,7 +7,7 @@ use lexican_runtime::profile::cia402::{Mode, State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
 use simulator::SimulatedServo;
-use simulator::servo::{Inputs, ServoModel};
+use simulator::servo::{Causes, Inputs, ServoModel};
 
 use crate::bench::{Bench, Simulator};
 use crate::kinds::objects::Objects;
@@ -17,8 +17,6 @@ pub(crate) trait OfModel: Sized + 'static {
     const NODE: NodeId;
     /// The EMCY code of a fault.
     const FAULT: u16;
-    /// What the simulated drive has in place of a default of the manual: index and value.
-    const INSTEAD: &'static [(u16, i128)];
 
     fn model() -> &'static ServoModel;
 
@@ -56,8 +54,8 @@ impl<D: OfModel> Simulator for Servo<D> {
     }
 
     fn fail(drive: &mut SimulatedServo, now: Instant) {
-        drive.set_inputs(now, |inputs| inputs.fault = Some(D::FAULT));
-        drive.set_inputs(now, |inputs| inputs.fault = None);
+        drive.set_inputs(now, |inputs| inputs.faults = D::FAULT.into());
+        drive.set_inputs(now, |inputs| inputs.faults = Causes::NONE);
     }
 }
 
@@ -71,10 +69,6 @@ impl<D: OfModel> Objects for Servo<D> {
 
     fn variants() -> Vec<(i128, Bench<Self>)> {
         vec![(0, Bench::new())]
-    }
-
-    fn instead_of_default(index: u16, default: i128) -> i128 {
-        D::INSTEAD.iter().find(|(at, _)| *at == index).map_or(default, |(_, value)| *value)
     }
 
     fn has_default_in_words(bench: &mut Bench<Self>, words: &str) -> bool {

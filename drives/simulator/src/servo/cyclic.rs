@@ -1,12 +1,13 @@
 //! Interpolated position mode and the cyclic synchronous modes: a set-point with each SYNC.
 
+use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Mode, control};
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::{AbortCode, Duration, Instant};
 
 use super::model::Servo;
 use super::objects::*;
-use super::parameters::Parameters;
-use super::parts::{Cyclic, Limit, MICROSECOND, TINY};
+use super::parameters::{Parameters, period};
+use super::parts::{Cycle, Cyclic, Limit, MICROSECOND, TINY};
 use crate::storage::Storage;
 use crate::trajectory::{State, Trajectory};
 
@@ -24,7 +25,7 @@ impl Servo {
         }
         let parameters = self.parameters(od);
         let measured = self.cyclic.last_sync.map(|last| now - last).filter(|span| *span >= MICROSECOND);
-        let Some(period) = parameters.cycle().or(measured) else {
+        let Some(period) = self.cycle_period(&parameters).or(measured) else {
             self.cyclic.last_sync = Some(now);
             return;
         };
@@ -38,6 +39,36 @@ impl Servo {
             self.take_cycle(period, od);
         }
         self.update(now, od);
+    }
+
+    /// The time between two set-points, if objects say it.
+    fn cycle_period(&self, parameters: &Parameters<'_>) -> Option<Duration> {
+        if self.model.cycle_step.is_some() { self.cycle.period } else { parameters.cycle() }
+    }
+
+    /// 60C2h takes effect, unless one of its entries is still to be written.
+    pub(super) fn take_cycle_period(&mut self, od: &dyn Storage) {
+        if self.model.cycle_step.is_some() && matches!(self.cycle.written, [true, true] | [false, false]) {
+            self.cycle = Cycle { written: [false; 2], period: self.parameters(od).cycle() };
+        }
+    }
+
+    /// A client has written an entry of 60C2h.
+    pub(super) fn note_cycle_entry(&mut self, address: Address) {
+        for (written, entry) in self.cycle.written.iter_mut().zip([CYCLE_UNITS, CYCLE_EXPONENT]) {
+            *written |= entry == address;
+        }
+    }
+
+    /// Whether an entry of 60C2h may have a value: with the second one that is written, the period is decided.
+    pub(crate) fn check_cycle(&self, od: &dyn Storage, address: Address, value: i64) -> Result<(), AbortCode> {
+        let entries = [CYCLE_UNITS, CYCLE_EXPONENT];
+        let Some(at) = entries.iter().position(|entry| *entry == address) else { return Ok(()) };
+        let Some(step) = self.model.cycle_step.filter(|_| self.cycle.written[1 - at]) else { return Ok(()) };
+        let parameters = self.parameters(od);
+        let [units, exponent] = entries.map(|entry| if entry == address { value } else { parameters.number(entry) });
+        let fits = period(units, exponent).is_some_and(|period| period.as_micros() % step.as_micros() == 0);
+        if fits { Ok(()) } else { Err(AbortCode::INVALID_VALUE) }
     }
 
     /// Whether a set-point is taken with each SYNC.

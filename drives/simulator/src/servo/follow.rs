@@ -38,6 +38,7 @@ pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize, co
         }
         Some(Event::RpdoReceived { number }) if has_set_point(servo, device, number) => servo.set_point(),
         Some(Event::Written(address)) => {
+            servo.note_cycle_entry(address);
             let written = servo.model().written;
             written(servo, now, od, address);
         }
@@ -63,7 +64,8 @@ pub fn report<const R: usize, const T: usize, const S: usize, const M: usize, co
     while let Some(emergency) = servo.next_emergency() {
         let (code, register) = (ErrorCode(emergency.code), register_of(emergency.code));
         match emergency.code {
-            0 => device.clear(ErrorRegister(0xFF), od),
+            0 if emergency.remaining.is_empty() => device.clear(ErrorRegister(0xFF), od),
+            0 => device.end_error(emergency.remaining, od),
             _ if emergency.recorded => device.emergency(code, register, [0; 5], od),
             _ => device.emergency_unrecorded(code, register, [0; 5], od),
         }

@@ -15,10 +15,10 @@ pub struct Inputs {
     pub blocked: bool,
     /// SYNC does not get through to the cyclic modes.
     pub ignores_sync: bool,
-    /// The cause of a fault, by its EMCY code. While it lasts, the fault cannot be reset.
-    pub fault: Option<u16>,
-    /// A warning (status word, bit 7), by its EMCY code.
-    pub warning: Option<u16>,
+    /// The causes of faults. While one of them lasts, no fault can be reset.
+    pub faults: Causes,
+    /// Warnings (status word, bit 7).
+    pub warnings: Causes,
     /// Further bits of 60FDh: the interlock in bit 3, those of the manufacturer from bit 16 on.
     pub digital: u32,
     /// The levels of touch probes 1 and 2.
@@ -39,6 +39,79 @@ pub struct Machine {
     pub home_switch: Option<(f64, f64)>,
     /// An index pulse, and the distance to the next one.
     pub index: Option<(f64, f64)>,
+}
+
+/// Causes of faults or warnings by their EMCY codes, up to eight of them, the oldest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Causes {
+    /// The codes, and 0 behind them: 0000h is no error.
+    codes: [u16; 8],
+}
+
+impl Causes {
+    /// No cause.
+    pub const NONE: Causes = Causes { codes: [0; 8] };
+
+    /// These causes; none if they are too many.
+    #[must_use]
+    pub fn all(codes: &[u16]) -> Option<Self> {
+        let mut causes = Causes::NONE;
+        codes.iter().all(|code| causes.insert(*code)).then_some(causes)
+    }
+
+    /// Adds a cause. Returns whether it is among them now: there is room for eight, and 0000h is none.
+    pub fn insert(&mut self, code: u16) -> bool {
+        let free = self.codes.iter().position(|known| [0, code].contains(known)).filter(|_| code != 0);
+        if let Some(free) = free {
+            self.codes[free] = code;
+        }
+        free.is_some()
+    }
+
+    /// Takes a cause away.
+    pub fn remove(&mut self, code: u16) {
+        *self = self.without(code.into());
+    }
+
+    /// Those of them that are not among the others.
+    #[must_use]
+    pub fn without(self, others: Causes) -> Causes {
+        let mut left = Causes::NONE;
+        self.iter().filter(|code| !others.contains(*code)).for_each(|code| _ = left.insert(code));
+        left
+    }
+
+    /// Whether a cause is among them.
+    #[must_use]
+    pub fn contains(self, code: u16) -> bool {
+        self.iter().any(|known| known == code)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self == Causes::NONE
+    }
+
+    /// The codes, in the order in which the causes came.
+    pub fn iter(self) -> impl Iterator<Item = u16> {
+        self.codes.into_iter().take_while(|code| *code != 0)
+    }
+}
+
+/// One cause, or none.
+impl From<Option<u16>> for Causes {
+    fn from(code: Option<u16>) -> Self {
+        let mut causes = Causes::NONE;
+        code.map(|code| causes.insert(code));
+        causes
+    }
+}
+
+impl From<u16> for Causes {
+    fn from(code: u16) -> Self {
+        Some(code).into()
+    }
 }
 
 impl Inputs {
@@ -76,13 +149,14 @@ impl Inputs {
     /// The same for a known name. The error is what the value may be.
     pub(super) fn take(&mut self, key: &str, value: &str) -> Result<(), &'static str> {
         let flag = || value.parse::<bool>().map_err(|_| "true or false");
-        let bits = || {
-            let hex = value.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
-            hex.or_else(|| value.parse().ok())
+        let number = |text: &str| {
+            let hex = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
+            hex.or_else(|| text.parse().ok())
         };
-        let code = || match value {
-            "none" => Ok(None),
-            _ => bits().and_then(|code| u16::try_from(code).ok()).map(Some).ok_or("a code such as 0x4310, or \"none\""),
+        let codes = || {
+            let codes = value.split_whitespace().map(|text| u16::try_from(number(text)?).ok());
+            let codes = if value == "none" { Some(Vec::new()) } else { codes.collect::<Option<Vec<u16>>>() };
+            codes.and_then(|codes| Causes::all(&codes)).ok_or("a code such as 0x4310, up to eight of them, or \"none\"")
         };
         let position = || match value {
             "none" => Ok(None),
@@ -97,9 +171,9 @@ impl Inputs {
             "enable" => self.enable = flag()?,
             "blocked" => self.blocked = flag()?,
             "ignores_sync" => self.ignores_sync = flag()?,
-            "fault" => self.fault = code()?,
-            "warning" => self.warning = code()?,
-            "digital" => self.digital = bits().ok_or("a number of 32 bits")?,
+            "fault" => self.faults = codes()?,
+            "warning" => self.warnings = codes()?,
+            "digital" => self.digital = number(value).ok_or("a number of 32 bits")?,
             "probe_1" => self.probes[0] = flag()?,
             "probe_2" => self.probes[1] = flag()?,
             "negative_limit" => machine.negative_limit = position()?,
@@ -158,7 +232,10 @@ impl Inputs {
     /// An input by its name, as [`Inputs::set`] takes it.
     pub(super) fn get(&self, key: &str) -> Option<String> {
         let flag = |flag: bool| Some(flag.to_string());
-        let code = |code: Option<u16>| Some(code.map_or_else(|| "none".to_owned(), |code| format!("{code:#06x}")));
+        let codes = |causes: Causes| {
+            let codes: Vec<String> = causes.iter().map(|code| format!("{code:#06x}")).collect();
+            Some(if codes.is_empty() { "none".to_owned() } else { codes.join(" ") })
+        };
         let place = |place: Option<f64>| Some(place.map_or_else(|| "none".to_owned(), |place| place.to_string()));
         let machine = &self.machine;
         match key {
@@ -166,8 +243,8 @@ impl Inputs {
             "enable" => flag(self.enable),
             "blocked" => flag(self.blocked),
             "ignores_sync" => flag(self.ignores_sync),
-            "fault" => code(self.fault),
-            "warning" => code(self.warning),
+            "fault" => codes(self.faults),
+            "warning" => codes(self.warnings),
             "digital" => Some(format!("{:#010x}", self.digital)),
             "probe_1" => flag(self.probes[0]),
             "probe_2" => flag(self.probes[1]),
@@ -189,8 +266,8 @@ impl Default for Inputs {
             enable: true,
             blocked: false,
             ignores_sync: false,
-            fault: None,
-            warning: None,
+            faults: Causes::NONE,
+            warnings: Causes::NONE,
             digital: 0,
             probes: [false; 2],
             machine: Machine::default(),

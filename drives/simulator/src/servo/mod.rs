@@ -18,7 +18,8 @@
 //! |---|---|
 //! | an edge of bit 4 that comes with the command to enable | starts nothing |
 //! | another mode while the axis moves | the axis brakes with 6084h; the velocity and torque modes go on from its velocity |
-//! | bit 10 while OPERATION ENABLED and nothing was ordered | set: the axis is where it is to be |
+//! | bit 10 while OPERATION ENABLED and nothing was ordered | set: the axis is where it is to be, unless [`ServoModel::rest_is_reached`] says otherwise |
+//! | several causes of faults or warnings | each has its EMCY; the end of one beside others has what they leave in 1001h; the last fault stays until it is reset |
 //! | a set-point beyond 607Dh | travels to the limit, with bit 11 |
 //! | a limit switch in the direction of motion | brakes with 6085h, with bit 11; a travel is over |
 //! | a shaft that is free again | the travel is planned anew from where it is |
@@ -48,7 +49,7 @@ mod update;
 mod watch;
 
 pub use follow::{follow, report};
-pub use inputs::{Inputs, Machine};
+pub use inputs::{Causes, Inputs, Machine};
 pub use model::{FaultCodes, Scales, Servo, ServoModel};
 pub use parameters::DEFAULTS;
 pub use parts::Emergency;

@@ -7,9 +7,9 @@ use lexican_runtime::object::{Address, Dictionary, Table};
 use lexican_runtime::profile::cia402::{Mode, Modes, State, Transitions, control};
 use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 
-use super::inputs::Inputs;
+use super::inputs::{Causes, Inputs};
 use super::objects::*;
-use super::parts::{Cyclic, Emergency, Ending, Homing, Limit, Points, Probe, Watch};
+use super::parts::{Cycle, Cyclic, Emergency, Ending, Homing, Last, Limit, Points, Probe, Watch};
 use crate::storage::Storage;
 use crate::trajectory::Trajectory;
 
@@ -26,6 +26,8 @@ pub struct ServoModel {
     pub persistent: &'static [Address],
     /// The state machine.
     pub transitions: Transitions,
+    /// Whether the motor holds the shaft in SWITCHED ON already, and not only from OPERATION ENABLED on.
+    pub holds_when_switched_on: bool,
     /// Which number means which mode.
     pub modes: Modes,
     /// Whether a mode that 6502h does not list is refused.
@@ -39,6 +41,12 @@ pub struct ServoModel {
     pub missing: &'static [(Address, i64)],
     /// Whether 6060h takes effect while the axis moves, and not only when it stands.
     pub changes_mode_while_moving: bool,
+    /// Whether bit 10 of the status word is set while an enabled axis stands to which nothing was ordered, and while it
+    /// stands between the points of interpolated position mode. Otherwise it takes an order that was carried out.
+    pub rest_is_reached: bool,
+    /// 60C2h takes multiples of this only, and a period takes effect when both of its entries have been written; any period,
+    /// at once, without it.
+    pub cycle_step: Option<Duration>,
     /// Its homing methods, where neither 60E3h nor CiA 402 says it; none for all of CiA 402.
     pub homing_methods: Option<&'static [i8]>,
     /// The EMCY codes of what the servo notices by itself.
@@ -60,12 +68,20 @@ pub struct ServoModel {
     pub missed_cycles: u32,
     /// How long a shaft may be blocked before that is a fault, unless it is a following error before.
     pub blocked_for: Duration,
+    /// Bits of the status word that CiA 402 leaves open in a state, and that it has as 0 there.
+    pub left_open: &'static [(State, u16)],
     /// Bits of the manufacturer in the status word: 8, 14, 15.
     pub status_bits: fn(&Servo, &dyn Storage) -> u16,
     /// Puts measured values of the manufacturer into the dictionary, after each change.
     pub publish: fn(&Servo, Instant, &mut dyn Storage),
+    /// Whether an object of the manufacturer waits for an index pulse ([`Servo::passed_index`]).
+    pub awaits_index: fn(&dyn Storage) -> bool,
     /// Whether an entry may have a value now; asked before each write of a number.
     pub check: fn(&Servo, &dyn Storage, Address, i64) -> Result<(), AbortCode>,
+    /// What an entry keeps of a number in wire form that is written to it, where some of its bits are always 0.
+    pub kept: fn(Address, u64) -> u64,
+    /// The codes that it aborts SDO transfers with in place of those of CiA 301: `(instead of, code)`.
+    pub aborts: &'static [(AbortCode, AbortCode)],
     /// Follows a write of a client, such as a command in an object of the manufacturer.
     pub written: fn(&mut Servo, Instant, &mut dyn Storage, Address),
 }
@@ -106,9 +122,11 @@ pub struct Servo {
     pub(super) control: u16,
     /// What follows once the axis stands.
     pub(super) ending: Option<Ending>,
-    /// The EMCY codes of the faults since the last reset.
+    /// The EMCY codes of the faults. The last one stays until it is reset.
     pub(super) faults: Vec<u16>,
-    pub(super) warning: Option<u16>,
+    /// Which of them have a cause in the world that lasts.
+    pub(super) causes: Causes,
+    pub(super) warnings: Causes,
     pub(super) emergencies: VecDeque<Emergency>,
     pub(super) mode: Option<Mode>,
     /// The number of the mode, as 6061h shows it.
@@ -126,8 +144,10 @@ pub struct Servo {
     pub(super) running: Option<[f64; 4]>,
     pub(super) homing: Homing,
     pub(super) cyclic: Cyclic,
+    pub(super) cycle: Cycle,
     pub(super) probes: [Probe; 2],
     pub(super) watch: Watch,
+    pub(super) last: Last,
     /// Whether TPDOs are sent when something measured changes, by the generation of the device.
     pub(super) sampled: (Option<u32>, bool),
     /// When the moving axis is to be looked at for them.
@@ -142,12 +162,15 @@ impl ServoModel {
         behaviour: Behaviour::CIA_301,
         persistent: &[],
         transitions: Transitions::CIA_402,
+        holds_when_switched_on: false,
         modes: Modes::CIA_402,
         obeys_supported_modes: true,
         at_once: control::CHANGE_IMMEDIATELY,
         on_set_point: control::CHANGE_ON_SET_POINT,
         missing: &[],
         changes_mode_while_moving: true,
+        rest_is_reached: true,
+        cycle_step: None,
         homing_methods: None,
         codes: FaultCodes::CIA_402,
         scales: Scales::of_units,
@@ -157,9 +180,13 @@ impl ServoModel {
         speed_per_torque: 10.0,
         missed_cycles: 3,
         blocked_for: Duration::from_millis(500),
+        left_open: &[],
         status_bits: |_, _| 0,
         publish: |_, _, _| {},
+        awaits_index: |_| false,
         check: |_, _, _, _| Ok(()),
+        kept: |_, raw| raw,
+        aborts: &[],
         written: |_, _, _, _| {},
     };
 }

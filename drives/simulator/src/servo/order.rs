@@ -68,10 +68,11 @@ impl Servo {
         }
     }
 
-    /// No more than 6072h.
+    /// No more than 6072h and 6073h, where they are not 0: torque is in proportion to current.
     pub(super) fn limited_torque(&self, ordered: f64, parameters: &Parameters<'_>) -> f64 {
-        let most = parameters.float(MAX_TORQUE);
-        if most > 0.0 { ordered.clamp(-most, most) } else { ordered }
+        let limits = [MAX_TORQUE, MAX_CURRENT].map(|limit| parameters.float(limit));
+        let most = limits.into_iter().filter(|limit| *limit > 0.0).fold(f64::INFINITY, f64::min);
+        ordered.clamp(-most, most)
     }
 
     /// Begins a way in a direction. A limit switch ahead ends it.

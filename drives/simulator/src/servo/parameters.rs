@@ -7,6 +7,7 @@ use lexican_runtime::object::Address;
 
 use super::model::{Scales, ServoModel};
 use super::objects::*;
+use super::parts::TINY;
 use crate::storage::Storage;
 use crate::trajectory::Profile;
 
@@ -140,10 +141,15 @@ impl<'a> Parameters<'a> {
 
     /// The time between two set-points: 60C2h, else 1006h; none where neither says it.
     pub(super) fn cycle(&self) -> Option<Duration> {
-        let units = self.number(CYCLE_UNITS).max(0) as f64;
-        let exponent = self.number(CYCLE_EXPONENT).clamp(-9, 3) as i32;
-        let own = self.od.number(CYCLE_UNITS).map(|_| (units * 10_f64.powi(exponent) * 1e6) as u64);
-        let sync = self.od.number(SYNC_PERIOD).map(i64::unsigned_abs);
-        own.filter(|us| *us > 0).or(sync.filter(|us| *us > 0)).map(Duration::from_micros)
+        let own = self.od.number(CYCLE_UNITS).and_then(|units| period(units, self.number(CYCLE_EXPONENT)));
+        let sync = self.od.number(SYNC_PERIOD).map(i64::unsigned_abs).filter(|us| *us > 0);
+        own.or(sync.map(Duration::from_micros))
     }
+}
+
+/// What units and exponent of 60C2h say; none for less than a microsecond.
+pub(super) fn period(units: i64, exponent: i64) -> Option<Duration> {
+    // Rounded, because 10^-3 is no binary fraction.
+    let us = units.max(0) as f64 * 10_f64.powi(exponent.clamp(-9, 3) as i32) * 1e6;
+    Some((us + TINY) as u64).filter(|us| *us > 0).map(Duration::from_micros)
 }

@@ -1,6 +1,7 @@
 //! What a servo remembers of each of its tasks.
 
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::wire::emcy::ErrorRegister;
 use lexican_runtime::{Duration, Instant};
 
 use crate::trajectory::Profile;
@@ -17,8 +18,10 @@ pub(super) enum Ending {
 /// An emergency to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emergency {
-    /// The code; 0000h when all errors are over.
+    /// The code; 0000h when an error is over.
     pub code: u16,
+    /// The error register as the errors make it that are left when one is over.
+    pub remaining: ErrorRegister,
     /// Whether the code goes into the history (1003h): those of faults do, those of warnings do not.
     pub recorded: bool,
 }
@@ -93,6 +96,15 @@ pub(super) struct Cyclic {
     pub(super) interpolates: bool,
 }
 
+/// The period of 60C2h where it takes effect once both of its entries have been written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Cycle {
+    /// Which of units and exponent have been written since it took effect.
+    pub(super) written: [bool; 2],
+    /// The one that holds.
+    pub(super) period: Option<Duration>,
+}
+
 /// What a probe has seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Probe {
@@ -101,6 +113,17 @@ pub(super) struct Probe {
     /// How far the index pulses have been counted.
     pub(super) pulses: Option<f64>,
     pub(super) stored: [bool; 2],
+}
+
+/// What the last look has found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Last {
+    /// 60FDh.
+    pub(super) inputs: u32,
+    /// How far the index pulses have been counted.
+    pub(super) pulses: Option<f64>,
+    /// Whether one was passed since the look before.
+    pub(super) passed_index: bool,
 }
 
 /// Since when the conditions of the status word hold.

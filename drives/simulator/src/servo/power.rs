@@ -50,15 +50,25 @@ impl Servo {
         if switched_on && !self.inputs.supply {
             self.raise(self.model.codes.undervoltage, od);
         }
-        if let Some(code) = self.inputs.fault.filter(|code| !self.faults.contains(code)) {
-            self.raise(Some(code), od);
+        self.inputs.faults.iter().for_each(|code| self.raise(Some(code), od));
+        let before = std::mem::replace(&mut self.causes, self.inputs.faults);
+        for code in before.without(self.causes).iter() {
+            // The last fault stays until it is reset.
+            if self.faults.len() > 1 && self.faults.contains(&code) {
+                self.faults.retain(|other| *other != code);
+                self.end_error();
+            }
         }
-        if self.warning != self.inputs.warning {
-            self.warning = self.inputs.warning;
-            let ended = self.warning.is_none() && self.faults.is_empty();
-            let code = self.warning.or(ended.then_some(0));
-            self.emergencies.extend(code.map(|code| Emergency { code, recorded: false }));
+        let before = std::mem::replace(&mut self.warnings, self.inputs.warnings);
+        for code in self.warnings.without(before).iter() {
+            self.emergencies.push_back(Emergency { code, remaining: ErrorRegister::NONE, recorded: false });
         }
+        before.without(self.warnings).iter().for_each(|_| self.end_error());
+    }
+
+    /// One error is over: the emergency says what is left (CiA 301, 7.2.7.1, transitions 2 and 4).
+    fn end_error(&mut self) {
+        self.emergencies.push_back(Emergency { code: 0, remaining: self.error_register(), recorded: false });
     }
 
     /// 6040h.
@@ -99,7 +109,12 @@ impl Servo {
             (State::OperationEnabled, _) => self.enable(od),
             (State::SwitchedOn, _) if !(self.inputs.supply && self.inputs.enable) => {}
             (to, Command::FaultReset) => self.reset_fault(to),
-            (to, _) => self.enter(to),
+            (to, _) => {
+                self.enter(to);
+                if self.has_torque() && self.is_moving(self.now) {
+                    self.brake(self.parameters(od).slow_down());
+                }
+            }
         }
     }
 
@@ -113,7 +128,7 @@ impl Servo {
         }
     }
 
-    /// A state without torque, except during a fault reaction.
+    /// A state without torque, except during a fault reaction and where it is there in SWITCHED ON.
     fn enter(&mut self, state: State) {
         let had_torque = self.has_torque();
         self.state = state;
@@ -188,7 +203,7 @@ impl Servo {
     pub(super) fn raise(&mut self, code: Option<u16>, od: &dyn Storage) {
         let Some(code) = code.filter(|code| !self.faults.contains(code)) else { return };
         self.faults.push(code);
-        self.emergencies.push_back(Emergency { code, recorded: true });
+        self.emergencies.push_back(Emergency { code, remaining: ErrorRegister::NONE, recorded: true });
         if matches!(self.state, State::Fault | State::FaultReactionActive) {
             return;
         }
@@ -214,9 +229,9 @@ impl Servo {
 
     /// Transition 15, if no cause is left.
     fn reset_fault(&mut self, to: State) {
-        if self.inputs.fault.is_none() {
+        if self.inputs.faults.is_empty() {
             self.faults.clear();
-            self.emergencies.push_back(Emergency { code: 0, recorded: false });
+            self.end_error();
             self.enter(to);
         }
     }

@@ -43,13 +43,13 @@ impl Servo {
         od.set_raw(PROBE_STATUS, u16::from_le_bytes(status).into());
     }
 
-    /// The index pulse at or below a position, if a probe waits for one.
-    pub(super) fn awaited_pulse(&self, position: f64) -> Option<f64> {
+    /// The index pulse at or below a position, if a probe waits for one, or something else does.
+    pub(super) fn awaited_pulse(&self, position: f64, awaits: bool) -> Option<f64> {
         let waits = |probe: &Probe| probe.function & (ENABLE | INDEX_PULSE) == ENABLE | INDEX_PULSE;
-        self.probes.iter().any(waits).then(|| self.count_pulses(position))?
+        (awaits || self.probes.iter().any(waits)).then(|| self.count_pulses(position))?
     }
 
-    fn count_pulses(&self, position: f64) -> Option<f64> {
+    pub(super) fn count_pulses(&self, position: f64) -> Option<f64> {
         let (first, distance) = self.inputs.machine.index.filter(|(_, distance)| *distance > 0.0)?;
         Some(((position - first) / distance).floor())
     }

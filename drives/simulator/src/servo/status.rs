@@ -2,10 +2,11 @@
 
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Mode, State, status};
+use lexican_runtime::wire::emcy::ErrorRegister;
 
 use super::model::Servo;
 use super::objects::*;
-use super::parts::{Limit, TINY};
+use super::parts::{Homing, Limit, TINY};
 use super::power::register_of;
 use crate::storage::Storage;
 
@@ -13,9 +14,10 @@ impl Servo {
     /// The status word (6041h).
     fn status_word(&self, od: &dyn Storage) -> u16 {
         let flag = |set: bool, bit: u16| if set { bit } else { 0 };
-        self.state.status_bits()
+        let open = self.model.left_open.iter().filter(|(state, _)| *state == self.state);
+        self.state.status_bits() & open.fold(u16::MAX, |bits, (_, open)| bits & !open)
             | flag(self.inputs.supply, status::VOLTAGE_ENABLED)
-            | flag(self.warning.is_some(), status::WARNING)
+            | flag(!self.warnings.is_empty(), status::WARNING)
             | status::REMOTE
             | flag(self.is_limited(), status::INTERNAL_LIMIT)
             | self.mode_bits(od)
@@ -46,7 +48,8 @@ impl Servo {
         match self.mode {
             Some(Mode::ProfilePosition) => {
                 let shaft = self.shaft(self.now).position;
-                let at_target = self.points.active.is_none_or(|point| (point.target - shaft).abs() < 0.5);
+                let rest = self.model.rest_is_reached;
+                let at_target = self.points.active.map_or(rest, |point| (point.target - shaft).abs() < 0.5);
                 let reached = if halted { stands } else { self.points.are_done() && at_target && self.has_arrived() };
                 bits(reached, self.points.acknowledged, self.lags())
             }
@@ -61,8 +64,13 @@ impl Servo {
                 let reached = (self.torque() - target).abs() < TINY;
                 bits(if halted { stands } else { reached }, false, false)
             }
-            Some(Mode::Homing) => bits(stands && !self.homing.running, self.homing.attained, self.homing.failed),
-            Some(Mode::InterpolatedPosition) => bits(stands, self.cyclic.interpolates, self.lags()),
+            Some(Mode::Homing) => {
+                let Homing { running, attained, failed, .. } = self.homing;
+                bits(stands && !running && (self.model.rest_is_reached || attained || failed), attained, failed)
+            }
+            Some(Mode::InterpolatedPosition) => {
+                bits(stands && (halted || self.model.rest_is_reached), self.cyclic.interpolates, self.lags())
+            }
             Some(Mode::CyclicPosition) => bits(halted && stands, self.follows_cycle(), self.lags()),
             Some(Mode::CyclicVelocity | Mode::CyclicTorque) => bits(halted && stands, self.follows_cycle(), false),
             Some(Mode::Velocity) | None => bits(false, false, false),
@@ -111,10 +119,11 @@ impl Servo {
         (self.model.publish)(self, self.now, od);
     }
 
-    /// The error register (1001h) as the faults of the servo make it.
+    /// The error register (1001h) as the faults and warnings of the servo make it.
     #[must_use]
-    pub fn error_register(&self) -> u8 {
-        self.faults.iter().fold(0, |bits, code| bits | register_of(*code).0)
+    pub fn error_register(&self) -> ErrorRegister {
+        let codes = self.faults.iter().copied().chain(self.warnings.iter());
+        codes.fold(ErrorRegister::NONE, |register, code| register | register_of(code))
     }
 }
 

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{Mode, State, control};
 
-use super::inputs::Inputs;
+use super::inputs::{Causes, Inputs};
 use super::model::{Servo, ServoModel};
 use super::objects::*;
 use super::parameters::Parameters;
-use super::parts::{Cyclic, Emergency, Homing, Limit, Points, Probe, Watch};
+use super::parts::{Cycle, Cyclic, Emergency, Homing, Last, Limit, Points, Probe, Watch};
 use crate::storage::Storage;
 use crate::trajectory::{self, Trajectory};
 
@@ -26,7 +26,8 @@ impl Servo {
             control: 0,
             ending: None,
             faults: Vec::new(),
-            warning: None,
+            causes: Causes::NONE,
+            warnings: Causes::NONE,
             emergencies: VecDeque::new(),
             mode: None,
             mode_code: 0,
@@ -38,8 +39,10 @@ impl Servo {
             running: None,
             homing: Homing::default(),
             cyclic: Cyclic::default(),
+            cycle: Cycle::default(),
             probes: [Probe::default(); 2],
             watch: Watch::default(),
+            last: Last::default(),
             sampled: (None, false),
             sample: None,
         }
@@ -76,7 +79,8 @@ impl Servo {
         self.mode
     }
 
-    /// The codes of the faults since the last reset, the first one first.
+    /// The codes of the faults, the first one first: one whose cause goes while others are left is over, the last one stays
+    /// until it is reset.
     #[must_use]
     pub fn faults(&self) -> &[u16] {
         &self.faults
@@ -86,6 +90,18 @@ impl Servo {
     #[must_use]
     pub fn is_homed(&self) -> bool {
         self.homing.attained
+    }
+
+    /// 60FDh as it was at the last look, for [`ServoModel::publish`].
+    #[must_use]
+    pub fn inputs_before(&self) -> u32 {
+        self.last.inputs
+    }
+
+    /// Whether the shaft has passed an index pulse since the last look, for [`ServoModel::publish`].
+    #[must_use]
+    pub fn passed_index(&self) -> bool {
+        self.last.passed_index
     }
 
     /// The world around the servo.
@@ -174,6 +190,7 @@ impl Servo {
         self.now = now;
         self.follow_world(od);
         self.end_what_is_over();
+        self.take_cycle_period(od);
         self.take_mode(od);
         self.take_control(od);
         // An axis that stands already is where the order ends.
@@ -181,6 +198,9 @@ impl Servo {
         self.take_targets(od);
         self.watch(od);
         self.take_probes(od);
+        let pulses = self.count_pulses(self.shaft(now).position);
+        let passed_index = self.last.pulses.is_some() && self.last.pulses != pulses;
+        self.last = Last { inputs: od.raw(INPUTS).unwrap_or_default() as u32, pulses, passed_index };
         self.publish(od);
         self.next = self.find_next(od);
     }
@@ -238,8 +258,10 @@ impl Servo {
     }
 
     /// Whether the motor holds or moves the shaft.
-    pub(super) fn has_torque(&self) -> bool {
+    #[must_use]
+    pub fn has_torque(&self) -> bool {
         matches!(self.state, State::OperationEnabled | State::QuickStopActive)
+            || (self.state == State::SwitchedOn && self.model.holds_when_switched_on)
             || (self.state == State::FaultReactionActive && self.ending.is_some())
     }
 }

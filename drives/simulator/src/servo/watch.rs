@@ -92,11 +92,11 @@ impl Servo {
         let times = self.times(od);
         let due = self.watch.since.iter().zip(times).zip(self.watch.held);
         let due = due.filter(|(_, held)| !held).filter_map(|((since, time), _)| Some((*since)? + time));
-        let bounds = self.bounds(od);
+        let (bounds, awaits) = (self.bounds(od), (self.model.awaits_index)(od));
         let change = self.way.next_change(self.now, |demand| {
             let shaft = if self.held.is_some() { self.shaft(self.now) } else { demand };
             let passed = self.inputs.machine.passed(shaft);
-            (bounds.conditions(demand), passed, self.awaited_pulse(shaft.position))
+            (bounds.conditions(demand), passed, self.awaited_pulse(shaft.position, awaits))
         });
         let torque = matches!(self.mode, Some(Mode::ProfileTorque)).then(|| self.way.end()).flatten();
         let own = [self.way.end(), change, self.cycle_deadline(), self.points.change, torque];

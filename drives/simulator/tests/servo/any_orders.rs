@@ -69,7 +69,7 @@ fn apply(rig: &mut Rig, order: &Order) {
         Order::Blocked(blocked) => drop_of(rig.inputs(|inputs| inputs.blocked = blocked)),
         Order::Supply(supply) => drop_of(rig.inputs(|inputs| inputs.supply = supply)),
         Order::Enable(enable) => drop_of(rig.inputs(|inputs| inputs.enable = enable)),
-        Order::Fault(fault) => drop_of(rig.inputs(|inputs| inputs.fault = fault)),
+        Order::Fault(fault) => drop_of(rig.inputs(|inputs| inputs.faults = fault.into())),
         Order::Limits(low, high) => drop_of(rig.inputs(|inputs| {
             inputs.machine.negative_limit = Some(low.into());
             inputs.machine.positive_limit = Some(high.into());

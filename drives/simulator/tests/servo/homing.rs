@@ -241,7 +241,7 @@ fn a_fault_ends_homing_and_power_off_forgets_it() {
     rig.set(0x6098, 0, 35).control(START).pass(1);
     assert!(rig.servo.is_homed());
     rig.control(0x0F).set(0x6098, 0, 1).control(START).pass(500);
-    rig.inputs(|inputs| inputs.fault = Some(0x5530)).pass(60_000);
+    rig.inputs(|inputs| inputs.faults = 0x5530.into()).pass(60_000);
     assert_eq!((rig.state(), rig.servo.is_homed()), (State::Fault, false));
     rig.servo.restart(rig.now);
     assert!(!rig.servo.is_homed());

@@ -2,6 +2,9 @@
 
 use lexican_runtime::profile::cia402::State::{self, *};
 
+use lexican_runtime::wire::emcy::ErrorRegister;
+use simulator::servo::Causes;
+
 use crate::support::Rig;
 
 /// Brings a servo into a state.
@@ -14,7 +17,7 @@ fn servo_in(state: State) -> Rig {
         OperationEnabled => drop(rig.enable()),
         QuickStopActive => drop(rig.set(0x605A, 0, 6).enable().control(0x02)),
         Fault => {
-            rig.inputs(|inputs| inputs.fault = Some(0x4310)).inputs(|inputs| inputs.fault = None);
+            rig.inputs(|inputs| inputs.faults = 0x4310.into()).inputs(|inputs| inputs.faults = Causes::NONE);
         }
         _ => unreachable!("not commanded"),
     }
@@ -109,7 +112,7 @@ fn option_codes_stop_as_they_say() {
     for (option, ms, meanwhile) in [(0, 100, Fault), (1, 100, reacts), (2, 10, reacts), (3, 1, reacts), (4, 1, reacts)]
     {
         let mut rig = running();
-        rig.set(0x605E, 0, option).inputs(|inputs| inputs.fault = Some(0x7500));
+        rig.set(0x605E, 0, option).inputs(|inputs| inputs.faults = 0x7500.into());
         check_stop(&mut rig, ms, meanwhile, Fault);
     }
     for (option, ms, meanwhile, at_last) in [(1, 10, reacts, Fault), (2, 100, off, off), (3, 10, stopped, off)] {
@@ -151,21 +154,21 @@ fn quick_stop_is_left_to_go_on_only_with_options_5_to_8() {
 #[test]
 fn a_fault_is_reported_once_and_reset_when_its_cause_is_gone() {
     let mut rig = running();
-    rig.inputs(|inputs| inputs.fault = Some(0x4310)).pass(100);
+    rig.inputs(|inputs| inputs.faults = 0x4310.into()).pass(100);
     assert_eq!((rig.state(), rig.get(0x603F, 0), rig.emergencies()), (Fault, 0x4310, vec![0x4310]));
     rig.control(0x80);
     assert_eq!(rig.state(), Fault, "the cause lasts");
-    rig.inputs(|inputs| inputs.fault = None).control(0x00).control(0x80);
+    rig.inputs(|inputs| inputs.faults = Causes::NONE).control(0x00).control(0x80);
     assert_eq!((rig.state(), rig.get(0x603F, 0), rig.emergencies()), (SwitchOnDisabled, 0, vec![0]));
 }
 
 #[test]
 fn a_warning_changes_nothing_but_bit_7() {
     let mut rig = running();
-    rig.inputs(|inputs| inputs.warning = Some(0x4300)).pass(1);
+    rig.inputs(|inputs| inputs.warnings = 0x4300.into()).pass(1);
     assert!(rig.status(1 << 7));
     assert_eq!((rig.state(), rig.velocity(), rig.emergencies()), (OperationEnabled, 1000, vec![0x4300]));
-    rig.inputs(|inputs| inputs.warning = None);
+    rig.inputs(|inputs| inputs.warnings = Causes::NONE);
     assert!(!rig.status(1 << 7));
     assert_eq!(rig.emergencies(), [0]);
 }
@@ -229,7 +232,7 @@ fn every_order_of_the_axis_ends_with_the_state_that_gave_it() {
         |rig| _ = rig.control(0x02),
         |rig| _ = rig.control(0x00),
         |rig| _ = rig.inputs(|inputs| inputs.enable = false).inputs(|inputs| inputs.enable = true),
-        |rig| _ = rig.inputs(|inputs| inputs.fault = Some(0x7500)).inputs(|inputs| inputs.fault = None),
+        |rig| _ = rig.inputs(|inputs| inputs.faults = 0x7500.into()).inputs(|inputs| inputs.faults = Causes::NONE),
     ];
     for order in orders {
         let mut rig = Rig::enabled(1);
@@ -258,15 +261,20 @@ fn an_axis_that_runs_out_is_braked_when_it_is_enabled() {
 #[test]
 fn faults_add_up_and_one_reset_clears_them() {
     let mut rig = running();
-    rig.set(0x605E, 0, 1).inputs(|inputs| inputs.fault = Some(0x7500)).pass(50);
+    rig.set(0x605E, 0, 1).inputs(|inputs| inputs.faults = 0x7500.into()).pass(50);
     assert_eq!((rig.state(), rig.velocity()), (FaultReactionActive, 500));
-    rig.inputs(|inputs| inputs.fault = Some(0x4310)).pass(49);
+    rig.inputs(|inputs| _ = inputs.faults.insert(0x4310)).pass(49);
     assert_eq!(rig.state(), FaultReactionActive, "the ramp goes on");
     rig.pass(1);
     assert_eq!((rig.state(), rig.velocity(), rig.get(0x603F, 0)), (Fault, 0, 0x4310));
     assert_eq!((rig.servo.faults().to_vec(), rig.emergencies()), (vec![0x7500, 0x4310], vec![0x7500, 0x4310]));
-    rig.inputs(|inputs| inputs.fault = None).control(0x00).control(0x80);
-    assert_eq!((rig.state(), rig.emergencies(), rig.servo.error_register()), (SwitchOnDisabled, vec![0], 0));
+    rig.inputs(|inputs| inputs.faults = Causes::NONE).pass(0);
+    assert_eq!((rig.state(), rig.emergencies()), (Fault, vec![0]), "the last one waits for the reset");
+    rig.control(0x00).control(0x80);
+    assert_eq!(
+        (rig.state(), rig.emergencies(), rig.servo.error_register()),
+        (SwitchOnDisabled, vec![0], ErrorRegister::NONE)
+    );
 }
 
 /// A fault of a servo without torque, or of one that stands, has no reaction.
@@ -274,7 +282,7 @@ fn faults_add_up_and_one_reset_clears_them() {
 fn a_fault_at_rest_is_a_fault_at_once() {
     for state in [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, OperationEnabled, QuickStopActive] {
         let mut rig = servo_in(state);
-        rig.set(0x605E, 0, 1).inputs(|inputs| inputs.fault = Some(0x7500));
+        rig.set(0x605E, 0, 1).inputs(|inputs| inputs.faults = 0x7500.into());
         assert_eq!(rig.state(), Fault, "in {state}");
     }
     // Without supply there is nothing to brake with.
@@ -322,8 +330,8 @@ fn the_error_register_has_the_bit_of_the_code() {
         (0xFF01, 0x80),
     ] {
         let mut rig = Rig::new();
-        rig.inputs(|inputs| inputs.fault = Some(code));
-        assert_eq!(rig.servo.error_register() & !1, register & !1, "{code:04X}h");
+        rig.inputs(|inputs| inputs.faults = code.into());
+        assert_eq!(rig.servo.error_register().0 & !1, register & !1, "{code:04X}h");
     }
 }
 
@@ -359,7 +367,7 @@ fn every_call_first_lets_pass_what_has_passed() {
 fn a_blocked_motor_gives_torque_while_it_has_any() {
     for (word, fault, torque) in [(0x0F, None, 1000), (0x00, None, 0), (0x0F, Some(0x7500), 0)] {
         let mut rig = running();
-        rig.set(0x6065, 0, 0).set(0x605E, 0, 1).control(word).inputs(|inputs| inputs.fault = fault);
+        rig.set(0x6065, 0, 0).set(0x605E, 0, 1).control(word).inputs(|inputs| inputs.faults = fault.into());
         rig.pass(10).inputs(|inputs| inputs.blocked = true).pass(10);
         assert_eq!((rig.velocity(), rig.get(0x6077, 0)), (0, torque), "{word:#X} {fault:?}");
     }
@@ -388,16 +396,32 @@ fn homing_attained_is_shown_without_torque_in_its_mode_only() {
     assert_eq!(rig.mode_bits(), [false; 3]);
 }
 
-/// The end of a warning is reported if nothing else is wrong.
+/// CiA 301, 7.2.7.1, transition 2: an error that is over is reported, with what is left.
 #[test]
-fn a_warning_that_ends_during_a_fault_is_not_the_end_of_all_errors() {
+fn an_error_that_ends_beside_others_leaves_theirs_in_the_error_register() {
     let mut rig = Rig::new();
-    rig.inputs(|inputs| (inputs.warning, inputs.fault) = (Some(0x4300), Some(0x7500)));
+    rig.inputs(|inputs| (inputs.warnings, inputs.faults) = (0x4300.into(), 0x7500.into()));
     let mut codes = rig.emergencies();
     codes.sort_unstable();
     assert_eq!(codes, [0x4300, 0x7500]);
-    rig.inputs(|inputs| inputs.warning = Some(0x4210)).inputs(|inputs| inputs.warning = None);
-    assert_eq!(rig.emergencies(), [0x4210]);
+    let ends = |rig: &mut Rig| {
+        std::iter::from_fn(|| rig.servo.next_emergency())
+            .filter(|emergency| emergency.code == 0)
+            .map(|emergency| emergency.remaining)
+            .collect::<Vec<_>>()
+    };
+    let (temperature, generic) = (ErrorRegister::TEMPERATURE, ErrorRegister::GENERIC);
+    rig.inputs(|inputs| _ = inputs.warnings.insert(0x4210));
+    assert_eq!(ends(&mut rig), []);
+    rig.inputs(|inputs| inputs.warnings.remove(0x4300));
+    assert_eq!(ends(&mut rig), [temperature | generic]);
+    rig.inputs(|inputs| _ = inputs.faults.insert(0x4310));
+    rig.inputs(|inputs| inputs.faults.remove(0x7500));
+    assert_eq!((ends(&mut rig), rig.servo.faults().to_vec()), (vec![temperature], vec![0x4310]));
+    rig.inputs(|inputs| inputs.warnings = Causes::NONE);
+    assert_eq!(ends(&mut rig), [temperature]);
+    rig.inputs(|inputs| inputs.faults = Causes::NONE).control(0x80);
+    assert_eq!(ends(&mut rig), [ErrorRegister::NONE]);
 }
 
 #[test]

@@ -149,12 +149,12 @@ fn inputs_are_set_by_name() {
         inputs.set(key, value).unwrap();
         assert_ne!(inputs, before, "{key}");
     }
-    assert_eq!((inputs.fault, inputs.warning, inputs.digital), (Some(0x4310), Some(0x4310), 0x10000));
+    assert_eq!((inputs.faults, inputs.warnings, inputs.digital), (0x4310.into(), 0x4310.into(), 0x10000));
     assert_eq!((inputs.machine.home_switch, inputs.machine.index), (Some((100.0, 200.0)), Some((5.0, 50.0))));
     for key in ["fault", "warning", "negative_limit", "positive_limit", "home_low", "index"] {
         inputs.set(key, "none").unwrap();
     }
-    assert_eq!((inputs.fault, inputs.machine.home_switch, inputs.machine.index), (None, None, None));
+    assert_eq!((inputs.faults.is_empty(), inputs.machine.home_switch, inputs.machine.index), (true, None, None));
     assert!(inputs.set("brake", "true").unwrap_err().contains("there are supply"));
 }
 

@@ -9,6 +9,7 @@ use kollmorgen_akd::fault;
 use kollmorgen_akd::sim::MODEL;
 use lexican_runtime::NodeId;
 
+use self::examples::Drives;
 use self::simulated::{Akd, Simulated};
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
@@ -75,7 +76,8 @@ pub(super) const DRIVE: Drive = Drive {
         },
         |checker, case| descriptions::sections(checker, case),
         words::bit_rates,
-        |checker, case| frames::examples::<Simulated>(checker, case, examples::CHAPTERS, examples::made),
+        |checker, case| frames::sent::<Simulated>(checker, case, examples::CHAPTERS, examples::made),
+        |checker, case| frames::answered::<Simulated, _>(checker, case, examples::made, Drives::of_chapter),
         |checker, case| network::sdo_specifiers(checker, case),
         |checker, case| network::encodings(checker, case),
         |checker, case| network::sdo_aborts::<Simulated>(checker, case, behaviour::refused, words::NEVER_SENT),

@@ -67,12 +67,14 @@ fn is_least(is_so: impl Fn(u16) -> bool, pattern: &str) -> bool {
     (0..256).all(|word| is_so(word) == is_as(word, pattern))
 }
 
-/// Whether a bit of the status word distinguishes states, and does so in the drive.
+/// Whether a bit of the status word distinguishes states, and does so in the drive, where it is not left open.
 pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     let of = |state: State| state.status_bits() >> bit & 1;
     let values: BTreeSet<u16> = STATES.iter().map(|(state, _)| of(*state)).collect();
     let brought = STATES.iter().filter_map(|(state, _)| Some((*state, bring_to::<S>(*state)?)));
-    values.len() == 2 && brought.into_iter().all(|(state, bench)| bench.status() >> bit & 1 == of(state))
+    let is_open = |state, word: u16| State::from_status_word(word ^ 1 << bit) == Some(state);
+    let shows = |state, word: u16| word >> bit & 1 == of(state) || is_open(state, word);
+    values.len() == 2 && brought.into_iter().all(|(state, bench)| shows(state, bench.status()))
 }
 
 /// Compares `states.csv`: the bits of the status word, eight or seven of them. `beyond` compares the drive's own columns, with the drive in the

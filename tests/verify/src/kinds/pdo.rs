@@ -53,7 +53,7 @@ pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>)
             checker.that(row, "object", Against::Code, same, format!("{code:?}"));
             let read = bench.read(index, position);
             let agrees = code.is_some_and(|code| read == Ok(code.to_parameter()));
-            checker.that(row, "object", Against::Drive, agrees, format!("{read:08X?}"));
+            checker.that(row, "object", Against::Entry, agrees, format!("{read:08X?}"));
             if row.has("static") {
                 checker.cell(row, "static", Against::Sheet, yes(!pdo.dynamic));
                 let fixed = bench.write(index, position, 0, 4) == Err(0x0601_0002);

@@ -31,7 +31,7 @@ pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
         let generated = case.sheet.code.enumerations.get(name.as_str());
         let generated = generated.is_some_and(|names| names.iter().any(|named| i128::from(named.raw) == value));
         checker.that(row, "value", Against::Code, generated, format!("{name} has no such value"));
-        checker.that(row, "value", Against::Drive, taken == Some(true), "the drive refuses it");
+        checker.that(row, "value", Against::Entry, taken == Some(true), "the drive refuses it");
         let term = case.manual.rows("terms.csv").iter().find(|term| {
             term.get("type") == name && number(term.get("value")) == Some(value) && !term.get("printed").is_empty()
         });

@@ -2,7 +2,7 @@
 
 use kollmorgen_akd::fault;
 use lexican_runtime::profile::cia402::{Mode, State};
-use simulator::servo::Machine;
+use simulator::servo::{Causes, Machine};
 
 use super::simulated::{Akd, Simulated};
 use crate::bench::Bench as OnBus;
@@ -19,9 +19,17 @@ fn bit(bench: &Bench, index: u16, bit: u8) -> bool {
     bench.number(index, 0) >> bit & 1 == 1
 }
 
-/// Whether the power stage is enabled.
+/// Whether the power stage is enabled: 1002h says so, and nobody can turn the shaft, or it says not, and somebody can. One
+/// that moves cannot be turned anyway.
 fn is_powered(bench: &Bench) -> bool {
-    bit(bench, SYSTEM, 14)
+    let turns = bench.see(|drive, now| drive.with_servo(now, |servo, od| servo.turn(now, od, 0.0)));
+    bit(bench, SYSTEM, 14) && !turns
+}
+
+/// Whether it is disabled; not the opposite where 1002h and the shaft do not agree.
+fn is_unpowered(bench: &Bench) -> bool {
+    let turns = bench.see(|drive, now| drive.with_servo(now, |servo, od| servo.turn(now, od, 0.0)));
+    !bit(bench, SYSTEM, 14) && (turns || bench.is_moving())
 }
 
 fn code(label: &str) -> Option<u16> {
@@ -48,7 +56,7 @@ const SHOWN: &[(u16, u8, Change)] = &[
         bench.rest();
         [moving, bit(&bench, SYSTEM, 3)]
     }),
-    (SYSTEM, 8, || input(8, |bench| bench.world(|inputs| inputs.warning = code("n301")))),
+    (SYSTEM, 8, || input(8, |bench| bench.world(|inputs| inputs.warnings = code("n301").into()))),
     (SYSTEM, 9, || {
         let mut bench = Bench::enabled_in(Mode::ProfileVelocity);
         let _ = bench.put(0x60FF, 0, 1000);
@@ -64,7 +72,7 @@ const SHOWN: &[(u16, u8, Change)] = &[
         bench.control(0x1F);
         [before, bit(&bench, SYSTEM, 11)]
     }),
-    (SYSTEM, 13, || input(13, |bench| bench.world(|inputs| inputs.fault = code("F602")))),
+    (SYSTEM, 13, || input(13, |bench| bench.world(|inputs| inputs.faults = code("F602").into()))),
     (SYSTEM, 16, || {
         let mut bench = homing(17);
         let before = bit(&bench, SYSTEM, 16);
@@ -91,7 +99,7 @@ const SHOWN: &[(u16, u8, Change)] = &[
     (STATUS, 7, || {
         let mut bench = Bench::operational();
         let before = bit(&bench, STATUS, 7);
-        bench.world(|inputs| inputs.warning = code("n301"));
+        bench.world(|inputs| inputs.warnings = code("n301").into());
         [before, bit(&bench, STATUS, 7)]
     }),
     (STATUS, 10, || {
@@ -129,7 +137,15 @@ pub(super) fn shown(index: u16, of: u8) -> Option<bool> {
         brought.into_iter().all(|(holds, bench)| bit(&bench, index, of) == holds)
     };
     match (index, of) {
-        (SYSTEM, 14) => Some(in_states(|state| matches!(state, State::SwitchedOn | State::QuickStopActive))),
+        (SYSTEM, 14) => {
+            let states = [State::SwitchOnDisabled, State::SwitchedOn, State::QuickStopActive, State::Fault];
+            let agree =
+                |state| bring_to::<Simulated>(state).is_some_and(|bench| is_powered(&bench) != is_unpowered(&bench));
+            Some(
+                in_states(|state| matches!(state, State::SwitchedOn | State::QuickStopActive))
+                    && states.into_iter().all(agree),
+            )
+        }
         (SYSTEM, 15) => Some(in_states(|state| state == State::Fault)),
         (SYSTEM, 19) => Some(in_states(|state| state == State::QuickStopActive)),
         (STATUS, 9) => Some(in_states(|_| true)),
@@ -166,7 +182,7 @@ pub(super) fn homes(method: i8) -> bool {
 
 /// What the drive does at a state change (6.4.1.2).
 pub(super) fn action(number: u8) -> Clauses {
-    let disabled = |bench: &Bench| !is_powered(bench);
+    let disabled = is_unpowered;
     let after = |from: State, word: u16| {
         let mut bench = bring_to::<Simulated>(from).unwrap_or_else(Bench::new);
         bench.controls(&[word & !0x80, word]);
@@ -183,7 +199,7 @@ pub(super) fn action(number: u8) -> Clauses {
             without.control(0x07);
             vec![
                 ("output stage enabled with hardware enable", powered && disabled(&without)),
-                ("torque", powered && without.state() != State::SwitchedOn),
+                ("torque", powered && is_unpowered(&without)),
             ]
         }
         4 => vec![("motion enabled", moves(&mut Bench::enabled_in(Mode::ProfilePosition)))],
@@ -227,17 +243,17 @@ pub(super) fn action(number: u8) -> Clauses {
         12 => without_torque(&after(State::QuickStopActive, 0x00)),
         13 => {
             let (mut bench, _) = cruising();
-            bench.world(|inputs| inputs.fault = Some(Akd::FAULT));
+            bench.world(|inputs| inputs.faults = Akd::FAULT.into());
             bench.rest();
             vec![("fault reaction", bench.state() == State::Fault && !bench.is_moving())]
         }
         14 => vec![("drive function disabled", bring_to::<Simulated>(State::Fault).as_ref().is_some_and(disabled))],
         15 => {
             let mut bench = Bench::operational();
-            bench.world(|inputs| inputs.fault = Some(Akd::FAULT));
+            bench.world(|inputs| inputs.faults = Akd::FAULT.into());
             bench.controls(&[0x00, 0x80, 0x00]);
             let stays = bench.state() == State::Fault;
-            bench.world(|inputs| inputs.fault = None);
+            bench.world(|inputs| inputs.faults = Causes::NONE);
             bench.controls(&[0x80]);
             vec![("fault reset if it is gone", stays && bench.state() == State::SwitchOnDisabled)]
         }
@@ -251,10 +267,7 @@ pub(super) fn action(number: u8) -> Clauses {
 }
 
 fn without_torque(bench: &Bench) -> Clauses {
-    let released = !bench.see(|drive, _| {
-        matches!(drive.servo().state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive)
-    });
-    vec![("output stage disabled", !is_powered(bench)), ("no torque", released)]
+    vec![("output stage disabled", !bit(bench, SYSTEM, 14)), ("no torque", is_unpowered(bench))]
 }
 
 fn moves(bench: &mut Bench) -> bool {
@@ -393,8 +406,8 @@ pub(super) fn effect(command: u8) -> Clauses {
 impl Bench {
     /// The TPDO1 that a warning brings, which changes the status word.
     fn requested_change(&mut self) -> Vec<Vec<u8>> {
-        self.world(|inputs| inputs.warning = None);
-        self.see(|drive, now| drive.set_inputs(now, |inputs| inputs.warning = code("n301")));
+        self.world(|inputs| inputs.warnings = Causes::NONE);
+        self.see(|drive, now| drive.set_inputs(now, |inputs| inputs.warnings = code("n301").into()));
         self.hear_from(Self::own(0x180), 0)
     }
 }
@@ -405,8 +418,8 @@ pub(super) fn raised(code: u16) -> (Vec<u8>, bool) {
     let is_fault = fault::FAULTS.iter().any(|known| known.number == code);
     bench.see(|drive, now| {
         drive.set_inputs(now, |inputs| {
-            let cause = if is_fault { &mut inputs.fault } else { &mut inputs.warning };
-            *cause = Some(code);
+            let cause = if is_fault { &mut inputs.faults } else { &mut inputs.warnings };
+            *cause = code.into();
         });
     });
     let heard = bench.hear_from(Bench::own(0x80), 0).pop().unwrap_or_default();
@@ -434,10 +447,13 @@ pub(super) fn refused(meaning: &str) -> Option<u32> {
             let count = bench.put(0x1600, 0, 3);
             written.into_iter().chain([count]).find_map(Result::err).filter(|_| taken)
         }
-        "Data type incompatible, length of service parameter is incompatible" => {
-            bench.write(0x6081, 0, 0, 2).err().map(|_| 0x0607_0010)
-        }
+        "Data type incompatible, length of service parameter is incompatible" => bench.write(0x6081, 0, 0, 2).err(),
         "Subindex does not exist" => bench.read(0x6099, 3).err(),
+        "Outside value range for the parameter (only for write access)" => {
+            // Half a millisecond.
+            let units = bench.put(0x60C2, 1, 5).is_ok();
+            bench.put(0x60C2, 2, -4).err().filter(|_| units)
+        }
         "Parameter value too high" => bench.put(0x6060, 0, 9).err(),
         "Parameter value too low" => bench.put(0x6060, 0, 0).err(),
         "Data cannot be transmitted or saved" => bench.put(0x1010, 1, 1).err(),

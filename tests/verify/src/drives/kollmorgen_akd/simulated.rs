@@ -19,9 +19,6 @@ impl OfModel for Akd {
     const NODE: NodeId = NodeId::literal(3);
     // F439.
     const FAULT: u16 = 0x8611;
-    // What would not move, or is measured.
-    const INSTEAD: &'static [(u16, i128)] =
-        &[(0x6041, 0x0270), (0x6081, 20_000), (0x6083, 100_000), (0x6084, 100_000), (0x609A, 10_000)];
 
     fn model() -> &'static ServoModel {
         &MODEL
