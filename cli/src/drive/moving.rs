@@ -13,7 +13,6 @@ use super::node::Drive;
 use super::report::Report;
 use crate::output::{Failure, Outcome, note, warn};
 
-
 /// A drive, and what it is to do.
 pub(super) struct Moving<'a> {
     pub(super) args: &'a Args,

@@ -2,7 +2,7 @@
 //! and what has to be set.
 
 use lexican_driver::description::Number;
-use lexican_driver::{DriveContext, Error, Missing, sequence};
+use lexican_driver::{DriveContext, Error, sequence};
 use lexican_eds::drive::{Drive, Number as Place, read};
 use lexican_eds::model::Device;
 use lexican_eds::{Input, Severity};

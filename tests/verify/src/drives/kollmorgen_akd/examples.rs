@@ -1,6 +1,8 @@
 //! The examples of chapters 6.3 and 7.2. The driver sends what the manager of the examples does, by the operations that do the
 //! same; and the simulated drive, asked by the printed frames, answers as the drive of the examples does.
 
+use std::sync::LazyLock;
+
 use std::sync::{Arc, LazyLock, Mutex};
 
 use kollmorgen_akd::driver::{AKD, AKD_BY_SDO, Description, HomingOutcome, Mode, Outcome};
@@ -67,7 +69,11 @@ struct ExampleDrive {
     answer: &'static [u8],
 }
 
-static WITH_DUMMIES: ServoModel = ServoModel { behaviour: Behaviour { dummies: 0xFE, ..MODEL.behaviour }, ..MODEL };
+/// Made when it is asked for, since a mutated `MODEL` is.
+static WITH_DUMMIES: LazyLock<ServoModel> = LazyLock::new(|| {
+    let model: &ServoModel = &MODEL;
+    ServoModel { behaviour: Behaviour { dummies: 0xFE, ..model.behaviour }, ..*model }
+});
 
 impl ExampleDrive {
     fn new(node: NodeId) -> Self {
