@@ -14,6 +14,7 @@ mod simulation;
 pub(crate) mod testing;
 
 use std::io;
+use std::path::Path;
 
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
@@ -25,7 +26,8 @@ use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::node_id::node_id;
 use lexican_toolbox::simulation::Plant;
 pub(crate) use node::{
-    BoxedLink, Connected, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
+    BoxedLink, Connected, Identity, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, SheetName, identify,
+    which_node,
 };
 pub(crate) use node_id::{NodeIds, NodeOrNone, of_node};
 pub(crate) use simulation::Simulation;
@@ -67,6 +69,14 @@ impl BusArgs {
     /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self.bus, BusUrl::Log { .. })
+    }
+
+    /// The file of the log, if the bus is one.
+    pub(crate) fn log_file(&self) -> Option<&Path> {
+        match &self.bus {
+            BusUrl::Log { file, .. } => Some(file),
+            _ => None,
+        }
     }
 
     /// All frames of the log, if the bus is one.
