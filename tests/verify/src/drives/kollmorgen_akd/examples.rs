@@ -1,8 +1,6 @@
 //! The examples of chapters 6.3 and 7.2. The driver sends what the manager of the examples does, by the operations that do the
 //! same; and the simulated drive, asked by the printed frames, answers as the drive of the examples does.
 
-use std::sync::LazyLock;
-
 use std::sync::{Arc, LazyLock, Mutex};
 
 use kollmorgen_akd::driver::{AKD, AKD_BY_SDO, Description, HomingOutcome, Mode, Outcome};
