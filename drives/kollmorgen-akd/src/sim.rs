@@ -107,10 +107,13 @@ const ABORTS: &[(AbortCode, AbortCode)] = &[
     (AbortCode::GENERAL, AbortCode::CANNOT_TRANSFER),
 ];
 
-/// Identifiers of 29 bits are not supported (6.3.1.1, 6.3.2.1).
+/// Identifiers of 29 bits are not supported, and "mappings are taken only byte-wise" (6.3.1, 6.3.2).
 fn check(_: &Servo, _: &dyn Storage, address: Address, value: i64) -> Result<(), AbortCode> {
-    let is_cob_id = matches!(address.index(), 0x1400..=0x1403 | 0x1800..=0x1803) && address.sub() == 1;
-    if is_cob_id && value & 1 << 29 != 0 { Err(AbortCode::INVALID_VALUE) } else { Ok(()) }
+    match (address.index(), address.sub()) {
+        (0x1400..=0x1403 | 0x1800..=0x1803, 1) if value & 1 << 29 != 0 => Err(AbortCode::INVALID_VALUE),
+        (0x1600..=0x1603 | 0x1A00..=0x1A03, 1..) if value & 0x07 != 0 => Err(AbortCode::NOT_MAPPABLE),
+        _ => Ok(()),
+    }
 }
 
 /// "The bits 11 to 30 are always 0" (6.2.1.5).

@@ -213,6 +213,8 @@ fn it_refuses_by_codes_that_it_has() {
     bench.send(0x000, &[0x80, 3]);
     assert_eq!(bench.write(0x1600, 1, 4, 0x6040_0010), Ok(()), "what is there already");
     assert_eq!(bench.write(0x1600, 1, 4, 0x607A_0020), Err(0x0800_0022), "while it counts");
+    assert_eq!(bench.write(0x1600, 0, 1, 0), Ok(()));
+    assert_eq!(bench.write(0x1600, 1, 4, 0x6040_000C), Err(0x0604_0041), "no whole bytes");
     // A segmented download whose toggle bit does not alternate.
     assert!(bench.ask([0x21, 0x26, 0x20, 0x01, 10, 0, 0, 0]).is_ok());
     assert_eq!(bench.ask([0x10, b'D', b'R', b'V', b'.', 0, 0, 0]), Err(0x0504_0001));

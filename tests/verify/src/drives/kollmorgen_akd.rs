@@ -3,6 +3,7 @@
 mod behaviour;
 mod examples;
 mod simulated;
+mod statements;
 mod words;
 
 use kollmorgen_akd::fault;
@@ -15,7 +16,7 @@ use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
 use crate::exempt::Exempt;
 use crate::kinds::terms::Place;
-use crate::kinds::{cia402, descriptions, emcy, formats, frames, homing, network, pdo, sheet, terms, values};
+use crate::kinds::{cia402, descriptions, emcy, formats, frames, homing, network, pdo, prose, sheet, terms, values};
 use crate::manual::Keys;
 use crate::servo::OfModel;
 
@@ -38,6 +39,7 @@ const TABLES: Keys = &[
     ("sdo_aborts.csv", &["code"]),
     ("sdo_commands.csv", &["hex", "command"]),
     ("sections.csv", &["chapter", "index"]),
+    ("statements.csv", &["chapter", "subject"]),
     ("states.csv", &["state"]),
     ("terms.csv", &["type", "value"]),
     ("transitions.csv", &["number"]),
@@ -88,6 +90,7 @@ pub(super) const DRIVE: Drive = Drive {
         |checker, _| cia402::commands::<Simulated>(checker),
         |checker, _| cia402::events::<Simulated>(checker, behaviour::action),
         |checker, case| cia402::mode_bits::<Simulated>(checker, case, MODEL.modes, behaviour::mode_bit),
+        |checker, case| prose::statements::<Simulated>(checker, case, statements::ALL, str::to_owned),
         |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
         |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),
     ],

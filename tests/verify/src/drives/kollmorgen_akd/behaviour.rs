@@ -12,16 +12,16 @@ use crate::servo::OfModel;
 
 type Bench = OnBus<Simulated>;
 
-const STATUS: u16 = 0x6041;
-const SYSTEM: u16 = 0x1002;
+pub(super) const STATUS: u16 = 0x6041;
+pub(super) const SYSTEM: u16 = 0x1002;
 
-fn bit(bench: &Bench, index: u16, bit: u8) -> bool {
+pub(super) fn bit(bench: &Bench, index: u16, bit: u8) -> bool {
     bench.number(index, 0) >> bit & 1 == 1
 }
 
 /// Whether the power stage is enabled: 1002h says so, and nobody can turn the shaft, or it says not, and somebody can. One
 /// that moves cannot be turned anyway.
-fn is_powered(bench: &Bench) -> bool {
+pub(super) fn is_powered(bench: &Bench) -> bool {
     let turns = bench.see(|drive, now| drive.with_servo(now, |servo, od| servo.turn(now, od, 0.0)));
     bit(bench, SYSTEM, 14) && !turns
 }
@@ -158,7 +158,7 @@ pub(super) fn shown(index: u16, of: u8) -> Option<bool> {
 }
 
 /// Enabled in the homing mode, on a machine with all switches.
-fn homing(method: i8) -> Bench {
+pub(super) fn homing(method: i8) -> Bench {
     let mut bench = Bench::enabled_in(Mode::Homing);
     bench.world(|inputs| {
         inputs.machine = Machine {
