@@ -404,9 +404,9 @@ fn a_safety_function_is_named_before_the_rest() {
     bus.attach(Arc::clone(&servo));
     let mut drive = Drive::<_, Any>::connect_described_unprotected(bus.link(), NODE, &AKD).unwrap();
     let warning = kollmorgen_akd::fault::find("n602").map(|code| code.number);
-    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warning = warning);
+    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warnings = warning.into());
     let Err(Error::Refused(refusal)) = drive.enable() else { panic!("it is refused") };
     assert_eq!(refusal.first().unwrap().word(), "safety");
-    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warning = None);
+    servo.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.warnings = None.into());
     drive.enable().unwrap();
 }

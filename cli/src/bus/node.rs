@@ -1,8 +1,6 @@
 //! The nodes of a command, and the data sheets of their devices.
 
-use std::convert::Infallible;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap_complete::engine::ArgValueCompleter;
 use lexican_eds::library;
@@ -16,7 +14,7 @@ use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::parameters::restore::check_identity;
 use lexican_toolbox::remote::RemoteNode;
 
-use super::{Bus, BusArgs, NodeIds, network, node_id};
+use super::{Bus, BusArgs, NodeIds, SheetName, network};
 use crate::completions::devices;
 use crate::device::{load, load_input};
 use crate::duration::milliseconds;
@@ -57,24 +55,6 @@ pub(crate) struct SheetArgs {
     /// How long each answer of a node may take
     #[arg(long, value_name = "TIME", default_value = "1s", value_parser = milliseconds)]
     timeout: Duration,
-}
-
-/// What `--device` says of a node, or of all.
-#[derive(Clone, Debug)]
-pub(crate) struct SheetName {
-    pub(crate) node: Option<NodeId>,
-    /// A file, a device of the library, or `none`.
-    pub(crate) sheet: String,
-}
-
-impl FromStr for SheetName {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        let of_one = text.split_once('=').and_then(|(node, sheet)| Some((Some(node_id(node).ok()?), sheet)));
-        let (node, sheet) = of_one.unwrap_or((None, text));
-        Ok(SheetName { node, sheet: sheet.to_owned() })
-    }
 }
 
 /// When a data sheet that is named is refused, because the node is another device by its identity (1018h).
