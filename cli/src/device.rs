@@ -1,9 +1,10 @@
 //! The device of a command: a data sheet in a file, or a device of the library.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lexican_eds::Input;
 use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, with_overlays};
+use lexican_toolbox::files::Existing;
 
 use crate::output::{Failure, plural, warn};
 
@@ -27,10 +28,25 @@ impl DeviceArgs {
         !self.overlay.is_empty()
     }
 
+    /// Refuses to write one of the files that are read.
+    pub(crate) fn guard(&self, output: &Path) -> Result<(), Failure> {
+        guard(output, Some(self.device.as_str()), &self.overlay)
+    }
+
     /// The device, as far as its data sheet can be read.
     pub(crate) fn load(&self) -> Result<DataSheet, Failure> {
         Ok(DataSheet::load(&self.device, &self.overlay)?)
     }
+}
+
+/// Refuses to write one of these data sheets and overlays.
+pub(crate) fn guard<'a>(
+    output: &Path,
+    sheets: impl IntoIterator<Item = &'a str>,
+    overlays: &'a [PathBuf],
+) -> Result<(), Failure> {
+    let read = sheets.into_iter().map(Path::new).chain(overlays.iter().map(PathBuf::as_path));
+    Existing::Replace.guard(output, read).map_err(|error| Failure::file("write", output, &error))
 }
 
 /// Reads the data sheet of this name, with overlays; warns about its errors.

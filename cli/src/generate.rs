@@ -7,7 +7,7 @@ use lexican_codegen::{Options, compile};
 use lexican_eds::Severity;
 
 use crate::device::{DeviceArgs, show_errors};
-use crate::output::{self, Failure, Outcome, warn, write_whole};
+use crate::output::{self, Failure, ForceArgs, Outcome, warn};
 
 /// Generate Rust code from a data sheet: what lexican-codegen does in a build script
 ///
@@ -21,6 +21,9 @@ pub(crate) struct Args {
     /// The file to write; stdout by default
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+
+    #[command(flatten)]
+    force: ForceArgs,
 
     /// Also generate the device's side: the table of all entries and a storage with the defaults
     #[arg(long)]
@@ -44,6 +47,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    args.output.as_ref().map_or(Ok(()), |path| args.device.guard(path))?;
     let mut sheet = args.device.load()?;
     let options = Options { storage: args.storage, names: args.names, driver: args.driver, ..Options::default() };
     let output = compile(&sheet.device, &options);
@@ -59,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         warn(warning.render_short(&sheet.input));
     }
     match &args.output {
-        Some(path) => write_whole(path, output.code.as_bytes())?,
+        Some(path) => args.force.write(path, output.code.as_bytes())?,
         None => {
             let mut stdout = output::raw_stdout();
             stdout.write_all(output.code.as_bytes())?;

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::kept::replace;
-use lexican_toolbox::files::ReadError;
 pub(crate) use lexican_toolbox::files::reason;
+use lexican_toolbox::files::{Existing, ReadError};
 pub(crate) use lexican_toolbox::json::fields;
 use lexican_toolbox::object::ObjectError;
 use serde_json::{Map, Value as Json};
@@ -70,7 +70,12 @@ impl Failure {
 
     /// `cannot WHAT FILE: REASON`.
     pub(crate) fn file(what: &str, path: &Path, error: &io::Error) -> Self {
-        Failure::new(format_args!("cannot {what} {}: {}", path.display(), reason(error)))
+        let help = match error.kind() {
+            io::ErrorKind::AlreadyExists => Some("--force replaces it".to_owned()),
+            io::ErrorKind::ResourceBusy => Some("name another file".to_owned()),
+            _ => None,
+        };
+        Failure::new(format_args!("cannot {what} {}: {}", path.display(), reason(error))).help_if(help)
     }
 
     /// The message and the advice.
@@ -222,14 +227,38 @@ pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
+/// Whether files that are there are replaced.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(crate) struct ForceArgs {
+    /// Replace the file if there is one
+    #[arg(long)]
+    force: bool,
+}
+
+impl ForceArgs {
+    pub(crate) const fn existing(self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Keep }
+    }
+
+    /// Refuses a file that would be replaced, or that is `read` by the same command: before the work that it is to keep.
+    pub(crate) fn guard<'a>(self, path: &Path, read: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+        self.existing().guard(path, read).map_err(|error| Failure::file("write", path, &error))
+    }
+
+    /// Writes a file, unless there is one with another content.
+    pub(crate) fn write(self, path: &Path, content: &[u8]) -> Result<(), Failure> {
+        let is_same = || std::fs::read(path).is_ok_and(|present| present == content);
+        match self.guard(path, []) {
+            Err(_) if is_same() => Ok(()),
+            guarded => guarded.and_then(|()| write_whole(path, content)),
+        }
+    }
+}
+
 /// Replaces a file as a whole, or leaves it as it is. A link stays a link; a device such as `/dev/null` is written to.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let is_special = std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
-    let written = if is_special {
-        std::fs::write(path, content)
-    } else {
-        replace(&std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), content)
-    };
+    let written = if is_special { std::fs::write(path, content) } else { replace(path, content) };
     written.map_err(|error| Failure::file("write", path, &error))
 }
 

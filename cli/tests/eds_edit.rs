@@ -28,7 +28,7 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
         let lint = lexican_in(&folder, &["eds", "lint", "--strict", "--fail-on", "note", file]);
         assert_eq!(lint.code, Some(0), "{lint}");
         // What a firmware is made of, too.
-        lexican_in(&folder, &["gen", file, "--storage", "--names", "-o", "od.rs"]).on_stderr(0, "");
+        lexican_in(&folder, &["gen", file, "--storage", "--names", "--force", "-o", "od.rs"]).on_stderr(0, "");
         let bus = format!("sim:{file}?node=5");
         lexican_in(&folder, &["read", "--bus", &bus, "--device", file, "Product code"]).on_stdout(0, "= 7");
         lexican_in(&folder, &["check", "--bus", &bus, "--device", file]).on_stdout(0, "");
@@ -37,7 +37,7 @@ fn a_new_data_sheet_is_clean_is_served_and_compiles() {
     lexican_in(&folder, &["read", "--bus", "sim:p402.eds?node=5", "--device", "p402.eds", "6041"])
         .on_stdout(0, "SWITCH ON DISABLED");
 
-    new(&folder, "p301 --vendor 1 --product 2").on_stderr(2, "there is a p301.eds already");
+    new(&folder, "p301 --vendor 1 --product 2").on_stderr(2, "cannot write p301.eds: it is there already");
     new(&folder, "p301 --vendor 1 --product 2 --force --json").on_stdout(0, "\"objects\":24");
     for (args, words) in [
         ("x --vendor 1 --product 2 --profile 406", "there are templates for 301, 401 and 402"),

@@ -1,4 +1,4 @@
-//! Files that people name: reading them, and saying why they cannot be read.
+//! Files that people name: reading them, saying why they cannot be read, and not replacing them by accident.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -39,6 +39,51 @@ pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     file.take(bound as u64).read_to_end(&mut bytes).map_err(failed)?;
     Ok(bytes)
+}
+
+/// What becomes of a file that is there when another one is to be written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Existing {
+    /// It stays, and nothing is written.
+    #[default]
+    Keep,
+    /// It is replaced.
+    Replace,
+}
+
+impl Existing {
+    /// Whether a file may be written. Pipes and devices always may, those that are `read` meanwhile never.
+    ///
+    /// # Errors
+    ///
+    /// [`io::ErrorKind::AlreadyExists`] if there is a file that stays, [`io::ErrorKind::ResourceBusy`] if it is read.
+    pub fn guard<'a>(self, path: &Path, read: impl IntoIterator<Item = &'a Path>) -> io::Result<()> {
+        if !path.is_file() {
+            return Ok(());
+        }
+        if read.into_iter().any(|read| is_same(read, path)) {
+            return Err(io::Error::new(io::ErrorKind::ResourceBusy, "it is read at the same time"));
+        }
+        match self {
+            Existing::Keep => Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is there already")),
+            Existing::Replace => Ok(()),
+        }
+    }
+}
+
+/// Whether two paths lead to one file.
+#[cfg(unix)]
+fn is_same(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let inode = |path: &Path| std::fs::metadata(path).ok().map(|data| (data.dev(), data.ino()));
+    inode(a).is_some_and(|a| Some(a) == inode(b))
+}
+
+/// Whether two paths lead to one file.
+#[cfg(not(unix))]
+fn is_same(a: &Path, b: &Path) -> bool {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    whole(a).is_some_and(|a| Some(a) == whole(b))
 }
 
 /// The message of the operating system, in lower case and without its number.

@@ -14,6 +14,7 @@ mod simulation;
 pub(crate) mod testing;
 
 use std::io;
+use std::path::Path;
 
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
@@ -67,6 +68,14 @@ impl BusArgs {
     /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self.bus, BusUrl::Log { .. })
+    }
+
+    /// The file of the log, if the bus is one.
+    pub(crate) fn log_file(&self) -> Option<&Path> {
+        match &self.bus {
+            BusUrl::Log { file, .. } => Some(file),
+            _ => None,
+        }
     }
 
     /// All frames of the log, if the bus is one.

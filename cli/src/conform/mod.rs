@@ -17,8 +17,9 @@ use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
 use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
+use crate::device::guard;
 use crate::duration::time;
-use crate::output::{Failure, Outcome, ctrl_c, write_whole};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c};
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::object::resolve;
@@ -143,6 +144,9 @@ struct Reports {
     #[arg(long, value_name = "FILE", value_parser = ReportFile::new)]
     report: Vec<ReportFile>,
 
+    #[command(flatten)]
+    force: ForceArgs,
+
     /// Print one JSON object per line: each case when it has ended, and the sum
     #[arg(long, conflicts_with_all = ["list", "plan"])]
     json: bool,
@@ -197,8 +201,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         print::list(&args.selection.in_order(chosen))?;
         return Ok(Outcome::Clean);
     };
+    let bus = BusArgs::named(bus.clone());
+    for ReportFile { path, .. } in &args.reports.report {
+        args.reports.force.guard(path, [])?;
+        guard(path, args.device.as_deref(), &args.overlay)?;
+    }
     let named = args.device.as_deref().map(find).transpose()?;
-    let Bus { mut link, nodes, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let Bus { mut link, nodes, .. } = bus.open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
     let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
@@ -225,7 +234,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         decoder.introduce(node, &sheet.device);
         let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
         for ReportFile { path, format } in &args.reports.report {
-            write_whole(path, format(&document).as_bytes())?;
+            args.reports.force.write(path, format(&document).as_bytes())?;
         }
     }
     print::sum(&report, args.reports.json)?;

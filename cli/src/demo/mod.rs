@@ -12,7 +12,7 @@ use lexican_runtime::host::candump::Line;
 use siko_ag03_1::worked_examples::{POSITIONING, VELOCITY};
 
 use crate::device::load;
-use crate::output::{Failure, Outcome, write_whole};
+use crate::output::{Failure, ForceArgs, Outcome};
 use bench::Bench;
 use console::Console;
 use play::Played;
@@ -31,6 +31,9 @@ pub(crate) struct Args {
     /// The folder of demo.svg and demo.log
     #[arg(long, value_name = "DIR", default_value = ".")]
     folder: PathBuf,
+
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 /// The data sheet to decode frames with.
@@ -59,8 +62,8 @@ fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> 
     let picture = picture.map_err(|error| Failure::new(format_args!("cannot draw the picture: {error}")))?;
     let line = |&(at, frame)| Line { at, interface: INTERFACE.to_owned(), frame }.to_string() + "\n";
     let log: String = recording.frames.iter().map(line).collect();
-    write_whole(&args.folder.join("demo.svg"), picture.as_bytes())?;
-    write_whole(&args.folder.join("demo.log"), log.as_bytes())
+    args.force.write(&args.folder.join("demo.svg"), picture.as_bytes())?;
+    args.force.write(&args.folder.join("demo.log"), log.as_bytes())
 }
 
 #[cfg(test)]

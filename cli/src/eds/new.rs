@@ -7,7 +7,7 @@ use lexican_eds::write;
 use serde_json::json;
 
 use crate::lss::number;
-use crate::output::{Failure, Outcome, fields, plural, print_result, write_whole};
+use crate::output::{Failure, ForceArgs, Outcome, fields, plural, print_result};
 
 /// Write a new data sheet: what CiA 301 demands, the objects of a device profile, and its PDOs
 ///
@@ -48,9 +48,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
 
-    /// Replace the file if there is one
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
 
     /// Print a JSON object
     #[arg(long)]
@@ -68,9 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if path.extension().is_none() {
         path.set_extension("eds");
     }
-    if path.exists() && !args.force {
-        return Err(Failure::new(format_args!("there is a {} already", path.display())).help("--force replaces it"));
-    }
+    args.force.guard(&path, [])?;
     let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let product_name = args.name.clone().unwrap_or_else(|| part(path.file_stem()));
     let (receive_pdos, transmit_pdos) = args.pdos;
@@ -86,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         transmit_pdos,
     };
     let device = template.device();
-    write_whole(&path, write::eds(&device).as_bytes())?;
+    args.force.write(&path, write::eds(&device).as_bytes())?;
     let file = path.display().to_string();
     let text = format!("{file}: {}", plural(device.objects.len(), "object"));
     let result = json!({ "file": file, "objects": device.objects.len(), "entries": device.entries().count() });

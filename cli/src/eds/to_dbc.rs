@@ -8,7 +8,7 @@ use lexican_toolbox::dbc::Database;
 
 use crate::bus::NodeIds;
 use crate::device::{DeviceArgs, show_errors};
-use crate::output::{self, Failure, Outcome, warn, write_whole};
+use crate::output::{self, Failure, ForceArgs, Outcome, warn};
 
 /// Write a CAN database (DBC) of the messages of nodes with this data sheet
 ///
@@ -28,6 +28,9 @@ pub(crate) struct Args {
     /// The file to write; stdout by default
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 const EXAMPLES: &str = "\
@@ -37,6 +40,7 @@ Examples:
     lexican eds to-dbc station.dcf -o station.dbc";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    args.output.as_ref().map_or(Ok(()), |path| args.device.guard(path))?;
     let sheet = args.device.load()?;
     let configured = sheet.device.commissioning.as_ref().and_then(|commissioning| commissioning.node_id);
     let nodes: Vec<NodeId> = match (&args.node, configured.and_then(NodeId::new)) {
@@ -52,7 +56,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let database = Database::new(&sheet.device, &nodes);
     let bytes = database.to_bytes();
     match &args.output {
-        Some(path) => write_whole(path, &bytes)?,
+        Some(path) => args.force.write(path, &bytes)?,
         None => {
             let mut stdout = output::raw_stdout();
             stdout.write_all(&bytes)?;

@@ -1,7 +1,8 @@
 //! `lexican convert`: a log in another format.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use indicatif::{DecimalBytes, ProgressBar};
 use lexican_runtime::Instant;
@@ -9,7 +10,7 @@ use lexican_toolbox::log::{Format, Writer, parse_time};
 use serde_json::json;
 
 use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, write_failure};
-use crate::output::{Failure, Outcome, fields, print_result, progress};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, fields, print_result, progress};
 
 /// Convert a log into another format
 ///
@@ -28,6 +29,9 @@ pub(crate) struct Args {
     /// The file to be written; - for stdout
     #[arg(value_name = "OUT")]
     output: PathBuf,
+
+    #[command(flatten)]
+    force: ForceArgs,
 
     /// The format of IN: candump, pcap, pcapng, asc, trc or blf
     #[arg(long, value_name = "FORMAT")]
@@ -64,15 +68,22 @@ const STEP: u64 = 1 << 14;
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Args { input, output, .. } = args;
     let to = format_of(output, args.to, "--to")?;
-    if is_same(input, output) {
-        return Err(Failure::new(format_args!("{} cannot be read and written at the same time", output.display())));
+    if !is_pipe(output) {
+        args.force.guard(output, [input.as_path()])?;
     }
     let (mut reader, size) = open(input, args.from)?;
     let mut writer = if is_pipe(output) {
         Writer::new(io::stdout(), to)
     } else {
-        Writer::create(output, to).map_err(|error| Failure::file("write", output, &error))?
+        let existing = args.force.existing();
+        // What comes through a pipe may be lost if it is not kept as it comes.
+        let writer = match size {
+            Some(_) => Writer::create_whole(output, to, existing),
+            None => Writer::create(output, to, existing),
+        };
+        writer.map_err(|error| Failure::file("write", output, &error))?
     };
+    let interrupted = if size.is_some() { Some(ctrl_c()?) } else { None };
     let progress = size.map_or_else(ProgressBar::new_spinner, |size| {
         progress("{bar:40} {decimal_bytes} of {decimal_total_bytes}, {elapsed} {msg}", size)
     });
@@ -80,6 +91,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (mut read, mut written) = (0, 0);
     while let Some(record) = reader.next() {
         let mut record = record?;
+        if interrupted.as_ref().is_some_and(|interrupted| interrupted.load(Ordering::Relaxed)) {
+            return Err(Failure::new(format_args!("interrupted; {} is as it was", output.display())));
+        }
         read += 1;
         if read % STEP == 0 {
             progress.set_position(reader.position());
@@ -112,10 +126,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let text = format!("{}: {}, {}", output.display(), frames(written), DecimalBytes(bytes));
     print_result(args.json, fields, text)?;
     Ok(Outcome::Clean)
-}
-
-/// Whether two paths are one file.
-fn is_same(input: &Path, output: &Path) -> bool {
-    let file = |path: &Path| std::fs::canonicalize(path).ok().filter(|path| path.is_file());
-    !is_pipe(input) && file(input).is_some_and(|input| file(output) == Some(input))
 }

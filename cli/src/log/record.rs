@@ -10,13 +10,14 @@ use indicatif::{DecimalBytes, ProgressBar};
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant};
 use lexican_toolbox::cob_ids::CobIds;
+use lexican_toolbox::files::Existing;
 use lexican_toolbox::log::{Direction, Files, Format, Limits, Record, Writer};
 use serde_json::json;
 
 use super::{format_of, frames, is_pipe, size, write_failure};
 use crate::bus::{Bus, BusArgs};
 use crate::duration::time;
-use crate::output::{Failure, Outcome, ctrl_c, fields, missing_frames, note, print_result, warn};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, fields, missing_frames, note, print_result, warn};
 
 /// Record the frames of a bus in a file
 ///
@@ -32,6 +33,9 @@ pub(crate) struct Args {
     /// The file to be written; - for stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+
+    #[command(flatten)]
+    force: ForceArgs,
 
     /// The format: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0
     #[arg(long, value_name = "FORMAT")]
@@ -82,6 +86,9 @@ const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let format = format_of(&args.output, args.to, "--to")?;
+    // Also if it is to be replaced.
+    let is_read = Existing::Replace.guard(&args.output, args.bus.log_file());
+    is_read.map_err(|error| Failure::file("write", &args.output, &error))?;
     let stop = ctrl_c()?;
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, .. } = args.bus.open(pace)?;
@@ -89,7 +96,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let files = if is_pipe(&args.output) {
         Files::stream(Writer::new(io::stdout(), format), format)
     } else {
-        Files::create(&args.output, format, limits).map_err(|error| Failure::file("write", &args.output, &error))?
+        Files::create(&args.output, format, limits, args.force.existing())
+            .map_err(|error| Failure::file("write", &args.output, &error))?
     };
     let recorder = Recorder {
         args,

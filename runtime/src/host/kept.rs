@@ -139,26 +139,64 @@ impl KeptFile {
 ///
 /// The error of the operating system. The old file is unchanged then.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut new = path.as_os_str().to_owned();
-    new.push(".new");
-    let new = PathBuf::from(new);
-    let written = write_through(path, &new, content).and_then(|()| fs::rename(&new, path));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&new);
-    }
-    written.and_then(|()| sync_folder(path))
+    let mut new = Replacement::begin(path)?;
+    new.file().write_all(content)?;
+    new.complete()
 }
 
-/// Syncs the content before the name, which could otherwise lead to an empty file.
-fn write_through(path: &Path, new: &Path, content: &[u8]) -> io::Result<()> {
-    let mut file = File::create(new)?;
-    file.write_all(content)?;
-    if let Ok(old) = fs::metadata(path) {
-        file.set_permissions(old.permissions())?;
+/// A file that is being written beside the one that it replaces when it is complete. It is removed if it never is.
+#[derive(Debug)]
+pub struct Replacement {
+    path: PathBuf,
+    new: PathBuf,
+    file: File,
+    is_complete: bool,
+}
+
+impl Replacement {
+    /// Makes an empty file beside `path`; of a link, beside its target.
+    ///
+    /// # Errors
+    ///
+    /// The error of the operating system.
+    pub fn begin(path: &Path) -> io::Result<Self> {
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let mut new = path.as_os_str().to_owned();
+        new.push(".new");
+        let new = PathBuf::from(new);
+        let file = File::create(&new)?;
+        Ok(Replacement { path, new, file, is_complete: false })
     }
-    file.sync_all()?;
-    sync_folder(path)
+
+    /// The file that is being written.
+    pub const fn file(&mut self) -> &mut File {
+        &mut self.file
+    }
+
+    /// Gives the file its name. The content is synced before the name, which could otherwise lead to an empty file.
+    ///
+    /// # Errors
+    ///
+    /// The error of the operating system. The old file is unchanged then.
+    pub fn complete(mut self) -> io::Result<()> {
+        if let Ok(old) = fs::metadata(&self.path) {
+            self.file.set_permissions(old.permissions())?;
+        }
+        self.file.sync_all()?;
+        sync_folder(&self.path)?;
+        fs::rename(&self.new, &self.path)?;
+        self.is_complete = true;
+        sync_folder(&self.path)
+    }
+}
+
+impl Drop for Replacement {
+    fn drop(&mut self) {
+        if !self.is_complete {
+            // The first error is the one to report.
+            let _ = fs::remove_file(&self.new);
+        }
+    }
 }
 
 /// Syncs a name, which its folder stores.

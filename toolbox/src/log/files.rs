@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::codec::WriteError;
 use super::{Format, Record, Writer};
+use crate::files::Existing;
 
 /// How large the files of a recording become; without limits it has one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +23,7 @@ pub struct Files {
     path: PathBuf,
     format: Format,
     limits: Limits,
+    existing: Existing,
     writer: Writer,
     /// Finished files that are there, with their sizes.
     finished: VecDeque<(PathBuf, u64)>,
@@ -29,18 +32,26 @@ pub struct Files {
 }
 
 impl Files {
-    /// Makes the first file. Limits need each file to be limited.
+    /// Begins the first file. Limits need each file to be limited.
     ///
     /// # Errors
     ///
-    /// When the operating system refuses.
-    pub fn create(path: &Path, format: Format, limits: Limits) -> std::io::Result<Self> {
+    /// [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay, also a numbered one that the recording would come
+    /// to later; when the operating system refuses.
+    pub fn create(path: &Path, format: Format, limits: Limits, existing: Existing) -> io::Result<Self> {
         let first = if limits.file.is_some() { numbered(path, 1) } else { path.to_owned() };
+        if limits.file.is_some()
+            && existing == Existing::Keep
+            && let Some(name) = other_numbered(path)
+        {
+            return Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("{name} is there already")));
+        }
         Ok(Files {
             path: path.to_owned(),
             format,
             limits,
-            writer: Writer::create(&first, format)?,
+            existing,
+            writer: Writer::create(&first, format, existing)?,
             finished: VecDeque::new(),
             finished_bytes: 0,
             number: 1,
@@ -54,6 +65,7 @@ impl Files {
             path: PathBuf::new(),
             format,
             limits: Limits::default(),
+            existing: Existing::Keep,
             writer,
             finished: VecDeque::new(),
             finished_bytes: 0,
@@ -70,7 +82,7 @@ impl Files {
         self.writer.write(record)?;
         if self.limits.file.is_some_and(|limit| self.writer.written() >= limit) {
             self.number += 1;
-            let next = Writer::create(&numbered(&self.path, self.number), self.format)?;
+            let next = Writer::create(&numbered(&self.path, self.number), self.format, self.existing)?;
             let full = std::mem::replace(&mut self.writer, next);
             full.finish()?;
             let path = numbered(&self.path, self.number - 1);
@@ -130,6 +142,17 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// A file in the same folder that is numbered likewise.
+fn other_numbered(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names = fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let is_numbered = |name: &String| {
+        let number = Path::new(name).file_stem().and_then(|stem| stem.to_str()?.rsplit_once('-')?.1.parse().ok());
+        number.is_some_and(|number| numbered(path, number).file_name().is_some_and(|own| own == name.as_str()))
+    };
+    names.filter(is_numbered).min()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Direction, INTERFACE, Reader};
@@ -141,7 +164,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("lexican-log-files-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let limits = Limits { file: Some(100), all: Some(250) };
-        let mut files = Files::create(&folder.join("bus.log"), Format::Candump, limits).unwrap();
+        let mut files = Files::create(&folder.join("bus.log"), Format::Candump, limits, Existing::Keep).unwrap();
         let record = |us| Record {
             at: Instant::from_micros(us),
             interface: INTERFACE.into(),
@@ -158,6 +181,11 @@ mod tests {
         let times = left.iter().flat_map(|path| Reader::open(path, None).unwrap());
         let times: Vec<_> = times.map(|record| record.unwrap().at.as_micros()).collect();
         assert_eq!(times, [12, 13, 14, 15, 16, 17]);
+        // A recording that would come to one of them later does not begin.
+        let again = |existing| Files::create(&folder.join("bus.log"), Format::Candump, limits, existing).map(|_| ());
+        assert_eq!(again(Existing::Keep).unwrap_err().to_string(), "bus-0004.log is there already");
+        again(Existing::Replace).unwrap();
+        assert!(!folder.join("bus-0001.log").exists(), "a file is made with the first frames");
         fs::remove_dir_all(folder).unwrap();
     }
 }

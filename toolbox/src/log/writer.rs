@@ -1,15 +1,62 @@
 //! Writing a log of any format.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use lexican_runtime::host::kept::Replacement;
 
 use super::codec::{Encode, WriteError};
 use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
+use crate::files::Existing;
 
 enum Output {
-    File(BufWriter<File>),
+    File(BufWriter<LogFile>),
     Stream(Box<dyn Write + Send>),
+}
+
+/// A file of a log.
+enum LogFile {
+    /// It is made when the first bytes are written.
+    Wanted(PathBuf, Existing),
+    /// It grows in place.
+    Growing(File),
+    /// It gets its name at the end.
+    Beside(Replacement),
+}
+
+impl LogFile {
+    fn open(&mut self) -> io::Result<&mut File> {
+        if let LogFile::Wanted(path, existing) = self {
+            let mut options = OpenOptions::new();
+            options.write(true);
+            match existing {
+                Existing::Keep => options.create_new(true),
+                Existing::Replace => options.create(true).truncate(true),
+            };
+            *self = LogFile::Growing(options.open(path)?);
+        }
+        match self {
+            LogFile::Growing(file) => Ok(file),
+            LogFile::Beside(new) => Ok(new.file()),
+            LogFile::Wanted(..) => unreachable!("it was opened"),
+        }
+    }
+}
+
+impl Write for LogFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.open()?.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.open()?.flush()
+    }
+}
+
+impl Seek for LogFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.open()?.seek(to)
+    }
 }
 
 /// Writes a log: frames one after another, then [`finish`](Self::finish).
@@ -22,17 +69,40 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Makes a file, or replaces it.
+    /// Writes to a file that is made with the first frames, and grows.
     ///
     /// # Errors
     ///
-    /// When the operating system refuses.
-    pub fn create(path: &Path, format: Format) -> io::Result<Self> {
-        let file = File::create(path)?;
-        // The beginning of a pipe or a device cannot be written again.
-        let is_regular = file.metadata()?.is_file();
-        let file = BufWriter::with_capacity(BUFFER, file);
-        Ok(Self::of(if is_regular { Output::File(file) } else { Output::Stream(Box::new(file)) }, format))
+    /// [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay; when the operating system refuses.
+    pub fn create(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
+        Self::to_file(path, format, existing, || Ok(LogFile::Wanted(path.to_owned(), existing)))
+    }
+
+    /// Writes to a file that appears, or replaces another, when it is complete.
+    ///
+    /// # Errors
+    ///
+    /// As [`create`](Self::create).
+    pub fn create_whole(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
+        Self::to_file(path, format, existing, || Replacement::begin(path).map(LogFile::Beside))
+    }
+
+    fn to_file(
+        path: &Path,
+        format: Format,
+        existing: Existing,
+        file: impl FnOnce() -> io::Result<LogFile>,
+    ) -> io::Result<Self> {
+        existing.guard(path, [])?;
+        // The beginning of a pipe or a device cannot be written again; a folder is refused here.
+        if path.exists() && !path.is_file() {
+            return Ok(Self::new(File::create(path)?, format));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder {
+            std::fs::metadata(folder)?;
+        }
+        Ok(Self::of(Output::File(BufWriter::with_capacity(BUFFER, file()?)), format))
     }
 
     /// Writes to anywhere, through a buffer.
@@ -84,7 +154,13 @@ impl Writer {
     pub fn finish(mut self) -> Result<(), WriteError> {
         self.encode.flush(&mut self.bytes);
         self.encode.finish(&mut self.bytes);
-        self.settle()
+        self.settle()?;
+        if let Output::File(file) = self.output
+            && let LogFile::Beside(new) = file.into_inner().map_err(io::IntoInnerError::into_error)?
+        {
+            new.complete()?;
+        }
+        Ok(())
     }
 
     /// How many bytes the log has so far; those that a format holds back are not counted.
