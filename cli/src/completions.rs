@@ -11,7 +11,7 @@ use lexican_eds::library;
 use lexican_eds::model::{Device, Entry, Object};
 use lexican_toolbox::values::{address, name};
 
-use crate::bus::BUS;
+use crate::bus::{BUS, SheetName};
 use crate::output::{Failure, Outcome, raw_stdout};
 use lexican_toolbox::data_sheet::find;
 
@@ -120,7 +120,8 @@ fn device_of(args: impl Iterator<Item = String>, bus: Option<String>) -> Option<
         let named = parameters.split('&').find_map(|parameter| parameter.strip_prefix("device="));
         head.strip_prefix("sim:").or(named).map(str::to_owned)
     };
-    let name = value("--device").or_else(|| of_bus(value("--bus").or(bus)?))?;
+    let named = value("--device").and_then(|named| Some(named.parse::<SheetName>().ok()?.sheet));
+    let name = named.or_else(|| of_bus(value("--bus").or(bus)?))?;
     // Without a word about what is wrong with it: the shell shows candidates only.
     Some(lexican_eds::load(&find(&name).ok()?).0)
 }
@@ -134,6 +135,7 @@ mod tests {
         for (args, bus, known) in [
             ("read --device siko/ag03-1 ", None, true),
             ("read --device=siko/ag03-1 ", None, true),
+            ("read --device 5=siko/ag03-1 ", None, true),
             ("read --bus sim:siko/ag03-1?node=5 ", None, true),
             ("read --bus serial:/dev/ttyUSB0?baud=9600&device=siko/ag02 ", None, true),
             ("read ", Some("sim:siko/ag02"), true),

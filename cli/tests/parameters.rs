@@ -198,7 +198,7 @@ fn another_device_is_not_restored() {
     lexican_in(&folder, &backup).on_stdout(0, "parameters in ag03.dcf\n");
     let restore = ["restore", "--bus", "sim:siko/ag02?node=5", "5", "ag03.dcf"];
     let run = lexican_in(&folder, &restore);
-    run.on_stderr(1, "node 5: it is another device: its product is none, that of the backup");
+    run.on_stderr(1, "node 5: it is another device: its product is none, by the data sheet");
     assert!(run.stdout.is_empty() && run.stderr.contains("--force"), "{run}");
     let forced = lexican_in(&folder, &[&restore[..], &["--force", "--dry-run"]].concat());
     assert!(forced.code == Some(0) && forced.stdout.contains("would be written"), "{forced}");
@@ -212,11 +212,11 @@ fn the_node_stands_first_or_is_named_by_the_url() {
     let bus = ["--bus", "sim:sensor.eds?node=7", "--device", "sensor.eds", "--timeout", "50ms"];
     let run = |command: &str, args: &[&str]| lexican_in(&folder, &[&[command], &bus[..], args].concat());
     run("backup", &["-o", "kept.dcf"]).on_stdout(0, " in kept.dcf\n");
-    run("backup", &["7", "-o", "kept.dcf"]).on_stdout(0, " in kept.dcf\n");
+    run("backup", &["7", "-o", "kept.dcf", "--force"]).on_stdout(0, " in kept.dcf\n");
     run("restore", &["7", "kept.dcf", "--dry-run"]).on_stdout(0, "node 7: 0 parameters would be written");
     run("restore", &["kept.dcf"]).on_stderr(2, "<NODE>");
     run("restore", &["9", "kept.dcf"]).on_stderr(2, "node 9");
-    run("backup", &["9", "-o", "kept.dcf"]).on_stderr(2, "node 9");
+    run("backup", &["9", "-o", "none.dcf"]).on_stderr(2, "node 9");
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn a_domain_is_kept_in_a_file_that_the_dcf_names() {
     std::fs::write(folder.join("cam.bin"), &content).unwrap();
     run("write", &["--node", "5", "2004", "@cam.bin"]).on_stdout(0, "2004:00");
     run("backup", &["5", "-o", "kept.dcf"]).on_stdout(0, "; 1 DOMAIN not saved without --domains");
-    run("backup", &["5", "-o", "kept.dcf", "--domains"]).on_stdout(0, " in kept.dcf\n");
+    run("backup", &["5", "-o", "kept.dcf", "--force", "--domains"]).on_stdout(0, " in kept.dcf\n");
     assert_eq!(std::fs::read(folder.join("kept.2004-00.bin")).unwrap(), content);
     std::fs::write(folder.join("other.bin"), &content[..4000]).unwrap();
     run("write", &["--node", "5", "2004", "@other.bin"]).on_stdout(0, "2004:00");

@@ -1,7 +1,7 @@
 //! What CiA 301 and CiA 402-2 define: the kind and the data types of their objects, and what their numbers mean.
 
 use crate::cia301;
-use crate::model::ObjectKind;
+use crate::model::{Device, ObjectKind};
 use crate::types::DataType;
 
 /// An object of a standard.
@@ -65,6 +65,48 @@ pub fn object(index: u16, profile: Option<u16>) -> Option<Standard> {
     match index {
         0x1000..=0x1FFF => communication(index),
         0x6000..=0x9FFF if profile == Some(402) => cia402(0x6000 + (index - 0x6000) % 0x800),
+        _ => None,
+    }
+}
+
+/// What writing an entry does, where that is more than changing a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Role {
+    /// It is what the device is to put out or to reach now: a target position, an output.
+    SetPoint,
+    /// It makes the device do something: store, restore, program, change its state.
+    Command,
+}
+
+/// What CiA 301, 302, 401 and 402 make of an entry that is no parameter.
+///
+/// A device whose 1000h names no profile is a drive of CiA 402 if it has 6040h, 6041h and 6060h.
+#[must_use]
+pub fn role(device: &Device, index: u16, sub: u8) -> Option<Role> {
+    use cia301::*;
+    let has = |index| device.object(index).is_some();
+    let is_drive = device.profile == Some(402) || [0x6040, 0x6041, 0x6060].into_iter().all(has);
+    match (index, sub) {
+        (HIGH_RESOLUTION_TIME_STAMP, _) => Some(Role::SetPoint),
+        (PREDEFINED_ERROR_FIELD | STORE_PARAMETERS | RESTORE_DEFAULT_PARAMETERS, _) => Some(Role::Command),
+        (OS_COMMAND..=OS_PROMPT, _) => Some(Role::Command),
+        // CiA 302: configure slaves, download and start programs, request NMT and guarding.
+        (0x1F25 | 0x1F50 | 0x1F51 | 0x1F82 | 0x1F83, _) => Some(Role::Command),
+        // The control word, also that of CiA 408.
+        (0x6040, _) if has(0x6041) => Some(Role::Command),
+        // Each axis of a drive has 800h objects.
+        (0x6000..=0x9FFF, sub) if is_drive => match (0x6000 + (index - 0x6000) % 0x800, sub) {
+            (0x6040, _) => Some(Role::Command),
+            // Clears the buffer of interpolated positions.
+            (0x60C4, 6) => Some(Role::Command),
+            // Target velocity and percentage (vl), target torque and position, offsets, touch probes, interpolated positions.
+            (0x6042 | 0x6052 | 0x6071 | 0x607A | 0x60B0..=0x60B2 | 0x60B8 | 0x60C1, _) => Some(Role::SetPoint),
+            // Outputs but not their mask; target velocity (pv).
+            (0x60FE, 0 | 1) | (0x60FF, _) => Some(Role::SetPoint),
+            _ => None,
+        },
+        // Outputs of CiA 401: digital ones of 8, 1, 16 and 32 at a time, analogue ones.
+        (0x6200 | 0x6220 | 0x6300 | 0x6320 | 0x6410..=0x6414, _) if device.profile == Some(401) => Some(Role::SetPoint),
         _ => None,
     }
 }

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use lexican_eds::model::{AccessType, DeviceInfo, Entry, ObjectList, Value};
+use lexican_eds::model::{AccessType, Device, DeviceInfo, Entry, ObjectList, Value};
+use lexican_eds::standard::{Role, role};
 use lexican_eds::types::DataType;
 use lexican_runtime::{AbortCode, NodeId, cia301};
 
-use crate::parameters::is_command;
 use crate::remote::Refusal;
 use crate::values::wire::{fitting, parse};
 use crate::values::{DeviceValues, Limits, given, hex, is_pdo_mapping, plain};
@@ -226,9 +226,10 @@ pub fn refused_write(code: AbortCode) -> Finding {
 
 /// Whether writing back its own value does nothing else. Entries that command the device are excluded.
 #[must_use]
-pub fn may_be_written_back(entry: &Entry) -> bool {
-    let writable = matches!(entry.access, AccessType::Rw | AccessType::Rwr | AccessType::Rww);
-    writable && !is_command(entry) && entry.data_type != DataType::Domain
+pub fn may_be_written_back(device: &Device, entry: &Entry) -> bool {
+    let both = entry.access.readable() && entry.access.writable();
+    let is_command = role(device, entry.index, entry.sub) == Some(Role::Command);
+    both && !is_command && entry.data_type != DataType::Domain
 }
 
 /// Another vendor or product than that of the data sheet.
@@ -316,7 +317,7 @@ mod tests {
     #[test]
     fn entries_that_command_the_device_are_not_written_back() {
         let device = sensor();
-        let written = |index, sub| may_be_written_back(device.entry(index, sub).unwrap());
+        let written = |index, sub| may_be_written_back(&device, device.entry(index, sub).unwrap());
         assert!(written(0x1017, 0) && written(0x2001, 0));
         assert!(!written(0x1010, 1) && !written(0x2000, 0) && !written(0x2003, 0));
     }

@@ -27,7 +27,11 @@ pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
     let kept =
         backup(&mut node, sheet.device, false, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
     let name = format!("node-{}.dcf", station.node);
-    job.end(true, format!("{} parameters in {name}, {} left out", kept.kept, kept.left_out.len()));
+    let (refused, others) = (kept.left_out.len(), kept.no_parameters.len());
+    job.end(
+        true,
+        format!("{} parameters in {name}, {refused} not read; {others} entries are no parameters", kept.kept),
+    );
     Ok(Answer::File { name, bytes: kept.dcf().into_bytes() })
 }
 
@@ -82,7 +86,13 @@ pub(super) fn side_of_dcf(station: &Station, dcf: &str) -> Side {
 /// Compares two sides.
 pub(super) fn differences(here: &Side, there: &Side, job: &Job) -> Result<Answer, Refused> {
     let found = compare(here, there);
-    job.end(true, format!("{} parameters compared, {} differ", found.compared, found.differences.len()));
+    let (differ, unknown, others) = (found.differences.len(), found.unknown.len(), found.left_out.len());
+    let unknown = if unknown == 0 { String::new() } else { format!(", {unknown} known of one side only") };
+    let compared = found.compared;
+    job.end(
+        true,
+        format!("{compared} parameters compared, {differ} differ{unknown}; {others} entries are no parameters"),
+    );
     Ok(Answer::Differences(found.differences.iter().map(difference).collect()))
 }
 

@@ -17,7 +17,7 @@ use lexican_toolbox::values::{DeviceValues, is_pdo_mapping};
 use super::{Printer, follow, is_answer, read_conditions};
 use crate::bus::{BoxedLink, NODES, NetworkArgs, NodeIds};
 use crate::completions::objects;
-use crate::output::{Failure, Outcome, ctrl_c, raw_stdout, write_whole};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, raw_stdout};
 
 /// Read objects of nodes by SDO
 ///
@@ -38,6 +38,9 @@ pub(crate) struct ReadArgs {
     #[arg(long, short, value_name = "FILE", conflicts_with = "json")]
     output: Option<PathBuf>,
 
+    #[command(flatten)]
+    force: ForceArgs,
+
     /// Print one JSON object per line
     #[arg(long)]
     json: bool,
@@ -56,6 +59,9 @@ Examples:
     lexican read --bus can0 --node 7 --device FILE.eds --json 1018:01 | jq .value";
 
 pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
+    if let Some(path) = &args.output {
+        args.force.guard(path, args.network.files())?;
+    }
     let nodes = args.network.connect_several(args.node.as_ref())?;
     if args.output.is_some() && nodes.are_several() {
         return Err(Failure::new("one file takes the object of one node"));
@@ -68,7 +74,7 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
             let [[address]] = addresses.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] else {
                 return Err(Failure::new("one file takes one entry").help("name the sub-index as well: 1F50:01"));
             };
-            return save(network, node, *address, path);
+            return save(network, node, *address, path, args.force);
         }
         let printer = Printer { node, json: args.json, names_node };
         let mut reading = Reading { network, values: device.map(DeviceValues::new), printer };
@@ -84,7 +90,13 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
 const LONGEST: usize = 64 << 20;
 
 /// Writes the bytes of an entry into a file.
-fn save(network: &mut Network<BoxedLink>, node: NodeId, address: Address, path: &Path) -> Result<Outcome, Failure> {
+fn save(
+    network: &mut Network<BoxedLink>,
+    node: NodeId,
+    address: Address,
+    path: &Path,
+    force: ForceArgs,
+) -> Result<Outcome, Failure> {
     let (what, interrupted) = (format!("reading {address}"), ctrl_c()?);
     let mut followed = follow(&what, None, Bytes::room_for(LONGEST), &interrupted);
     let result = network.read_into(node, address, &mut followed);
@@ -105,7 +117,7 @@ fn save(network: &mut Network<BoxedLink>, node: NodeId, address: Address, path: 
         stdout.write_all(&data)?;
         stdout.flush()?;
     } else {
-        write_whole(path, &data)?;
+        force.write(path, &data)?;
     }
     Ok(Outcome::Clean)
 }

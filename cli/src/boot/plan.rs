@@ -14,14 +14,15 @@ use serde::de::{Deserializer, Error as _};
 use crate::bus::node_id;
 use crate::device::load;
 use crate::duration::{in_milliseconds, milliseconds};
-use crate::output::Failure;
+use crate::output::{Failure, note};
 use crate::toml_text::parse;
 use lexican_toolbox::data_sheet::beside;
 use lexican_toolbox::files::{read, read_up_to};
 use lexican_toolbox::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::object::resolve;
+use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::order::in_order;
-use lexican_toolbox::parameters::restore::configured;
+use lexican_toolbox::parameters::restore::{configured, not_restored};
 use lexican_toolbox::values::wire::written;
 use lexican_toolbox::values::{DeviceValues, given, resolved};
 
@@ -166,6 +167,10 @@ impl Node {
             }));
         }
         let configured = device.map(|device| configured(device, self.id)).unwrap_or_default();
+        let left_out = device.map(|device| not_restored(device, self.id)).unwrap_or_default();
+        left_out.iter().filter(|(_, reason)| **reason != LeftOut::ReadOnly).for_each(|(address, reason)| {
+            note(format_args!("node {}: {address} of the DCF is left out: {}", self.id, reason.words(1)));
+        });
         entries.extend(in_order(configured).into_iter().map(|write| (write.address, write.data)));
         for setting in &self.settings {
             entries.push(self.setting(device, setting)?);

@@ -26,9 +26,9 @@ use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::node_id::node_id;
 use lexican_toolbox::simulation::Plant;
 pub(crate) use node::{
-    BoxedLink, Connected, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
+    BoxedLink, Connected, Identity, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };
-pub(crate) use node_id::{NodeIds, NodeOrNone, of_node};
+pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
 pub(crate) use simulation::Simulation;
 
 pub(crate) use simulation::read_plant;

@@ -1,6 +1,6 @@
 //! The nodes of a command, and the data sheets of their devices.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap_complete::engine::ArgValueCompleter;
 use lexican_eds::library;
@@ -11,12 +11,14 @@ use lexican_runtime::manager::Remote;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
+use lexican_toolbox::parameters::restore::check_identity;
+use lexican_toolbox::remote::RemoteNode;
 
-use super::{Bus, BusArgs, NodeIds, network};
+use super::{Bus, BusArgs, NodeIds, SheetName, network};
 use crate::completions::devices;
 use crate::device::{load, load_input};
 use crate::duration::milliseconds;
-use crate::output::{Failure, Outcome, note};
+use crate::output::{Failure, Outcome, note, warn};
 
 /// The help of an argument that is a node.
 pub(crate) const NODE: &str =
@@ -39,11 +41,12 @@ pub(crate) struct NetworkArgs {
 /// The arguments that say what a node is, and how long it may take.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct SheetArgs {
-    /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device
+    /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device; for several nodes 5=FILE, for each
     ///
     /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
+    /// A node whose vendor is not that of the data sheet is refused; another product is warned of.
     #[arg(long, value_name = "FILE|DEVICE", add = ArgValueCompleter::new(devices))]
-    device: Option<String>,
+    device: Vec<SheetName>,
 
     /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
     #[arg(long, value_name = "FILE")]
@@ -52,6 +55,18 @@ pub(crate) struct SheetArgs {
     /// How long each answer of a node may take
     #[arg(long, value_name = "TIME", default_value = "1s", value_parser = milliseconds)]
     timeout: Duration,
+}
+
+/// When a data sheet that is named is refused, because the node is another device by its identity (1018h).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Identity {
+    /// If the vendor is another; of another product it is warned: makers have data sheets for several.
+    #[default]
+    Vendor,
+    /// If vendor or product is another.
+    Product,
+    /// Never.
+    Any,
 }
 
 /// The `--device` of a node that is treated as unknown.
@@ -72,18 +87,26 @@ pub(crate) struct Nodes {
     pub(crate) network: Network<BoxedLink>,
     pub(crate) ids: Vec<NodeId>,
     timeout: Duration,
-    /// The data sheet of all nodes, if `--device` names one, or `none`.
-    named: Option<Option<Device>>,
+    /// The data sheets that `--device` names, of a node or of all, and how; no sheet for `none`.
+    named: Vec<(SheetName, Option<Device>)>,
     /// The nodes that the URL of the bus describes.
     known: Vec<(NodeId, Device)>,
     overlays: Vec<PathBuf>,
     is_log: bool,
+    /// How alike a node and the data sheet that is named for it have to be.
+    pub(crate) identity: Identity,
 }
 
 impl NetworkArgs {
     /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
         self.bus.is_log()
+    }
+
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let sheets = self.sheet.device.iter().map(|named| Path::new(&named.sheet));
+        sheets.chain(self.sheet.overlay.iter().map(PathBuf::as_path)).chain(self.bus.log_file())
     }
 
     /// Opens the bus, and finds out what the node is; `None` for the only one that the URL names.
@@ -93,7 +116,18 @@ impl NetworkArgs {
 
     /// [`NetworkArgs::connect`]; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn connect_at(&self, pace: Pace, node: Option<NodeId>) -> Result<Connected, Failure> {
+        self.connect_as(pace, node, Identity::default())
+    }
+
+    /// [`NetworkArgs::connect_at`], with a node that has to be so alike its data sheet.
+    pub(crate) fn connect_as(
+        &self,
+        pace: Pace,
+        node: Option<NodeId>,
+        identity: Identity,
+    ) -> Result<Connected, Failure> {
         let mut nodes = self.sheet.connect(&self.bus, node.map(|node| vec![node]), pace)?;
+        nodes.identity = identity;
         let id = nodes.ids[0];
         let device = nodes.device(id)?;
         Ok(Connected { network: nodes.network, id, device })
@@ -113,17 +147,33 @@ impl SheetArgs {
 
     /// Opens a bus with at least one node.
     pub(crate) fn connect(&self, bus: &BusArgs, ids: Option<Vec<NodeId>>, pace: Pace) -> Result<Nodes, Failure> {
-        let named = self.device.as_deref().map(|name| match name {
-            NO_DEVICE if !self.overlay.is_empty() => {
-                Err(Failure::new("an overlay adds to a data sheet").help("name the data sheet with --device FILE"))
+        let mut named: Vec<(SheetName, Option<Device>)> = Vec::new();
+        for name in &self.device {
+            if named.iter().any(|(other, _)| other.node == name.node) {
+                return Err(match name.node {
+                    Some(node) => Failure::new(format_args!("node {node} has two data sheets")),
+                    None => Failure::new("all nodes have two data sheets")
+                        .help("say which node has which: --device 5=FILE --device 7=FILE"),
+                });
             }
-            NO_DEVICE => Ok(None),
-            name => self.load(name).map(Some),
-        });
-        let named = named.transpose()?;
+            let device = match name.sheet.as_str() {
+                NO_DEVICE if !self.overlay.is_empty() => {
+                    return Err(
+                        Failure::new("an overlay adds to a data sheet").help("name the data sheet with --device FILE")
+                    );
+                }
+                NO_DEVICE => None,
+                sheet => Some(self.load(sheet)?),
+            };
+            named.push((name.clone(), device));
+        }
         let Bus { link, nodes: known, .. } = bus.open(pace)?.settled()?;
         let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
         let ids = ids.or(only).ok_or_else(which_node)?;
+        let other = named.iter().filter_map(|(name, _)| name.node).find(|node| !ids.contains(node));
+        if let Some(other) = other {
+            return Err(Failure::new(format_args!("node {other} has a data sheet, but is none of the nodes")));
+        }
         let known =
             known.into_iter().filter(|(id, _)| ids.contains(id)).map(|(id, sheet)| match self.overlay.as_slice() {
                 [] => Ok((id, sheet.device)),
@@ -138,6 +188,7 @@ impl SheetArgs {
             known,
             overlays: self.overlay.clone(),
             is_log: bus.is_log(),
+            identity: Identity::default(),
         };
         for id in nodes.ids.clone() {
             nodes.limit(id);
@@ -154,8 +205,13 @@ pub(crate) fn which_node() -> Failure {
 impl Nodes {
     /// The device of a node, if it is given or recognised.
     pub(crate) fn device(&mut self, id: NodeId) -> Result<Option<Device>, Failure> {
-        if let Some(named) = &self.named {
-            return Ok(named.clone());
+        let of = |node| self.named.iter().find(|(name, _)| name.node == node);
+        if let Some((name, device)) = of(Some(id)).or_else(|| of(None)) {
+            let (name, device) = (name.sheet.clone(), device.clone());
+            if let Some(device) = &device {
+                self.check_identity(id, device, &name)?;
+            }
+            return Ok(device);
         }
         if let Some((_, device)) = self.known.iter().find(|(known, _)| *known == id) {
             return Ok(Some(device.clone()));
@@ -168,6 +224,26 @@ impl Nodes {
             overlays => {
                 let shipped = library::find(shipped.id).expect("it is in the library");
                 Ok(Some(load_input(shipped.input(), overlays)?.device))
+            }
+        }
+    }
+
+    /// Refuses the data sheet of another device than the node, as far as [`Identity`] says.
+    pub(crate) fn check_identity(&mut self, id: NodeId, device: &Device, name: &str) -> Result<(), Failure> {
+        if self.is_log || self.identity == Identity::Any {
+            return Ok(());
+        }
+        let checked = check_identity(&mut RemoteNode::new(&mut self.network, id), device);
+        match checked.map_err(Failure::from)? {
+            Ok(()) => Ok(()),
+            Err(other) if other.what == "vendor" || self.identity == Identity::Product => {
+                Err(Failure::new(format_args!("node {id} is not the device of {name}: {other}")).help(format_args!(
+                    "name its own data sheet with --device {id}=FILE; --device {id}=none treats it as unknown"
+                )))
+            }
+            Err(other) => {
+                warn(format_args!("node {id} may not be the device of {name}: {other}"));
+                Ok(())
             }
         }
     }

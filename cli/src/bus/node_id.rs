@@ -1,5 +1,6 @@
 //! Node-IDs on the command line.
 
+use std::convert::Infallible;
 use std::str::FromStr;
 
 use lexican_runtime::NodeId;
@@ -33,4 +34,22 @@ impl FromStr for NodeIds {
 pub(crate) fn of_node(text: &str) -> Result<(NodeId, String), String> {
     let (node, said) = text.split_once('=').ok_or("write ID=FILE or ID=DEVICE, for example 5=siko/ag03-1")?;
     Ok((node_id(node)?, said.to_owned()))
+}
+
+/// What `--device` says of a node, or of all.
+#[derive(Clone, Debug)]
+pub(crate) struct SheetName {
+    pub(crate) node: Option<NodeId>,
+    /// A file, a device of the library, or `none`.
+    pub(crate) sheet: String,
+}
+
+impl FromStr for SheetName {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        let of_one = text.split_once('=').and_then(|(node, sheet)| Some((Some(node_id(node).ok()?), sheet)));
+        let (node, sheet) = of_one.unwrap_or((None, text));
+        Ok(SheetName { node, sheet: sheet.to_owned() })
+    }
 }

@@ -9,12 +9,12 @@ use anstyle::{AnsiColor, Style};
 use lexican_eds::model::{Device, Entry};
 use lexican_eds::types::DataType;
 use lexican_runtime::NodeId;
-use lexican_runtime::host::Link;
 use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::object::Address;
 use serde_json::json;
 
-use crate::bus::{Connected, NODE, NetworkArgs, node_id};
+use crate::bus::{Connected, Identity, NODE, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
 use lexican_toolbox::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
 use lexican_toolbox::remote::{Refusal, RemoteNode};
@@ -48,7 +48,7 @@ pub(crate) struct Args {
 struct Extent {
     /// Write back the value of every writable entry, to check its access
     ///
-    /// Except for entries that command the device: 1003h, 1010h, 1011h, programs (1F50h), NMT (1F80h), 6040h.
+    /// Except for entries that command the device: 1003h, 1010h, 1011h, programs (1F50h, 1F51h), NMT (1F82h), 6040h.
     #[arg(long)]
     write: bool,
 
@@ -67,7 +67,7 @@ Examples:
     lexican check --bus can0 5 --write --defaults";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let Connected { mut network, id, device } = args.network.connect(args.node)?;
+    let Connected { mut network, id, device } = args.network.connect_as(Pace::Virtual, args.node, Identity::Any)?;
     let device = device.ok_or_else(|| {
         Failure::new("the data sheet of the device is unknown")
             .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican knows")
@@ -98,7 +98,7 @@ fn inspect<L: Link>(
         let mut findings = comparison.read(entry, answer);
         if let Answer::Value(data) = answer
             && extent.write
-            && may_be_written_back(entry)
+            && may_be_written_back(device, entry)
         {
             findings.extend(inspection.write_back(device, entry, data)?);
         }

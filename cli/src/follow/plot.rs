@@ -15,7 +15,7 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use super::{Follower, SignalArgs};
 use crate::duration::period;
-use crate::output::{Failure, Outcome, note, write_whole};
+use crate::output::{Failure, ForceArgs, Outcome, note};
 use crate::screen::Screen;
 
 /// Plot values of a node over time
@@ -36,6 +36,9 @@ pub(crate) struct PlotArgs {
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
+    #[command(flatten)]
+    force: ForceArgs,
+
     /// How much of the end the terminal shows
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = period)]
     window: Duration,
@@ -52,6 +55,9 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Outcome, Failure> {
     if !is_screen && args.svg.is_none() && args.csv.is_none() {
         return Err(Failure::new("there is no terminal to plot on").help("name a file with --svg FILE or --csv FILE"));
     }
+    for path in args.svg.iter().chain(&args.csv) {
+        args.force.guard(path, args.signals.network.files())?;
+    }
     let rows = args.csv.as_ref().map(|_| csv::Writer::from_writer(Vec::new()));
     let mut plot =
         Plot { recording: Recording::default(), began: None, rows, window: args.window.as_secs_f64(), trouble: None };
@@ -64,21 +70,21 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Outcome, Failure> {
             .help("does the node answer, and are the objects numbers? `lexican watch` shows values of any type"));
     }
     if let Some(path) = &args.svg {
-        write_svg(path, &plot.recording)?;
+        write_svg(args.force, path, &plot.recording)?;
     }
     if let (Some(path), Some(rows)) = (&args.csv, plot.rows) {
         let bytes = rows.into_inner().map_err(|error| csv_failure(error.into_error().into()))?;
-        write_whole(path, &bytes)?;
+        args.force.write(path, &bytes)?;
         note(format_args!("{} is written", path.display()));
     }
     Ok(Outcome::Clean)
 }
 
-fn write_svg(path: &Path, recording: &Recording) -> Result<(), Failure> {
+fn write_svg(force: ForceArgs, path: &Path, recording: &Recording) -> Result<(), Failure> {
     let names: Vec<_> = recording.series().iter().map(|series| series.name.as_str()).collect();
     let svg = chart::svg(&recording.picture(names.join(", ")));
     let svg = svg.map_err(|error| Failure::new(format_args!("cannot draw {}: {error}", path.display())))?;
-    write_whole(path, svg.as_bytes())?;
+    force.write(path, svg.as_bytes())?;
     note(format_args!("{} is written", path.display()));
     Ok(())
 }

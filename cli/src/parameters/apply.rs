@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
+use lexican_toolbox::parameters::LeftOuts;
 use lexican_toolbox::parameters::restore::Settings;
 use lexican_toolbox::parameters::settings::{Section, conditions, parse};
 use lexican_toolbox::remote::RemoteNode;
@@ -91,7 +92,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::Clean;
     for Job { node: id, sheet, settings } in &jobs {
         let mut node = RemoteNode::new(&mut nodes.network, *id);
-        outcome = outcome.max(Wanted::new(*id, sheet, settings, args.writing).restore(&mut node, &watch)?);
+        outcome =
+            outcome.max(Wanted::new(*id, sheet, settings, &LeftOuts::new(), args.writing).restore(&mut node, &watch)?);
     }
     Ok(outcome)
 }

@@ -1,21 +1,23 @@
 //! `lexican backup`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use lexican_runtime::NodeId;
+use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
-use super::{Watch, known, print_refused};
-use crate::bus::{NODES, NetworkArgs, NodeIds};
-use crate::output::{Failure, Outcome, fields, plural, print_result, write_whole};
+use super::{LeftOutArgs, Watch, by_reason, known, print_refused};
+use crate::bus::{Identity, NODES, NetworkArgs, NodeIds};
+use crate::output::{Failure, ForceArgs, Outcome, fields, plural, print_result};
 
 /// Save the parameters of nodes as DCF
 ///
-/// Reads every entry that the data sheet lets one read and write, but for process data (rwr, rww, set-points of CiA 402)
-/// and commands (1003h, 1010h, 1011h, programs, NMT, 6040h). The DCF has the node-ID and the identity of the device. What the
-/// device refuses is listed. Exit code 1 if it refuses anything.
+/// Reads every entry that the data sheet lets one read and write, but for set-points (target positions, outputs), what an
+/// active RPDO writes, and commands (1003h, 1010h, 1011h, programs, 6040h). The DCF has the node-ID and the identity of the
+/// device. What is left out is counted by reason, what the device refuses is listed. Exit code 1 if it refuses anything.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -29,9 +31,15 @@ pub(crate) struct Args {
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
 
+    #[command(flatten)]
+    force: ForceArgs,
+
     /// Also save DOMAINs, which may be long: each in a file beside the DCF, which names it (DownloadFile)
     #[arg(long)]
     domains: bool,
+
+    #[command(flatten)]
+    left_out: LeftOutArgs,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -42,45 +50,51 @@ const EXAMPLES: &str = "\
 Examples:
     lexican backup --bus can0 5 -o drive.dcf
     lexican backup --bus can0 3,5-9 -o machine/{node}.dcf
-    lexican backup --bus can0 7 --device FILE.eds -o drive.dcf";
+    lexican backup --bus can0 7 --device FILE.eds -o drive.dcf
+    lexican backup --bus can0 5,7 --device 5=DRIVE.eds --device 7=VALVE.eds -o machine/{node}.dcf";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let nodes = args.network.connect_several(args.nodes.as_ref())?;
+    let mut nodes = args.network.connect_several(args.nodes.as_ref())?;
+    nodes.identity = Identity::Product;
     let name = args.output.to_string_lossy().into_owned();
     if nodes.are_several() && !name.contains(NODE) {
         return Err(Failure::new("several nodes need several files").help("write {node} into the name: -o {node}.dcf"));
     }
+    let path_of = |node: NodeId| PathBuf::from(name.replace(NODE, &node.to_string()));
+    nodes.ids.iter().try_for_each(|node| args.force.guard(&path_of(*node), args.network.files()))?;
     let watch = Watch::new()?;
     nodes.for_each(|network, node, device| {
         let sheet = known(node, device)?;
         let mut node_read = RemoteNode::new(network, node);
         let mut backup = backup(&mut node_read, sheet, args.domains, &mut |progress| watch.see(progress))?;
-        let path = name.replace(NODE, &node.to_string());
-        let beside = Path::new(&path);
-        let stem = beside.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let path = path_of(node);
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         for (file, data) in backup.domain_files(&stem) {
-            write_whole(&beside.with_file_name(file), &data)?;
+            args.force.write(&path.with_file_name(file), &data)?;
         }
-        write_whole(Path::new(&path), backup.dcf().as_bytes())?;
+        args.force.write(&path, backup.dcf().as_bytes())?;
+        let path = path.display().to_string();
         watch.bar.set_position(0);
         let values = DeviceValues::new(sheet);
         for (address, refusal) in &backup.left_out {
             print_refused(args.json, node, &values, *address, refusal)?;
         }
+        let unread_domains = backup.no_parameters.values().filter(|reason| **reason == LeftOut::Domain).count();
         let object = json!({
             "event": "summary", "node": node.get(), "file": path, "kept": backup.kept, "refused": backup.left_out.len(),
-            "domains": backup.domains.len(), "unread_domains": backup.unread_domains,
+            "domains": backup.domains.len(), "unread_domains": unread_domains, "left_out": by_reason(&backup.no_parameters),
         });
-        let left_out = match backup.left_out.len() {
+        let missing = match backup.left_out.len() {
             0 => String::new(),
             count => format!(", {count} are missing"),
         };
-        let unread = match backup.unread_domains {
+        let unread = match unread_domains {
             0 => String::new(),
             count => format!("; {} not saved without --domains", plural(count, "DOMAIN")),
         };
         let kept = plural(backup.kept, "parameter");
-        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{left_out}{unread}"))?;
+        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{missing}{unread}"))?;
+        args.left_out.print(args.json, sheet, &backup.no_parameters)?;
         Ok(if backup.left_out.is_empty() { Outcome::Clean } else { Outcome::Found })
     })
 }

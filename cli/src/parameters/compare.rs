@@ -11,14 +11,14 @@ use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Value as Json, json};
 
-use super::{Watch, known};
+use super::{LeftOutArgs, Watch, by_reason, known};
 use crate::bus::{BUS, BusArgs, Nodes, SheetArgs, node_id};
 use crate::output::{self, Failure, Outcome, fields, plural, print_result, styled};
 
 /// Compare the parameters of two devices, backups or data sheets
 ///
 /// Each side is a node of the bus (node:5), a DCF, an EDS, or a device that lexican knows. Of a DCF the configured values
-/// count, of an EDS the defaults. Process data and commands are left out, as in a backup. `lexican eds diff` compares the
+/// count, of an EDS the defaults. What is no parameter of either side is left out, as in a backup. `lexican eds diff` compares the
 /// data sheets themselves, `lexican check` a device with its data sheet. Exit code 1 if anything differs.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -29,6 +29,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     sheet: SheetArgs,
+
+    #[command(flatten)]
+    left_out: LeftOutArgs,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -97,14 +100,22 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let compared = plural(comparison.compared, "parameter");
     let object = json!({
         "event": "summary", "compared": comparison.compared, "differ": count, "unknown": comparison.unknown.len(),
+        "left_out": by_reason(&comparison.left_out),
     });
     print_result(args.json, fields(object), format_args!("{compared} compared, {verdict}{unknown}"))?;
+    args.left_out.print(args.json, &a.device, &comparison.left_out)?;
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }
 
 /// Reads a node; by the data sheet of the other side, if it has none of its own.
 fn of_node(nodes: &mut Nodes, id: NodeId, other: Option<Device>, watch: &Watch) -> Result<Side, Failure> {
-    let device = nodes.device(id)?.or(other);
+    let device = match (nodes.device(id)?, other) {
+        (None, Some(other)) => {
+            nodes.check_identity(id, &other, "the other side")?;
+            Some(other)
+        }
+        (own, _) => own,
+    };
     let device = known(id, device.as_ref())?.clone();
     Ok(Side::of_node(&mut RemoteNode::new(&mut nodes.network, id), device, &mut |progress| watch.see(progress))?)
 }

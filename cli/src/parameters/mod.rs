@@ -8,6 +8,8 @@ pub(crate) mod restore;
 mod simulated;
 mod writing;
 
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,13 +18,13 @@ use indicatif::{DecimalBytes, ProgressBar};
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
-use lexican_toolbox::parameters::{Ended, Progress};
+use lexican_toolbox::parameters::{Ended, LeftOut, LeftOuts, Progress};
 use lexican_toolbox::remote::Refusal;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 
-use crate::output::{Failure, ctrl_c, fields, print_result, progress, warn};
+use crate::output::{self, Failure, ctrl_c, fields, note, print_result, progress, warn};
 
 /// Shows the progress, and stops an operation at Ctrl-C.
 struct Watch {
@@ -76,6 +78,46 @@ fn known(node: NodeId, device: Option<&Device>) -> Result<&Device, Failure> {
         Failure::new(format_args!("the data sheet of node {node} is unknown"))
             .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican knows")
     })
+}
+
+/// What is done with what is no parameter.
+#[derive(clap::Args, Clone, Copy, Debug)]
+struct LeftOutArgs {
+    /// List what is left out, and why
+    #[arg(long)]
+    left_out: bool,
+}
+
+impl LeftOutArgs {
+    /// Lists what is left out, or counts it by reason on stderr; JSON has it in the summary ([`by_reason`]).
+    fn print(self, as_json: bool, device: &Device, left_out: &LeftOuts) -> Result<(), Failure> {
+        let values = DeviceValues::new(device);
+        if as_json || left_out.is_empty() {
+            return Ok(());
+        }
+        if self.left_out {
+            let mut stdout = output::stdout();
+            for (address, reason) in left_out {
+                let title = ValueReport::without_value(Some(&values), *address).title();
+                writeln!(stdout, "left out: {title}: {}", reason.words(1))?;
+            }
+            return Ok(());
+        }
+        let mut counts: BTreeMap<LeftOut, usize> = BTreeMap::new();
+        left_out.values().for_each(|reason| *counts.entry(*reason).or_default() += 1);
+        let counts = counts.into_iter().map(|(reason, count)| format!("{count} {}", reason.words(count)));
+        note(format_args!("left out: {}; --left-out lists them", counts.collect::<Vec<_>>().join(", ")));
+        Ok(())
+    }
+}
+
+/// The addresses of what is left out, by reason.
+fn by_reason(left_out: &LeftOuts) -> Json {
+    let mut reasons: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for (address, reason) in left_out {
+        reasons.entry(reason.name()).or_default().push(address.to_string());
+    }
+    json!(reasons)
 }
 
 /// Prints an entry that a device does not read or take.

@@ -3,19 +3,21 @@
 use std::path::Path;
 
 use lexican_runtime::NodeId;
-use lexican_toolbox::parameters::restore::{check_identity, configured, domains};
+use lexican_runtime::host::Pace;
+use lexican_toolbox::parameters::restore::{check_identity, configured, domains, not_restored};
 use lexican_toolbox::remote::RemoteNode;
 
-use super::Watch;
 use super::writing::{Wanted, WriteArgs};
-use crate::bus::{Connected, NetworkArgs, node_id};
+use super::{LeftOutArgs, Watch};
+use crate::bus::{Connected, Identity, NetworkArgs, node_id};
 use crate::device::load;
 use crate::output::{Failure, Outcome, note, warn};
 
 /// Write the parameters of a DCF into a node
 ///
 /// Checks first that the node is of the vendor and the product of the DCF. Reads what the node has, and writes what differs:
-/// DOMAINs come from the files that the DCF names (DownloadFile). PDOs are switched off meanwhile, what is refused is tried again after the rest, and each value is read back. The node is
+/// DOMAINs come from the files that the DCF names (DownloadFile). Set-points, commands and what an active RPDO writes are left out,
+/// as in a backup. PDOs are switched off meanwhile, what is refused is tried again after the rest, and each value is read back. The node is
 /// set PRE-OPERATIONAL before, and stays so unless --start is given.
 ///
 /// If it ends early (Ctrl-C, a lost bus), it says what was written. The same command then goes on, since it writes only what
@@ -32,6 +34,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     writing: WriteArgs,
+
+    #[command(flatten)]
+    left_out: LeftOutArgs,
 
     /// The node-ID: 1 to 127, or 0x1 to 0x7F
     #[arg(value_name = "NODE", value_parser = node_id)]
@@ -53,7 +58,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new(format_args!("{} configures nothing", args.dcf))
             .help("a DCF has ParameterValue=; `lexican backup` writes one"));
     }
-    let Connected { mut network, id, device } = args.network.connect(Some(args.node))?;
+    let identity = if args.force { Identity::Any } else { Identity::Product };
+    let Connected { mut network, id, device } = args.network.connect_as(Pace::Virtual, Some(args.node), identity)?;
     // How the device is written is up to its data sheet; that of a DCF lacks overlays.
     let sheet = device.as_ref().unwrap_or(&dcf);
     let mut node = RemoteNode::new(&mut network, id);
@@ -64,7 +70,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             return Ok(Outcome::Found);
         }
     }
+    let left_out = not_restored(&dcf, id);
+    args.left_out.print(args.writing.json, &dcf, &left_out)?;
     let mut settings = configured(&dcf, id);
-    settings.extend(domains(&dcf, Path::new(&args.dcf).parent().unwrap_or(Path::new("")))?);
-    Wanted::new(id, sheet, &settings, args.writing).restore(&mut node, &Watch::new()?)
+    settings.extend(domains(&dcf, id, Path::new(&args.dcf).parent().unwrap_or(Path::new("")))?);
+    Wanted::new(id, sheet, &settings, &left_out, args.writing).restore(&mut node, &Watch::new()?)
 }

@@ -10,7 +10,7 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::parameters::compare::{Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, configured, restore};
-use lexican_toolbox::parameters::{Ended, Progress, is_setting};
+use lexican_toolbox::parameters::{Ended, Parameters, Progress};
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::address;
 use lexican_toolbox::values::wire::written;
@@ -37,8 +37,8 @@ fn network(device: &Device) -> Network<VirtualLink> {
 
 /// Changes one bit of each parameter that takes the new value; returns how many do.
 fn change(node: &mut RemoteNode<'_, VirtualLink>, device: &Device) -> usize {
-    let settings = device.entries().filter(|entry| is_setting(device, entry));
-    let changed = settings.filter(|entry| {
+    let parameters = Parameters::of_sheet(device, NODE);
+    let changed = parameters.entries().filter(|entry| {
         let Ok(mut data) = node.read(address(entry)).unwrap() else { return false };
         data.iter_mut().take(1).for_each(|byte| *byte ^= 1);
         node.write(address(entry), &written(Some(device), data)).unwrap().is_ok()

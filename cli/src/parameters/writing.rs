@@ -8,13 +8,13 @@ use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_toolbox::parameters::restore::{Options, Outcome as Restored, Settings, restore};
-use lexican_toolbox::parameters::{Ended, Progress};
+use lexican_toolbox::parameters::{Ended, LeftOuts, Progress};
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::json;
 
-use super::{Watch, print_refused};
+use super::{Watch, by_reason, print_refused};
 use crate::output::{Failure, Outcome, fields, plural, print_result, warn};
 
 /// How parameters are written.
@@ -57,20 +57,27 @@ pub(super) struct Wanted<'a> {
     node: NodeId,
     sheet: &'a Device,
     settings: &'a Settings,
+    left_out: &'a LeftOuts,
     writing: WriteArgs,
     /// What is wanted, on which the meaning of other entries depends.
     values: DeviceValues<'a>,
 }
 
 impl<'a> Wanted<'a> {
-    pub(super) fn new(node: NodeId, sheet: &'a Device, settings: &'a Settings, writing: WriteArgs) -> Self {
+    pub(super) fn new(
+        node: NodeId,
+        sheet: &'a Device,
+        settings: &'a Settings,
+        left_out: &'a LeftOuts,
+        writing: WriteArgs,
+    ) -> Self {
         let mut values = DeviceValues::new(sheet);
         for (address, data) in settings {
             if let Some(value) = ValueReport::of_bytes(Some(&values), *address, data).value {
                 values.set(*address, &value);
             }
         }
-        Wanted { node, sheet, settings, writing, values }
+        Wanted { node, sheet, settings, left_out, writing, values }
     }
 
     /// Writes what differs, printing each entry when it has been written, and what became of the rest at the end.
@@ -119,6 +126,7 @@ impl<'a> Wanted<'a> {
         let object = json!({
             "event": "summary", "node": self.node.get(), event: changed, "equal": restored.equal,
             "refused": restored.refused.len(), "stored": restored.stored, "complete": ended.is_ok(),
+            "left_out": by_reason(self.left_out),
         });
         print_result(self.writing.json, fields(object), text)?;
         match ended {

@@ -4,7 +4,7 @@ mod decoded;
 pub mod duplicates;
 pub mod lss;
 mod network;
-mod pdo;
+pub(crate) mod pdo;
 mod sdo;
 
 use std::collections::BTreeMap;

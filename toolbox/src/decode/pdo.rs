@@ -57,7 +57,7 @@ fn new(received: bool, number: u16, node: NodeId) -> Decoded {
 }
 
 /// The COB-ID of a PDO: as seen on the bus, else by the data sheet.
-fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) -> Option<CobId> {
+pub(crate) fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) -> Option<CobId> {
     let seen = device.seen(Address::new(parameter(pdo)?, 1));
     let given = || resolved(pdo.cob_id.as_ref()?, node).as_integer();
     let raw = seen.and_then(|seen| u32::try_from(seen).ok()).or_else(|| u32::try_from(given()?).ok())?;
@@ -65,7 +65,7 @@ fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) -> Option<C
 }
 
 /// The mapping of a PDO: as seen on the bus, else by the data sheet.
-fn mapping(device: &DeviceValues<'_>, pdo: &model::Pdo) -> Vec<Mapped> {
+pub(crate) fn mapping(device: &DeviceValues<'_>, pdo: &model::Pdo) -> Vec<Mapped> {
     let seen = parameter(pdo).and_then(|parameter| {
         let entry = |sub| device.seen(Address::new(parameter + cia301::TO_MAPPING, sub));
         let count = u8::try_from(entry(0)?).ok()?;

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use lexican_eds::model::{Commissioning, Device, Entry, Value};
-use lexican_eds::types::DataType;
 use lexican_eds::{Input, Source};
 use lexican_runtime::cia301;
 use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 
-use super::{Ended, OnProgress, is_kept, read, read_entry};
+use super::{Ended, LeftOut, LeftOuts, OnProgress, Parameters, read_entry, read_parameters};
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::{address, resolved};
 
@@ -24,8 +23,8 @@ pub struct Backup {
     pub left_out: Vec<(Address, Refusal)>,
     /// The DOMAINs that were read: a DCF names a file for each.
     pub domains: BTreeMap<Address, Vec<u8>>,
-    /// How many DOMAINs were not read, because they were not wanted.
-    pub unread_domains: usize,
+    /// What is no parameter, and why; DOMAINs only if they were not wanted.
+    pub no_parameters: LeftOuts,
 }
 
 /// The four numbers of the identity object.
@@ -57,12 +56,19 @@ pub fn backup<L: Link>(
     progress: OnProgress<'_>,
 ) -> Result<Backup, Ended> {
     let [vendor, product, revision, serial] = read_identity(node)?;
-    let settings = sheet.entries().filter(|entry| is_kept(sheet, entry));
-    let (long, short): (Vec<_>, Vec<_>) = settings.partition(|entry| entry.data_type == DataType::Domain);
-    let mut found = read(node, short, progress)?;
-    let unread_domains = if domains { 0 } else { long.len() };
+    let mut found = read_parameters(node, sheet, progress)?;
+    let parameters = Parameters::of_node(sheet, node.id(), &found.values);
+    let mut no_parameters = parameters.rest(sheet.entries());
+    found.values.retain(|address, _| !no_parameters.contains_key(address));
+    found.refused.retain(|(address, _)| !no_parameters.contains_key(address));
+    // A DCF may give a value to what cannot be read.
+    for entry in sheet.entries().filter(|entry| !entry.access.readable()) {
+        no_parameters.entry(address(entry)).or_insert(LeftOut::WriteOnly);
+    }
     let mut domains_read = BTreeMap::new();
-    for entry in long.into_iter().filter(|_| domains) {
+    let is_wanted = |entry: &&Entry| domains && parameters.left_out(entry) == Some(LeftOut::Domain);
+    for entry in sheet.entries().filter(is_wanted).filter(|entry| entry.access.readable()) {
+        no_parameters.remove(&address(entry));
         match read_entry(node, address(entry), progress)? {
             Ok(data) => drop(domains_read.insert(address(entry), data)),
             Err(refusal) => found.refused.push((address(entry), refusal)),
@@ -88,7 +94,7 @@ pub fn backup<L: Link>(
     let mut left_out = found.refused;
     left_out.extend(drop_what_a_dcf_cannot_hold(&mut device));
     let kept = device.entries().filter(|entry| entry.configured.is_some()).count() + domains_read.len();
-    Ok(Backup { device, kept, left_out, domains: domains_read, unread_domains })
+    Ok(Backup { device, kept, left_out, domains: domains_read, no_parameters })
 }
 
 impl Backup {

@@ -7,7 +7,7 @@ use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, NodeId};
 
-use super::{Ended, OnProgress, is_beyond_mapping, is_setting, read};
+use super::{Ended, LeftOuts, OnProgress, Parameters, is_beyond_mapping, read_parameters};
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::report::ValueReport;
 use crate::values::wire::encode;
@@ -22,6 +22,8 @@ pub struct Side {
     pub values: BTreeMap<Address, Value>,
     /// The entries that a node does not have, though its data sheet does.
     pub missing: BTreeSet<Address>,
+    /// What is no parameter, and why.
+    pub left_out: LeftOuts,
 }
 
 /// A parameter that differs.
@@ -44,6 +46,8 @@ pub struct Comparison {
     pub compared: usize,
     /// Those of which one side does not know the value.
     pub unknown: Vec<Address>,
+    /// What was not compared, because it is a parameter of neither side, and why.
+    pub left_out: LeftOuts,
 }
 
 impl Side {
@@ -53,12 +57,13 @@ impl Side {
     pub fn of_sheet(device: Device, node: NodeId) -> Self {
         let is_configured = device.entries().any(|entry| entry.configured.is_some());
         let mut values = BTreeMap::new();
-        for entry in device.entries().filter(|entry| is_setting(&device, entry)) {
+        for entry in device.entries() {
             let value = if is_configured { &entry.configured } else { &entry.default };
             let value = value.as_ref().filter(|_| !is_beyond_mapping(&values, address(entry)));
             values.extend(value.map(|value| (address(entry), resolved(value, node))));
         }
-        Side { device, values, missing: BTreeSet::new() }
+        let left_out = Parameters::of_sheet(&device, node).rest(device.entries());
+        Side { device, values, missing: BTreeSet::new(), left_out }
     }
 
     /// What a node has.
@@ -71,18 +76,18 @@ impl Side {
         device: Device,
         progress: OnProgress<'_>,
     ) -> Result<Self, Ended> {
-        let found = read(node, device.entries().filter(|entry| is_setting(&device, entry)), progress)?;
+        let found = read_parameters(node, &device, progress)?;
         let is_missing = |refusal: &Refusal| {
             matches!(refusal, Refusal::Aborted(AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX))
         };
         let missing = found.refused.iter().filter(|(_, refusal)| is_missing(refusal)).map(|(address, _)| *address);
         let missing = missing.collect();
-        Ok(Side { device, values: found.values, missing })
+        let left_out = Parameters::of_node(&device, node.id(), &found.values).rest(device.entries());
+        Ok(Side { device, values: found.values, missing, left_out })
     }
 
     fn entry(&self, address: Address) -> Option<&Entry> {
-        let entry = self.device.entry(address.index(), address.sub())?;
-        (is_setting(&self.device, entry) && !self.missing.contains(&address)).then_some(entry)
+        self.device.entry(address.index(), address.sub()).filter(|_| !self.missing.contains(&address))
     }
 
     fn report(&self, address: Address) -> Option<ValueReport> {
@@ -94,15 +99,19 @@ impl Side {
     }
 }
 
-/// Compares the values of all parameters that either side has.
+/// Compares the values of all that is a parameter of either side.
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
-    let settings = |side: &Side| {
-        let settings = side.device.entries().filter(|entry| is_setting(&side.device, entry));
-        settings.map(address).collect::<BTreeSet<_>>()
+    let parameters = |side: &Side| {
+        let parameters = side.device.entries().map(address).filter(|address| !side.left_out.contains_key(address));
+        parameters.collect::<BTreeSet<_>>()
     };
-    let mut comparison = Comparison::default();
-    for address in settings(a).union(&settings(b)).copied() {
+    let parameters: BTreeSet<_> = &parameters(a) | &parameters(b);
+    let mut left_out = b.left_out.clone();
+    left_out.extend(&a.left_out);
+    left_out.retain(|address, _| !parameters.contains(address));
+    let mut comparison = Comparison { left_out, ..Comparison::default() };
+    for address in parameters {
         let is_known = |side: &Side| side.values.contains_key(&address);
         let bytes = |side: &Side| encode(side.entry(address)?.data_type, side.values.get(&address)?);
         let differ = match (a.entry(address), b.entry(address)) {

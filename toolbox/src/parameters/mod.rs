@@ -6,14 +6,14 @@ pub mod backup;
 pub mod compare;
 pub mod order;
 pub mod restore;
+mod selection;
 pub mod settings;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use lexican_eds::model::{AccessType, Device, Entry, Value};
+use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
-use lexican_runtime::cia301;
 use lexican_runtime::host::{AccessError, Bytes, Link};
 use lexican_runtime::object::Address;
 
@@ -21,6 +21,8 @@ use crate::followed::Followed;
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::wire::parse_padded;
 use crate::values::{address, is_pdo_mapping};
+
+pub use selection::{LeftOut, LeftOuts, Parameters};
 
 /// What an operation is about to do, or has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,37 +83,6 @@ impl From<lexican_runtime::host::LinkError> for Ended {
     }
 }
 
-/// Whether writing an entry makes the device do something, rather than change a parameter: 1003h, 1010h, 1011h, programs
-/// (1F50h), NMT (1F80h), and the control word of CiA 402.
-#[must_use]
-pub fn is_command(entry: &Entry) -> bool {
-    matches!(
-        entry.index,
-        cia301::PREDEFINED_ERROR_FIELD | cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS
-            | 0x1F50..=0x1F5F | cia301::NMT_STARTUP..=0x1F8F | 0x6040
-    )
-}
-
-/// Whether an entry of CiA 402 is a set-point: it is what the drive is to do now, and no parameter.
-const fn is_set_point(index: u16) -> bool {
-    // Target velocity (vl), torque, position, offsets, touch probe function, digital outputs, and target velocity (pv).
-    matches!(index, 0x6042 | 0x6071 | 0x607A | 0x60B0..=0x60B2 | 0x60B8 | 0x60C1 | 0x60FE | 0x60FF)
-}
-
-/// Whether an entry is a parameter whose value a data sheet can say: not a DOMAIN.
-#[must_use]
-pub fn is_setting(device: &Device, entry: &Entry) -> bool {
-    is_kept(device, entry) && entry.data_type != DataType::Domain
-}
-
-/// Whether an entry is what a device is set to: it can be read and written, and is neither process data (`rwr`, `rww`,
-/// set-points of CiA 402) nor a command.
-#[must_use]
-pub fn is_kept(device: &Device, entry: &Entry) -> bool {
-    let is_drive = device.profile == Some(402);
-    entry.access == AccessType::Rw && !is_command(entry) && !(is_drive && is_set_point(entry.index))
-}
-
 /// The settings that were read, and the reasons of those that were not.
 #[derive(Clone, Debug, Default)]
 pub struct Read {
@@ -155,6 +126,20 @@ pub fn read<'d, L: Link>(
         }
     }
     Ok(read)
+}
+
+/// Reads all that may be a parameter of a node: which RPDOs are active is among it.
+fn read_parameters<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    progress: OnProgress<'_>,
+) -> Result<Read, Ended> {
+    let parameters = Parameters::of_sheet(sheet, node.id());
+    let may_be = |entry: &&Entry| match parameters.left_out(entry) {
+        None => entry.access.readable(),
+        Some(reason) => reason == LeftOut::Mapped && entry.access.readable() && entry.data_type != DataType::Domain,
+    };
+    read(node, sheet.entries().filter(may_be), progress)
 }
 
 /// Reports how far a transfer is, if it is a long one. Others end soon, and are not stopped half way.

@@ -4,15 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 use lexican_eds::model::{Device, Entry, Value};
-use lexican_eds::types::DataType;
 use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{NodeId, cia301};
 
-use super::backup::read_identity;
 use super::order::{Write, in_order, switches};
-use super::{Ended, LONGEST, OnProgress, Progress, read, read_entry, write_entry};
+use super::{Ended, LONGEST, LeftOut, LeftOuts, OnProgress, Parameters, Progress, read, read_entry, write_entry};
 use crate::files::{ReadError, read_up_to};
 use crate::remote::{Refusal, RemoteNode};
 use crate::values::wire::{encode, parse_padded, written};
@@ -49,13 +47,13 @@ pub struct Outcome {
 
 /// Another device than the one that the parameters are of.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("it is another device: its {what} is {got}, that of the backup {expected}")]
+#[error("it is another device: its {what} is {got}, by the data sheet {expected}")]
 pub struct OtherDevice {
     /// Vendor or product.
     pub what: &'static str,
     /// In hexadecimal digits, or "none".
     pub got: String,
-    /// In the backup, likewise, or "unknown".
+    /// By the data sheet, likewise, or "unknown".
     pub expected: String,
 }
 
@@ -66,20 +64,25 @@ fn identity_of(device: &Device, sub: u8) -> Option<u32> {
     number.filter(|number| *number != 0).or_else(|| of_entry().and_then(|number| u32::try_from(number).ok()))
 }
 
-/// Whether the node is of the vendor and product of a backup. Its revision and serial number may differ.
+/// Whether the node is of the vendor and product of a data sheet or backup. Its revision and serial number may differ. A data
+/// sheet without vendor-ID contradicts no node, a node that does not answer no data sheet.
 ///
 /// # Errors
 ///
 /// [`Ended`]; inside, [`OtherDevice`].
-pub fn check_identity<L: Link>(
-    node: &mut RemoteNode<'_, L>,
-    backup: &Device,
-) -> Result<Result<(), OtherDevice>, Ended> {
-    let found = read_identity(node)?;
-    for (sub, what, found) in [(1, "vendor", found[0]), (2, "product", found[1])] {
-        let has_entry = backup.entry(cia301::IDENTITY, sub).is_some();
+pub fn check_identity<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<Result<(), OtherDevice>, Ended> {
+    if identity_of(sheet, 1).is_none_or(|vendor| vendor == 0) {
+        return Ok(Ok(()));
+    }
+    for (sub, what) in [(1, "vendor"), (2, "product")] {
+        let found = match node.read(Address::new(cia301::IDENTITY, sub))? {
+            Ok(data) => <[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes),
+            Err(Refusal::Aborted(_)) => None,
+            Err(Refusal::Failed(_)) => return Ok(Ok(())),
+        };
+        let has_entry = sheet.entry(cia301::IDENTITY, sub).is_some();
         // 0 is no number.
-        let expected = identity_of(backup, sub).filter(|expected| has_entry && *expected != 0);
+        let expected = identity_of(sheet, sub).filter(|expected| has_entry && *expected != 0);
         let differs = found.zip(expected).is_some_and(|(found, expected)| found != expected);
         if differs || found.is_some() != has_entry {
             let text = |number: Option<u32>, other| number.map_or(other, |number| format!("{number:X}h"));
@@ -90,14 +93,23 @@ pub fn check_identity<L: Link>(
     Ok(Ok(()))
 }
 
-/// The values of a DCF for a node, of all entries that can be written.
+/// The values of a DCF for a node, of all its parameters; [`not_restored`] has the others.
 #[must_use]
 pub fn configured(device: &Device, node: NodeId) -> Settings {
     let data = |entry: &Entry| {
-        let value = resolved(entry.configured.as_ref().filter(|_| entry.access.writable())?, node);
+        let value = resolved(entry.configured.as_ref()?, node);
         Some((address(entry), encode(entry.data_type, &value)?))
     };
-    device.entries().filter_map(data).collect()
+    Parameters::of_sheet(device, node).entries().filter_map(data).collect()
+}
+
+/// The entries to which a DCF gives a value that is not restored, and why.
+#[must_use]
+pub fn not_restored(device: &Device, node: NodeId) -> LeftOuts {
+    let mut left_out = Parameters::of_sheet(device, node)
+        .rest(device.entries().filter(|entry| entry.configured.is_some() || entry.download_file.is_some()));
+    left_out.retain(|_, reason| *reason != LeftOut::Domain);
+    left_out
 }
 
 /// The content of the files that a DCF names for its DOMAINs (`DownloadFile`, CiA 306), by their entries. Names are relative to
@@ -106,9 +118,10 @@ pub fn configured(device: &Device, node: NodeId) -> Settings {
 /// # Errors
 ///
 /// [`ReadError`] if a file cannot be read.
-pub fn domains(device: &Device, folder: &Path) -> Result<Settings, ReadError> {
-    let is_domain = |entry: &&Entry| entry.data_type == DataType::Domain && entry.access.writable();
-    let files = device.entries().filter(is_domain).filter_map(|entry| Some((entry, entry.download_file.as_ref()?)));
+pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings, ReadError> {
+    let parameters = Parameters::of_sheet(device, node);
+    let domains = device.entries().filter(|entry| parameters.left_out(entry) == Some(LeftOut::Domain));
+    let files = domains.filter_map(|entry| Some((entry, entry.download_file.as_ref()?)));
     files.map(|(entry, file)| Ok((address(entry), read_up_to(&folder.join(file), LONGEST)?))).collect()
 }
 

@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 
 use lexican_eds::model::Device;
+use lexican_eds::standard::{Role, role};
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 use serde::Deserialize;
@@ -128,6 +129,9 @@ fn one(values: &mut DeviceValues<'_>, address: Address, text: &str, node: NodeId
     let entry = values.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
     if !entry.access.writable() {
         return Err(WriteRefusal::Access(entry.access).to_string());
+    }
+    if role(values.device, entry.index, entry.sub) == Some(Role::Command) {
+        return Err("it is a command and no parameter; `lexican write` gives it".to_owned());
     }
     let value = values.parse(entry, text)?;
     values.check_write(entry, &value, node).map_err(|refusal| refusal.to_string())?;

@@ -1,0 +1,120 @@
+//! What of a device is a parameter, and why the rest is not.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lexican_eds::model::{Device, Direction, Entry, Value};
+use lexican_eds::standard::{Role, role};
+use lexican_eds::types::DataType;
+use lexican_runtime::NodeId;
+use lexican_runtime::object::Address;
+
+use crate::decode::pdo;
+use crate::values::{DeviceValues, address};
+
+/// Why an entry is no parameter. How it may be mapped (`rwr`, `rww`) is no reason.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LeftOut {
+    /// What the device is to reach or to put out now, by its profile.
+    SetPoint,
+    /// An RPDO that is switched on writes it.
+    Mapped,
+    /// Writing it makes the device do something.
+    Command,
+    /// It cannot be read, and no DCF gives it a value.
+    WriteOnly,
+    /// A DOMAIN, which may be long; a data sheet does not hold its value.
+    Domain,
+    /// It cannot be written.
+    ReadOnly,
+}
+
+impl LeftOut {
+    /// In one word, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            LeftOut::SetPoint => "set-point",
+            LeftOut::Mapped => "mapped",
+            LeftOut::Command => "command",
+            LeftOut::WriteOnly => "write-only",
+            LeftOut::Domain => "domain",
+            LeftOut::ReadOnly => "read-only",
+        }
+    }
+
+    /// In words, after a number: `3 written by an RPDO`.
+    #[must_use]
+    pub const fn words(self, count: usize) -> &'static str {
+        match (self, count) {
+            (LeftOut::SetPoint, 1) => "set-point",
+            (LeftOut::SetPoint, _) => "set-points",
+            (LeftOut::Mapped, _) => "written by an RPDO",
+            (LeftOut::Command, 1) => "command",
+            (LeftOut::Command, _) => "commands",
+            (LeftOut::WriteOnly, _) => "write-only",
+            (LeftOut::Domain, 1) => "DOMAIN",
+            (LeftOut::Domain, _) => "DOMAINs",
+            (LeftOut::ReadOnly, _) => "read-only",
+        }
+    }
+}
+
+/// What was left out, and why.
+pub type LeftOuts = BTreeMap<Address, LeftOut>;
+
+/// Which entries of a device are its parameters: the one rule of backup, restore, compare and apply.
+#[derive(Clone, Debug)]
+pub struct Parameters<'a> {
+    device: &'a Device,
+    /// What its active RPDOs map.
+    mapped: BTreeSet<Address>,
+}
+
+impl<'a> Parameters<'a> {
+    /// Of a data sheet or a DCF.
+    #[must_use]
+    pub fn of_sheet(device: &'a Device, node: NodeId) -> Self {
+        Self::of(&DeviceValues::new(device), node)
+    }
+
+    /// Of a node of which values were read: these say which RPDOs are active, and what they map.
+    #[must_use]
+    pub fn of_node(device: &'a Device, node: NodeId, read: &BTreeMap<Address, Value>) -> Self {
+        let mut values = DeviceValues::new(device);
+        read.iter().for_each(|(address, value)| values.set(*address, value));
+        Self::of(&values, node)
+    }
+
+    fn of(values: &DeviceValues<'a>, node: NodeId) -> Self {
+        let rpdos = values.device.pdos.iter().filter(|pdo| pdo.direction == Direction::Receive);
+        let active = rpdos.filter(|rpdo| pdo::cob_id(values, node, rpdo).is_some());
+        let mapped = active.flat_map(|rpdo| pdo::mapping(values, rpdo));
+        let mapped = mapped.map(|mapped| Address::new(mapped.index, mapped.sub)).collect();
+        Parameters { device: values.device, mapped }
+    }
+
+    /// Why an entry is no parameter; `None` if it is one.
+    #[must_use]
+    pub fn left_out(&self, entry: &Entry) -> Option<LeftOut> {
+        let has_value = entry.configured.is_some() || entry.download_file.is_some();
+        match role(self.device, entry.index, entry.sub) {
+            _ if !entry.access.writable() => Some(LeftOut::ReadOnly),
+            Some(Role::Command) => Some(LeftOut::Command),
+            Some(Role::SetPoint) => Some(LeftOut::SetPoint),
+            None if self.mapped.contains(&address(entry)) => Some(LeftOut::Mapped),
+            None if !entry.access.readable() && !has_value => Some(LeftOut::WriteOnly),
+            None if entry.data_type == DataType::Domain => Some(LeftOut::Domain),
+            None => None,
+        }
+    }
+
+    /// The parameters.
+    pub fn entries(&self) -> impl Iterator<Item = &'a Entry> {
+        self.device.entries().filter(|entry| self.left_out(entry).is_none())
+    }
+
+    /// The rest of these entries.
+    pub fn rest<'e>(&self, entries: impl IntoIterator<Item = &'e Entry>) -> LeftOuts {
+        entries.into_iter().filter_map(|entry| Some((address(entry), self.left_out(entry)?))).collect()
+    }
+}

@@ -1,0 +1,279 @@
+//! What of a device is a parameter, with data sheets as makers of drives write them.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::ops::ControlFlow;
+
+use lexican_eds::model::Device;
+use lexican_eds::{Input, Source};
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
+use lexican_runtime::object::Address;
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::parameters::backup::{Backup, backup};
+use lexican_toolbox::parameters::compare::{Side, compare};
+use lexican_toolbox::parameters::restore::{Options, Outcome, configured, not_restored, restore};
+use lexican_toolbox::parameters::{LeftOut, Parameters, Progress};
+use lexican_toolbox::remote::RemoteNode;
+use lexican_toolbox::simulation::VirtualDevice;
+
+const NODE: NodeId = NodeId::literal(5);
+const U8: u16 = 5;
+const U16: u16 = 6;
+const U32: u16 = 7;
+const I8: u16 = 2;
+const I16: u16 = 3;
+const I32: u16 = 4;
+
+/// How a maker writes data sheets.
+struct Style {
+    /// The access of what can be mapped.
+    mappable: &'static str,
+    /// How numbers are written.
+    hexadecimal: bool,
+    profile: u16,
+}
+
+const STYLES: [Style; 4] = [
+    Style { mappable: "rww", hexadecimal: true, profile: 402 },
+    Style { mappable: "RWW", hexadecimal: false, profile: 402 },
+    Style { mappable: "rwr", hexadecimal: true, profile: 402 },
+    // Its 1000h has no profile, but it has all objects of a drive.
+    Style { mappable: "rw", hexadecimal: false, profile: 0 },
+];
+
+/// Parameters that are mappable: index, data type, default, another value.
+const MAPPABLE: [(u16, u16, u32, u32); 16] = [
+    (0x2100, U16, 3, 4),
+    (0x2102, U16, 3, 4),
+    (0x6065, U32, 1000, 2000),
+    (0x6067, U32, 10, 20),
+    (0x6072, U16, 1000, 900),
+    (0x6073, U16, 1000, 800),
+    (0x607C, I32, 0, 50),
+    (0x607E, U8, 0, 0xC0),
+    (0x607F, U32, 5000, 4000),
+    (0x6081, U32, 500, 400),
+    (0x6083, U32, 600, 700),
+    (0x6084, U32, 600, 710),
+    (0x6085, U32, 900, 990),
+    (0x6098, I8, 35, 37),
+    (0x609A, U32, 100, 110),
+    (0x60E0, U16, 1000, 950),
+];
+/// What is none, and why.
+const OTHERS: [(u16, u16, &str, LeftOut); 11] = [
+    (0x1010, U32, "rw", LeftOut::Command),
+    (0x1011, U32, "rw", LeftOut::Command),
+    (0x2101, U16, "mappable", LeftOut::Mapped),
+    (0x2103, U16, "wo", LeftOut::WriteOnly),
+    (0x6040, U16, "mappable", LeftOut::Command),
+    (0x6041, U16, "ro", LeftOut::ReadOnly),
+    (0x6042, I16, "mappable", LeftOut::SetPoint),
+    (0x6071, I16, "mappable", LeftOut::SetPoint),
+    (0x607A, I32, "mappable", LeftOut::SetPoint),
+    (0x60B1, I32, "mappable", LeftOut::SetPoint),
+    (0x60FF, I32, "mappable", LeftOut::SetPoint),
+];
+
+impl Style {
+    fn number(&self, number: u32) -> String {
+        if self.hexadecimal { format!("0x{number:X}") } else { number.to_string() }
+    }
+
+    fn variable(
+        &self,
+        section: &str,
+        data_type: u16,
+        access: &str,
+        default: Option<u32>,
+        value: Option<u32>,
+    ) -> String {
+        let access = if access == "mappable" { self.mappable } else { access };
+        let mapping = u8::from(access == self.mappable && access != "rw");
+        let line = |key: &str, number: Option<u32>| {
+            number.map(|number| format!("{key}={}\n", self.number(number))).unwrap_or_default()
+        };
+        format!(
+            "[{section}]\nParameterName=Entry {section}\nObjectType=0x7\nDataType=0x{data_type:04X}\nAccessType={access}\n\
+             {}{}PDOMapping={mapping}\n\n",
+            line("DefaultValue", default),
+            line("ParameterValue", value)
+        )
+    }
+
+    /// A data sheet; with `configured`, a DCF that gives every entry another value.
+    fn sheet(&self, configured: bool) -> Device {
+        let value = |value| configured.then_some(value);
+        let mut objects: Vec<(u16, String)> = Vec::new();
+        let mut array = |index: u16, count: Option<String>, subs: &[String]| {
+            let number = u32::try_from(subs.len()).unwrap();
+            let count =
+                count.unwrap_or_else(|| self.variable(&format!("{index:04X}sub0"), U8, "ro", Some(number), None));
+            let mut text = format!(
+                "[{index:04X}]\nParameterName=Object {index:04X}\nObjectType=0x8\nSubNumber={}\n\n",
+                self.number(number + 1)
+            );
+            text += &count;
+            text.extend(subs.iter().cloned());
+            objects.push((index, text));
+        };
+        let limit = |sub, new| self.variable(&format!("607Dsub{sub}"), I32, "mappable", Some(0), value(new));
+        array(0x607D, None, &[limit(1, 11), limit(2, 22)]);
+        let output = |sub, new| self.variable(&format!("60FEsub{sub}"), U32, "mappable", Some(0), value(new));
+        array(0x60FE, None, &[output(1, 1), output(2, 3)]);
+        let sub = |index: u16, sub: u8, data_type, default| {
+            self.variable(&format!("{index:04X}sub{sub}"), data_type, "rw", Some(default), value(default))
+        };
+        array(0x1018, None, &[self.variable("1018sub1", U32, "ro", Some(0x123), None)]);
+        // The second one is switched off.
+        for (number, cob_id, mapped) in [(0, 0x205, 0x2101_0010), (1, 0x8000_0305, 0x2102_0010)] {
+            array(0x1400 + number, None, &[sub(0x1400 + number, 1, U32, cob_id)]);
+            let index = 0x1600 + number;
+            let count = self.variable(&format!("{index:04X}sub0"), U8, "rw", Some(1), value(1));
+            array(index, Some(count), &[sub(index, 1, U32, mapped)]);
+        }
+        let mut variable = |index: u16, data_type, access: &str, default, new| {
+            objects.push((index, self.variable(&format!("{index:04X}"), data_type, access, default, value(new))));
+        };
+        variable(0x1000, U32, "ro", Some(0x20000 | u32::from(self.profile)), 7);
+        variable(0x1001, U8, "ro", Some(0), 7);
+        variable(0x6060, I8, "rw", Some(1), 3);
+        for (index, data_type, default, new) in MAPPABLE {
+            variable(index, data_type, "mappable", Some(default), new);
+        }
+        for (index, data_type, access, reason) in OTHERS {
+            // A DCF that gives a value to what cannot be read back is believed.
+            let default = (reason != LeftOut::WriteOnly).then_some(0);
+            variable(index, data_type, access, default, 1);
+        }
+        let mut text = "[FileInfo]\nFileName=style.eds\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0\n\
+                        [DeviceInfo]\nVendorName=Style\nVendorNumber=0x123\nProductName=Style\nProductNumber=0\n\
+                        RevisionNumber=0\nBaudRate_500=1\nSimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\n\
+                        DynamicChannelsSupported=0\nGroupMessaging=0\nNrOfRXPDO=2\nNrOfTXPDO=0\nLSS_Supported=0\n"
+            .to_owned();
+        objects.sort();
+        let is_mandatory = |index: u16| matches!(index, 0x1000 | 0x1001 | 0x1018);
+        let lists: [(&str, &dyn Fn(u16) -> bool); 3] = [
+            ("MandatoryObjects", &is_mandatory),
+            ("OptionalObjects", &|index| !is_mandatory(index) && !(0x2000..0x6000).contains(&index)),
+            ("ManufacturerObjects", &|index| (0x2000..0x6000).contains(&index)),
+        ];
+        for (list, holds) in lists {
+            let indices: Vec<_> = objects.iter().map(|(index, _)| *index).filter(|index| holds(*index)).collect();
+            write!(text, "[{list}]\nSupportedObjects={}\n", indices.len()).unwrap();
+            indices.iter().zip(1..).for_each(|(index, at)| writeln!(text, "{at}=0x{index:04X}").unwrap());
+        }
+        text.extend(objects.into_iter().map(|(_, text)| text));
+        let name = if configured { "style.dcf" } else { "style.eds" };
+        let (device, findings) = lexican_eds::load(&Input::new(Source::new(name, text.as_str())));
+        assert!(!findings.has_errors(), "{findings:?}");
+        device
+    }
+}
+
+fn go_on(_: Progress<'_>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// A device of a data sheet that has booted.
+fn network(device: &Device) -> Network<VirtualLink> {
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(VirtualDevice::power_on(bus.now(), NODE, device));
+    let mut link = bus.link();
+    let until = link.now() + Duration::from_secs(1);
+    while link.receive(until).unwrap().is_some() {}
+    Network::new(link)
+}
+
+fn keep(network: &mut Network<VirtualLink>, sheet: &Device) -> Backup {
+    backup(&mut RemoteNode::new(network, NODE), sheet, false, &mut go_on).unwrap()
+}
+
+fn kept(backup: &Backup) -> BTreeSet<u16> {
+    backup.device.entries().filter(|entry| entry.configured.is_some()).map(|entry| entry.index).collect()
+}
+
+#[test]
+fn what_may_be_mapped_is_kept_and_what_is_no_parameter_is_left_out_with_its_reason() {
+    for style in STYLES {
+        let sheet = style.sheet(false);
+        let mut network = network(&sheet);
+        let first = keep(&mut network, &sheet);
+        let has = kept(&first);
+        for (index, ..) in MAPPABLE {
+            assert!(has.contains(&index), "{index:04X}h as {}", style.mappable);
+        }
+        assert!(has.contains(&0x607D) && has.contains(&0x6060));
+        for (index, _, _, reason) in OTHERS {
+            let found = first.no_parameters.get(&Address::new(index, 0)).copied();
+            assert_eq!((found, has.contains(&index)), (Some(reason), false), "{index:04X}h as {}", style.mappable);
+        }
+        // The outputs are set-points, their mask is a parameter.
+        let of_outputs = |sub| first.no_parameters.get(&Address::new(0x60FE, sub)).copied();
+        assert_eq!((of_outputs(1), of_outputs(2)), (Some(LeftOut::SetPoint), None));
+        // What is mapped is up to the device, and not to its data sheet.
+        let mut node = RemoteNode::new(&mut network, NODE);
+        node.write(Address::new(0x1401, 1), &0x305_u32.to_le_bytes()).unwrap().unwrap();
+        node.write(Address::new(0x1400, 1), &0x8000_0205_u32.to_le_bytes()).unwrap().unwrap();
+        let second = kept(&keep(&mut network, &sheet));
+        assert!(second.contains(&0x2101) && !second.contains(&0x2102), "{second:04X?}");
+    }
+}
+
+#[test]
+fn a_new_device_gets_the_limits_of_the_old_one() {
+    for style in STYLES {
+        let sheet = style.sheet(false);
+        let mut old = network(&sheet);
+        let mut node = RemoteNode::new(&mut old, NODE);
+        for (sub, limit) in [(1, -5000_i32), (2, 7000)] {
+            node.write(Address::new(0x607D, sub), &limit.to_le_bytes()).unwrap().unwrap();
+        }
+        let dcf = keep(&mut old, &sheet).dcf();
+        let dcf = lexican_eds::load(&Input::new(Source::new("old.dcf", dcf))).0;
+        let mut new = network(&sheet);
+        let mut node = RemoteNode::new(&mut new, NODE);
+        let differ = |node: &mut RemoteNode<'_, VirtualLink>| {
+            let new = Side::of_node(node, sheet.clone(), &mut go_on).unwrap();
+            compare(&Side::of_sheet(dcf.clone(), NODE), &new)
+                .differences
+                .iter()
+                .map(|it| it.address)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(differ(&mut node), [Address::new(0x607D, 1), Address::new(0x607D, 2)]);
+        let mut outcome = Outcome::default();
+        restore(&mut node, &sheet, &configured(&dcf, NODE), Options::default(), &mut go_on, &mut outcome).unwrap();
+        assert_eq!((outcome.refused.len(), differ(&mut node)), (0, vec![]), "{outcome:?}");
+        assert_eq!(node.read(Address::new(0x607D, 1)).unwrap().unwrap(), (-5000_i32).to_le_bytes());
+    }
+}
+
+#[test]
+fn a_comparison_sees_each_value_that_a_restore_would_write() {
+    for style in STYLES {
+        let (sheet, dcf) = (style.sheet(false), style.sheet(true));
+        let written: BTreeSet<_> = configured(&dcf, NODE).into_keys().collect();
+        let found = compare(&Side::of_sheet(dcf.clone(), NODE), &Side::of_sheet(sheet, NODE));
+        let mut seen: BTreeSet<_> = found.differences.iter().map(|it| it.address).collect();
+        seen.extend(&found.unknown);
+        // These have the value of the data sheet.
+        let same = [(0x1400, 1), (0x1401, 1), (0x1600, 0), (0x1600, 1), (0x1601, 0), (0x1601, 1)];
+        seen.extend(same.map(|(index, sub)| Address::new(index, sub)));
+        assert_eq!(seen, written, "{}", style.mappable);
+        assert!(MAPPABLE.iter().all(|(index, ..)| written.contains(&Address::new(*index, 0))));
+        // What a DCF says of a write-only entry can be written, though not compared.
+        assert_eq!(found.unknown, [Address::new(0x2103, 0)]);
+        let reasons: BTreeSet<_> = not_restored(&dcf, NODE).into_values().collect();
+        assert_eq!(reasons, [LeftOut::SetPoint, LeftOut::Mapped, LeftOut::Command, LeftOut::ReadOnly].into());
+    }
+}
+
+#[test]
+fn every_entry_is_a_parameter_or_has_a_reason() {
+    let sheet = STYLES[0].sheet(false);
+    let parameters = Parameters::of_sheet(&sheet, NODE);
+    let rest = parameters.rest(sheet.entries());
+    assert_eq!(parameters.entries().count() + rest.len(), sheet.entries().count());
+}
