@@ -25,7 +25,7 @@ def main():
     their_device.Device(network, NODE)
     line = [lexican, "conform", "--bus", url, str(NODE), "--device", their_device.EDS, "--allow", "all"]
     # It lets the device send an emergency, by the callback that their_device.py has for it.
-    line += ["--emergency", "2004=0x1000", "--report", report]
+    line += ["--emergency", "2004=0x1000", "--force", "--report", report]
     sys.exit(subprocess.run(line, stdout=subprocess.DEVNULL).returncode)
 
 

@@ -105,7 +105,7 @@ impl Bench<'_> {
         let mut command = Command::new(&self.lexican);
         command.current_dir(self.root).args(["conform", "--allow", subject.allow, "--bus", &bus]);
         command.args(subject.known.into_iter().flat_map(|file| ["--known", file]));
-        self.report(subject, command.arg("--report"))
+        self.report(subject, command.args(["--force", "--report"]))
     }
 
     /// `tests/interop/conform.py` has a node of python-canopen tested.

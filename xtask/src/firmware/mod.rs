@@ -79,7 +79,7 @@ pub(crate) fn report(root: &Path, lexican: PathBuf, path: &Path) -> Result<(), S
     qemu::is_installed().and_then(|()| target_is_installed())?;
     on_bench(root, lexican, |bench| {
         get_a_node_id(bench)?;
-        bench.test_conformance(&["--report", &path.to_string_lossy()]).map(drop)
+        bench.test_conformance(&["--force", "--report", &path.to_string_lossy()]).map(drop)
     })
 }
 
@@ -249,8 +249,8 @@ fn conform(bench: &mut Bench<'_>) -> Result<(), String> {
     let mut only = String::new();
     for attempt in 1..=ATTEMPTS {
         let json = path.to_string_lossy();
-        let arguments = ["--report", &json, "--only", &only];
-        let output = bench.test_conformance(&arguments[..if only.is_empty() { 2 } else { 4 }])?;
+        let arguments = ["--force", "--report", &json, "--only", &only];
+        let output = bench.test_conformance(&arguments[..if only.is_empty() { 3 } else { 5 }])?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         if let Some(sum) = text.lines().last() {
             println!("     {sum}");
