@@ -51,7 +51,7 @@ impl Write for Mortal<'_> {
 
 /// The travel goes on for a minute, or until the drive is lost with the thread.
 fn travel_without_a_line(link: impl Link, dies: &AtomicBool) -> Result<Outcome, Error> {
-    let mut drive = Drive::connect(link, NODE)?;
+    let mut drive = Drive::connect_unprotected(link, NODE)?;
     drive.enable()?;
     drive.start_moving_to(100_000)?;
     drive.finish_watched(|_| dies.store(true, Ordering::Relaxed))
