@@ -194,7 +194,7 @@ fn generated_code_is_whole_and_the_same_on_stdout() {
 fn a_driver_is_generated_of_a_drive_only() {
     let run = lexican(&["gen", "--driver", "kollmorgen/akd"]);
     assert_eq!(run.code, Some(0), "{run}");
-    assert!(run.stdout.contains("pub mod driver {") && run.stdout.contains("vendor_id: 0x6A"), "{run}");
+    assert!(run.stdout.contains("pub mod driver {") && run.stdout.contains("vendor_ids: &[0x6A]"), "{run}");
     let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sensor.eds");
     let run = lexican(&["gen", "--driver", &sensor.to_string_lossy()]);
     assert_eq!((run.code, run.stdout.as_str()), (Some(1), ""), "{run}");

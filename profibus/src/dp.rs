@@ -312,6 +312,7 @@ mod tests {
         assert_eq!(lengths(&[0xC2, 0xC6, 0xC6, 1, 2]), Some(Lengths { inputs: 14, outputs: 14 }));
         assert_eq!(lengths(&[0x40, 0x83, 0x00, 0xF3]), Some(Lengths { inputs: 12, outputs: 8 }));
         assert_eq!(lengths(&[0x80, 0x01]), Some(Lengths { inputs: 0, outputs: 2 }));
+        assert_eq!(lengths(&[0x01, 0x05, 0x11]), Some(Lengths { inputs: 2, outputs: 0 }));
         for broken in [&[][..], &[0x00], &[0xC0, 0xC6], &[0xF3, 0x80], &[0xC1, 0xC6, 0xC6]] {
             assert_eq!(lengths(broken), None, "{broken:02X?}");
         }

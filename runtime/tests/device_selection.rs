@@ -82,17 +82,23 @@ fn a_service_that_is_left_out_does_not_answer() {
 
 #[test]
 fn what_asks_for_a_service_that_is_left_out_is_refused() {
-    // The guard time, the life time factor and TIME: asked for, and switched off.
+    // The guard time and the life time factor: asked for, and switched off.
     for (index, [on, off]) in [
         (0x0C, [[0x2B, 0x0C, 0x10, 0, 50, 0, 0, 0], [0x2B, 0x0C, 0x10, 0, 0, 0, 0, 0]]),
         (0x0D, [[0x2F, 0x0D, 0x10, 0, 2, 0, 0, 0], [0x2F, 0x0D, 0x10, 0, 0, 0, 0, 0]]),
-        (0x12, [[0x23, 0x12, 0x10, 0, 0, 1, 0, 0x80], [0x23, 0x12, 0x10, 0, 0, 1, 0, 0]]),
     ] {
         let [taken, refused] = ["60", "80"].map(|command| format!("585#{command}{index:02X}1000"));
         let [taken, refused] = [taken + "00000000", refused + "47000406"];
         check(0x605, Some(on), &[&taken], &[&refused]);
         check(0x605, Some(off), &[&taken], &[&taken]);
     }
+    // TIME: what is there already may be written back, and switched off, but nothing else is taken.
+    let taken = "585#6012100000000000";
+    for off_or_present in [0x00, 0x80] {
+        check(0x605, Some([0x23, 0x12, 0x10, 0, 0, 1, 0, off_or_present]), &[taken], &[taken]);
+    }
+    let other = [0x23, 0x12, 0x10, 0, 1, 1, 0, 0x80];
+    check(0x605, Some(other), &["585#8012100030000906"], &["585#8012100047000406"]);
     assert_eq!(misconfigured::<Everything>(), NOTHING);
     let reason = AbortCode::DEVICE_INCOMPATIBLE;
     assert_eq!(misconfigured::<Least>(), ["100C:00", "100D:00", "1012:00"].map(|at| format!("{at}: {reason}")));

@@ -132,7 +132,7 @@ struct Conditions {
     travel: Option<u32>,
 
     /// How fast a drive may travel, in the units of 6081h and 60FFh [default: by the data sheet, see --plan]
-    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "VELOCITY", value_parser = clap::value_parser!(u32).range(1..))]
     velocity: Option<u32>,
 }
 

@@ -5,7 +5,7 @@ import { ask, order } from '../bench.js'
 import { number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, goTo, nodeId, view } from '../state.js'
-import { Button, Empty, NodePicker, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Age, Button, Empty, NodePicker, Panel, Refusal, useAsk } from '../ui.jsx'
 import { Bits, where } from './bits.jsx'
 import { MapEditor } from './map-editor.jsx'
 
