@@ -205,7 +205,7 @@ impl Inputs {
 impl Inputs {
     /// What an input takes, and what it is.
     pub(super) fn about(key: &str) -> (Takes, &'static str) {
-        let code = || Takes::Number(Range::new(0.0, 65_535.0, "EMCY code"), Some("none"));
+        let code = || Takes::Number(Range::new(1.0, 65_535.0, "EMCY code"), Some("none"));
         let place = || Takes::Number(Range::new(-1e9, 1e9, "position units"), Some("none"));
         match key {
             "supply" => (Takes::Flag, "the motor is supplied"),
