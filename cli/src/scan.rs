@@ -363,7 +363,7 @@ mod tests {
         }
         fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
             assert!(self.now < Instant::from_micros(30_000_000), "the scan does not end");
-            self.now = self.now + Duration::from_millis(1);
+            self.now += Duration::from_millis(1);
             let Some(request) = self.request.as_ref() else {
                 self.now = self.now.max(until);
                 return Ok(None);

@@ -86,6 +86,7 @@ fn the_akd_has_what_only_its_manual_says() {
         ("modes", "6502h has neither torque nor cyclic position"),
         ("name", "with its maker"),
         ("objects", "1002h, and the window in 35C6h"),
+        ("profile", "what --velocity sets; its units are set in the drive"),
         ("referenced", "bit 23 of 1002h"),
         ("set_points", "bit 5 blends"),
         ("status", "from when on it stands, and the unit of velocities"),

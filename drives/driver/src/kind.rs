@@ -17,7 +17,7 @@ pub trait Kind: 'static {
 /// ```
 /// # use lexican_driver::{Any, Description, Drive, Error};
 /// # use lexican_runtime::{NodeId, host::Link};
-/// fn connect<L: Link>(link: L, description: &'static Description) -> Result<Drive<L, Any>, Error> {
+/// fn connect<L: Link + Send + 'static>(link: L, description: &'static Description) -> Result<Drive<L, Any>, Error> {
 ///     Drive::connect_described(link, NodeId::literal(5), description)
 /// }
 /// ```

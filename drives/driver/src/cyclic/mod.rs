@@ -23,7 +23,8 @@
 //!     let settings = AxisSettings::new(Mode::CyclicPosition, Duration::from_millis(2), 50);
 //!     let mut axes = Vec::new();
 //!     for node in [5, 6].map(NodeId::literal) {
-//!         axes.push(Drive::<_, K>::connect(&mut link, node)?.prepare_cyclic(settings)?);
+//!         // The path keeps the axes' protection alive, which `prepare_cyclic` arms.
+//!         axes.push(Drive::<_, K>::connect_unprotected(&mut link, node)?.prepare_cyclic(settings)?);
 //!     }
 //!     let start: Vec<i32> = axes.iter().map(|axis| axis.position()).collect();
 //!     let path = move |cycle: u64, set_points: &mut [i32]| {

@@ -116,7 +116,10 @@ fn values_that_cannot_be_are_refused_with_their_line() {
         assert_eq!(error.to_string(), format!("line 2: {expected}"), "{line}");
     };
     refused("blocked = \"yes\"", "`blocked` cannot be \"yes\"; write true or false");
-    refused("fault = 0x12345", "`fault` cannot be 0x12345; write a code such as 0x4310, up to eight of them, or \"none\"");
+    refused(
+        "fault = 0x12345",
+        "`fault` cannot be 0x12345; write a code such as 0x4310, up to eight of them, or \"none\"",
+    );
     refused("digital = -1", "`digital` cannot be -1; write a number of 32 bits");
     refused("home_low = nan", "`home_low` cannot be nan; write a position, or \"none\"");
     refused("turn = true", "`turn` cannot be true; write a number from -1000000000 to 1000000000 (position units)");
