@@ -10,11 +10,13 @@ use runner::Mutants;
 #[allow(unexpected_cfgs, reason = "the features are those of the drive's crate")]
 #[path = "../../drives/kollmorgen-akd/tests/driver.rs"]
 mod driver;
+#[path = "../../drives/kollmorgen-akd/tests/wire.rs"]
+mod wire;
 
 mod runner;
 
 /// What each mutant is tried by, until one fails: names of tests of this file.
-const TRIALS: [&[&str]; 2] = [&["driver::"], &["it_agrees_with_its_manual"]];
+const TRIALS: [&[&str]; 3] = [&["driver::"], &["wire::"], &["it_agrees_with_its_manual"]];
 
 /// Mutants that are not found, because they do the same, and why.
 const UNFOUND: &[(&str, &str)] = &[

@@ -8,6 +8,5 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .storage(true)
         // So that the file stays short.
         .allow("eds::compact-pdo")
-        .allow("eds::compact-entries")
         .generate()
 }

@@ -417,3 +417,11 @@ fn both_kinds_connect() {
     let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     FreeDrive::connect_unprotected(drive.release(), NODE).unwrap();
 }
+
+#[test]
+fn a_drive_of_another_vendor_is_not_taken_for_this_one() {
+    let bench = Bench::by_pdo();
+    bench.storage(|od| od.set_raw(Address::new(0x1018, 1), 0x195));
+    let other = lexican_driver::Drive::<_, Any>::connect_described_unprotected(bench.bus.link(), NODE, &AKD);
+    assert!(matches!(other, Err(Error::NotThisDrive { vendor_id: 0x195, .. })), "{:?}", other.err());
+}
