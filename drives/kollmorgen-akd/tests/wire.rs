@@ -264,7 +264,8 @@ fn changed_inputs_are_shown_until_they_are_reset() {
 #[test]
 fn latches_show_inputs_edges_and_the_index_pulse() {
     let mut bench = Bench::enabled_in(1);
-    for (bit, shown) in [(18, 0x2000), (19, 0x1000)] {
+    // Inputs 3 and 4, and what is none.
+    for (bit, shown) in [(18, 0x2000), (19, 0x1000), (20, 0)] {
         bench.world(|inputs| inputs.digital = 1 << bit);
         assert_eq!(bench.read(0x20A5, 0), Ok(shown));
     }
@@ -285,6 +286,10 @@ fn latches_show_inputs_edges_and_the_index_pulse() {
     // Pulses are at 500, 1500, 2500 ...; one at rest is none.
     bench.write(0x20A4, 0, 2, 0x10).unwrap();
     assert_eq!(bench.read(0x20A5, 0), Ok(0x8000));
+    // Inputs 3 and 4 have no latch.
+    bench.world(|inputs| inputs.digital = 1 << 18);
+    assert_eq!(bench.read(0x20A5, 0), Ok(0xA000));
+    bench.world(|inputs| inputs.digital = 0);
     bench.write(0x607A, 0, 4, 3000).unwrap();
     bench.control(&[0x1F, 0x0F]);
     bench.hear(10_000);
