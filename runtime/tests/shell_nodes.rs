@@ -99,7 +99,7 @@ async fn the_tokio_shell_maps_and_decodes_by_the_mapping_in_force() {
     network.send(order.frame((36_000,))).await.unwrap();
     assert_eq!(drive.read(drive::TARGET).await.unwrap(), 36_000);
     drive.by_name("target position").unwrap().write("1.5 mm").await.unwrap();
-    assert_eq!(drive.by_name("TargetPosition").unwrap().read().await.unwrap().to_string(), "1.5 mm");
+    assert_eq!(drive.by_name("TargetPosition").unwrap().read().await.unwrap().to_string(), "+1.50 mm");
     let settings = Settings::of(drive::DEVICE).set(drive::TPDO_1_INHIBIT_TIME, 70);
     drive.configure(&settings).await.unwrap();
     assert_eq!(drive.read(drive::TPDO_1_INHIBIT_TIME).await.unwrap(), 70);
@@ -140,13 +140,13 @@ fn tools_find_objects_by_name() {
     target.write("-20 mm").unwrap();
     assert_eq!((target.read().unwrap().raw(), target.name().address), (Some(0xFFFF_F830), drive::TARGET.address()));
     let error = target.write("20 rev").unwrap_err();
-    assert_eq!(error.to_string(), "607A:00: \"20 rev\" is no value of \"Target position\"");
+    assert_eq!(error.to_string(), "607A:00 \"Target position\": \"20 rev\" is not in mm");
     let error = drive.by_name("position").map(drop).unwrap_err();
     let words = "the dictionary has no object \"position\"; there is Position actual value, Target position";
     assert_eq!(error.to_string(), words);
     // Names that were read from a data sheet when the program ran.
     let mut drive = network.node(NODE, drive::NAMES);
-    assert_eq!(drive.by_name("target position").unwrap().read().unwrap().to_string(), "-20 mm");
+    assert_eq!(drive.by_name("target position").unwrap().read().unwrap().to_string(), "-20.00 mm");
     // Handles that were written by hand fit every device.
     let heartbeat = Object::<u16, Rw>::new(0x1017, 0);
     assert_eq!(drive.read(heartbeat).unwrap(), 0);

@@ -110,7 +110,7 @@ pub(crate) const MODES: Modes = Modes(&[
 
 /// Those of the data sheet (6.10.2.2).
 pub(crate) const METHODS: &[i8] = &{
-    const NAMES: &[lexican_runtime::object::ValueName] = od::HomingMethod::NAMES;
+    const NAMES: &[lexican_runtime::object::ValueName<'static>] = od::HomingMethod::NAMES;
     let mut methods = [0; NAMES.len()];
     let mut row = 0;
     while row < NAMES.len() {

@@ -17,7 +17,7 @@ enum Kind {
     Notice,
 }
 
-const NAMES: &[ValueName] = EmergencyCode::NAMES;
+const NAMES: &[ValueName<'static>] = EmergencyCode::NAMES;
 
 /// The faults, which lead to the state FAULT.
 pub const FAULTS: &[Code] = &codes::<{ count(Kind::Fault) }>(Kind::Fault);
@@ -34,7 +34,7 @@ pub fn find(label: &str) -> Option<&'static Code> {
     FAULTS.iter().chain(NOTICES).find(|code| code.label == label)
 }
 
-const fn kind(name: &ValueName) -> Kind {
+const fn kind(name: &ValueName<'static>) -> Kind {
     match name.name.as_bytes() {
         _ if name.raw == 0 => Kind::NoError,
         [b'F', ..] => Kind::Fault,
@@ -42,7 +42,7 @@ const fn kind(name: &ValueName) -> Kind {
     }
 }
 
-const fn is(name: &ValueName, wanted: Kind) -> bool {
+const fn is(name: &ValueName<'static>, wanted: Kind) -> bool {
     kind(name) as u8 == wanted as u8
 }
 
@@ -68,7 +68,7 @@ const fn codes<const N: usize>(wanted: Kind) -> [Code; N] {
     codes
 }
 
-const fn code(name: &ValueName) -> Code {
+const fn code(name: &ValueName<'static>) -> Code {
     let number = name.raw as u16;
     let (label, text) = name.name.split_at(label_len(name.name.as_bytes()));
     match text.as_bytes() {

@@ -29,7 +29,8 @@ pub(crate) struct Case {
 
 /// All cases, by code.
 pub(crate) fn cases() -> Vec<Case> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    // The toolbox's tests have this file, too.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../eds/tests/golden");
     let base = fs::read_to_string(root.join("base.eds")).expect("the base is beside the cases");
     let entries = fs::read_dir(&root).expect("the cases are beside this test");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();

@@ -45,14 +45,14 @@ pub enum AccessError {
         number: u16,
     },
     /// A text is no value of an object. Nothing was sent.
-    #[error("{address}: {text:?} is no value of {name:?}")]
+    #[error("{address} {name:?}: {why}")]
     NoValue {
         /// The object.
         address: Address,
         /// Its name.
         name: &'static str,
-        /// The text.
-        text: String,
+        /// What is wrong with the text, and what to write.
+        why: String,
     },
     /// The link has failed.
     #[error(transparent)]

@@ -2,7 +2,7 @@
 
 use core::fmt;
 use std::borrow::ToOwned as _;
-use std::string::String;
+use std::string::{String, ToString as _};
 use std::vec::Vec;
 
 use super::AccessError;
@@ -69,8 +69,8 @@ impl Reading {
     }
 }
 
-/// By name and unit: `24.5 V`, `profile velocity`, `0x0221 ready to switch on | operation mode=2`. A text as it is, other
-/// bytes in hexadecimal.
+/// By name and unit: `24.5 V`, `profile velocity (3)`, `ready to switch on + operation mode 2`. A text as it is, other bytes in
+/// hexadecimal.
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(raw) = self.raw() {
@@ -89,6 +89,6 @@ pub(super) fn encode(name: &'static Name, text: &str) -> Result<Vec<u8>, AccessE
         return Ok(text.to_owned().into_bytes());
     }
     let &Name { address, name: of, data_type, .. } = name;
-    let raw = name.parse(text).ok_or_else(|| AccessError::NoValue { address, name: of, text: text.to_owned() })?;
+    let raw = name.parse(text).map_err(|why| AccessError::NoValue { address, name: of, why: why.to_string() })?;
     Ok(raw.to_le_bytes().into_iter().take(data_type.size().unwrap_or(8)).collect())
 }

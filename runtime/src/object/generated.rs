@@ -116,7 +116,7 @@ macro_rules! enumeration {
         }
 
         impl $crate::object::Enumeration for $name {
-            const NAMES: &'static [$crate::object::ValueName] = &[$(
+            const NAMES: &'static [$crate::object::ValueName<'static>] = &[$(
                 $crate::object::ValueName::new(
                     $crate::object::wire_form($crate::object::DataType::$data_type, $number),
                     $text,
@@ -166,7 +166,7 @@ macro_rules! bit_field {
         }
 
         impl $crate::object::BitField for $name {
-            const BITS: &'static [$crate::object::BitName] =
+            const BITS: &'static [$crate::object::BitName<'static>] =
                 &[$($crate::object::BitName::new($low, 1 $(+ $high - $low)?, $text)),*];
         }
 
@@ -249,7 +249,7 @@ macro_rules! quantity {
         }
 
         impl $crate::object::Quantity for $name {
-            const UNITS: &'static [$crate::object::Unit] =
+            const UNITS: &'static [$crate::object::Unit<'static>] =
                 &[$($crate::object::Unit::new($symbol, $num, $den)$(.when($when))?),*];
         }
 

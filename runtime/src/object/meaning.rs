@@ -1,5 +1,5 @@
 //! What a number means beyond being a number: names of values, names of bits, units. The generated
-//! newtypes bring the tables; reading and printing them is here, once.
+//! newtypes bring the tables; [`text`](super::text) reads and prints them.
 
 use core::fmt;
 
@@ -16,13 +16,13 @@ pub struct Name {
     /// The data type.
     pub data_type: DataType,
     /// What the number means.
-    pub meaning: Meaning,
+    pub meaning: Meaning<'static>,
 }
 
 impl Name {
     /// The name of the entry `index`:`sub`.
     #[must_use]
-    pub const fn new(index: u16, sub: u8, name: &'static str, data_type: DataType, meaning: Meaning) -> Self {
+    pub const fn new(index: u16, sub: u8, name: &'static str, data_type: DataType, meaning: Meaning<'static>) -> Self {
         Name { address: Address::new(index, sub), name, data_type, meaning }
     }
 
@@ -34,118 +34,52 @@ impl Name {
     }
 }
 
-impl Name {
-    /// A number in wire form by name and unit: `24.5 V`, `profile velocity`, `0x0221 ready to switch on | mode=2`. A
-    /// quantity on whose unit other objects decide is a bare number.
-    #[must_use]
-    pub fn show(&self, raw: u64) -> impl fmt::Display + use<'_> {
-        Shown(self, raw)
-    }
-
-    /// The wire form of a value that is written as text: the name of a value, a number, or one with a unit of the
-    /// object (`24.5 V`). `None` if it is none of these, or does not fit the data type.
-    ///
-    /// ```
-    /// use lexican_runtime::object::{DataType, Meaning, Name, Unit};
-    ///
-    /// const VOLTAGE: Name =
-    ///     Name::new(0x6079, 0, "DC link voltage", DataType::Unsigned32, Meaning::Quantity(&[Unit::new("V", 1, 1000)]));
-    /// assert_eq!(VOLTAGE.parse("24.5 V"), Some(24_500));
-    /// assert_eq!((VOLTAGE.parse("0x10"), VOLTAGE.parse("-1"), VOLTAGE.parse("3 A")), (Some(16), None, None));
-    /// assert_eq!(format!("{}", VOLTAGE.show(24_500)), "24.5 V");
-    /// ```
-    #[must_use]
-    pub fn parse(&self, text: &str) -> Option<u64> {
-        let text = text.trim();
-        if let Meaning::Enumeration(names) = self.meaning
-            && let Some(named) = names.iter().find(|named| named.name.eq_ignore_ascii_case(text))
-        {
-            return Some(named.raw);
-        }
-        if let Meaning::Quantity(units) = self.meaning
-            && let Some((unit, number)) = units.iter().find_map(|unit| Some((unit, text.strip_suffix(unit.symbol)?)))
-        {
-            let number: f64 = number.trim_end().parse().ok()?;
-            return nearest_raw(self.data_type, number * unit.den as f64 / unit.num as f64);
-        }
-        if matches!(self.data_type, DataType::Real32 | DataType::Real64) {
-            return nearest_raw(self.data_type, text.parse().ok()?);
-        }
-        let number = match text.strip_prefix("0x") {
-            Some(digits) => i128::from(u64::from_str_radix(digits, 16).ok()?),
-            None => text.parse().ok()?,
-        };
-        let raw = wire_form(self.data_type, number);
-        (self.data_type.bits().is_some() && whole(self.data_type, raw) == number).then_some(raw)
-    }
-}
-
-/// A number in wire form, and what it means.
-struct Shown<'a>(&'a Name, u64);
-
-impl fmt::Display for Shown<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let &Shown(&Name { data_type, meaning, .. }, raw) = self;
-        match meaning {
-            Meaning::Quantity(units) => show_quantity(f, units, data_type, raw),
-            Meaning::BitField(bits) => show_bits(f, bits, data_type, raw),
-            Meaning::Enumeration(names) if let Some(named) = names.iter().find(|named| named.raw == raw) => {
-                f.pad(named.name)
-            }
-            _ if matches!(data_type, DataType::Real32 | DataType::Real64) => {
-                fmt::Display::fmt(&counts(data_type, raw), f)
-            }
-            _ => fmt::Display::fmt(&whole(data_type, raw), f),
-        }
-    }
-}
-
 /// What a number means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Meaning {
+pub enum Meaning<'a> {
     /// Just a number, or no number at all.
     Plain,
     /// A physical quantity in one of these units; in the first whose condition holds.
-    Quantity(&'static [Unit]),
+    Quantity(&'a [Unit<'a>]),
     /// One of these values.
-    Enumeration(&'static [ValueName]),
+    Enumeration(&'a [ValueName<'a>]),
     /// These bits.
-    BitField(&'static [BitName]),
+    BitField(&'a [BitName<'a>]),
 }
 
 /// A newtype for named values.
 pub trait Enumeration: Value {
     /// The named values, ascending.
-    const NAMES: &'static [ValueName];
+    const NAMES: &'static [ValueName<'static>];
 }
 
 /// A newtype for a word of bits.
 pub trait BitField: Value {
     /// The named bits, ascending.
-    const BITS: &'static [BitName];
+    const BITS: &'static [BitName<'static>];
 }
 
 /// A newtype for a physical quantity.
 pub trait Quantity: Value {
     /// The units; more than one only when other objects decide.
-    const UNITS: &'static [Unit];
+    const UNITS: &'static [Unit<'static>];
 }
 
 /// A value and its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ValueName {
+pub struct ValueName<'a> {
     /// The value, in wire form.
     pub raw: u64,
     /// In the words of the data sheet.
-    pub name: &'static str,
+    pub name: &'a str,
 }
 
-impl ValueName {
+impl<'a> ValueName<'a> {
     /// A name for a value in wire form.
     #[must_use]
-    pub const fn new(raw: u64, name: &'static str) -> Self {
+    pub const fn new(raw: u64, name: &'a str) -> Self {
         ValueName { raw, name }
     }
 }
@@ -153,19 +87,19 @@ impl ValueName {
 /// Neighbouring bits and their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct BitName {
+pub struct BitName<'a> {
     /// The lowest bit.
     pub low: u8,
     /// The number of bits.
     pub width: u8,
     /// In the words of the data sheet.
-    pub name: &'static str,
+    pub name: &'a str,
 }
 
-impl BitName {
+impl<'a> BitName<'a> {
     /// A name for `width` bits from bit `low` on.
     #[must_use]
-    pub const fn new(low: u8, width: u8, name: &'static str) -> Self {
+    pub const fn new(low: u8, width: u8, name: &'a str) -> Self {
         BitName { low, width, name }
     }
 }
@@ -173,9 +107,9 @@ impl BitName {
 /// A physical unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Unit {
+pub struct Unit<'a> {
     /// As people write it: `V`, `°C`, `rev/min`.
-    pub symbol: &'static str,
+    pub symbol: &'a str,
     /// What one count is worth: `num / den` of the unit.
     pub num: i64,
     /// See `num`.
@@ -184,10 +118,10 @@ pub struct Unit {
     pub when: Option<super::Condition>,
 }
 
-impl Unit {
+impl<'a> Unit<'a> {
     /// A unit of which one count is worth `num / den`.
     #[must_use]
-    pub const fn new(symbol: &'static str, num: i64, den: i64) -> Self {
+    pub const fn new(symbol: &'a str, num: i64, den: i64) -> Self {
         Unit { symbol, num, den, when: None }
     }
 
@@ -228,7 +162,7 @@ pub fn nearest<T: Value>(counts: f64) -> Option<T> {
     nearest_raw(T::DATA_TYPE, counts).map(T::from_raw)
 }
 
-fn nearest_raw(data_type: DataType, counts: f64) -> Option<u64> {
+pub(super) fn nearest_raw(data_type: DataType, counts: f64) -> Option<u64> {
     match data_type {
         DataType::Real64 => return counts.is_finite().then(|| counts.to_bits()),
         DataType::Real32 => {
@@ -260,13 +194,13 @@ fn power_of_two(exponent: u8) -> f64 {
 }
 
 /// An integer in wire form as its value.
-fn whole(data_type: DataType, raw: u64) -> i128 {
+pub(super) fn whole(data_type: DataType, raw: u64) -> i128 {
     let up = 64 - u32::from(data_type.bits().unwrap_or(64));
     if data_type.is_signed() { i128::from(((raw << up) as i64) >> up) } else { i128::from(raw) }
 }
 
 /// A number in wire form as its value.
-fn counts(data_type: DataType, raw: u64) -> f64 {
+pub(super) fn counts(data_type: DataType, raw: u64) -> f64 {
     match data_type {
         DataType::Real32 => f64::from(f32::from_bits(raw as u32)),
         DataType::Real64 => f64::from_bits(raw),
@@ -288,51 +222,6 @@ pub fn debug_enumeration<T: Enumeration>(
     match name_of(value) {
         Some(name) => write!(f, "{type_name}({number} {name})"),
         None => write!(f, "{type_name}({number})"),
-    }
-}
-
-/// Prints the bits that are set: `StatusWord(0x0221 ready to switch on | operation mode=2)`.
-///
-/// # Errors
-///
-/// Those of the formatter.
-pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, value: T) -> fmt::Result {
-    write!(f, "{type_name}(")?;
-    show_bits(f, T::BITS, T::DATA_TYPE, value.to_raw())?;
-    f.write_str(")")
-}
-
-fn show_bits(f: &mut fmt::Formatter<'_>, bits: &[BitName], data_type: DataType, raw: u64) -> fmt::Result {
-    write!(f, "{raw:#0width$X}", width = 2 + 2 * data_type.size().unwrap_or(8))?;
-    let mut separator = " ";
-    for bits in bits {
-        match (super::take(raw, bits.low, bits.width), bits.width) {
-            (0, _) => continue,
-            (_, 1) => write!(f, "{separator}{}", bits.name)?,
-            (value, _) => write!(f, "{separator}{}={value}", bits.name)?,
-        }
-        separator = " | ";
-    }
-    Ok(())
-}
-
-/// Prints a quantity in its only unit: `24.5 V`; in counts where other objects decide on the unit.
-///
-/// # Errors
-///
-/// Those of the formatter.
-pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fmt::Result {
-    show_quantity(f, T::UNITS, T::DATA_TYPE, value.to_raw())
-}
-
-fn show_quantity(f: &mut fmt::Formatter<'_>, units: &[Unit], data_type: DataType, raw: u64) -> fmt::Result {
-    let counts = counts(data_type, raw);
-    match units {
-        [unit] => {
-            fmt::Display::fmt(&unit.scale(counts), f)?;
-            write!(f, " {}", unit.symbol)
-        }
-        _ => fmt::Display::fmt(&counts, f),
     }
 }
 
@@ -416,7 +305,7 @@ mod tests {
 
     #[test]
     fn values_print_in_the_words_of_the_data_sheet() {
-        assert_eq!(format!("{:?}", Word(0x0201)), "Word(0x0201 ready | mode=2)");
+        assert_eq!(format!("{:?}", Word(0x0201)), "Word(0x0201 ready + mode 2)");
         assert_eq!(format!("{:?}", Word(0)), "Word(0x0000)");
         assert_eq!((Word(0x0201).ready(), Word(0x0201).mode()), (true, 2));
         assert_eq!((format!("{}", Voltage(243)), format!("{:.2}", Voltage(243))), ("24.3 V".into(), "24.30 V".into()));

@@ -17,6 +17,7 @@ mod parameter;
 mod pdo;
 mod rule;
 mod table;
+mod text;
 mod types;
 mod value;
 
@@ -29,14 +30,15 @@ pub use dictionary::{Dictionary, ObjectDictionary};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
 pub use mapping::{Append, Mapping, PdoDirection, Values};
 pub use meaning::{
-    BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
-    display_quantity, name_of, nearest, wire_form,
+    BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_enumeration, name_of, nearest,
+    wire_form,
 };
 pub use parameter::{Parameter, ParameterRow};
 pub(crate) use pdo::number;
 pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, field, pack, place, replace, take, take_signed};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use table::{Access, Entry, Limit, PdoMapping, Row, Table};
+pub use text::{Names, NoValue, debug_bits, display_quantity, integer};
 pub use types::DataType;
 pub use value::{
     Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,

@@ -14,9 +14,9 @@ use lexican_runtime::object::{
 pub(crate) struct Code {
     node: NodeId,
     pub(crate) handles: BTreeMap<Address, Handle>,
-    pub(crate) enumerations: BTreeMap<&'static str, &'static [ValueName]>,
-    pub(crate) bit_fields: BTreeMap<&'static str, &'static [BitName]>,
-    pub(crate) quantities: BTreeMap<&'static str, &'static [Unit]>,
+    pub(crate) enumerations: BTreeMap<&'static str, &'static [ValueName<'static>]>,
+    pub(crate) bit_fields: BTreeMap<&'static str, &'static [BitName<'static>]>,
+    pub(crate) quantities: BTreeMap<&'static str, &'static [Unit<'static>]>,
     /// `TPDO1`: what it maps, and its identifier.
     pub(crate) pdos: BTreeMap<&'static str, (&'static [Mapped], u32)>,
     pub(crate) table: &'static Table,

@@ -2,16 +2,16 @@
 
 pub mod permission;
 pub mod report;
+mod special;
 pub mod text;
 pub mod wire;
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{BitField, Condition, ConditionalRange, Device, Entry, Meaning, Unit, Value};
+use lexican_eds::model::{Bits, Condition, ConditionalRange, Device, Entry, Meaning, Named, Unit, Value};
 use lexican_eds::types::{Class, DataType};
-use lexican_runtime::object::Address;
-use lexican_runtime::profile::cia402::{Command, State};
+use lexican_runtime::object::{self, Address};
 use lexican_runtime::{NodeId, cia301};
 
 /// A data sheet, and the values that were seen on the bus. Units and names of values depend on other values.
@@ -77,19 +77,60 @@ impl<'a> DeviceValues<'a> {
         addresses
     }
 
-    /// A value as text: with its unit, the name of its enumeration, or the names of its bits.
+    /// A value as text: with its unit, the name of its enumeration, or the names of its bits. [`parse`](Self::parse) takes it.
     pub fn describe(&self, entry: &Entry, value: &Value) -> String {
-        let Value::Integer(number) = *value else { return plain(entry.data_type, value) };
+        let number = match *value {
+            Value::Integer(number) => number,
+            Value::Real(_) => return self.by_meaning(entry, value).unwrap_or_else(|| plain(entry.data_type, value)),
+            _ => return plain(entry.data_type, value),
+        };
         let text = self.special(entry, number).or_else(|| match &entry.meaning {
             Meaning::Plain if entry.first_character_high => Some(unsigned(number, entry.data_type, true)),
+            Meaning::Enumeration(_) => self.name_of(entry, number).and_then(|_| self.by_meaning(entry, value)),
+            Meaning::Quantity(_) => self.unit(entry).and_then(|_| self.by_meaning(entry, value)),
+            Meaning::BitField(_) => self.by_meaning(entry, value),
             Meaning::Plain => None,
-            Meaning::Quantity(_) => {
-                self.unit(entry).map(|unit| format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol))
-            }
-            Meaning::Enumeration(_) => self.name_of(entry, number).map(|name| format!("{name} ({number})")),
-            Meaning::BitField(name) => self.device.bit_fields.get(name).map(|field| bits(field, number, 0)),
         });
         text.unwrap_or_else(|| plain(entry.data_type, value))
+    }
+
+    /// A number as the runtime shows it; `None` of what its type cannot hold.
+    fn by_meaning(&self, entry: &Entry, value: &Value) -> Option<String> {
+        let mut raw = [0; 8];
+        let bytes = wire::encode(entry.data_type, value)?;
+        raw.get_mut(..bytes.len())?.copy_from_slice(&bytes);
+        let (data_type, number) = (runtime_type(entry.data_type)?, value.as_integer());
+        Some(self.with_meaning(entry, number, |it| it.show(data_type, u64::from_le_bytes(raw)).to_string()))
+    }
+
+    /// Lends what the numbers of an entry mean, as the runtime has it: of the names of values that of `number` alone, if there is one.
+    fn with_meaning<T>(
+        &self,
+        entry: &Entry,
+        number: Option<i128>,
+        then: impl for<'m> FnOnce(object::Meaning<'m>) -> T,
+    ) -> T {
+        let Some(data_type) = runtime_type(entry.data_type) else { return then(object::Meaning::Plain) };
+        match &entry.meaning {
+            Meaning::Plain => then(object::Meaning::Plain),
+            Meaning::Quantity(name) => {
+                let all = self.device.quantities.get(name).map(|it| it.units.as_slice()).unwrap_or_default();
+                let known = self.unit(entry).map_or(all, std::slice::from_ref);
+                let units: Vec<_> = known.iter().map(|it| object::Unit::new(&it.symbol, it.num, it.den)).collect();
+                then(object::Meaning::Quantity(&units))
+            }
+            Meaning::Enumeration(name) => {
+                let all = self.device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
+                let wanted = all.iter().filter(|it| number.is_none_or(|number| it.value == number));
+                let wire = |value| object::wire_form(data_type, value);
+                let values: Vec<_> = wanted.map(|it| object::ValueName::new(wire(it.value), &it.name)).collect();
+                then(object::Meaning::Enumeration(&values))
+            }
+            Meaning::BitField(name) => {
+                let all = self.device.bit_fields.get(name).map(|it| it.fields.as_slice()).unwrap_or_default();
+                then(object::Meaning::BitField(&bits(all, 0)))
+            }
+        }
     }
 
     /// The name that an entry's enumeration has for a number.
@@ -97,58 +138,6 @@ impl<'a> DeviceValues<'a> {
         let Meaning::Enumeration(name) = &entry.meaning else { return None };
         let values = &self.device.enumerations.get(name)?.values;
         values.iter().find(|named| named.value == number).map(|named| named.name.as_str())
-    }
-
-    /// The text of values that CiA 301 and 402 define.
-    fn special(&self, entry: &Entry, number: i128) -> Option<String> {
-        let field = match &entry.meaning {
-            Meaning::BitField(name) => self.device.bit_fields.get(name),
-            _ => None,
-        };
-        match (entry.index, entry.sub) {
-            (0x6040, 0) if self.is_drive() => {
-                const COMMAND_BITS: u16 = 0b1000_1111;
-                let rest = field.map(|field| bits(field, number, COMMAND_BITS));
-                Some(join(self.command(number as u16), rest))
-            }
-            (0x6041, 0) if self.is_drive() => {
-                const STATE_BITS: u16 = 0b0110_1111;
-                let state = State::from_status_word(number as u16)?;
-                Some(join(&state.to_string(), field.map(|field| bits(field, number, STATE_BITS))))
-            }
-            (index, 1..) if is_pdo_mapping(index) => {
-                let (index, sub, bits) = ((number >> 16) as u16, (number >> 8) as u8, number as u8);
-                let name = self.device.entry(index, sub).map_or("", |mapped| &mapped.name);
-                Some(format!("{index:04X}:{sub:02X} {name}, {bits} bits"))
-            }
-            (cia301::COB_ID_SYNC | cia301::COB_ID_EMCY, 0)
-            | (cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512, 1)
-            | (cia301::SDO_SERVER_1..=cia301::SDO_CLIENT_128, 1 | 2) => {
-                let is_off = number >> 31 & 1 == 1 && entry.index != cia301::COB_ID_SYNC;
-                let off = if is_off { ", switched off" } else { "" };
-                Some(format!("{:03X}h{off}", number & 0x1FFF_FFFF))
-            }
-            _ => None,
-        }
-    }
-
-    /// The command of a control word. "Switch on" and "disable operation" are the same bits; the state decides.
-    fn command(&self, control_word: u16) -> &'static str {
-        let word = |index| self.seen(Address::new(index, 0)).map(|seen| seen as u16);
-        let enabled = word(0x6041).and_then(State::from_status_word) == Some(State::OperationEnabled);
-        match Command::parse(word(0x6040).unwrap_or(0), control_word) {
-            Command::Shutdown => "shutdown",
-            Command::SwitchOn if enabled => "disable operation",
-            Command::SwitchOn => "switch on",
-            Command::DisableVoltage => "disable voltage",
-            Command::QuickStop => "quick stop",
-            Command::EnableOperation => "enable operation",
-            Command::FaultReset => "fault reset",
-        }
-    }
-
-    fn is_drive(&self) -> bool {
-        self.device.profile == Some(402)
     }
 }
 
@@ -201,11 +190,16 @@ impl Limits {
         holds: impl Fn(&Condition) -> bool,
         value: &Value,
     ) -> Option<(Ordering, Limits)> {
-        let bound = |bound: &Option<Value>| bound.as_ref().map(|bound| resolved(bound, node));
-        let own = Limits { low: bound(&entry.low), high: bound(&entry.high) };
-        let conditional = entry.ranges.iter().filter(|range| holds(&range.when));
-        let mut all = conditional.map(Limits::from).chain([own]);
-        all.find_map(|limits| Some(limits.compare(value)).filter(|side| side.is_ne()).map(|side| (side, limits)))
+        let at_node = |bound: Option<Value>| bound.map(|bound| resolved(&bound, node));
+        Limits::all(entry, holds)
+            .map(|Limits { low, high }| Limits { low: at_node(low), high: at_node(high) })
+            .find_map(|limits| Some(limits.compare(value)).filter(|side| side.is_ne()).map(|side| (side, limits)))
+    }
+
+    /// The limits that hold, which those that always do end.
+    fn all(entry: &Entry, holds: impl Fn(&Condition) -> bool) -> impl Iterator<Item = Limits> {
+        let own = Limits { low: entry.low.clone(), high: entry.high.clone() };
+        entry.ranges.iter().filter(move |range| holds(&range.when)).map(Limits::from).chain([own])
     }
 
     /// Whether a value is below the limits (`Less`), above them (`Greater`), or neither.
@@ -236,51 +230,16 @@ fn is_below(a: &Value, b: &Value) -> bool {
     }
 }
 
-fn join(first: &str, rest: Option<String>) -> String {
-    match rest {
-        Some(rest) if rest != NO_BITS => format!("{first} + {rest}"),
-        _ => first.to_owned(),
-    }
+/// The named bits of a word but those in the mask `without`, as the runtime has them.
+fn bits(fields: &[Named<Bits>], without: u16) -> Vec<object::BitName<'_>> {
+    let name = |it: &'_ Named<Bits>| (it.value.low, it.value.high.saturating_sub(it.value.low) + 1);
+    let kept = fields.iter().filter(|it| u64::from(without) >> it.value.low.min(63) & 1 == 0);
+    kept.map(|it| object::BitName::new(name(it).0, name(it).1, &it.name)).collect()
 }
 
-const NO_BITS: &str = "0";
-
-/// The names of the fields that are not zero, except for those in the mask `without`.
-fn bits(field: &BitField, number: i128, without: u16) -> String {
-    let mut rest = number & !i128::from(without);
-    let mut names = Vec::new();
-    for named in &field.fields {
-        let width = named.value.high.saturating_sub(named.value.low) + 1;
-        let mask = ((1_i128 << width.min(64)) - 1) << named.value.low.min(63);
-        match (rest & mask) >> named.value.low.min(63) {
-            0 => {}
-            _ if width == 1 => names.push(named.name.clone()),
-            value => names.push(format!("{} {value}", named.name)),
-        }
-        rest &= !mask;
-    }
-    names.extend((0..64).filter(|bit| rest >> bit & 1 == 1).map(|bit| format!("bit {bit}")));
-    if names.is_empty() { NO_BITS.to_owned() } else { names.join(" + ") }
-}
-
-fn is_signed(entry: &Entry) -> bool {
-    entry.data_type.class() == Class::Signed
-}
-
-/// A count in its unit: exact if the unit is a decimal fraction.
-fn scaled(number: i128, unit: &Unit, signed: bool) -> String {
-    let plus = if signed && number > 0 { "+" } else { "" };
-    let decimals = (0..=9).find(|&decimals| 10_i64.pow(decimals) == unit.den);
-    match decimals {
-        Some(0) => format!("{plus}{}", number * i128::from(unit.num)),
-        Some(decimals) => {
-            let (scaled, den) = (number * i128::from(unit.num), i128::from(unit.den));
-            let minus = if scaled < 0 { "-" } else { "" };
-            let (whole, rest) = (scaled.abs() / den, scaled.abs() % den);
-            format!("{plus}{minus}{whole}.{rest:0width$}", width = decimals as usize)
-        }
-        None => format!("{plus}{:.4}", number as f64 * unit.num as f64 / unit.den as f64),
-    }
+/// The runtime's name for a type.
+fn runtime_type(data_type: DataType) -> Option<object::DataType> {
+    object::DataType::from_code(data_type.code())
 }
 
 /// A value as text, by its type alone.
@@ -307,15 +266,12 @@ fn unsigned(number: i128, data_type: DataType, first_character_high: bool) -> St
     format!("{number} ({number:0digits$X}h{text})")
 }
 
-/// The fewest digits that parse to the same number; very large and very small numbers with an exponent.
 fn real(data_type: DataType, number: f64) -> String {
-    let is_long = number.is_finite() && number != 0.0 && !(1e-5..1e16).contains(&number.abs());
-    match (data_type == DataType::Real32, is_long) {
-        (true, true) => format!("{:e}", number as f32),
-        (true, false) => (number as f32).to_string(),
-        (false, true) => format!("{number:e}"),
-        (false, false) => number.to_string(),
-    }
+    let (known, raw) = match data_type {
+        DataType::Real32 => (object::DataType::Real32, u64::from((number as f32).to_bits())),
+        _ => (object::DataType::Real64, number.to_bits()),
+    };
+    object::Meaning::Plain.show(known, raw).to_string()
 }
 
 /// The four letters that some devices keep in a number: `AG03`, `load`, `1.00`.
@@ -337,23 +293,6 @@ pub fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn unit(num: i64, den: i64) -> Unit {
-        Unit { symbol: "x".to_owned(), method: "x".to_owned(), num, den, when: None }
-    }
-
-    #[test]
-    fn counts_are_exact_in_their_unit() {
-        let check = |number, num, den, signed, text: &str| assert_eq!(scaled(number, &unit(num, den), signed), text);
-        check(5000, 1, 1, true, "+5000");
-        check(-5000, 1, 1, true, "-5000");
-        check(0, 1, 1, true, "0");
-        check(240, 1, 10, false, "24.0");
-        check(-5, 1, 100, true, "-0.05");
-        check(7, 5, 1, false, "35");
-        check(1, 1, 3, false, "0.3333");
-        check(i128::from(i64::MIN), 1, 10, true, "-922337203685477580.8");
-    }
 
     #[test]
     fn reals_are_printed_shortly() {

@@ -1,11 +1,12 @@
-//! Values as they are typed: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`.
+//! Values as they are typed: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`. Names and units are the runtime's to read
+//! (`lexican_runtime::object::Meaning`); here is what a data sheet adds: limits, texts and bytes, and what CiA 301 and 402 define.
 
-use lexican_eds::model::{BitField, Entry, Meaning, Unit, Value};
+use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::{Class, DataType};
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{self, Address, NoValue};
 
-use super::DeviceValues;
-use super::wire::encode;
+use super::wire::{encode, number_of};
+use super::{DeviceValues, Limits, runtime_type};
 
 impl DeviceValues<'_> {
     /// The bytes of an entry from a text.
@@ -19,41 +20,54 @@ impl DeviceValues<'_> {
         encode(entry.data_type, &value).ok_or_else(|| format!("{address}: the value is no {}", entry.data_type))
     }
 
-    /// The value of an entry from a text.
-    ///
-    /// A number with a unit or a decimal point is in the unit of the entry. A number with neither is ambiguous, and is
-    /// refused unless a count is worth one unit; `raw:240` is always the number in wire form.
+    /// The value of an entry from a text: what [`describe`](Self::describe) shows, and what
+    /// [`Meaning::parse`](lexican_runtime::object::Meaning::parse) takes.
     ///
     /// # Errors
     ///
     /// Why the text is no value of the entry.
     pub fn parse(&self, entry: &Entry, text: &str) -> Result<Value, String> {
         let text = text.trim();
-        if let Some(raw) = text.strip_prefix("raw:") {
-            return parse_as(entry.data_type, raw);
+        if let Some(number) = self.special_number(entry, text)? {
+            return Ok(Value::Integer(number));
         }
-        match &entry.meaning {
-            Meaning::Quantity(_) => match self.unit(entry) {
-                Some(unit) => within(entry.data_type, quantity(unit, text)?),
-                None => parse_as(entry.data_type, text),
-            },
-            Meaning::Enumeration(_) if integer(text).is_some() => parse_as(entry.data_type, text),
-            Meaning::Enumeration(name) => {
-                let values = self.device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
-                let named = values.iter().find(|named| named.name.eq_ignore_ascii_case(text));
-                named.map(|named| Value::Integer(named.value)).ok_or_else(|| {
-                    let names: Vec<_> = values.iter().map(|named| named.name.as_str()).collect();
-                    format!("{text:?} is none of: {}", names.join(", "))
-                })
-            }
-            Meaning::BitField(_) if integer(text).is_some() => parse_as(entry.data_type, text),
-            Meaning::BitField(name) => match self.device.bit_fields.get(name) {
-                Some(field) => within(entry.data_type, bits(field, text)?),
-                None => parse_as(entry.data_type, text),
-            },
-            Meaning::Plain => parse_as(entry.data_type, text),
+        let (Some(data_type), Class::Boolean | Class::Signed | Class::Unsigned | Class::Real | Class::Time) =
+            (runtime_type(entry.data_type), entry.data_type.class())
+        else {
+            return parse_as(entry.data_type, text.strip_prefix("raw:").unwrap_or(text));
+        };
+        let parsed = self.with_meaning(entry, None, |meaning| {
+            meaning.parse(data_type, text).map_err(|error| self.refusal(entry, text, &error))
+        });
+        match parsed {
+            Ok(raw) => Ok(number_of(entry.data_type, raw)),
+            Err(error) => noted(text).filter(|value| self.describe(entry, value) == text).ok_or(error),
         }
     }
+
+    /// The limits of the data sheet, where a value is beyond those of its type.
+    fn refusal(&self, entry: &Entry, text: &str, error: &NoValue<'_>) -> String {
+        let NoValue::OutOfType { .. } = *error else { return error.to_string() };
+        let limits =
+            Limits::all(entry, |when| self.holds(when)).find(|limits| limits.low.is_some() || limits.high.is_some());
+        limits.map_or_else(
+            || error.to_string(),
+            |limits| {
+                format!(
+                    "{text} is no value of {}: the data sheet allows {}",
+                    self.name(entry),
+                    self.range(entry, &limits)
+                )
+            },
+        )
+    }
+}
+
+/// The number in a text that shows it twice: `405 (0195h)`, `disable voltage (0001h)`.
+fn noted(text: &str) -> Option<Value> {
+    let (number, note) = text.rsplit_once(" (")?;
+    let hex = || i128::from_str_radix(note.strip_suffix("h)")?, 16).ok();
+    Some(Value::Integer(object::integer(number).or_else(hex)?))
 }
 
 /// The value of a type from a text.
@@ -62,28 +76,21 @@ impl DeviceValues<'_> {
 ///
 /// Why the text is no value of the type.
 pub fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
-    let wrong = || format!("{text:?} is no {data_type}");
-    match data_type.class() {
-        Class::Boolean if text.eq_ignore_ascii_case("true") => Ok(Value::Integer(1)),
-        Class::Boolean if text.eq_ignore_ascii_case("false") => Ok(Value::Integer(0)),
-        Class::Boolean | Class::Signed | Class::Unsigned | Class::Time => {
-            within(data_type, integer(text).ok_or_else(wrong)?)
+    match (data_type.class(), runtime_type(data_type)) {
+        (Class::Text, _) => match text.strip_prefix('"').and_then(|text| text.strip_suffix('"')) {
+            Some(shown) if shown.contains(['"', '\\']) => {
+                Err(format!("{text} has quotes around it: write it without them"))
+            }
+            Some(shown) => Ok(Value::Text(shown.to_owned())),
+            None => Ok(Value::Text(text.to_owned())),
+        },
+        (Class::Boolean | Class::Signed | Class::Unsigned | Class::Time | Class::Real, Some(known)) => {
+            let raw = object::Meaning::Plain.parse(known, text).map_err(|error| error.to_string())?;
+            Ok(number_of(data_type, raw))
         }
-        Class::Real => text.parse().map(Value::Real).map_err(|_| wrong()),
-        Class::Text => Ok(Value::Text(text.to_owned())),
-        Class::Bytes | Class::Other => bytes(text).map(Value::Bytes).ok_or_else(|| {
+        _ => bytes(text).map(Value::Bytes).ok_or_else(|| {
             format!("{text:?} is no sequence of bytes: write them as pairs of hexadecimal digits, such as 01 A0 FF")
         }),
-    }
-}
-
-/// The number, if the type can hold it.
-fn within(data_type: DataType, number: i128) -> Result<Value, String> {
-    match data_type.range() {
-        Some((low, high)) if !(low..=high).contains(&number) => {
-            Err(format!("{number} is no {data_type}: that is {low} to {high}"))
-        }
-        _ => Ok(Value::Integer(number)),
     }
 }
 
@@ -95,22 +102,6 @@ pub fn parse_hex(text: &str, most: usize) -> Option<u16> {
     u16::from_str_radix(digits, 16).ok().filter(|_| is_plain)
 }
 
-/// Decimal, or hexadecimal after `0x`.
-fn integer(text: &str) -> Option<i128> {
-    let (minus, digits) = match text.strip_prefix('-') {
-        Some(digits) => (true, digits),
-        None => (false, text.strip_prefix('+').unwrap_or(text)),
-    };
-    let hex = digits.strip_prefix("0x").or_else(|| digits.strip_prefix("0X"));
-    // The parsers below would accept a second sign.
-    let number = match hex {
-        Some(hex) if hex.bytes().all(|byte| byte.is_ascii_hexdigit()) => i128::from_str_radix(hex, 16).ok()?,
-        None if digits.bytes().all(|byte| byte.is_ascii_digit()) => digits.parse().ok()?,
-        _ => return None,
-    };
-    Some(if minus { -number } else { number })
-}
-
 fn bytes(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).collect();
     let pairs = digits.chunks(2).map(|pair| match pair {
@@ -120,71 +111,6 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
         _ => None,
     });
     pairs.collect()
-}
-
-/// `24.0 V` in counts; an error if it is not a whole number of them.
-fn quantity(unit: &Unit, text: &str) -> Result<i128, String> {
-    let end = text.find(|letter: char| !matches!(letter, '0'..='9' | '.' | '-' | '+')).unwrap_or(text.len());
-    let (number, symbol) = (&text[..end], text[end..].trim());
-    let no_number = || format!("{text:?} is no number of {symbol}: write 1.5 {symbol}", symbol = unit.symbol);
-    if number.is_empty() || symbol.starts_with(',') {
-        return Err(no_number());
-    }
-    if !symbol.is_empty() && !symbol.eq_ignore_ascii_case(&unit.symbol) {
-        return Err(format!("{text:?} is not in {}", unit.symbol));
-    }
-    let scale_is_one = unit.num == unit.den;
-    if symbol.is_empty() && !number.contains('.') && !scale_is_one {
-        let symbol = &unit.symbol;
-        return Err(format!("is {text} in {symbol}, or a count? Write \"{text} {symbol}\" or \"raw:{text}\""));
-    }
-    let (counts, rest) = counts(unit, number).ok_or_else(no_number)?;
-    if rest != 0 {
-        let step = f64::from(i32::try_from(unit.num).unwrap_or(i32::MAX)) / unit.den as f64;
-        return Err(format!("{text} cannot be set: the step is {step} {}", unit.symbol));
-    }
-    Ok(counts)
-}
-
-/// A decimal number over `num / den`, and the remainder.
-fn counts(unit: &Unit, number: &str) -> Option<(i128, i128)> {
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    if fraction.len() > 9 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
-        return None;
-    }
-    let power = 10_i128.pow(fraction.len() as u32);
-    // The sign stays before the digits, so that "-0.5" is negative.
-    let digits: i128 = integer(&format!("{whole}{fraction}"))?;
-    let (dividend, divisor) = (digits.checked_mul(unit.den.into())?, power.checked_mul(unit.num.into())?);
-    Some((dividend.checked_div(divisor)?, dividend.checked_rem(divisor)?))
-}
-
-/// Names joined by `+`; after the name of a field of several bits comes its number.
-fn bits(field: &BitField, text: &str) -> Result<i128, String> {
-    let mut number = 0_i128;
-    for part in text.split('+').map(str::trim) {
-        let single = field.fields.iter().find(|named| named.name.eq_ignore_ascii_case(part));
-        let (named, value) = match (single, part.rsplit_once(' ')) {
-            (Some(named), _) => (named, 1),
-            (None, Some((name, value))) => {
-                let named = field.fields.iter().find(|named| named.name.eq_ignore_ascii_case(name.trim()));
-                let value = integer(value).filter(|value| *value >= 0);
-                named.zip(value).ok_or_else(|| unknown_bit(field, part))?
-            }
-            (None, None) => return Err(unknown_bit(field, part)),
-        };
-        let width = u32::from(named.value.high.saturating_sub(named.value.low)) + 1;
-        if value >> width != 0 {
-            return Err(format!("{} has only {width} bits", named.name));
-        }
-        number |= value << named.value.low;
-    }
-    Ok(number)
-}
-
-fn unknown_bit(field: &BitField, part: &str) -> String {
-    let names: Vec<_> = field.fields.iter().map(|named| named.name.as_str()).collect();
-    format!("{part:?} is none of: {}", names.join(", "))
 }
 
 #[cfg(test)]
@@ -237,16 +163,6 @@ mod tests {
     }
 
     #[test]
-    fn fractions_keep_their_sign() {
-        let unit = Unit { symbol: "V".to_owned(), method: "volts".to_owned(), num: 1, den: 10, when: None };
-        assert_eq!(quantity(&unit, "-0.5 V"), Ok(-5));
-        assert_eq!(quantity(&unit, "24.0"), Ok(240));
-        assert!(quantity(&unit, "24.05").is_err());
-        assert!(quantity(&unit, "1-2 V").is_err());
-        assert!(quantity(&unit, ". V").is_err());
-    }
-
-    #[test]
     fn errors_suggest_what_to_write() {
         let device = samples::drive();
         let values = DeviceValues::new(&device);
@@ -259,7 +175,12 @@ mod tests {
         check(0x2412, 0, "2,5 mm", "is no number of mm");
         check(0x2412, 0, "2.5 m", "is not in mm");
         check(0x2412, 0, "250", "\"250 mm\" or \"raw:250\"");
-        check(0x2412, 0, "5000 mm", "500000 is no UNSIGNED16: that is 0 to 65535");
-        check(0x2410, 5, "300", "300 is no UNSIGNED8: that is 0 to 255");
+        check(0x2412, 0, "5000 mm", "5000 mm is no value of Spindle Pitch: the data sheet allows 0.00 mm to 10.00 mm");
+        check(
+            0x2410,
+            5,
+            "300",
+            "300 is no value of Motor Parameter Set, v-Pos: the data sheet allows 1 rev/min to 200 rev/min",
+        );
     }
 }

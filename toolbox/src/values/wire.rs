@@ -52,6 +52,11 @@ pub fn of_bits(data_type: DataType, bits: u8, raw: u64) -> Value {
     }
 }
 
+/// The number of a type in the runtime's wire form.
+pub(super) fn number_of(data_type: DataType, raw: u64) -> Value {
+    of_bits(data_type, data_type.bits().unwrap_or(64), raw)
+}
+
 fn unsigned(bytes: &[u8]) -> i128 {
     bytes.iter().rev().fold(0, |number, byte| number << 8 | i128::from(*byte))
 }

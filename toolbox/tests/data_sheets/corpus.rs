@@ -1,11 +1,10 @@
-//! Drives of real data sheets, which are not part of this project: `LEXICAN_CORPUS` names a folder with them, or an archive
-//! of one. Each is simulated by its data sheet, a DCF with its own node-ID, and moved as `lexican drive` moves it. A table
-//! of what keeps the others from moving: `cargo test -p lexican-toolbox --test data_sheets corpus -- --nocapture`.
+//! Drives of real data sheets, which are not part of this project (`eds/tests/corpus_files`). Each is simulated by its data
+//! sheet, a DCF with its own node-ID, and moved as `lexican drive` moves it. A table of what keeps the others from moving:
+//! `cargo test -p lexican-toolbox --test data_sheets corpus -- --nocapture`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::{env, fs, thread};
+use std::{fs, thread};
 
 use lexican_driver::{Error, Missing, Mode};
 use lexican_eds::{Input, Source};
@@ -13,6 +12,7 @@ use lexican_runtime::NodeId;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::drive::{Ending, Order, describe};
 
+use super::corpus_files;
 use super::rig::Rig;
 
 /// How many of a hundred have to move.
@@ -27,7 +27,9 @@ enum Moved {
 
 #[test]
 fn the_drives_of_real_data_sheets_move() {
-    let Some(files) = corpus() else { return };
+    let Some(mut files) = corpus_files::corpus() else { return };
+    let is = |path: &Path, kind: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind));
+    files.retain(|path| is(path, "eds") || is(path, "dcf"));
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let results: Vec<(PathBuf, Result<Moved, String>)> = thread::scope(|scope| {
         let one_in = |start: usize| {
@@ -100,46 +102,4 @@ fn moved(path: &Path) -> Option<Result<Moved, String>> {
         Ok(other) => Err(other.to_string()),
         Err(error) => Err(error.to_string()),
     })
-}
-
-/// The files, or nothing and a loud word.
-fn corpus() -> Option<Vec<PathBuf>> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus/dev.tar.xz");
-    let place = env::var_os("LEXICAN_CORPUS").map_or(beside, PathBuf::from);
-    let folder = if place.is_dir() {
-        place
-    } else if place.is_file() {
-        unpacked(&place)?
-    } else {
-        eprintln!("SKIPPED: no corpus at {}; LEXICAN_CORPUS can name another place", place.display());
-        return None;
-    };
-    let mut files = Vec::new();
-    walk(&folder, &mut files);
-    files.sort();
-    Some(files)
-}
-
-/// Unpacks the archive with the system's tar.
-fn unpacked(archive: &Path) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("corpus");
-    fs::create_dir_all(&folder).expect("the target folder is writable");
-    let status = Command::new("tar").arg("-xf").arg(archive).arg("-C").arg(&folder).status();
-    if !status.is_ok_and(|status| status.success()) {
-        eprintln!("SKIPPED: tar cannot unpack {}", archive.display());
-        return None;
-    }
-    Some(folder)
-}
-
-fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("the corpus is readable") {
-        let path = entry.expect("the corpus is readable").path();
-        let is = |kind: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind));
-        match path.is_dir() {
-            true => walk(&path, files),
-            false if is("eds") || is("dcf") => files.push(path),
-            false => {}
-        }
-    }
 }

@@ -1,7 +1,12 @@
 //! Drives that are known by their data sheets alone: what the driver uses instead of what is missing, and what it says of it.
 
+#[path = "../../../eds/tests/cases/mod.rs"]
+mod cases;
 mod corpus;
+#[path = "../../../eds/tests/corpus_files/mod.rs"]
+mod corpus_files;
 mod rig;
+mod values;
 
 use lexican_driver::{Error, Missing, Protection};
 use lexican_eds::{Input, Source};
