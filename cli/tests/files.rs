@@ -44,7 +44,7 @@ fn no_command_replaces_a_file_unless_it_is_told_to() {
         }
     }
     let left = files(&folder);
-    assert!(left.iter().all(|name| !name.ends_with(".new")), "{left:?}");
+    assert!(left.iter().all(|name| !name.ends_with("new")), "{left:?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! ```
 
 use std::borrow::ToOwned;
+use std::ffi::OsString;
 use std::format;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -154,16 +155,18 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Makes an empty file beside `path`; of a link, beside its target.
+    /// Makes an empty file beside `path`; of a link, beside its target. Its name, `.NAME.lexican-new`, is nobody else's, and what a
+    /// program that was killed has left there is replaced.
     ///
     /// # Errors
     ///
     /// The error of the operating system.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let mut new = path.as_os_str().to_owned();
-        new.push(".new");
-        let new = PathBuf::from(new);
+        let mut name = OsString::from(".");
+        name.push(path.file_name().unwrap_or_default());
+        name.push(".lexican-new");
+        let new = path.with_file_name(name);
         let file = File::create(&new)?;
         Ok(Replacement { path, new, file, is_complete: false })
     }
@@ -272,12 +275,32 @@ mod tests {
         file.save("one".to_owned()).unwrap();
         assert_eq!(KeptFile::open(&path).unwrap().1.as_deref(), Some("one"));
         // The name of the new file is taken.
-        fs::create_dir(folder.join("kept.txt.new")).unwrap();
+        fs::create_dir(folder.join(".kept.txt.lexican-new")).unwrap();
         assert!(file.save("two".to_owned()).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"one");
-        fs::remove_dir(folder.join("kept.txt.new")).unwrap();
+        fs::remove_dir(folder.join(".kept.txt.lexican-new")).unwrap();
         file.save("two".to_owned()).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"two");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// A program that is killed drops nothing.
+    #[test]
+    fn what_a_killed_program_has_left_is_in_nobodys_way() {
+        let folder = folder("killed");
+        let (path, own) = (folder.join("out"), folder.join("out.new"));
+        fs::write(&own, "somebody's own").unwrap();
+        let mut killed = Replacement::begin(&path).unwrap();
+        killed.file().write_all(b"half of a long text").unwrap();
+        core::mem::forget(killed);
+        let mut next = Replacement::begin(&path).unwrap();
+        next.file().write_all(b"whole").unwrap();
+        next.complete().unwrap();
+        assert_eq!(
+            (fs::read(&path).unwrap(), fs::read(&own).unwrap()),
+            (b"whole".to_vec(), b"somebody's own".to_vec())
+        );
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
         fs::remove_dir_all(&folder).unwrap();
     }
 
