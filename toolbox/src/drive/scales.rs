@@ -1,7 +1,7 @@
 //! Positions and velocities of a drive in the units of its data sheet.
 
 use lexican_driver::Description;
-use lexican_eds::model::{Device, Value};
+use lexican_eds::model::{Device, Entry, Meaning, Value};
 use lexican_runtime::object::Address;
 
 use crate::values::DeviceValues;
@@ -71,7 +71,11 @@ impl<'a> Scales<'a> {
     /// Why the text is no value of it.
     pub fn parse_value(&self, address: Address, text: &str) -> Result<i64, String> {
         let number = match self.values.entry(address) {
-            Some(entry) => self.values.parse(entry, text)?.as_integer(),
+            Some(entry) => self
+                .values
+                .parse(entry, text)
+                .map_err(|error| without_scale(entry, text).unwrap_or(error))?
+                .as_integer(),
             // It is described by hand.
             None => text.trim().strip_prefix("raw:").unwrap_or(text).trim().parse().ok(),
         };
@@ -110,5 +114,44 @@ impl<'a> Scales<'a> {
             Some(entry) => self.values.describe(entry, &Value::Integer(number.into())),
             None => number.to_string(),
         }
+    }
+}
+
+/// What to do about a number with a unit, where the data sheet has none: the overlay can be copied.
+fn without_scale(entry: &Entry, text: &str) -> Option<String> {
+    let at = text.find(|letter: char| !matches!(letter, '0'..='9' | '.' | '-' | '+'))?;
+    let (number, unit) = text.split_at_checked(at)?;
+    number.parse::<f64>().ok().filter(|_| entry.meaning == Meaning::Plain)?;
+    let (name, at, unit) = (&entry.name, format!("{:04X}:{:02X}", entry.index, entry.sub), unit.trim());
+    Some(format!(
+        "{text:?} has a unit, and the data sheet has none for {name} ({at}): write increments without a unit, or say in an overlay \
+         (--overlay units.toml) what an increment is, by the drive's manual, 608Fh or 6091h; 1/100 {unit} would be\n\
+         object.\"{at}\".quantity = \"Distance\"\n\
+         quantity.Distance.units = [{{ symbol = \"{unit}\", method = \"of_unit\", scale = \"1/100\" }}]"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use lexican_eds::{Input, Source, library};
+    use lexican_runtime::object::Address;
+
+    use super::*;
+
+    #[test]
+    fn a_unit_that_the_data_sheet_does_not_have_leads_to_an_overlay_that_works() {
+        let sheet = library::find("siko/ag03-1").unwrap().input();
+        let bare = Input::new(sheet.eds.clone());
+        let with = |input: &Input| lexican_eds::load(input).0;
+        let parse = |device: &Device, text: &str| {
+            Scales::new(device, &lexican_driver::Description::CIA_402).parse_value(Address::new(0x607A, 0), text)
+        };
+        let error = parse(&with(&bare), "5 mm").unwrap_err();
+        assert!(error.contains("--overlay") && error.contains("608Fh") && error.contains("607A:00"), "{error}");
+        let overlay = error.split_once('\n').unwrap().1;
+        let scaled = with(&bare.clone().overlay(Source::new("units.toml", overlay)));
+        assert_eq!(parse(&scaled, "5 mm"), Ok(500));
+        assert_eq!(parse(&with(&bare), "5000"), Ok(5000));
+        assert!(!parse(&with(&bare), "five").unwrap_err().contains("overlay"));
     }
 }
