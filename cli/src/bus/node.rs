@@ -276,7 +276,7 @@ impl Nodes {
 
     /// Limits the time for each answer of a node.
     fn limit(&mut self, id: NodeId) {
-        let (now, timeout) = (self.network.now(), self.timeout);
+        let (now, timeout) = (self.network.now(), self.timeout + self.network.latency());
         let manager = self.network.manager();
         manager.add(now, Remote::new(id)).expect("there is room for all nodes");
         let client = manager.sdo(id).expect("it was added");

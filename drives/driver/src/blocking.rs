@@ -163,7 +163,7 @@ impl<L: Link + Send + 'static> Drive<L, Any> {
 
 impl<L: Link, K> Drive<L, K> {
     fn new(link: L, node: NodeId, description: &'static Description) -> Self {
-        let session = Session::new(node, description);
+        let session = Session::new(node, description).with_latency(link.latency());
         let context = session.context();
         let machine = Machine { link, session, pump: Pump::new() };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });

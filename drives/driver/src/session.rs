@@ -9,7 +9,7 @@ use lexican_runtime::host::StateMachine;
 #[cfg(feature = "tokio")]
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::service::sdo_client::{Event, SdoClient};
-use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 
 #[cfg(feature = "tokio")]
 use crate::context::Access;
@@ -37,6 +37,14 @@ impl Session {
         let sdo = SdoClient::of_node(node);
         let (protection, keep_alive) = (Protection::None, KeepAlive::None);
         Session { node, context, sdo, payload: Bytes::of_text(), protection, keep_alive }
+    }
+
+    /// The drive answers and obeys so much later than on CAN: see [`Link::latency`](lexican_runtime::host::Link::latency).
+    #[must_use]
+    pub fn with_latency(self, latency: Duration) -> Self {
+        self.context.lock().latency = latency;
+        let timeout = self.sdo.timeout() + latency;
+        Session { sdo: self.sdo.with_timeout(timeout), ..self }
     }
 
     /// The node-ID.

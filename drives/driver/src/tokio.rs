@@ -165,7 +165,8 @@ impl Drive<Any> {
 
 impl<K> Drive<K> {
     fn new(network: Network, node: NodeId, description: &'static Description) -> Self {
-        let (events, session) = (network.events(), Session::new(node, description));
+        let session = Session::new(node, description).with_latency(network.latency());
+        let events = network.events();
         Drive { network, events, node, session, supervision: None, kind: PhantomData }
     }
 

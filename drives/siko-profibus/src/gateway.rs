@@ -88,12 +88,20 @@ impl ProfibusDoor {
         Some((row, row.parameter.element_of(object_or_part).map_or(0, u16::from)))
     }
 
-    fn read(&self, address: Address) -> Result<Asked, AbortCode> {
-        let facts = self.master.facts().ok_or(AbortCode::HARDWARE_ERROR)?.value;
+    /// What the facts have for an object.
+    fn fact(&self, address: Address) -> Option<i64> {
+        let facts = self.master.facts()?.value;
         match (address, facts.mode) {
-            (POSITION, Mode::Positioning) => return Ok(Asked::Known(facts.position.into())),
-            (VELOCITY, _) => return Ok(Asked::Known(facts.velocity.into())),
-            _ => {}
+            (POSITION, Mode::Positioning) => Some(facts.position.into()),
+            (VELOCITY, _) => Some(facts.velocity.into()),
+            _ => None,
+        }
+    }
+
+    fn read(&self, address: Address) -> Result<Asked, AbortCode> {
+        self.master.facts().ok_or(AbortCode::HARDWARE_ERROR)?;
+        if self.fact(address).is_some() {
+            return Ok(Asked::Fact);
         }
         let Some((row, index)) = self.row(address) else {
             let is_elsewhere = address == POSITION;
@@ -176,6 +184,7 @@ impl ProfibusDoor {
                 Reply::Value(value) | Reply::Element(value) => Ok(self.value(address, value)),
                 reply => Err(abort_of(reply)),
             },
+            (Event::Looked, Some(Job::Read(address))) => self.fact(address).ok_or(AbortCode::HARDWARE_ERROR),
             (Event::Answered(Reply::Value(_)) | Event::Followed | Event::Looked, Some(_)) => Ok(0),
             (Event::Answered(reply), Some(_)) => Err(abort_of(reply)),
             // The telegrams have arrived; the drive has no reason to give.
@@ -200,7 +209,8 @@ impl ProfibusDoor {
 }
 
 enum Asked {
-    Known(i64),
+    /// It is in the facts, once they have been measured anew.
+    Fact,
     Task(Task),
 }
 
@@ -214,7 +224,7 @@ impl Door for ProfibusDoor {
         match job {
             Job::Read(address) => match self.read(address) {
                 Ok(Asked::Task(task)) => self.master.ask(task),
-                Ok(Asked::Known(value)) => self.end = Some(Ok(value)),
+                Ok(Asked::Fact) => self.master.look(),
                 Err(code) => self.end = Some(Err(code)),
             },
             Job::Write(address, value) => match self.write(address, value) {

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use super::{Link, LinkError};
 use crate::id::{CobId, NodeId};
 use crate::manager::{Manager, Remote};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 
 /// All frames, or only those of the manager's nodes. The link's filter follows when those change.
 #[derive(Debug, Default)]
@@ -17,9 +17,16 @@ pub(super) struct FrameFilter {
     current: BTreeSet<CobId>,
     /// `current` may be out of date.
     is_stale: bool,
+    /// That of the link.
+    latency: Duration,
 }
 
 impl FrameFilter {
+    /// All frames of this link.
+    pub(super) fn new(link: &impl Link) -> Self {
+        FrameFilter { latency: link.latency(), ..FrameFilter::default() }
+    }
+
     /// All frames, or those of the manager's nodes and `others`.
     pub(super) fn choose(&mut self, others: Option<Vec<CobId>>) {
         self.others = others;
@@ -30,6 +37,8 @@ impl FrameFilter {
     pub(super) fn include(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
         if manager.remote(node).is_none() {
             manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
+            let client = manager.sdo(node).expect("it was added");
+            *client = client.clone().with_timeout(client.timeout() + self.latency);
             self.is_stale = true;
         }
     }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{CobId, Frame, Instant};
+use crate::{CobId, Duration, Frame, Instant};
 
 /// A connection to a bus. The link's clock is the time of everything that runs over it: a link of a real
 /// interface has the machine's time, a link of the [virtual bus](super::VirtualBus) has virtual
@@ -73,6 +73,12 @@ pub trait Link {
         false
     }
 
+    /// How much later than a node on CAN the nodes of this link may answer and obey, because of what stands in between: the
+    /// shells wait so much longer for an answer. Zero on a bus.
+    fn latency(&self) -> Duration {
+        Duration::ZERO
+    }
+
     /// Selects the identifiers of interest: a link that can leave out other frames does, so
     /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Other frames may still
     /// be received; the filters of a kernel, for one, are limited in number.
@@ -123,6 +129,9 @@ macro_rules! pass_on {
                 fn is_real_time(&self) -> bool {
                     (**self).is_real_time()
                 }
+                fn latency(&self) -> Duration {
+                    (**self).latency()
+                }
                 fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
                     (**self).listen_to(ids)
                 }
@@ -147,7 +156,7 @@ pub type Descriptor = std::sync::Arc<dyn std::os::fd::AsRawFd + Send + Sync>;
 /// How long a frame may wait for room. It lasts 11 ms at the slowest bit rate of CANopen, 10 kbit/s, so a
 /// bus that works frees a place several times in this span.
 #[cfg(any(feature = "tokio", feature = "slcan", all(feature = "socketcan", target_os = "linux")))]
-pub(super) const PATIENCE: crate::Duration = crate::Duration::from_millis(100);
+pub(super) const PATIENCE: Duration = Duration::from_millis(100);
 
 /// What comes out of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

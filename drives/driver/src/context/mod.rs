@@ -76,6 +76,8 @@ pub(crate) struct Shared {
     pub(crate) settles: Instant,
     /// It has reported what it can only report of that order.
     pub(crate) settled: bool,
+    /// How much later than on CAN the drive answers and obeys.
+    pub(crate) latency: Duration,
     /// How long travels may take.
     pub(crate) patience: Duration,
     /// A follower keeps the drive going from now on, and disarms what protects it.
@@ -135,6 +137,7 @@ impl DriveContext {
             stop: None,
             settles: Instant::ZERO,
             settled: true,
+            latency: Duration::ZERO,
             patience: Duration::from_secs(600),
             is_handed_over: false,
         };
@@ -277,6 +280,13 @@ impl DriveContext {
         self.lock().now
     }
 
+    /// By when a command that is sent now shows in what the drive reports.
+    #[must_use]
+    pub fn reacts_by(&self) -> Instant {
+        let shared = self.lock();
+        shared.now + self.description.times.reaction + shared.latency
+    }
+
     /// A capability of the drive.
     ///
     /// # Errors
@@ -404,7 +414,7 @@ impl DriveContext {
     ///
     /// As [`DriveContext::read`].
     pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Awaited, Error> {
-        let until = self.now() + self.description.times.reaction;
+        let until = self.reacts_by();
         let mut status_word = self.status().await?;
         while !wanted(status_word) {
             if self.now() >= until {
@@ -428,7 +438,7 @@ impl DriveContext {
     /// The last TPDO of this number (1 to 4) since it was asked for before, or the next one; `None` if none comes within a
     /// reaction.
     pub(crate) async fn next_pdo(&self, number: u16) -> Result<Option<Frame>, Error> {
-        let until = self.now() + self.description.times.reaction;
+        let until = self.reacts_by();
         let place = usize::from(number).wrapping_sub(1);
         self.wait(until, |shared| shared.pdos.get_mut(place).and_then(Option::take)).await
     }

@@ -103,7 +103,7 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     });
     drive.unsettle();
     drive.control(word | order.bit).await?;
-    let until = drive.now() + drive.description().times.reaction;
+    let until = drive.reacts_by();
     drive.pass(inching.begins).await?;
     loop {
         let status_word = drive.status().await?;

@@ -13,7 +13,7 @@ use crate::error::{Capability, Error};
 pub async fn arm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Error> {
     let (latches, latch) = find(drive, trigger)?;
     disarm_latch(drive, trigger).await?;
-    let until = drive.now() + drive.description().times.reaction;
+    let until = drive.reacts_by();
     loop {
         let status = drive.get(latches.status).await?;
         if status & latch.valid == 0 {

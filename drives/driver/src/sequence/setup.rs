@@ -45,7 +45,7 @@ pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> 
         hold_still(drive, mode).await?;
     }
     drive.set(modes.chosen, code.into()).await?;
-    let until = drive.now() + times.reaction;
+    let until = drive.reacts_by();
     // Where 6060h itself shows it, the answer to the write has said so.
     while let Some(shown) = modes.shown {
         match drive.get(shown).await? {

@@ -85,7 +85,7 @@ pub(super) async fn stand_still(drive: &DriveContext, word: u16) -> Result<(), E
         if drive.may_be_stopped().await? {
             drive.control(word).await?;
         }
-        match come_to_stand(drive, drive.now() + times.reaction).await? {
+        match come_to_stand(drive, drive.reacts_by()).await? {
             // It may have been ordered to move only just now, and not have begun: a PDO is not acknowledged.
             None if by_pdo && !drive.has_settled() => drive.settle().await?,
             None => {
@@ -120,7 +120,7 @@ pub(super) async fn come_to_stand(drive: &DriveContext, until: Instant) -> Resul
 
 /// Waits for a drive that has been sent a stop, no longer than a reaction takes; how fast it still moves then.
 pub(crate) async fn look_for_standstill(drive: &DriveContext) -> Result<Option<i32>, Error> {
-    come_to_stand(drive, drive.now() + drive.description().times.reaction).await
+    come_to_stand(drive, drive.reacts_by()).await
 }
 
 /// The drive has been stopped, and stands. A travel is interrupted then, and goes on with the next word that takes back

@@ -246,7 +246,7 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
     }
     drive.unsettle();
     drive.control(word).await?;
-    let until = drive.now() + description.times.reaction;
+    let until = drive.reacts_by();
     loop {
         let status_word = drive.status().await?;
         let over = !reports_under_way(drive, status_word).await?;

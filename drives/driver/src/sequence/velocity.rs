@@ -64,7 +64,7 @@ pub async fn run_at(drive: &DriveContext, velocity: i32, within: Duration) -> Re
 /// Orders a velocity, again if the order gets lost; `false` if the drive then has that of another manager.
 async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<bool, Error> {
     let before = known(drive.get(target).await)?;
-    let until = drive.now() + drive.description().times.reaction;
+    let until = drive.reacts_by();
     loop {
         drive.lock().order(Motion::Running);
         drive.unsettle();

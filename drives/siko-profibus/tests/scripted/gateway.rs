@@ -116,6 +116,25 @@ fn objects_are_read_from_parameters_and_facts() {
     assert_eq!(bench.job(Job::Read(Address::new(0x6064, 0))), Err(AbortCode::HARDWARE_ERROR), "it is not known yet");
 }
 
+/// What the last exchange has brought may be of long ago: no exchange, no answer.
+#[test]
+fn a_position_is_read_after_it_was_asked_for() {
+    for address in [0x6064, 0x606C].map(|index| Address::new(index, 0)) {
+        let mut bench = Bench::known(&AG03_1, 2);
+        bench.begin(Job::Read(address));
+        let done = |bench: &mut Bench| {
+            let reports = std::iter::from_fn(|| bench.door.poll(bench.now)).collect::<Vec<_>>();
+            reports.into_iter().find(|report| matches!(report, Report::Done(_)))
+        };
+        assert_eq!(done(&mut bench), None, "{address}");
+        bench.actual = 321;
+        bench.turns(60);
+        let seen = done(&mut bench);
+        let is_now = |value| if address.index() == 0x6064 { value == 321 } else { value != 0 };
+        assert!(matches!(seen, Some(Report::Done(Ok(value))) if is_now(value)), "{address}: {seen:?}");
+    }
+}
+
 #[test]
 fn objects_are_written_to_parameters() {
     let write = |number, value: i32| Task::Write { number, value: Value::DoubleWord(value.cast_unsigned()) };

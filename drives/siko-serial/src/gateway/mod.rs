@@ -68,6 +68,8 @@ const AT_REST: Duration = Duration::from_millis(100);
 /// How often position and velocity are read while something moves, and otherwise.
 const VALUES_IN_MOTION: Duration = Duration::from_millis(100);
 const VALUES_AT_REST: Duration = Duration::from_secs(1);
+/// How much later either is read even if there is something else to do.
+const OVERDUE: Duration = Duration::from_millis(500);
 /// How long a drive that does not answer is left alone between two attempts.
 const PAUSE: Duration = Duration::from_millis(500);
 /// How often in a row a command that may be repeated is sent.
@@ -138,8 +140,10 @@ impl<L: Line> Carrier<SerialDoor> for Wire<L> {
 #[derive(Clone, Debug)]
 pub struct SerialDoor {
     client: Client,
-    /// As old as its status word; `None` while the drive does not answer.
+    /// With the time of the status word; `None` while the drive does not answer.
     facts: Option<Measured<Facts>>,
+    /// When what it knows of position and velocity was asked for; `None` before: facts without them are not reported.
+    measured: Option<Instant>,
     /// A status word that differs from the last one, and has been read once.
     candidate: Option<u16>,
     job: Option<Active>,
@@ -177,6 +181,7 @@ impl SerialDoor {
         SerialDoor {
             client: Client::new(settings),
             facts: None,
+            measured: None,
             candidate: None,
             job: None,
             asked: None,
@@ -216,6 +221,15 @@ impl SerialDoor {
 
     /// The next command, and whether it is one of the job.
     fn next(&self, now: Instant) -> Option<(Command, bool)> {
+        // Jobs that come one behind the other must not keep it from looking how the drive is.
+        if self.next_status + OVERDUE <= now {
+            return Some((Command::Status, false));
+        }
+        if let Some(command) = self.values.first()
+            && self.values_since.is_some_and(|since| since + OVERDUE <= now)
+        {
+            return Some((*command, false));
+        }
         if let Some(command) = self.job.as_ref().and_then(|job| job.commands.front()) {
             return Some((*command, true));
         }
@@ -250,13 +264,17 @@ impl SerialDoor {
             }
             Event::Answered(answer) if of_job => self.go_on(now, command, answer),
             Event::Answered(answer) => {
+                let (Some(number), Some(facts)) = (answer.number(), &mut self.facts) else { return };
+                let shown = &mut facts.value;
+                let place = if command == Command::Position { &mut shown.position } else { &mut shown.velocity };
+                let has_changed = std::mem::replace(place, number) != number;
                 self.values = self.values.get(1..).unwrap_or_default();
-                if let (Some(number), Some(facts)) = (answer.number(), &mut self.facts) {
-                    let shown = &mut facts.value;
-                    let place = if command == Command::Position { &mut shown.position } else { &mut shown.velocity };
-                    if std::mem::replace(place, number) != number {
-                        self.reports.push_back(Report::Facts(*facts));
-                    }
+                let are_all = self.values.is_empty();
+                if are_all {
+                    self.measured = self.values_since;
+                }
+                if has_changed || are_all {
+                    self.report_facts();
                 }
             }
             Event::Sent => {}
@@ -289,7 +307,7 @@ impl SerialDoor {
         if job.commands.is_empty() && !job.looks {
             let result = job.result;
             // What has been written may have moved the position, or the window around it.
-            self.next_status = now;
+            self.next_status = self.next_status.min(now);
             self.end_job(result);
         }
     }
@@ -335,12 +353,18 @@ impl SerialDoor {
             self.values_since = Some(now);
         }
         let known = self.facts.map(|facts| facts.value).unwrap_or_default();
-        let facts = Measured::new(Facts { system: word, ..known }, self.sent);
-        self.facts = Some(facts);
-        self.reports.push_back(Report::Facts(facts));
+        self.facts = Some(Measured::new(Facts { system: word, ..known }, self.sent));
+        self.report_facts();
         let looks = self.job.as_ref().filter(|job| job.commands.is_empty()).map(|job| job.result);
         if let Some(result) = looks {
             self.end_job(result);
+        }
+    }
+
+    /// Reports what is known, as old as the oldest of it.
+    fn report_facts(&mut self) {
+        if let (Some(facts), Some(measured)) = (self.facts, self.measured) {
+            self.reports.push_back(Report::Facts(Measured::new(facts.value, facts.at.min(measured))));
         }
     }
 
@@ -354,7 +378,8 @@ impl SerialDoor {
         (self.job, self.candidate, self.attempts) = (None, None, 0);
         (self.values, self.values_since) = (&[], None);
         self.next_status = now + PAUSE;
-        if self.facts.take().is_some() {
+        let was_known = self.measured.take().is_some();
+        if self.facts.take().is_some() && was_known {
             self.reports.push_back(Report::Lost);
         }
     }
@@ -412,9 +437,10 @@ impl Door for SerialDoor {
         self.job = Some(Active { job, commands: commands.into(), expected, looks, result: Ok(0) });
     }
 
-    /// The status is read after every job. When an answer is lost, the client first finds out where the drive is.
+    /// Position and velocity are due at rest with the next status, and read after a job, or before it when they are
+    /// overdue. When an answer is lost, the client first finds out where the drive is.
     fn worst_cycle(&self) -> Duration {
-        AT_REST + self.worst_job() + self.exchange().times(PROBES.into())
+        VALUES_AT_REST + AT_REST + OVERDUE.times(2) + self.worst_job() + self.exchange().times((PROBES + 3).into())
     }
 
     /// Setpoint, setpoint read back, start, and the status, which counts when it has been read twice; and what is under way

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 
-use lexican_runtime::Instant;
+use lexican_runtime::{Duration, Instant};
 
 use super::SerialDrive;
 use crate::client::Settings;
@@ -14,6 +14,7 @@ use crate::line::Line;
 pub struct VirtualLine {
     drive: SerialDrive,
     settings: Settings,
+    reaction: Duration,
     now: Instant,
     to_drive: VecDeque<(Instant, u8)>,
     to_client: VecDeque<(Instant, u8)>,
@@ -29,7 +30,14 @@ impl VirtualLine {
     /// A line of another baud rate, or one that returns what is sent.
     #[must_use]
     pub fn with_settings(drive: SerialDrive, settings: Settings) -> Self {
-        VirtualLine { drive, settings, now: Instant::ZERO, to_drive: VecDeque::new(), to_client: VecDeque::new() }
+        let (now, reaction) = (Instant::ZERO, Duration::ZERO);
+        VirtualLine { drive, settings, reaction, now, to_drive: VecDeque::new(), to_client: VecDeque::new() }
+    }
+
+    /// A drive, or its adapter, that takes so long to begin its answers.
+    #[must_use]
+    pub fn with_reaction(self, reaction: Duration) -> Self {
+        VirtualLine { reaction, ..self }
     }
 
     /// The drive.
@@ -52,7 +60,7 @@ impl VirtualLine {
 
     fn answer(&mut self) {
         while let Some(telegram) = self.drive.poll_transmit() {
-            put(&mut self.to_client, self.now, &self.settings, telegram.as_bytes());
+            put(&mut self.to_client, self.now + self.reaction, &self.settings, telegram.as_bytes());
         }
     }
 }

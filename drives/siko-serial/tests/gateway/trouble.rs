@@ -1,13 +1,20 @@
 //! Bytes that are lost or damaged, and a line that is cut: success or a named error, and no motion that is not ordered.
 
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
+
 use lexican_driver::sequence::Recovery;
 use lexican_runtime::Duration;
 use lexican_runtime::service::sdo_client::SdoError;
-use siko_ag02::driver::{Error, Outcome};
+use siko_ag02::driver::{Drive, Error, Outcome};
 use siko_ag02::sim::SimulatedDrive;
 use siko_ag02::state::State;
+use siko_serial::Settings;
+use siko_serial::gateway::{self, NODE, SerialLink};
+use siko_serial::sim::{SerialDrive, VirtualLine};
 
 use super::bench::Bench;
+use super::noisy::Noisy;
 
 /// Travels while one byte in `one_in` is what `damage` makes of it. Returns the outcome, and checks the motion.
 #[track_caller]
@@ -115,4 +122,47 @@ fn a_drive_that_restarts_while_the_line_is_cut_boots() {
     bench.set_fate(|_, byte| Some(byte));
     bench.bus.advance(Duration::from_secs(4));
     assert!(bench.drive.recover(&Recovery::within(Duration::ZERO)).unwrap().restarted);
+}
+
+type Operation = fn(&mut Drive<SerialLink<Noisy>>) -> Result<(), Error>;
+
+/// A drive on a link of its own, and what happens to its bytes: those of these numbers are lost.
+fn on_its_own_link() -> (Drive<SerialLink<Noisy>>, Arc<Mutex<Range<u64>>>) {
+    let settings = Settings { baud: 19_200, ..Settings::default() };
+    let mut line = Noisy::new(VirtualLine::with_settings(SerialDrive::default(), settings));
+    let lost = Arc::new(Mutex::new(0..0_u64));
+    let range = Arc::clone(&lost);
+    line.set_fate(move |_, byte| {
+        let mut range = range.lock().unwrap();
+        let is_lost = range.start == 0 && range.end > 0;
+        *range = range.start.saturating_sub(1)..range.end.saturating_sub(1);
+        (!is_lost).then_some(byte)
+    });
+    (Drive::connect_unprotected(gateway::link(line, settings, NODE), NODE).unwrap(), lost)
+}
+
+/// A drive that only could not be heard has not restarted, whatever it was doing, and does what it is told next.
+#[test]
+fn lost_answers_are_no_restart() {
+    let operations: [(&str, Operation); 4] = [
+        ("disable", |drive| drive.disable()),
+        ("stop", |drive| drive.stop()),
+        ("start", |drive| drive.start_moving_to(-2000)),
+        ("finish", |drive| drive.start_moving_to(800).and_then(|()| drive.finish()).map(drop)),
+    ];
+    for (name, operation) in operations {
+        for (from, count) in (0..56).step_by(8).flat_map(|from| [4, 20, 40].map(|count| (from, count))) {
+            let (mut drive, lost) = on_its_own_link();
+            drive.enable().unwrap();
+            drive.move_to(500).unwrap();
+            *lost.lock().unwrap() = from..from + count;
+            let result = operation(&mut drive);
+            let what = format!("{name}, {count} bytes from {from}: {result:?}");
+            assert!(!format!("{result:?}").contains("Restarted"), "{what}");
+            drive.pass(Duration::from_secs(15)).unwrap_or_else(|error| panic!("{what}, then {error}"));
+            drive.stop().unwrap_or_else(|error| panic!("{what}, then {error}"));
+            drive.enable().unwrap_or_else(|error| panic!("{what}, then {error}"));
+            assert_eq!(drive.move_to(300).unwrap(), Outcome::Reached { position: 300 }, "{what}");
+        }
+    }
 }

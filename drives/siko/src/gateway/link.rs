@@ -96,6 +96,10 @@ impl<D: Door, C: Carrier<D>> Link for GatewayLink<D, C> {
     fn is_real_time(&self) -> bool {
         self.carrier.is_real_time()
     }
+
+    fn latency(&self) -> Duration {
+        self.gateway.answers_within()
+    }
 }
 
 impl<D: Door, C: Carrier<D>> Drop for GatewayLink<D, C> {

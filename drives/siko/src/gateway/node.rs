@@ -46,6 +46,8 @@ pub struct Gateway<D> {
     connected: bool,
     /// It has answered before.
     known: bool,
+    /// It was to release its motor when it was lost: one that has done so has not restarted.
+    released: bool,
     effects: Vec<Effect>,
     waiting: VecDeque<Task>,
     current: Option<Current>,
@@ -98,6 +100,7 @@ impl<D: Door> Gateway<D> {
             patience: None,
             connected: false,
             known: false,
+            released: false,
             effects: Vec::new(),
             waiting: VecDeque::new(),
             current: None,
@@ -159,9 +162,14 @@ impl<D: Door> Gateway<D> {
     }
 
     fn lose(&mut self) {
+        let disables = matches!(self.current, Some(Current::Disabling)) || self.waiting.contains(&Task::Disable);
+        let releases = matches!(self.current, Some(Current::Ordering(Step { order: Order::Release, .. })));
+        self.released |= disables || releases;
         self.connected = false;
         self.current = None;
         self.waiting.clear();
+        // Nothing else ends its torque.
+        self.waiting.extend(disables.then_some(Task::Disable));
         self.outgoing.clear();
     }
 
@@ -172,7 +180,9 @@ impl<D: Door> Gateway<D> {
         let came = !std::mem::replace(&mut self.connected, true);
         let is_releasing = matches!(self.current, Some(Current::Ordering(Step { order: Order::Release, .. })));
         let change = self.face.see(&facts, is_releasing);
-        if came && (!std::mem::replace(&mut self.known, true) || change == Some(Change::Released)) {
+        let was_released = came && std::mem::take(&mut self.released);
+        let restarted = change == Some(Change::Released) && !was_released;
+        if came && (!std::mem::replace(&mut self.known, true) || restarted) {
             self.restart(now);
         } else if came {
             self.waiting.push_back(Task::ReadMode);

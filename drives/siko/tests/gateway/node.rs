@@ -339,6 +339,19 @@ fn what_was_to_be_sent_when_the_drive_is_lost_is_not_sent_later() {
     assert_eq!((bench.frames(), bench.status()), (vec!["705#00".to_owned()], 0x0070));
 }
 
+/// Neither by a control word nor by NMT; and what NMT has ordered is ordered again, until it is known.
+#[test]
+fn a_drive_that_was_releasing_its_motor_when_it_was_lost_has_not_restarted() {
+    for nmt in [false, true] {
+        let mut bench = Bench::enabled(1);
+        let ordered = if nmt { bench.send("000#8005") } else { bench.control(0x0100) };
+        assert_eq!(ordered, [order(Order::Release, 0)]);
+        assert_eq!(bench.report(&[Report::Lost]), []);
+        let next = if nmt { order(Order::Release, 0) } else { Job::Read(MODE) };
+        assert_eq!((bench.sees(MOTOR_RELEASED), bench.frames()), (vec![next], vec![]), "NMT: {nmt}");
+    }
+}
+
 #[test]
 fn a_reset_gives_the_communication_objects_their_defaults_and_errors_end_with_their_fault() {
     let mut bench = Bench::operational(1);

@@ -64,9 +64,9 @@ impl<L: Link> Network<L> {
     #[must_use]
     pub fn new(link: L) -> Self {
         Network {
+            filter: FrameFilter::new(&link),
             link,
             manager: Box::default(),
-            filter: FrameFilter::default(),
             pump: Pump::new(),
             events: VecDeque::new(),
             missed: 0,
@@ -176,6 +176,12 @@ impl<L: Link> Network<L> {
     #[must_use]
     pub fn now(&self) -> Instant {
         self.link.now()
+    }
+
+    /// As [`Link::latency`].
+    #[must_use]
+    pub fn latency(&self) -> Duration {
+        self.link.latency()
     }
 
     /// Returns the link.

@@ -69,6 +69,7 @@ pub struct Network {
     posts: mpsc::Sender<Frame>,
     events: broadcast::WeakSender<Event>,
     patience: Duration,
+    latency: Duration,
     /// Why the task has ended, if it was the link.
     failure: Arc<OnceLock<LinkError>>,
 }
@@ -87,9 +88,9 @@ impl Network {
         let (commands, obeyed) = mpsc::channel(64);
         let (posts, posted) = mpsc::channel(64);
         let (events, _) = broadcast::channel(1024);
-        let (weak, failure) = (events.downgrade(), Arc::default());
+        let (weak, failure, latency) = (events.downgrade(), Arc::default(), link.latency());
         tokio::spawn(Owner::new(link, obeyed, posted, events)?.run(Arc::clone(&failure)));
-        Ok(Network { commands, posts, events: weak, patience: UNLIMITED, failure })
+        Ok(Network { commands, posts, events: weak, patience: UNLIMITED, latency, failure })
     }
 
     /// Limits how long each call to read or to write by this handle may take in all, including the wait for other calls.
@@ -282,6 +283,12 @@ impl Network {
     /// [`LinkError`].
     pub async fn listen_to_all(&self) -> Result<(), LinkError> {
         self.ask(Command::Listen(None)).await
+    }
+
+    /// As [`Link::latency`].
+    #[must_use]
+    pub fn latency(&self) -> Duration {
+        self.latency
     }
 
     /// The link's time.

@@ -106,6 +106,7 @@ impl<L: Link> Owner<L> {
         Ok(Owner {
             wait: Wait::new(&link)?,
             now: link.now(),
+            filter: FrameFilter::new(&link),
             link,
             manager: Box::default(),
             kept: None,
@@ -113,7 +114,6 @@ impl<L: Link> Owner<L> {
             transfers: Transfers::default(),
             outgoing: Outgoing::default(),
             backlog: Backlog::default(),
-            filter: FrameFilter::default(),
             events,
             commands,
             posted,

@@ -207,6 +207,12 @@ impl SdoClient {
         SdoClient { timeout, ..self }
     }
 
+    /// How long it waits for each answer.
+    #[must_use]
+    pub const fn timeout(&self) -> Duration {
+        self.timeout
+    }
+
     /// Whether values of less than four bytes are written as four (command 23h), padded with zeros. Some
     /// devices know no other way.
     #[must_use]
