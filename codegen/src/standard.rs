@@ -49,7 +49,9 @@ fn define(device: &mut Device, meaning: &Meaning, span: Span) -> String {
         }
         Numbers::Bits(fields) => {
             let fields = fields.iter().map(|&(low, high, name)| named(name, Bits { low, high })).collect();
-            device.bit_fields.insert(name.clone(), BitField { description, fields, span });
+            device
+                .bit_fields
+                .insert(name.clone(), BitField { description, fields, not_simulated: BTreeMap::new(), span });
         }
     }
     name

@@ -101,6 +101,7 @@ fn device() -> Device {
             BitField {
                 description: Some("Commands to the drive.".into()),
                 fields: vec![named("switch on", Bits { low: 0, high: 0 }), named("mode", Bits { low: 4, high: 6 })],
+                not_simulated: BTreeMap::new(),
                 span: Span::default(),
             },
         )]),

@@ -104,6 +104,40 @@ fn meanings_of_an_array_are_those_of_its_entries() {
 }
 
 #[test]
+fn what_is_not_simulated_says_why() {
+    let (device, diagnostics) = read(&["
+        [object.\"2000..2001\"]
+        simulated = false
+        reason = \"ours\"
+        [object.\"2001:02\"]
+        simulated = true
+        bit_field = \"Word\"
+        reason = \"it is\"
+        [bit_field.Word]
+        fields = [
+            { bits = 0, name = \"on\" },
+            { bits = \"4..7\", name = \"mode\", simulated = false, reason = \"nobody asks\" },
+        ]
+    "]);
+    assert_eq!(codes(&diagnostics), codes(&read(&[]).1));
+    let why = |index, sub| device.entry(index, sub).unwrap().not_simulated.as_deref();
+    let all = [why(0x2000, 0), why(0x2001, 0), why(0x2001, 1), why(0x2001, 2)];
+    assert_eq!(all, [Some("ours"), None, Some("ours"), None]);
+    assert_eq!(device.bit_fields["Word"].not_simulated, [(4, "nobody asks".to_owned())].into());
+    for (overlay, code) in [
+        ("[object.\"2000\"]\nsimulated = false", "overlay::missing-reason"),
+        ("[object.\"2000..2001\"]\nsimulated = false", "overlay::missing-reason"),
+        ("[object.\"2000..2001\"]\nname = \"x\"", "overlay::unknown-key"),
+        ("[object.\"5000..5001\"]\nsimulated = false\nreason = \"x\"", "overlay::unknown-object"),
+        ("[object.\"2000..x\"]\nsimulated = false\nreason = \"x\"", "overlay::bad-value"),
+        ("[bit_field.Word]\nfields = [{ bits = 0, name = \"on\", simulated = false }]", "overlay::bad-value"),
+    ] {
+        let (_, diagnostics) = read(&[overlay]);
+        assert!(codes(&diagnostics).contains(&code), "{overlay}: {:?}", codes(&diagnostics));
+    }
+}
+
+#[test]
 fn what_is_accepted_is_not_found() {
     let accept = |address: &str, code: &str| {
         format!("[object.\"{address}\"]\nreason = \"the manual says so\"\naccept = [\"{code}\"]\n")

@@ -9,8 +9,9 @@
 //!
 //! How a program ends, and what the drive does then, is in the table of
 //! [`lexican_driver`](lexican_driver#how-a-program-ends-and-what-the-drive-does-then). A program that is killed sends
-//! nothing, and the drive goes on: [`Drive::connect_protected`](lexican_driver::Drive::connect_protected) arms its heartbeat
-//! consumer (6.2.1.14), which leads to fault F129. None of this replaces an emergency stop.
+//! nothing: [`Drive::connect`](lexican_driver::Drive::connect) arms the drive's heartbeat consumer (6.2.1.14), which leads to
+//! fault F129 and a stop; a drive of [`Drive::connect_unprotected`](lexican_driver::Drive::connect_unprotected) goes on.
+//! None of this replaces an emergency stop.
 
 use lexican_driver::ByteOrder;
 use lexican_driver::description::{

@@ -26,7 +26,7 @@
 //! | what clears the valid bits of 20A5h | taking the enable bit of 20A4h back |
 //! | the position of the index pulse, which comes in 20A0h | the one of 6064h when it is passed, regardless of CAP0.MODE |
 //! | the read codes of 20A4h (bits 8 to 12) and their acknowledgement in 20A5h | 0: where the value comes is not said |
-//! | the masks of event PDOs (2014h to 2017h) | they keep what is written: every change sends |
+//! | which SYNC is the first that an RPDO of type n counts (6.3.1.1) | the first one in OPERATIONAL |
 //! | 6063h, in increments | counts as 6064h, as 60C1h does |
 //! | 6073h, which is 0 by default | no limit while it is 0 |
 //! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
@@ -39,6 +39,7 @@
 use lexican_runtime::device::{Behaviour, ChangeRule};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, status};
+use lexican_runtime::wire::emcy::ErrorCode;
 use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 use simulator::servo::FaultCodes;
 pub use simulator::servo::{Causes, Inputs, Machine, Servo, ServoModel};
@@ -63,6 +64,10 @@ pub static MODEL: ServoModel = ServoModel {
     left_open: &[(State::SwitchOnDisabled, status::QUICK_STOP)],
     // 0237h in profile position, homing and interpolated position mode, and 1237h while it interpolates (F146, F205, F326).
     rest_is_reached: false,
+    // "Changed values must be saved and the drive must be restarted" (6.11.2.2).
+    limits_from_start: true,
+    // "Fault F129 appears on the drive, the drive is braked to a stop, and any other movement is prevented" (5.4.7).
+    lost_manager_is_fault: true,
     // "Only multiples of 1 ms are allowed", and "both values must be written" (6.9.2.3).
     cycle_step: Some(Duration::from_millis(1)),
     // There is no 605Ah: the drive stays in QUICK STOP ACTIVE, with torque (6.4.1.2).
@@ -91,6 +96,12 @@ const BEHAVIOUR: Behaviour = Behaviour {
     pdo_bit_30: false,
     generic_error: false,
     dummies: 0,
+    // The drive has F129 for it.
+    unreported: &[ErrorCode::LIFE_GUARD],
+    // 2014h to 2017h (6.2.2.1).
+    tpdo_masks: Some(0x2014),
+    // "Values of 1 to 240 mean, that 0 to 239 SYNC-telegrams are ignored, before one is interpreted" (6.3.1.1).
+    rpdos_count_syncs: true,
     // There is no code for it in 5.4.5.6.
     empty_history_is_zero: true,
     ..Behaviour::CIA_301

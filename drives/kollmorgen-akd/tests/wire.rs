@@ -309,3 +309,127 @@ fn the_largest_current_limits_the_torque() {
     bench.hear(5000);
     assert_eq!((bench.read(0x6077, 0), bench.read(STATUS, 0).unwrap() >> 11 & 1), (Ok(300), 1));
 }
+
+/// 6.11.2.2: "changed values must be saved and the drive must be restarted".
+#[test]
+fn software_limits_hold_from_the_restart_on() {
+    let travel = |bench: &mut Bench| {
+        bench.write(0x6060, 0, 1, 1).unwrap();
+        bench.write(0x607A, 0, 4, 5000).unwrap();
+        bench.control(&[0x06, 0x07, 0x0F, 0x1F]);
+        bench.hear(10_000);
+        bench.read(0x6064, 0)
+    };
+    for (stores, command, end) in
+        [(false, None, 5000), (true, None, 5000), (true, Some(0x82), 5000), (true, Some(0x81), 1000)]
+    {
+        let mut bench = Bench::new();
+        bench.write(0x607D, 1, 4, -1000).unwrap();
+        bench.write(0x607D, 2, 4, 1000).unwrap();
+        if stores {
+            bench.write(0x1010, 1, 4, 0x6576_6173).unwrap();
+        }
+        if let Some(command) = command {
+            bench.send(0x000, &[command, 3]);
+            bench.hear(0);
+            bench.send(0x000, &[0x01, 3]);
+        }
+        assert_eq!(travel(&mut bench), Ok(end), "{stores} {command:?}");
+    }
+    // Without power in between, too; and the limits that were there hold until then.
+    let mut bench = Bench::new();
+    bench.write(0x607D, 1, 4, -1000).unwrap();
+    bench.write(0x607D, 2, 4, 1000).unwrap();
+    bench.write(0x1010, 1, 4, 0x6576_6173).unwrap();
+    let now = bench.bus.now();
+    [false, true].into_iter().for_each(|on| bench.servo.lock().unwrap().set_power(now, on));
+    bench.hear(0);
+    bench.send(0x000, &[0x01, 3]);
+    bench.write(0x607D, 2, 4, 3000).unwrap();
+    assert_eq!(travel(&mut bench), Ok(1000));
+}
+
+/// 6.3.1.1: of a type from 1 to 240, so many SYNCs less one are ignored before one counts.
+#[test]
+fn an_rpdo_of_type_n_takes_every_nth_sync() {
+    let mut bench = Bench::new();
+    bench.send(0x000, &[0x80, 3]);
+    bench.write(0x1400, 2, 1, 3).unwrap();
+    bench.send(0x000, &[0x01, 3]);
+    // Its word comes before the first SYNC, between the fourth and the fifth, and after the eighth.
+    let mut seen = Vec::new();
+    for sync in 1..=9 {
+        if let Some(word) = [(1, 0x06), (5, 0x07), (9, 0x0F)].iter().find(|(at, _)| *at == sync) {
+            bench.send(0x203, &[word.1, 0]);
+        }
+        bench.send(0x080, &[]);
+        bench.hear(0);
+        seen.push(bench.read(STATUS, 0).unwrap() & 0x6F);
+    }
+    assert_eq!(seen, [0x40, 0x40, 0x21, 0x21, 0x21, 0x23, 0x23, 0x23, 0x27]);
+}
+
+/// 6.2.2.1: only the bits that are set in 2014h to 2017h are monitored.
+#[test]
+fn masks_choose_the_bits_whose_change_sends_a_tpdo() {
+    let supply = |bench: &mut Bench| {
+        bench.world(|inputs| inputs.supply = !inputs.supply);
+        bench.hear_from(0x183, 10)
+    };
+    let mut bench = Bench::new();
+    bench.hear(10);
+    assert_eq!(bench.read(0x2014, 1), Ok(0xFFFF_FFFF));
+    assert_eq!(supply(&mut bench), [[0x40, 0x02]]);
+    // Bit 4, voltage enabled, does not count.
+    bench.write(0x2014, 1, 4, !0x10).unwrap();
+    assert_eq!(supply(&mut bench), Vec::<Vec<u8>>::new());
+    bench.send(0x203, &[0x06, 0x00]);
+    assert_eq!(bench.hear_from(0x183, 0), [[0x31, 0x02]], "another bit changes, and all are sent");
+    bench.send(0x000, &[0x80, 3]);
+    bench.send(0x000, &[0x01, 3]);
+    bench.hear(10);
+    // Position in bytes 2 to 5 of TPDO3: once per 4096 increments, above byte 4 not at all.
+    for (sub, mask) in [(1, 0xF000_0000_u32), (2, 0)] {
+        bench.write(0x2016, sub, 4, mask as i32).unwrap();
+    }
+    bench.control(&[0x07, 0x0F]);
+    bench.write(0x607A, 0, 4, 20_000).unwrap();
+    bench.write(0x6060, 0, 1, 1).unwrap();
+    bench.hear(10);
+    bench.control(&[0x1F]);
+    let positions = bench.hear_from(0x383, 20_000);
+    let positions: Vec<u32> =
+        positions.iter().map(|data| u32::from_le_bytes([data[2], data[3], data[4], data[5]]) >> 12).collect();
+    assert_eq!(positions, [1, 2, 3, 4]);
+}
+
+/// 5.4.7, 5.4.8: F129, once, and no movement until it is reset, in whatever state the drive is.
+#[test]
+fn a_manager_that_falls_silent_is_a_fault() {
+    type Arm = fn(&mut Bench);
+    let guarding: Arm = |bench| {
+        bench.write(0x100C, 0, 2, 100).unwrap();
+        bench.write(0x100D, 0, 1, 3).unwrap();
+        bench.link.send(&Frame::remote(CobId::standard(0x703).unwrap(), 1).unwrap()).unwrap();
+    };
+    let heartbeat: Arm = |bench| {
+        bench.write(0x1016, 1, 4, 0x007F_012C).unwrap();
+        bench.send(0x77F, &[5]);
+    };
+    for arm in [guarding, heartbeat] {
+        for (words, moves) in [(&[][..], false), (&[0x06], false), (&[0x06, 0x07], false), (&[0x06, 0x07, 0x0F], true)]
+        {
+            let mut bench = Bench::new();
+            bench.write(0x6060, 0, 1, 3).unwrap();
+            bench.write(0x60FF, 0, 4, 1000).unwrap();
+            bench.control(words);
+            arm(&mut bench);
+            assert_eq!(bench.hear_from(0x83, 290), Vec::<Vec<u8>>::new(), "{words:X?}");
+            assert_eq!(bench.velocity() > 0.0, moves);
+            assert_eq!(bench.hear_from(0x83, 20), [[0x30, 0x81, 0x10, 0, 0, 0, 0, 0]], "{words:X?}");
+            bench.hear(1000);
+            assert_eq!((bench.read(STATUS, 0).unwrap() & 0x4F, bench.velocity()), (0x08, 0.0), "{words:X?}");
+            assert_eq!((bench.read(0x1003, 0), bench.read(0x1003, 1)), (Ok(1), Ok(0x8130)));
+        }
+    }
+}

@@ -165,6 +165,8 @@ pub struct EntryDetails {
     pub first_character_high: bool,
     /// Whether the device keeps it without power (overlay).
     pub persistent: bool,
+    /// Why a simulated device holds it, but does not do what it is for (overlay); it does, when `None`.
+    pub not_simulated: Option<String>,
     /// In which NMT states it may be written (overlay); any, when `None`.
     pub writable_in: Option<Vec<NmtState>>,
     /// What the overlay says, for the documentation.
@@ -297,6 +299,8 @@ pub struct BitField {
     pub description: Option<String>,
     /// The fields, ascending; they do not overlap.
     pub fields: Vec<Named<Bits>>,
+    /// Why a simulated device does not show or obey a field, by its lowest bit.
+    pub not_simulated: BTreeMap<u8, String>,
     /// Where the overlay describes it.
     pub span: Span,
 }
@@ -701,6 +705,7 @@ impl Details for EntryDetails {
             ranges: Vec::new(),
             first_character_high: false,
             persistent: false,
+            not_simulated: None,
             writable_in: None,
             description: None,
         };

@@ -1,5 +1,9 @@
 //! `[enumeration.…]`, `[bit_field.…]` and `[quantity.…]`.
 
+use std::collections::BTreeMap;
+
+use toml::de::DeTable;
+
 use super::{Name, Node, Reader};
 use crate::finding::Kind;
 use crate::model::{BitField, Bits, Enumeration, Named, Quantity, Unit};
@@ -28,7 +32,7 @@ impl Reader<'_> {
 
     pub(super) fn bit_field(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let (description, list) = self.described(node, "fields");
-        let mut fields: Vec<Named<Bits>> = Vec::new();
+        let (mut fields, mut not_simulated): (Vec<Named<Bits>>, _) = (Vec::new(), BTreeMap::new());
         for node in list {
             let Some(named) = self.named(node, "bits", Self::bits) else { continue };
             let overlaps = |other: &&Named<Bits>| {
@@ -39,11 +43,17 @@ impl Reader<'_> {
                 self.push(Kind::OverlayBits { names }, node);
                 continue;
             }
+            if let Some(reason) = node.get_ref().as_table().and_then(|table| self.not_simulated(table)) {
+                self.expect(node, (!reason.is_empty()).then_some(()), "a `reason` beside `simulated = false`");
+                not_simulated.insert(named.value.low, reason);
+            }
             fields.push(named);
         }
         fields.sort_by_key(|named| named.value.low);
         let span = self.span(name.span());
-        self.device.bit_fields.insert(name.get_ref().to_string(), BitField { description, fields, span });
+        self.device
+            .bit_fields
+            .insert(name.get_ref().to_string(), BitField { description, fields, not_simulated, span });
     }
 
     pub(super) fn quantity(&mut self, name: &Name<'_>, node: &Node<'_>) {
@@ -85,11 +95,21 @@ impl Reader<'_> {
                 "name" => name = self.text(node),
                 "description" => description = self.text(node),
                 found if found == what => value = Some(read(self, node)?),
+                "simulated" | "reason" if what == "bits" => {}
+                _ if what == "bits" => self.unknown(key, &[what, "name", "description", "simulated", "reason"]),
                 _ => self.unknown(key, &[what, "name", "description"]),
             }
         }
         let named = name.zip(value).map(|(name, value)| Named { name, description, value });
         self.expect_whole(node, before, named, &format!("a table with `{what}` and `name`"))
+    }
+
+    /// The reason beside `simulated = false`, empty if it is missing.
+    pub(super) fn not_simulated(&mut self, table: &DeTable<'_>) -> Option<String> {
+        let key = |key: &str| table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, node)| node);
+        let reason = key("reason").and_then(|node| node.get_ref().as_str()).unwrap_or_default().trim();
+        let simulated = self.flag(key("simulated")?)?;
+        (!simulated).then(|| reason.to_owned())
     }
 
     /// `3` or `"4..7"`.

@@ -23,6 +23,7 @@
 //! first_character_high = true      # of a number that holds characters
 //! persistent = true
 //! writable_in = ["pre-operational", "operational"]
+//! simulated = false                # a simulated device holds it, but does not do what it is for; takes a reason as well
 //! accept = ["cia301::data-type"]   # findings that are as they should be; takes a reason as well
 //!
 //! [enumeration.OperatingMode]
@@ -30,7 +31,7 @@
 //! values = [ { value = 1, name = "profile position", description = "one sentence" } ]
 //!
 //! [bit_field.Statusword]
-//! fields = [ { bits = 0, name = "ready to switch on" }, { bits = "4..7", name = "mode" } ]
+//! fields = [ { bits = 0, name = "ready to switch on" }, { bits = "4..7", name = "mode", simulated = false, reason = "ours" } ]
 //!
 //! [quantity.Position]
 //! units = [ { symbol = "mm", method = "millimetres", scale = "1/100", when = "2412:00 != 0" } ]
@@ -56,7 +57,7 @@
 //! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
 //! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. A parameter that equals an
 //! ARRAY as a whole, `object = "1003"`, has its elements from sub-index 1 on. All users of a quantity, enumeration or bit field have
-//! the same data type. Several overlays are applied in order, and a later one wins.
+//! the same data type. `[object."3400..36FF"]` takes `simulated` and `reason` for all entries in between. Several overlays are applied in order, and a later one wins.
 
 mod interface;
 mod meaning;

@@ -10,7 +10,7 @@ use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
 
 /// Of an object and of its entries.
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "reason",
     "name",
     "description",
@@ -27,13 +27,20 @@ const KEYS: [&str; 17] = [
     "first_character_high",
     "persistent",
     "writable_in",
+    "simulated",
     "accept",
 ];
+
+/// Of several objects at once.
+const SEVERAL: [&str; 2] = ["simulated", "reason"];
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let Some(table) = self.table(node) else { return };
         let span = self.span(name.span());
+        if let Some((first, last)) = name.get_ref().split_once("..") {
+            return self.several(&[first, last], table, name);
+        }
         let Some((index, sub)) = address(name.get_ref()) else {
             self.out.push(Kind::OverlayValue { expected: "\"2410\" or \"2410:05\"".into() }, span);
             return;
@@ -56,6 +63,32 @@ impl Reader<'_> {
             None => self.whole(at, &mut entries, table, name),
         }
         self.device.objects[at].entries = entries;
+    }
+
+    /// All entries from one index to another: what is not simulated.
+    fn several(&mut self, ends: &[&str; 2], table: &DeTable<'_>, name: &Name<'_>) {
+        let span = self.span(name.span());
+        let [Some((first, None)), Some((last, None))] = ends.map(address) else {
+            self.out.push(Kind::OverlayValue { expected: "\"3400..36FF\"".into() }, span);
+            return;
+        };
+        for (key, _) in table.iter().filter(|(key, _)| !SEVERAL.contains(&key.get_ref().as_ref())) {
+            self.unknown(key, &SEVERAL);
+        }
+        let reason = self.not_simulated(table);
+        if reason.as_ref().is_some_and(String::is_empty) {
+            self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
+        }
+        let mut any = false;
+        for object in self.device.objects.iter_mut().filter(|object| (first..=last).contains(&object.index)) {
+            any = true;
+            let counts = object.kind.has_subs();
+            let entries = object.entries.iter_mut().filter(|entry| entry.sub > 0 || !counts);
+            entries.for_each(|entry| entry.not_simulated.clone_from(&reason));
+        }
+        if !any {
+            self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span);
+        }
     }
 
     /// The object itself, and the entries it stands for.
@@ -149,6 +182,10 @@ impl Reader<'_> {
                 "first_character_high" => entry.first_character_high = self.flag(node).unwrap_or(false),
                 "persistent" => entry.persistent = self.flag(node).unwrap_or(false),
                 "writable_in" => entry.writable_in = self.states(node),
+                "simulated" => {
+                    corrected = true;
+                    entry.not_simulated = self.not_simulated(table);
+                }
                 _ => self.unknown(key, &KEYS),
             }
         }

@@ -45,6 +45,12 @@ pub struct Behaviour {
     pub triggers_255: Triggers,
     /// Whether TPDOs of type 0 are sent at every SYNC, and not only at one after an event.
     pub type_0_at_every_sync: bool,
+    /// Where the device has masks of the bits of its TPDOs whose change counts: the index of the first TPDO's, with the
+    /// first four bytes in sub-index 1, and the last in 2. Changes are found by [`Device::compare`](super::Device::compare)
+    /// then, and not by [`Device::changed`](super::Device::changed).
+    pub tpdo_masks: Option<u16>,
+    /// Whether RPDOs of type n, from 1 to 240, take effect with every n-th SYNC, and not with the next one.
+    pub rpdos_count_syncs: bool,
     /// Whether bit 31 of a PDO's COB-ID switches it off. Where it does not, every PDO exists.
     pub pdo_bit_31: bool,
     /// Whether bit 30 of a TPDO's COB-ID forbids remote frames. Where it does not, none is refused.
@@ -84,6 +90,8 @@ impl Behaviour {
         tpdos_of_255: &[],
         triggers_255: Triggers::ALL,
         type_0_at_every_sync: false,
+        tpdo_masks: None,
+        rpdos_count_syncs: false,
         pdo_bit_31: true,
         pdo_bit_30: true,
         produces_time: false,

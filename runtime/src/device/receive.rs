@@ -1,5 +1,6 @@
 //! What frames do to a device.
 
+use super::behaviour::Behaviour;
 use super::event::Event;
 use super::selection::Selection;
 use super::services::{Services, Timer, TpdoSlot};
@@ -96,23 +97,28 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut dyn ObjectDictionary) -> Event {
         if self.is_operational() {
-            self.rpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(od));
+            let Behaviour { rpdos_count_syncs: counts, tpdo_masks: masks, .. } = *self.behaviour();
+            self.rpdos.iter_mut().for_each(|slot| match counts {
+                true => slot.pdo.handle_nth_sync(od),
+                false => slot.pdo.handle_sync(od),
+            });
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(sync.counter, od));
             for slot in self.rpdos.iter().filter(|slot| slot.pdo.applied().is_some()) {
-                compare(&mut self.tpdos, slot.pdo.mapping(), od);
+                compare(&mut self.tpdos, slot.pdo.mapping(), masks, od);
             }
         }
         Event::Sync { counter: sync.counter }
     }
 
     fn handle_rpdo(&mut self, at: usize, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let masks = self.behaviour().tpdo_masks;
         let slot = self.rpdos.get_mut(at)?;
         let number = slot.number;
         let before = slot.pdo.length_error();
         let event = slot.pdo.handle_frame(now, frame, od)?;
         let after = slot.pdo.length_error();
         if matches!(event, rpdo::Event::Received | rpdo::Event::Refused { .. }) {
-            compare(&mut self.tpdos, slot.pdo.mapping(), od);
+            compare(&mut self.tpdos, slot.pdo.mapping(), masks, od);
         }
         if after != before {
             match after {
@@ -126,8 +132,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 }
 
 /// What an RPDO has written is a change for the TPDOs that map it, if it is another value.
-fn compare<const N: usize>(tpdos: &mut [TpdoSlot<N>], written: &Mapping<N>, od: &mut dyn ObjectDictionary) {
-    tpdos.iter_mut().filter(|slot| slot.pdo.mapping().overlaps(written)).for_each(|slot| slot.pdo.compare(od));
+fn compare<const N: usize>(
+    tpdos: &mut [TpdoSlot<N>],
+    written: &Mapping<N>,
+    masks: Option<u16>,
+    od: &mut dyn ObjectDictionary,
+) {
+    tpdos.iter_mut().filter(|slot| slot.pdo.mapping().overlaps(written)).for_each(|slot| slot.compare(masks, od));
 }
 
 fn rpdo_event(number: u16, event: rpdo::Event) -> Option<Event> {

@@ -108,6 +108,15 @@ impl<const MAPPED: usize> TpdoSlot<MAPPED> {
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::tpdo(self.number)
     }
+
+    /// Looks for a change of the bits that the device's masks let through, if it has masks.
+    pub(super) fn compare(&mut self, masks: Option<u16>, od: &mut dyn ObjectDictionary) {
+        let mask = masks.map_or(u64::MAX, |first| {
+            let mut half = |sub| objects::read_u32(od, first + self.number - 1, sub).map_or(u32::MAX.into(), u64::from);
+            half(1) | half(2) << 32
+        });
+        self.pdo.compare_masked(mask, od);
+    }
 }
 
 /// What the device does by itself at a given time. Services have deadlines of their own.
@@ -185,7 +194,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// An object changed.
     pub(super) fn changed(&mut self, address: Address) {
-        if self.is_operational() {
+        if self.is_operational() && self.behaviour().tpdo_masks.is_none() {
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.changed(address));
         }
     }
@@ -193,8 +202,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     /// Objects from `first` to `last` may have changed.
     pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut dyn ObjectDictionary) {
         if self.is_operational() {
+            let masks = self.behaviour().tpdo_masks;
             let concerned = self.tpdos.iter_mut().filter(|slot| slot.pdo.mapping().maps_between(first, last));
-            concerned.for_each(|slot| slot.pdo.compare(od));
+            concerned.for_each(|slot| slot.compare(masks, od));
         }
     }
 

@@ -74,13 +74,24 @@ pub struct Rpdo<const N: usize = 64> {
     length_error: Option<LengthError>,
     due: Option<Instant>,
     timed_out: bool,
+    /// SYNCs since the last n-th one.
+    syncs: u8,
 }
 
 impl<const N: usize> Rpdo<N> {
     /// Receives `mapping` under `parameters`.
     #[must_use]
     pub const fn new(parameters: Parameters, mapping: Mapping<N>) -> Self {
-        Rpdo { parameters, mapping, waiting: None, applied: None, length_error: None, due: None, timed_out: false }
+        Rpdo {
+            parameters,
+            mapping,
+            waiting: None,
+            applied: None,
+            length_error: None,
+            due: None,
+            timed_out: false,
+            syncs: 0,
+        }
     }
 
     /// The communication parameter.
@@ -133,6 +144,7 @@ impl<const N: usize> Rpdo<N> {
         if same && before.is_active() {
             self.waiting = before.waiting.filter(|_| self.parameters.transmission.is_synchronous());
             self.applied = before.applied;
+            self.syncs = before.syncs;
             self.length_error = before.length_error;
         }
     }
@@ -143,6 +155,7 @@ impl<const N: usize> Rpdo<N> {
         self.applied = None;
         self.due = None;
         self.timed_out = false;
+        self.syncs = 0;
     }
 
     /// Takes the PDO: writes its objects, or keeps them for SYNC.
@@ -169,6 +182,18 @@ impl<const N: usize> Rpdo<N> {
     pub fn handle_sync(&mut self, od: &mut dyn ObjectDictionary) {
         let waiting = self.waiting.take();
         self.applied = waiting.map(|data| self.apply(data.get(..self.mapping.bytes()).unwrap_or(&data), od));
+    }
+
+    /// The same for a device whose PDOs of type n, from 1 to 240, ignore n-1 SYNCs before one counts.
+    pub fn handle_nth_sync(&mut self, od: &mut dyn ObjectDictionary) {
+        self.syncs += 1;
+        match self.parameters.transmission {
+            TransmissionType::SynchronousCyclic(n) if self.syncs < n => self.applied = None,
+            _ => {
+                self.syncs = 0;
+                self.handle_sync(od);
+            }
+        }
     }
 
     fn apply(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Event {
@@ -224,6 +249,23 @@ mod tests {
         assert_eq!((pdo.handle_timeout(due), pdo.has_timed_out()), (Some(Event::TimedOut), true));
         assert_eq!(feed(&mut pdo, 20, &[1, 2], &mut od), Some(Event::Received));
         assert_eq!((pdo.has_timed_out(), pdo.length_error()), (false, None));
+    }
+
+    #[test]
+    fn every_nth_sync_is_counted_where_the_device_counts_them() {
+        let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
+        for (transmission, taken) in [(0, [1, 2, 3, 4]), (1, [1, 2, 3, 4]), (3, [0, 0, 3, 3])] {
+            let mut pdo = rpdo(transmission);
+            od.set(0x2000, 0, 0);
+            let seen = [1, 2, 3, 4].map(|sync| {
+                feed(&mut pdo, 0, &[sync, 0], &mut od);
+                pdo.handle_nth_sync(&mut od);
+                let value = od.get(0x2000, 0);
+                assert_eq!(pdo.applied().is_some(), value == u64::from(sync));
+                value
+            });
+            assert_eq!(seen, taken, "type {transmission}");
+        }
     }
 
     #[test]

@@ -191,8 +191,14 @@ impl<const N: usize> Tpdo<N> {
     /// Asks for the PDO to be sent if its data differ from those sampled to be sent, else from those sent last; before the
     /// first one, from those at the start. For dictionaries that cannot report changes by [`Tpdo::changed`].
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
+        self.compare_masked(u64::MAX, od);
+    }
+
+    /// The same for the bits of its data that are set in `mask`, whose lowest bit is that of the first byte.
+    pub fn compare_masked(&mut self, mask: u64, od: &mut dyn ObjectDictionary) {
         let known = self.pending.flatten().or(self.sent);
-        if self.counts_changes() && self.is_active() && known.is_some_and(|known| known != self.mapping.pack(od)) {
+        let mut differs = |known| (u64::from_le_bytes(known) ^ u64::from_le_bytes(self.mapping.pack(od))) & mask != 0;
+        if self.counts_changes() && self.is_active() && known.is_some_and(&mut differs) {
             self.request();
         }
     }

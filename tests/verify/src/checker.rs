@@ -45,6 +45,8 @@ pub(crate) struct Checker<'m> {
     pub(crate) disagreements: BTreeMap<String, Vec<String>>,
     /// Of each row, whether it agrees with what it was compared with.
     pub(crate) rows: BTreeMap<(&'static str, String), BTreeMap<Against, bool>>,
+    /// Why the simulated drive does not do what some things are for, and which these are.
+    pub(crate) not_simulated: Vec<(String, Vec<String>)>,
     /// What is wrong beyond cells.
     pub(crate) findings: Vec<String>,
 }
@@ -53,7 +55,8 @@ impl<'m> Checker<'m> {
     pub(crate) fn new(exempt: &'m Exempt, manual: &'m Manual) -> Self {
         let findings = manual.findings.clone();
         let (disagreements, rows) = (BTreeMap::new(), BTreeMap::new());
-        Checker { exempt, manual, compared: BTreeSet::new(), disagreements, rows, findings }
+        let not_simulated = Vec::new();
+        Checker { exempt, manual, compared: BTreeSet::new(), disagreements, rows, not_simulated, findings }
     }
 
     /// Whether something is wrong already that no erratum explains.
@@ -109,6 +112,17 @@ impl<'m> Checker<'m> {
     pub(crate) fn finding(&mut self, finding: String) {
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
+        }
+    }
+
+    /// Adds something that is not simulated.
+    pub(crate) fn not_simulated(&mut self, why: &str, place: String) {
+        let at = self.not_simulated.iter().position(|(known, _)| known == why).unwrap_or(self.not_simulated.len());
+        if at == self.not_simulated.len() {
+            self.not_simulated.push((why.to_owned(), Vec::new()));
+        }
+        if !self.not_simulated[at].1.contains(&place) {
+            self.not_simulated[at].1.push(place);
         }
     }
 

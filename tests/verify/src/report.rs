@@ -15,6 +15,8 @@ pub struct Report {
     pub tables: Vec<TableReport>,
     /// Where the manual contradicts itself or CiA.
     pub errata: Vec<Erratum>,
+    /// What the simulated drive does not do, and why: `2026h` or `20A4h, bits 8..12`.
+    pub not_simulated: Vec<(String, Vec<String>)>,
     /// What is wrong: none when everything is verified.
     pub findings: Vec<String>,
 }
@@ -71,6 +73,7 @@ impl Report {
         self.write_tables(&mut out);
         self.write_errata(&mut out);
         write_exempt(&mut out, drive);
+        self.write_not_simulated(&mut out);
         out
     }
 
@@ -106,7 +109,24 @@ impl Report {
             }
         }
     }
+
+    fn write_not_simulated(&self, out: &mut String) {
+        if !self.not_simulated.is_empty() {
+            out.push_str(NOT_SIMULATED);
+        }
+        for (why, places) in &self.not_simulated {
+            let _ = writeln!(out, "- {}: {why}", places.join(", "));
+        }
+    }
 }
+
+const NOT_SIMULATED: &str = "
+## What the simulated drive does not do
+
+Each of these holds what is written to it, or 0, and nothing follows (`simulated = false` in the overlay). Every other entry
+from 2000h on is one that the simulated drive looks at or sets by itself, or a constant:
+
+";
 
 fn write_exempt(out: &mut String, drive: &Drive) {
     out.push_str("\n## What is not compared\n\n");
@@ -164,7 +184,7 @@ tables cannot agree because of it.
 ";
 
 pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
-    let Checker { disagreements, rows, mut findings, .. } = checker;
+    let Checker { disagreements, rows, mut findings, not_simulated, .. } = checker;
     let mut explained = BTreeSet::new();
     let mut errata = Vec::new();
     for row in manual.rows("errata.csv") {
@@ -186,7 +206,7 @@ pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
     // Tables that other manuals of the maker have are empty.
     let tables = manual.tables().filter(|(file, rows)| *file != "errata.csv" && !rows.is_empty());
     let tables = tables.map(|(file, all)| table(file, all, &rows, &disagreements)).collect();
-    Report { tables, errata, findings }
+    Report { tables, errata, not_simulated, findings }
 }
 
 fn erratum(row: &Row, disagreeing: Vec<(String, String)>, findings: &mut Vec<String>) -> Erratum {

@@ -1,13 +1,15 @@
 //! Drives whose simulator is the servo of CiA 402 with their own dictionary: what all of them are asked.
 
+use std::collections::BTreeSet;
 use std::marker::PhantomData;
+use std::sync::{Mutex, PoisonError};
 
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Instant, NodeId};
-use simulator::SimulatedServo;
-use simulator::servo::{Causes, Inputs, ServoModel};
+use lexican_runtime::{AbortCode, Instant, NodeId};
+use simulator::servo::{Causes, Inputs, Machine, ServoModel};
+use simulator::{SimulatedServo, Storage};
 
 use crate::bench::{Bench, Simulator};
 use crate::kinds::objects::Objects;
@@ -86,6 +88,97 @@ impl<D: OfModel> Objects for Servo<D> {
     fn kept(drive: &mut SimulatedServo, _: Instant, index: u16, sub: u8) -> u32 {
         drive.storage().raw(Address::new(index, sub)).unwrap_or_default() as u32
     }
+}
+
+/// A dictionary that notes which entries the drive itself looks at or sets.
+#[derive(Debug)]
+struct Noted(Box<dyn Storage>);
+
+/// The entries noted since [`used`] has begun.
+static NOTED: Mutex<BTreeSet<Address>> = Mutex::new(BTreeSet::new());
+
+fn note(address: Address) {
+    NOTED.lock().unwrap_or_else(PoisonError::into_inner).insert(address);
+}
+
+impl ObjectDictionary for Noted {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.0.entry(address)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        self.0.len(entry)
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        note(entry.address);
+        self.0.read(entry, offset, buffer)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        self.0.write(entry, offset, data, last)
+    }
+}
+
+impl Storage for Noted {
+    fn raw(&self, address: Address) -> Option<u64> {
+        note(address);
+        self.0.raw(address)
+    }
+
+    fn set_raw(&mut self, address: Address, raw: u64) {
+        note(address);
+        self.0.set_raw(address, raw);
+    }
+
+    fn addresses(&self) -> Vec<Address> {
+        self.0.addresses()
+    }
+
+    fn duplicate(&self) -> Box<dyn Storage> {
+        Box::new(Noted(self.0.duplicate()))
+    }
+}
+
+/// The entries that a drive looks at or sets by itself while it is moved in each of its modes, in a world in which things
+/// happen. Nothing is read of it by SDO meanwhile.
+pub(crate) fn used<D: OfModel>() -> BTreeSet<Address> {
+    let storage = |node| Box::new(Noted((D::model().storage)(node))) as Box<dyn Storage>;
+    let model: &'static ServoModel = Box::leak(Box::new(ServoModel { storage, ..*D::model() }));
+    let homing = model.homing_methods.unwrap_or(&[35]);
+    let orders = model.modes.0.iter().flat_map(|(code, mode)| {
+        let methods = if *mode == Mode::Homing { homing } else { &[35] };
+        methods.iter().map(move |method| (*code, *method))
+    });
+    for (code, method) in orders {
+        let mut bench = Bench::<Servo<D>>::with(|now| SimulatedServo::new(now, model, D::NODE));
+        bench.world(|inputs| {
+            let home_switch = Some((-2000.0, -1000.0));
+            inputs.machine =
+                Machine { negative_limit: Some(-5e3), positive_limit: Some(5e3), home_switch, ..inputs.machine };
+        });
+        let set = [(0x6060, 0, code.into()), (0x6098, 0, method.into()), (0x6065, 0, 100), (0x1016, 1, 0x007F_03E8)];
+        set.iter().for_each(|(index, sub, value)| _ = bench.put(*index, *sub, *value));
+        bench.send(0x77F, &[5]);
+        bench.nmt(0x01);
+        bench.controls(&[0x06, 0x07, 0x0F]);
+        let orders = [(0x607A, 0, 90), (0x60FF, 0, 90), (0x6071, 0, 90), (0x60C1, 1, 90), (0x20A4, 0, 0x1F)];
+        orders.iter().for_each(|(index, sub, value)| _ = bench.put(*index, *sub, *value));
+        bench.control(0x1F);
+        for probe in [true, false] {
+            bench.world(|inputs| inputs.probes = [probe; 2]);
+            bench.send(0x080, &[]);
+            bench.hear(100);
+        }
+        bench.controls(&[0x11F, 0x1F]);
+        bench.world(|inputs| inputs.blocked = true);
+        bench.hear(2000);
+        bench.world(|inputs| inputs.blocked = false);
+        bench.controls(&[0x00, 0x80, 0x06, 0x07, 0x0F, 0x1F, 0x0B]);
+        Servo::<D>::power_cycle(&mut bench);
+        bench.hear(100);
+    }
+    std::mem::take(&mut *NOTED.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 impl<D: OfModel> Bench<Servo<D>> {

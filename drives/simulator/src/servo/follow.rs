@@ -43,11 +43,12 @@ pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize, co
             written(servo, now, od, address);
         }
         Some(
-            Event::StateChanged(NmtState::Stopped)
-            | Event::Reset(Reset::Communication)
-            | Event::Heartbeat { event: heartbeat_consumer::Event::Lost, .. }
+            Event::Heartbeat { event: heartbeat_consumer::Event::Lost, .. }
             | Event::LifeGuarding(guarding::Event::Lost),
-        ) => servo.lose_connection(now, od),
+        ) => servo.lose_manager(now, od),
+        Some(Event::StateChanged(NmtState::Stopped) | Event::Reset(Reset::Communication)) => {
+            servo.lose_connection(now, od);
+        }
         _ => {}
     }
     servo.update(now, od);

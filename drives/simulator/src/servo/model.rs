@@ -44,6 +44,11 @@ pub struct ServoModel {
     /// Whether bit 10 of the status word is set while an enabled axis stands to which nothing was ordered, and while it
     /// stands between the points of interpolated position mode. Otherwise it takes an order that was carried out.
     pub rest_is_reached: bool,
+    /// Whether software limits (607Dh) hold as they were when the servo was switched on or reset, and not as they are.
+    pub limits_from_start: bool,
+    /// Whether a heartbeat or guarding request of the manager that does not come is a fault in every state, and not what 6007h
+    /// says of an enabled axis.
+    pub lost_manager_is_fault: bool,
     /// 60C2h takes multiples of this only, and a period takes effect when both of its entries have been written; any period,
     /// at once, without it.
     pub cycle_step: Option<Duration>,
@@ -137,6 +142,8 @@ pub struct Servo {
     pub(super) held: Option<f64>,
     /// Where 6064h is 0.
     pub(super) zero: f64,
+    /// The software limits (607Dh) as they were first seen after it was switched on or reset, and none where they did not limit.
+    pub(super) limits: Option<Option<(f64, f64)>>,
     /// What limits the motion (status word, bit 11).
     pub(super) limit: Limit,
     pub(super) points: Points,
@@ -170,6 +177,8 @@ impl ServoModel {
         missing: &[],
         changes_mode_while_moving: true,
         rest_is_reached: true,
+        limits_from_start: false,
+        lost_manager_is_fault: false,
         cycle_step: None,
         homing_methods: None,
         codes: FaultCodes::CIA_402,

@@ -91,7 +91,9 @@ impl Servo {
 
     /// The software limits (607Dh) as positions of the shaft; infinite without them.
     pub(super) fn software_limits(&self, parameters: &Parameters<'_>) -> (f64, f64) {
-        let Some((low, high)) = parameters.range(LIMIT_MIN, LIMIT_MAX) else {
+        let of_start = self.limits.flatten().filter(|_| self.model.limits_from_start);
+        let of_now = || parameters.range(LIMIT_MIN, LIMIT_MAX).filter(|_| !self.model.limits_from_start);
+        let Some((low, high)) = of_start.or_else(of_now) else {
             return (f64::NEG_INFINITY, f64::INFINITY);
         };
         let sign = parameters.position_sign();

@@ -236,6 +236,16 @@ impl Servo {
         }
     }
 
+    /// A heartbeat or guarding request of the manager does not come.
+    pub fn lose_manager(&mut self, now: Instant, od: &mut dyn Storage) {
+        if !self.model.lost_manager_is_fault {
+            return self.lose_connection(now, od);
+        }
+        self.update(now, od);
+        self.raise(self.model.codes.connection_lost, od);
+        self.update(now, od);
+    }
+
     /// The connection is lost, as by a heartbeat that does not come: 6007h.
     pub fn lose_connection(&mut self, now: Instant, od: &mut dyn Storage) {
         self.update(now, od);

@@ -34,6 +34,7 @@ impl Servo {
             way: Trajectory::rest(now, 0.0),
             held: None,
             zero: 0.0,
+            limits: None,
             limit: Limit::None,
             points: Points::default(),
             running: None,
@@ -188,6 +189,7 @@ impl Servo {
 
     fn step(&mut self, now: Instant, od: &mut dyn Storage) {
         self.now = now;
+        self.limits = self.limits.or_else(|| Some(self.parameters(od).range(LIMIT_MIN, LIMIT_MAX)));
         self.follow_world(od);
         self.end_what_is_over();
         self.take_cycle_period(od);

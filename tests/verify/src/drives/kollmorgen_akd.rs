@@ -12,13 +12,16 @@ use lexican_runtime::NodeId;
 
 use self::examples::Drives;
 use self::simulated::{Akd, Simulated};
+use crate::bench::once;
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
 use crate::exempt::Exempt;
 use crate::kinds::terms::Place;
-use crate::kinds::{cia402, descriptions, emcy, formats, frames, homing, network, pdo, prose, sheet, terms, values};
+use crate::kinds::{
+    cia402, descriptions, emcy, formats, frames, homing, network, pdo, prose, sheet, simulation, terms, values,
+};
 use crate::manual::Keys;
-use crate::servo::OfModel;
+use crate::servo::{self, OfModel};
 
 const TABLES: Keys = &[
     ("baud_rates.csv", &["value"]),
@@ -90,6 +93,11 @@ pub(super) const DRIVE: Drive = Drive {
         |checker, _| cia402::commands::<Simulated>(checker),
         |checker, _| cia402::events::<Simulated>(checker, behaviour::action),
         |checker, case| cia402::mode_bits::<Simulated>(checker, case, MODEL.modes, behaviour::mode_bit),
+        |checker, case| {
+            let used = once::<Simulated, _>((), servo::used::<Akd>);
+            simulation::entries(checker, case, |address| used.contains(&address));
+            simulation::bits(checker, case, |index, bit| behaviour::shown(index, bit).is_some());
+        },
         |checker, case| prose::statements::<Simulated>(checker, case, statements::ALL, str::to_owned),
         |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
         |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),

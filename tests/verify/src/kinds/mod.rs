@@ -29,6 +29,7 @@ pub(crate) mod objects;
 pub(crate) mod pdo;
 pub(crate) mod prose;
 pub(crate) mod sheet;
+pub(crate) mod simulation;
 pub(crate) mod terms;
 pub(crate) mod transmission;
 pub(crate) mod values;

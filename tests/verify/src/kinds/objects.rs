@@ -25,10 +25,6 @@ pub(crate) trait Objects: Simulator {
     fn variant(printed: &str) -> Option<i128>;
     /// A drive of each variant, with limits of others as wide as they can be.
     fn variants() -> Vec<(i128, Bench<Self>)>;
-    /// What is read in place of a default.
-    fn instead_of_default(_index: u16, default: i128) -> i128 {
-        default
-    }
     /// Whether a drive that has been delivered has the default that is printed in words.
     fn has_default_in_words(_bench: &mut Bench<Self>, _words: &str) -> bool {
         false
@@ -336,7 +332,7 @@ fn defaults<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'
     for asked in rows {
         let printed = asked.row.get("default");
         let expected = match notation::default(printed) {
-            Some(Default::Value(value)) => S::instead_of_default(asked.index, value),
+            Some(Default::Value(value)) => value,
             Some(Default::NodeIdPlus(base)) => base + i128::from(S::NODE.get()),
             None if printed.contains(' ') => {
                 let agrees = S::has_default_in_words(&mut bench, printed);

@@ -137,11 +137,6 @@ impl<D: Siko> Objects for D {
         D::GEARS.iter().map(bench).collect()
     }
 
-    fn instead_of_default(index: u16, default: i128) -> i128 {
-        // The node-ID is the one of the examples.
-        if index == 0x2101 { NODE.get().into() } else { default }
-    }
-
     fn is_command(index: u16) -> bool {
         index == 0x6040
     }

@@ -110,16 +110,30 @@ const SHOWN: &[(u16, u8, Change)] = &[
         [moving, bit(&bench, STATUS, 10)]
     }),
     (STATUS, 11, || {
-        let mut bench = Bench::enabled_in(Mode::ProfilePosition);
-        let limits = [bench.put(0x607D, 1, -1000), bench.put(0x607D, 2, 1000)];
+        let mut bench = limited(true);
         bench.travel(500);
         bench.rest();
         let within = bit(&bench, STATUS, 11);
         bench.travel(5000);
-        let stopped = bench.rest() == 1000 && limits == [Ok(()); 2];
+        let stopped = bench.rest() == 1000;
         [within, bit(&bench, STATUS, 11) && stopped]
     }),
 ];
+
+/// Enabled in profile position mode with limits of -1000 and 1000; after a restart that has them stored, or without.
+pub(super) fn limited(restarts: bool) -> Bench {
+    let mut bench = Bench::operational();
+    let _ = [bench.put(0x607D, 1, -1000), bench.put(0x607D, 2, 1000)];
+    if restarts {
+        let _ = bench.put(0x1010, 1, 0x6576_6173);
+        bench.nmt(0x81);
+        bench.hear(0);
+        bench.nmt(0x01);
+    }
+    let _ = bench.put(0x6060, 0, 1);
+    bench.controls(&[0x06, 0x07, 0x0F]);
+    bench
+}
 
 /// A bit of 1002h before and after the world has changed.
 fn input(of: u8, change: fn(&mut Bench)) -> [bool; 2] {

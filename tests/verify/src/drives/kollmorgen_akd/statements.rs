@@ -4,7 +4,7 @@ use kollmorgen_akd::fault;
 use lexican_runtime::profile::cia402::{Mode, State};
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::behaviour::{STATUS, SYSTEM, bit, homing, is_powered};
+use super::behaviour::{STATUS, SYSTEM, bit, homing, is_powered, limited};
 use super::simulated::Simulated;
 use crate::bench::Bench as OnBus;
 use crate::kinds::cia402::bring_to;
@@ -70,22 +70,6 @@ fn homed_with(offset: i64) -> i64 {
     bench.number(0x6064, 0)
 }
 
-/// Where a travel ends with limits of -1000 and 1000; after a restart that has them stored, or without.
-fn limited_travel(restarts: bool) -> i64 {
-    let mut bench = Bench::new();
-    let _ = [bench.put(0x607D, 1, -1000), bench.put(0x607D, 2, 1000)];
-    if restarts {
-        let _ = bench.put(0x1010, 1, 0x6576_6173);
-        bench.nmt(0x81);
-        bench.hear(0);
-    }
-    bench.nmt(0x01);
-    let _ = bench.put(0x6060, 0, 1);
-    bench.controls(&[0x06, 0x07, 0x0F]);
-    bench.travel(5000);
-    bench.rest()
-}
-
 /// Chapter and subject of a statement, and what it says.
 pub(super) const ALL: &[Statement] = &[
     ("5.4.4:history", || {
@@ -147,6 +131,9 @@ pub(super) const ALL: &[Statement] = &[
         let emcy = [bench.hear_from(Bench::own(0x80), 290), bench.hear_from(Bench::own(0x80), 20)];
         let in_time = emcy[0].is_empty() && emcy[1].first().is_some_and(|data| data.starts_with(&[0x30, 0x81]));
         bench.rest();
+        bench.controls(&[0x06, 0x07, 0x0F]);
+        bench.hear(100);
+        let prevents = !bench.is_moving();
         let others = [(100, 3, false), (0, 3, true), (100, 0, true)].map(|(time, factor, asks)| {
             let mut bench = guarded(time, factor, asks);
             bench.hear(1000);
@@ -158,6 +145,7 @@ pub(super) const ALL: &[Statement] = &[
             ("off when either is 0", others[1..] == [false; 2]),
             ("fault F129", is_lost(&bench)),
             ("braked to a stop", bench.state() == State::Fault && !bench.is_moving()),
+            ("any other movement is prevented", prevents),
         ]
     }),
     ("5.4.8:heartbeat", || {
@@ -188,6 +176,16 @@ pub(super) const ALL: &[Statement] = &[
         };
         let signed = [0x6576_6173, 0x7361_7665, 1].map(kept) == [true, false, false];
         vec![("by the signature only", signed), ("reads 1", Bench::new().read(0x1010, 1) == Ok(1))]
+    }),
+    ("6.2.2.1:masks", || {
+        let sends = |low: i64, high: i64| {
+            let mut bench = sending(&[]);
+            let masked = [bench.put(0x2014, 1, low), bench.put(0x2014, 2, high)] == [Ok(()); 2];
+            masked && changed(&mut bench, 0) == 1
+        };
+        // Bit 4 of the status word changes, and TPDO1 has two bytes.
+        let unset = sends(0xFFFF_FFFF, 0xFFFF_FFFF) && sends(0x10, 0) && !sends(!0x10, 0xFFFF_FFFF);
+        vec![("an unset bit is not monitored", unset), ("short PDOs too", !sends(0, 0xFFFF_FFFF))]
     }),
     ("6.2.2.9:latches", || {
         let mut bench = Bench::enabled_in(Mode::ProfilePosition);
@@ -319,7 +317,11 @@ pub(super) const ALL: &[Statement] = &[
         let mut bench = Bench::enabled_in(Mode::ProfilePosition);
         bench.travel(5000);
         let free = bench.rest() == 5000;
-        let [at_once, later] = [false, true].map(limited_travel);
+        let [at_once, later] = [false, true].map(|restarts| {
+            let mut bench = limited(restarts);
+            bench.travel(5000);
+            bench.rest()
+        });
         vec![("off by default", free), ("targets end there", later == 1000), ("from the restart on", at_once == 5000)]
     }),
 ];
