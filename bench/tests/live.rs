@@ -8,7 +8,7 @@ use lexican_bench::model::BusInfo;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
-use lexican_runtime::{CobId, Frame};
+use lexican_runtime::{CobId, Frame, NodeId};
 use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
@@ -341,4 +341,37 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     let is_mapping = |text: &str| text.starts_with("1A00:01 TPDO1 mapping");
     assert!(frames.rows.iter().all(|row| row.service == "TPDO1" || is_mapping(&row.text)), "{frames:?}");
     bench.end();
+}
+
+/// A bus whose driver panics at its first frame.
+struct Failing;
+
+impl lexican_runtime::host::Link for Failing {
+    fn now(&self) -> lexican_runtime::Instant {
+        lexican_runtime::Instant::ZERO
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), lexican_runtime::host::LinkError> {
+        Ok(())
+    }
+    fn receive(
+        &mut self,
+        _: lexican_runtime::Instant,
+    ) -> Result<Option<lexican_runtime::host::Incoming>, lexican_runtime::host::LinkError> {
+        panic!("as an adapter's driver might")
+    }
+}
+
+#[test]
+fn a_bus_whose_thread_panics_is_lost_with_the_drives_on_it() {
+    let info = BusInfo { name: "failing".to_owned(), is_writable: true, bit_rate: None };
+    let node = NodeId::literal(5);
+    let sheet = lexican_toolbox::data_sheet::DataSheet::load("siko/ag03-1", &[]).unwrap();
+    let sheet = lexican_bench::sheet::Sheet::new("siko/ag03-1", sheet);
+    let setup = Setup { nodes: vec![(node, None, Some(sheet))], ..Setup::new(info) };
+    let bench = Bench::live(Box::new(Failing), setup).unwrap();
+    let view = until(&bench, |view| !view.bus.is_writable);
+    assert!(view.bus.state.contains("has failed"), "{}", view.bus.state);
+    let face = bench.open_face();
+    face.ask(Command::StopAll).wait().unwrap_err();
+    assert!(bench.view().drives[0].ending.as_ref().unwrap().may_be_moving);
 }
