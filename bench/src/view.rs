@@ -363,7 +363,7 @@ pub struct Drive {
 pub struct Seen {
     /// In seconds of [`View::time`].
     pub at: f64,
-    /// It should have been seen again since: nobody knows how it is now.
+    /// It should have been seen again since: how it is now is unknown.
     pub is_old: bool,
 }
 

@@ -103,7 +103,7 @@ fn boot_loops_abort_storms_and_a_full_bus_are_troubles() {
         bus.after(100, 0x705, &[0]);
     }
     let troubles = bus.wait(0).bus.troubles;
-    let boots = troubles.iter().find(|it| it.text.contains("node 5 has booted 3 times without being told to")).unwrap();
+    let boots = troubles.iter().find(|it| it.text.contains("node 5 has booted 3 times without a command")).unwrap();
     assert_eq!(boots.row, Some(3), "the last boot-up");
     for _ in 0..30 {
         bus.after(1, 0x606, &[0x40, 0x00, 0x20, 0, 0, 0, 0, 0]);
@@ -248,7 +248,7 @@ fn a_drive_without_power_is_not_shown_as_it_was() {
     // One quantity that is not heard any more is enough.
     bus.after(0, 0x705, &[5]);
     answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
-    assert!(bus.wait(0).drives[0].seen.unwrap().is_old, "where it is, nobody knows");
+    assert!(bus.wait(0).drives[0].seen.unwrap().is_old, "where it is now is unknown");
     let drive = beat(&mut bus).drives.remove(0);
     assert!(!drive.seen.unwrap().is_old);
 }

@@ -123,7 +123,7 @@ impl Model {
         }
     }
 
-    /// Handles a frame of somebody else, or of which nobody knows the sender.
+    /// Handles a frame of somebody else, or of an unknown sender.
     pub fn observe(&mut self, now: Instant, frame: &Frame) {
         self.take(now, frame, false);
     }

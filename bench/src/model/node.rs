@@ -35,7 +35,7 @@ struct Beats {
 pub(crate) enum Event {
     /// It was silent for so long.
     Silent(Duration),
-    /// It has booted without having been told to: its power was cut, or it has restarted.
+    /// It has booted without a command of network management: its power was cut, or it has restarted by itself.
     Booted,
 }
 
