@@ -289,6 +289,10 @@ export default {
   'order.stop.help': 'Mit der eingestellten Verzögerung',
   'order.quick-stop': 'Schnellhalt',
   'order.quick-stop.help': 'Mit voller Verzögerung',
+  'order.resume': 'Fortsetzen',
+  'order.resume.help': 'Setzt eine unterbrochene Fahrt fort',
+  'order.drop': 'Fahrt verwerfen',
+  'order.drop.help': 'Verwirft den Rest einer unterbrochenen Fahrt und sperrt den Antrieb',
 
   'bus.title': 'Bus',
   'bus.load': 'Buslast',

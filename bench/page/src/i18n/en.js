@@ -288,6 +288,10 @@ export default {
   'order.stop.help': 'With the programmed deceleration',
   'order.quick-stop': 'Quick stop',
   'order.quick-stop.help': 'With full deceleration',
+  'order.resume': 'Resume',
+  'order.resume.help': 'Go on with a travel that was interrupted',
+  'order.drop': 'Drop travel',
+  'order.drop.help': 'Drop the rest of a travel that was interrupted, and disable the drive',
 
   'bus.title': 'Bus',
   'bus.load': 'Bus load',
