@@ -314,6 +314,8 @@ pub struct Curve {
     pub name: String,
     /// Of the numbers.
     pub unit: Option<String>,
+    /// When its last number was seen.
+    pub seen: Option<Seen>,
     /// Time and number, ascending in time.
     pub points: Vec<(f64, f64)>,
 }

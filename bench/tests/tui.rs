@@ -216,8 +216,14 @@ fn screen(language: Language) -> Screen {
         vec![row(811, "185", "Statusword = OPERATION ENABLED", false), row(812, "085", "7121h: motor blocked", true)];
     screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { matching: 4211, from: 4209, rows })));
     let points = (0..100).map(|at| (f64::from(at) * 0.14, f64::from(at * at))).collect();
-    let curve =
-        Curve { node: 5, address: "6064:00".to_owned(), name: "Position Actual Value".to_owned(), unit: None, points };
+    let curve = Curve {
+        node: 5,
+        address: "6064:00".to_owned(),
+        name: "Position Actual Value".to_owned(),
+        unit: None,
+        seen: None,
+        points,
+    };
     screen.take(Purpose::Plots, Ok(Answer::Curves(vec![curve])));
     screen
 }
@@ -724,7 +730,7 @@ fn cursors_show_numbers_and_their_difference() {
 fn a_trigger_holds_the_curves_around_the_crossing() {
     let curve = |points: &[(f64, f64)]| {
         let (address, name) = ("6064:00".to_owned(), "Position".to_owned());
-        vec![Curve { node: 5, address, name, unit: None, points: points.to_vec() }]
+        vec![Curve { node: 5, address, name, unit: None, seen: None, points: points.to_vec() }]
     };
     // It falls at 3.5, rises at 15.5, and falls at 20.5.
     let wave = [(0.0, 0.0), (3.0, 10.0), (4.0, 0.0), (15.0, 0.0), (16.0, 10.0), (20.0, 10.0), (21.0, 0.0)];
