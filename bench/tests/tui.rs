@@ -645,6 +645,19 @@ fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_i
 }
 
 #[test]
+fn a_stop_that_has_failed_is_no_alarm_any_more_once_it_is_confirmed() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    screen.take(Purpose::Stop, Err(Refused::new("the bench only listens to this bus")));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"), "nothing was sent");
+    view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: None });
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    view.drives[0].unconfirmed = None;
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("every drive has stopped") && !text.contains("NOT STOPPED"), "{text}");
+}
+
+#[test]
 fn a_drive_that_may_be_moving_is_shown_in_every_room() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();

@@ -54,6 +54,7 @@ export default {
   'stop.sent': 'hält an …',
   'stop.answered': 'alle Antriebe stehen, nach {ms} ms',
   'stop.unanswered': 'NOCH NICHT BESTÄTIGT: Wenn sich etwas bewegt, Not-Halt der Maschine betätigen',
+  'stop.confirmed': 'alle Antriebe haben seitdem bestätigt, dass sie stehen',
   'stop.refused': 'FEHLGESCHLAGEN: {why}',
   'stop.unsent': 'KEINE VERBINDUNG: Not-Halt der Maschine betätigen',
 

@@ -53,6 +53,7 @@ export default {
   'stop.sent': 'stopping …',
   'stop.answered': 'every drive has stopped, after {ms} ms',
   'stop.unanswered': 'NOT CONFIRMED YET: if anything moves, use the machine’s emergency stop',
+  'stop.confirmed': 'every drive has confirmed since that it stands',
   'stop.refused': 'FAILED: {why}',
   'stop.unsent': 'NO CONNECTION: use the machine’s emergency stop',
 
