@@ -24,4 +24,8 @@ pub enum Order {
     Stop,
     /// Stop with full deceleration.
     QuickStop,
+    /// Go on with an interrupted travel.
+    Resume,
+    /// Drop the rest of an interrupted travel, and disable the drive.
+    Drop,
 }

@@ -314,6 +314,8 @@ pub struct Curve {
     pub name: String,
     /// Of the numbers.
     pub unit: Option<String>,
+    /// When its last number was seen.
+    pub seen: Option<Seen>,
     /// Time and number, ascending in time.
     pub points: Vec<(f64, f64)>,
 }
@@ -363,7 +365,7 @@ pub struct Drive {
 pub struct Seen {
     /// In seconds of [`View::time`].
     pub at: f64,
-    /// It should have been seen again since: nobody knows how it is now.
+    /// It should have been seen again since: how it is now is unknown.
     pub is_old: bool,
 }
 

@@ -8,7 +8,7 @@ use lexican_bench::model::BusInfo;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
-use lexican_runtime::{CobId, Frame};
+use lexican_runtime::{CobId, Frame, NodeId};
 use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
@@ -255,6 +255,60 @@ fn values_are_watched_and_plotted() {
 }
 
 #[test]
+fn watches_and_curves_end_with_the_last_face_that_wants_them_and_are_bounded() {
+    let bench = bench();
+    let (one, other) = (face(&bench), bench.open_face());
+    let watch = |address: &str| Command::Watch { node: 5, address: address.to_owned(), every_ms: 100 };
+    let plot = |signals: &[&str]| {
+        let signals = signals.iter().map(|signal| (*signal).to_owned()).collect();
+        Command::Plot { node: 5, signals, every_ms: 100 }
+    };
+    one.ask(watch("6064:00")).wait().unwrap();
+    one.ask(watch("606C:00")).wait().unwrap();
+    other.ask(watch("6064:00")).wait().unwrap();
+    one.ask(plot(&["6064:00", "606C:00"])).wait().unwrap();
+    other.ask(plot(&["606C:00"])).wait().unwrap();
+    let curves = |face: &Face| {
+        let Ok(Answer::Curves(curves)) = face.ask(Command::Curves { since: -1.0 }).wait() else { panic!("curves") };
+        curves.into_iter().map(|curve| curve.address).collect::<Vec<_>>()
+    };
+    while curves(&other).len() < 2 {
+        yield_now();
+    }
+    one.close();
+    assert_eq!(bench.view().watched.iter().map(|it| &*it.address).collect::<Vec<_>>(), ["6064:00"]);
+    assert_eq!(curves(&other), ["606C:00"]);
+    assert!(one.ask(watch("606C:00")).wait().is_err(), "it would be read for ever");
+
+    let many: Vec<_> = (0x2000..0x2040).map(|index| format!("{index:04X}:00")).collect();
+    let refused = other.ask(plot(&many.iter().map(String::as_str).collect::<Vec<_>>())).wait().unwrap_err();
+    assert!(refused.why.contains("at most 32") && refused.remedy.is_some(), "{refused:?}");
+    let watched: Vec<_> = many.iter().map(|address| other.ask(watch(address)).wait().is_ok()).collect();
+    assert_eq!(watched.iter().filter(|is_watched| **is_watched).count(), 63, "one more was watched before");
+    drop(other);
+    assert!(bench.view().watched.is_empty());
+    bench.end();
+}
+
+#[test]
+fn values_that_were_seen_before_a_restore_are_read_anew_after_it() {
+    let bench = bench();
+    let face = face(&bench);
+    let Ok(Answer::File { bytes, .. }) = face.ask(Command::Backup { node: 5 }).wait() else { panic!("a file") };
+    let seen = || {
+        let asked = Command::Seen { node: 5, addresses: vec!["1000:00".to_owned(), "2410:01".to_owned()] };
+        let Ok(Answer::Values(seen)) = face.ask(asked).wait() else { panic!("values") };
+        seen.into_iter().map(|value| value.at).collect::<Vec<_>>()
+    };
+    face.ask(Command::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
+    let before = bench.view().time;
+    face.ask(Command::Restore { node: 5, dcf: String::from_utf8(bytes).unwrap() }).wait().unwrap();
+    let after = seen();
+    assert!(after.len() == 2 && after.iter().all(|at| *at > before), "{after:?}, {before}");
+    bench.end();
+}
+
+#[test]
 fn what_is_watched_is_read_while_its_drive_moves() {
     let bench = bench();
     let face = face(&bench);
@@ -341,4 +395,37 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     let is_mapping = |text: &str| text.starts_with("1A00:01 TPDO1 mapping");
     assert!(frames.rows.iter().all(|row| row.service == "TPDO1" || is_mapping(&row.text)), "{frames:?}");
     bench.end();
+}
+
+/// A bus whose driver panics at its first frame.
+struct Failing;
+
+impl lexican_runtime::host::Link for Failing {
+    fn now(&self) -> lexican_runtime::Instant {
+        lexican_runtime::Instant::ZERO
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), lexican_runtime::host::LinkError> {
+        Ok(())
+    }
+    fn receive(
+        &mut self,
+        _: lexican_runtime::Instant,
+    ) -> Result<Option<lexican_runtime::host::Incoming>, lexican_runtime::host::LinkError> {
+        panic!("as an adapter's driver might")
+    }
+}
+
+#[test]
+fn a_bus_whose_thread_panics_is_lost_with_the_drives_on_it() {
+    let info = BusInfo { name: "failing".to_owned(), is_writable: true, bit_rate: None };
+    let node = NodeId::literal(5);
+    let sheet = lexican_toolbox::data_sheet::DataSheet::load("siko/ag03-1", &[]).unwrap();
+    let sheet = lexican_bench::sheet::Sheet::new("siko/ag03-1", sheet);
+    let setup = Setup { nodes: vec![(node, None, Some(sheet))], ..Setup::new(info) };
+    let bench = Bench::live(Box::new(Failing), setup).unwrap();
+    let view = until(&bench, |view| !view.bus.is_writable);
+    assert!(view.bus.state.contains("has failed"), "{}", view.bus.state);
+    let face = bench.open_face();
+    face.ask(Command::StopAll).wait().unwrap_err();
+    assert!(bench.view().drives[0].ending.as_ref().unwrap().may_be_moving);
 }

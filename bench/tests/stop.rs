@@ -286,3 +286,52 @@ fn a_faster_watch_that_ends_leaves_the_slower_one() {
     assert!(rig.bench.view().watched.is_empty());
     rig.bench.end();
 }
+
+#[test]
+fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    let interrupted = |target: &str| {
+        let travel = face.ask(drive(5, Order::MoveTo, Some(target)));
+        until(&rig.bench, moves);
+        assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+        travel.wait().unwrap();
+        assert!(rig.bench.view().drives[0].orders.contains(&Order::Resume));
+        let refused = face.ask(drive(5, Order::MoveTo, Some("0"))).wait().unwrap_err();
+        assert!(refused.why.contains("its travel is interrupted"), "{refused:?}");
+        assert!(refused.remedy.unwrap().contains("drop the rest of it"));
+    };
+    interrupted("3000");
+    let resumed = face.ask(drive(5, Order::Resume, None));
+    let target = until(&rig.bench, |view| view.drives[0].order.is_some() && view.drives[0].target.is_some());
+    assert_eq!(target.drives[0].target, Some(3000.0), "as the drive has it");
+    resumed.wait().unwrap();
+    let view = until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
+    assert_eq!(
+        (view.drives[0].position, &*view.drives[0].ending.as_ref().unwrap().text),
+        (Some(3000.0), "it has reached its target")
+    );
+
+    interrupted("100000");
+    face.ask(drive(5, Order::Drop, None)).wait().unwrap();
+    assert_eq!(until(&rig.bench, |view| view.drives[0].order.is_none()).drives[0].target, None);
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Order::MoveTo, Some("3000"))).wait().unwrap();
+    rig.bench.end();
+}
+
+#[test]
+fn a_refused_order_leaves_the_target_of_the_drive() {
+    let rig = rig(Fate::Lose);
+    let face = rig.face();
+    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    face.ask(drive(5, Order::MoveTo, Some("5000"))).wait().unwrap_err();
+    assert_eq!(rig.bench.view().drives[0].target, None, "it is not enabled");
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Order::MoveTo, Some("10"))).wait().unwrap();
+    face.ask(drive(5, Order::MoveTo, Some("2000000000"))).wait().unwrap_err();
+    assert_eq!(rig.bench.view().drives[0].target, Some(10.0));
+    rig.bench.end();
+}

@@ -216,8 +216,14 @@ fn screen(language: Language) -> Screen {
         vec![row(811, "185", "Statusword = OPERATION ENABLED", false), row(812, "085", "7121h: motor blocked", true)];
     screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { matching: 4211, from: 4209, rows })));
     let points = (0..100).map(|at| (f64::from(at) * 0.14, f64::from(at * at))).collect();
-    let curve =
-        Curve { node: 5, address: "6064:00".to_owned(), name: "Position Actual Value".to_owned(), unit: None, points };
+    let curve = Curve {
+        node: 5,
+        address: "6064:00".to_owned(),
+        name: "Position Actual Value".to_owned(),
+        unit: None,
+        seen: None,
+        points,
+    };
     screen.take(Purpose::Plots, Ok(Answer::Curves(vec![curve])));
     screen
 }
@@ -639,6 +645,19 @@ fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_i
 }
 
 #[test]
+fn a_stop_that_has_failed_is_no_alarm_any_more_once_it_is_confirmed() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    screen.take(Purpose::Stop, Err(Refused::new("the bench only listens to this bus")));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"), "nothing was sent");
+    view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: None });
+    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    view.drives[0].unconfirmed = None;
+    let text = drawn(&mut screen, &view, 80, 24);
+    assert!(text.contains("every drive has stopped") && !text.contains("NOT STOPPED"), "{text}");
+}
+
+#[test]
 fn a_drive_that_may_be_moving_is_shown_in_every_room() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();
@@ -724,7 +743,7 @@ fn cursors_show_numbers_and_their_difference() {
 fn a_trigger_holds_the_curves_around_the_crossing() {
     let curve = |points: &[(f64, f64)]| {
         let (address, name) = ("6064:00".to_owned(), "Position".to_owned());
-        vec![Curve { node: 5, address, name, unit: None, points: points.to_vec() }]
+        vec![Curve { node: 5, address, name, unit: None, seen: None, points: points.to_vec() }]
     };
     // It falls at 3.5, rises at 15.5, and falls at 20.5.
     let wave = [(0.0, 0.0), (3.0, 10.0), (4.0, 0.0), (15.0, 0.0), (16.0, 10.0), (20.0, 10.0), (21.0, 0.0)];

@@ -17,7 +17,7 @@ use crate::values::report::ValueReport;
 const LONGEST: usize = 1024;
 
 /// What to sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Signal {
     /// An entry of the object dictionary.
     Object(Address),

@@ -65,6 +65,11 @@ impl Recording {
         &self.series
     }
 
+    /// Forgets the curves of the other entries.
+    pub fn retain(&mut self, mut is_kept: impl FnMut(Address) -> bool) {
+        self.series.retain(|series| is_kept(series.address));
+    }
+
     /// From the first to the last value, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {

@@ -1,9 +1,9 @@
 // The one bench of this page, and how views ask it.
 import { useState } from 'preact/hooks'
-import { signal } from '@preact/signals'
+import { effect, signal } from '@preact/signals'
 import { save } from './files.js'
 import { Bench, socketUrl, takeToken } from './socket.js'
-import { applyView, connection, face, version } from './state.js'
+import { applyView, connection, face, stopSince, version, view } from './state.js'
 
 let bench = null
 
@@ -68,9 +68,10 @@ export function useAsk() {
 }
 
 /**
- * How the last stop went: `{ number, state: 'sent' | 'answered' | 'past' | 'unanswered' | 'refused' | 'unsent', ms, why }`. The answer comes when
- * every drive has stopped. */
+ * How the last stop went: `{ number, state: 'sent' | 'answered' | 'past' | 'unanswered' | 'refused' | 'confirmed' | 'unsent', ms, why }`. The
+ * answer comes when every drive has stopped. */
 export const stop = signal(null)
+effect(() => (stop.value = stopSince(stop.value, view.drives.value)))
 const PATIENCE = 1000 // ms until a stop that is not confirmed is said to be so
 const SEEN = 10_000 // ms for which a confirmed one is shown
 

@@ -50,6 +50,16 @@ export function applyView(changes) {
   })
 }
 
+/**
+ * How the last stop went, by what the drives have confirmed since: one that was refused is sent until each drive stands. `last` is that of
+ * bench.js.
+ */
+export function stopSince(last, drives) {
+  if (last?.state !== 'refused') return last
+  if (drives.some((drive) => drive.unconfirmed)) return last.isSent ? last : { ...last, isSent: true }
+  return last.isSent ? { ...last, state: 'confirmed' } : last
+}
+
 export const TABS = ['nodes', 'objects', 'pdos', 'trace', 'plots', 'drives', 'bus', 'devices']
 
 /** `#objects/5`: the tab, and the node that is looked at. */

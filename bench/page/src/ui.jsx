@@ -80,7 +80,7 @@ export function Meter({ percent, label, alarm = 80 }) {
   )
 }
 
-/** Whether something should have been seen again since: nobody knows how it is now. */
+/** Whether something should have been seen again since: how it is now is unknown. */
 export const isOld = (seen) => seen?.is_old === true
 
 /** Since when nobody has seen it, if it should have been seen. */

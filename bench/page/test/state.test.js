@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { applyView, chosenNode, connection, face, hasHands, node, parsePlace, view, whyNot } from '../src/state.js'
+import { applyView, chosenNode, connection, face, hasHands, node, parsePlace, stopSince, view, whyNot } from '../src/state.js'
 
 test('only fields that have changed are taken over, and unknown ones left alone', () => {
   applyView({ nodes: [{ id: 5 }, { id: 6 }], later: 1 })
@@ -34,4 +34,15 @@ test('a place of the address is a tab and a node, or the first tab', () => {
   assert.deepEqual(parsePlace('#objects/5'), { tab: 'objects', node: 5 })
   assert.deepEqual(parsePlace('#trace'), { tab: 'trace', node: null })
   assert.deepEqual(parsePlace('#nothing/128'), { tab: 'nodes', node: null })
+})
+
+test('a stop that was refused is confirmed once no drive lacks its confirmation', () => {
+  const [standing, moving] = [[{ unconfirmed: null }], [{ unconfirmed: { since: 1, why: null } }]]
+  const refused = { number: 1, state: 'refused', ms: 9 }
+  assert.equal(stopSince(refused, standing), refused, 'nothing was sent, as to a bus that is only listened to')
+  const sent = stopSince(refused, moving)
+  assert.equal(stopSince(sent, moving), sent)
+  assert.equal(sent.state, 'refused')
+  assert.equal(stopSince(sent, standing).state, 'confirmed')
+  assert.equal(stopSince(null, moving), null)
 })

@@ -8,12 +8,14 @@ use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
+use lexican_toolbox::sampler::Signal;
 
 use super::hub::{self, Port, Ports};
 use super::lock::lock;
 use super::recording::{self, Recording};
 use super::reply::Gathered;
 use super::station::{NOBODY, Station};
+use super::wanted::Wanted;
 use super::{order, pdo};
 use crate::command::{Answer, Refused};
 use crate::model::{Braking, BusInfo, DEVICE_NAME, DRIVE, Model, watched};
@@ -91,6 +93,8 @@ pub(super) struct Shared {
     pub(super) faces: Mutex<Faces>,
     pub(super) simulation: Mutex<Option<Box<dyn Simulation>>>,
     pub(super) recording: Option<Arc<Recording>>,
+    /// What faces have read again and again.
+    pub(super) wanted: Mutex<Wanted>,
     /// Links for what faces have started that is about no single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
 }
@@ -100,6 +104,13 @@ pub(super) struct Faces {
     pub(super) last: u32,
     pub(super) open: BTreeSet<u32>,
     pub(super) holder: Option<u32>,
+}
+
+impl Faces {
+    /// What a face wants that is gone would never end.
+    fn check_open(&self, face: u32) -> Result<(), Refused> {
+        self.open.contains(&face).then_some(()).ok_or_else(Refused::interrupted)
+    }
 }
 
 impl Bench {
@@ -138,7 +149,8 @@ impl Bench {
         recording: Option<Arc<Recording>>,
     ) -> Self {
         let (stations, faces, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
-        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording, links: Mutex::default() }))
+        let (wanted, links) = (Mutex::default(), Mutex::default());
+        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording, wanted, links }))
     }
 
     /// What faces show.
@@ -189,10 +201,10 @@ impl Bench {
             for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
                 let Ok(station) = self.station(node) else { continue };
                 station.hurry();
-                if station.is_idle() && lock(&self.0.model).is_stranger(node) {
+                if station.is_idle() && lock(&self.0.model).is_stranger(self.0.ports.now(), node) {
                     get_to_know(&station);
                 }
-                if station.is_idle() && lock(&self.0.model).lacks_pdos(node) {
+                if station.is_idle() && lock(&self.0.model).lacks_pdos(self.0.ports.now(), node) {
                     station.ask(NOBODY, pdo::learn);
                 }
                 if let Some(description) = sheet.and_then(|sheet| sheet.drive) {
@@ -268,6 +280,70 @@ impl Bench {
     pub(super) fn unpoll(&self, node: NodeId, address: Address, every_ms: u32) {
         if let Ok(station) = self.station(node) {
             station.unpoll(address, millis(every_ms));
+        }
+    }
+
+    /// Watches an entry for a face.
+    pub(super) fn watch(&self, face: u32, node: NodeId, address: Address, every_ms: u32) -> Result<(), Refused> {
+        let before = {
+            let faces = lock(&self.0.faces);
+            faces.check_open(face)?;
+            lock(&self.0.wanted).watch(face, (node, address))?;
+            lock(&self.0.model).watch(node, address, every_ms)
+        };
+        self.poll(node, address, every_ms);
+        if let Some(before) = before {
+            self.unpoll(node, address, before);
+        }
+        Ok(())
+    }
+
+    /// Ends that, whichever face wants it.
+    pub(super) fn unwatch(&self, node: NodeId, address: Address) {
+        lock(&self.0.wanted).watches.remove(&(node, address));
+        let before = lock(&self.0.model).unwatch(node, address);
+        if let Some(every_ms) = before {
+            self.unpoll(node, address, every_ms);
+        }
+    }
+
+    /// Draws curves for a face.
+    pub(super) fn plot(&self, face: u32, node: NodeId, signals: &[Signal], every_ms: u32) -> Result<(), Refused> {
+        let new = {
+            let faces = lock(&self.0.faces);
+            faces.check_open(face)?;
+            let curves: Vec<_> = signals.iter().map(|signal| (node, *signal)).collect();
+            lock(&self.0.wanted).draw(face, &curves)?;
+            lock(&self.0.model).plot(node, signals.iter().copied(), every_ms)
+        };
+        for signal in new {
+            if let Signal::Object(address) = signal {
+                self.poll(node, address, every_ms);
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the curves of a node, or all, whichever face wants them.
+    pub(super) fn clear_plot(&self, node: Option<NodeId>) {
+        lock(&self.0.wanted).curves.retain(|(known, _), _| node.is_some_and(|node| node != *known));
+        let cleared = lock(&self.0.model).clear_plot(node);
+        for (node, address, every_ms) in cleared {
+            self.unpoll(node, address, every_ms);
+        }
+    }
+
+    /// Ends the watches and curves that only this face wanted.
+    pub(super) fn forget_wishes_of(&self, face: u32) {
+        let (watches, curves) = lock(&self.0.wanted).leave(face);
+        for (node, address) in watches {
+            self.unwatch(node, address);
+        }
+        for (node, signal) in curves {
+            let every_ms = lock(&self.0.model).unplot(node, signal);
+            if let (Signal::Object(address), Some(every_ms)) = (signal, every_ms) {
+                self.unpoll(node, address, every_ms);
+            }
         }
     }
 

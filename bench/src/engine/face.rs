@@ -11,7 +11,7 @@ use lexican_toolbox::sampler::Signal;
 use tokio::sync::oneshot;
 
 use super::bench::{Bench, Simulation, get_to_know};
-use super::filter::{extension, which};
+use super::filter::{self, extension, which};
 use super::jobs::Job;
 use super::lock::lock;
 use super::parameters::node_id;
@@ -72,6 +72,7 @@ impl Face {
         self.bench.show_hands(&faces);
         drop(faces);
         self.bench.stop_started_by(self.number);
+        self.bench.forget_wishes_of(self.number);
     }
 
     /// Gives a command; its answer comes when it is carried out. Commands about one node follow one another.
@@ -213,20 +214,11 @@ impl Face {
             }
             Command::Watch { node, address, every_ms } => {
                 let (node, address) = self.entry(node, &address)?;
-                let every_ms = every_ms.max(FASTEST_MS);
-                let before = lock(&bench.0.model).watch(node, address, every_ms);
-                bench.poll(node, address, every_ms);
-                if let Some(before) = before {
-                    bench.unpoll(node, address, before);
-                }
-                Ok(Answer::Done)
+                bench.watch(number, node, address, every_ms.max(FASTEST_MS)).map(|()| Answer::Done)
             }
             Command::Unwatch { node, address } => {
                 let (node, address) = self.entry(node, &address)?;
-                let before = lock(&bench.0.model).unwatch(node, address);
-                if let Some(every_ms) = before {
-                    bench.unpoll(node, address, every_ms);
-                }
+                bench.unwatch(node, address);
                 Ok(Answer::Done)
             }
             Command::Plot { node, signals, every_ms } => {
@@ -234,26 +226,17 @@ impl Face {
                 let device = lock(&bench.0.model).sheet(node).map(|sheet| sheet.device);
                 let parse = |text: &String| Signal::parse(device, text);
                 let signals: Vec<_> = signals.iter().map(parse).collect::<Result<_, _>>().map_err(Refused::new)?;
-                let every_ms = every_ms.max(FASTEST_MS);
-                let new = lock(&bench.0.model).plot(node, signals, every_ms);
-                for signal in new {
-                    if let Signal::Object(address) = signal {
-                        bench.poll(node, address, every_ms);
-                    }
-                }
-                Ok(Answer::Done)
+                bench.plot(number, node, &signals, every_ms.max(FASTEST_MS)).map(|()| Answer::Done)
             }
             Command::ClearPlot { node } => {
                 let node = node.map(node_id).transpose()?;
-                let cleared = lock(&bench.0.model).clear_plot(node);
-                for (node, address, every_ms) in cleared {
-                    bench.unpoll(node, address, every_ms);
-                }
+                bench.clear_plot(node);
                 Ok(Answer::Done)
             }
             Command::Curves { since } => Ok(Answer::Curves(lock(&bench.0.model).curves(since))),
             Command::ExportPlot { format } => {
-                let bytes = lock(&bench.0.model).plot_file(&format).map_err(Refused::new)?;
+                let file = lock(&bench.0.model).plot_file(&format);
+                let bytes = file().map_err(Refused::new)?;
                 Ok(Answer::File { name: format!("plot.{format}"), bytes })
             }
             Command::Seen { node, addresses } => {
@@ -265,14 +248,14 @@ impl Face {
                     seen.map(|address| Ok(model.value(node, address?).cloned())).collect::<Result<Vec<_>, _>>()?;
                 Ok(Answer::Values(seen.into_iter().flatten().collect()))
             }
-            Command::Trace { filter, from, at, count } => {
-                let which = which(&filter)?;
-                let rows = lock(&bench.0.model).rows(&which, at, from, count.min(MOST_ROWS) as usize);
+            Command::Trace { filter: wanted, from, at, count } => {
+                let which = which(&wanted)?;
+                let rows = filter::rows(&bench.0.model, &which, at, from, count.min(MOST_ROWS) as usize);
                 Ok(Answer::Frames(rows))
             }
-            Command::Export { format, filter } => {
+            Command::Export { format, filter: wanted } => {
                 let known: Format = format.parse().map_err(Refused::new)?;
-                let bytes = lock(&bench.0.model).log_file(&which(&filter)?, known).map_err(Refused::new)?;
+                let bytes = filter::log_file(&bench.0.model, &which(&wanted)?, known).map_err(Refused::new)?;
                 Ok(Answer::File { name: format!("bus.{}", extension(&format)), bytes })
             }
             Command::Input { node, text } => {

@@ -1,11 +1,17 @@
 //! Filters and formats of the trace, in the words of faces.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lexican_runtime::{Duration, Frame, Instant};
 use lexican_toolbox::cob_ids::CobIds;
 use lexican_toolbox::filter::Filter;
+use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 use lexican_toolbox::node_id::node_ids;
 
+use super::lock::lock;
 use crate::command::{Refused, TraceFilter};
-use crate::model::Which;
+use crate::model::{Model, Which};
+use crate::view::Frames;
 
 /// A filter in the words of `lexican monitor`.
 pub(super) fn which(filter: &TraceFilter) -> Result<Which, Refused> {
@@ -38,5 +44,65 @@ pub(super) fn extension(format: &str) -> &str {
         "candump" => "log",
         trc if trc.starts_with("trc") => "trc",
         other => other,
+    }
+}
+
+/// How many steps of a search a request makes: the rest is for the next one.
+const STEPS: usize = 50;
+
+/// Between two steps, so that the bus gets the model.
+const BREATH: Duration = Duration::from_micros(50);
+
+/// Works on the model step by step, so that others get it meanwhile, until a step says that it was the last.
+fn step_by_step(steps: usize, mut step: impl FnMut() -> bool) {
+    for _ in 0..steps {
+        if step() {
+            return;
+        }
+        #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+        std::thread::sleep(BREATH.into());
+    }
+}
+
+/// Rows of the trace.
+pub(super) fn rows(model: &Mutex<Model>, which: &Which, at: Option<u64>, from: i64, count: usize) -> Frames {
+    step_by_step(STEPS, || lock(model).search(which));
+    lock(model).rows(which, at, from, count)
+}
+
+/// The frames of the trace as a log.
+pub(super) fn log_file(model: &Mutex<Model>, which: &Which, format: Format) -> Result<Vec<u8>, String> {
+    let (mut frames, mut next) = (Vec::<(Instant, Frame)>::new(), Some(0));
+    step_by_step(usize::MAX, || {
+        next = next.and_then(|from| lock(model).frames(which, from, &mut frames));
+        next.is_none()
+    });
+    let bytes = Shared::default();
+    let mut writer = Writer::new(bytes.clone(), format);
+    for (at, frame) in frames {
+        let record = Record { at, interface: INTERFACE.into(), direction: Direction::Received, frame };
+        writer.write(&record).map_err(|error| error.to_string())?;
+    }
+    writer.finish().map_err(|error| error.to_string())?;
+    Ok(bytes.take())
+}
+
+/// Bytes that a writer leaves behind.
+#[derive(Clone, Default)]
+struct Shared(Arc<Mutex<Vec<u8>>>);
+
+impl Shared {
+    fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl std::io::Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }

@@ -177,8 +177,17 @@ impl Hub {
             }
             lock(&self.model).pass(link.now());
         }
+    }
+}
+
+/// However its thread ends, a panic included: the bus is lost, and links find out.
+impl Drop for Hub {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            lock(&self.model)
+                .lose("the program that drives the bus has failed (a panic): start the bench anew".to_owned());
+        }
         self.shared.is_over.store(true, Ordering::Release);
-        // Links find out.
         lock(&self.shared.mailboxes).clear();
     }
 }

@@ -14,6 +14,7 @@ mod pdo;
 mod recording;
 mod reply;
 mod station;
+mod wanted;
 
 pub use bench::{Bench, Setup, Simulation};
 pub use face::Face;

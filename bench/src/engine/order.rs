@@ -69,18 +69,27 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
         }
     };
     station.begin_order(drive.cancel_handle());
-    {
+    let target = match order {
+        Order::MoveTo(target) => Some(target),
+        // Another manager may have ordered the travel.
+        Order::Resume => {
+            let target = drive.run(async |drive| drive.get(description.objects.target_position).await);
+            target.ok().and_then(|target| i32::try_from(target).ok())
+        }
+        _ => None,
+    };
+    let before = {
         let mut model = lock(&station.model);
         let shown = model.drive(node);
         shown.order = Some(words(order, &scales));
-        shown.target = match order {
-            Order::MoveTo(target) => Some(target),
-            _ => None,
-        };
         (shown.ending, shown.look) = (None, None);
-    }
+        std::mem::replace(&mut shown.target, target)
+    };
     let result = run(station, &mut drive, order);
-    let ending = end(station, drive, order, result);
+    let end = end_safely(&mut drive, order, result);
+    drop(drive.release());
+    let is_refused = end.word == "refused";
+    let ending = shown(node, end);
     if !is_stop(order) {
         // What stood in its way is another matter now.
         station.ask(NOBODY, move |station| look(station, description));
@@ -90,6 +99,9 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     let mut model = lock(&station.model);
     let shown = model.drive(node);
     (shown.order, shown.ending) = (None, Some(ending));
+    if is_refused {
+        shown.target = before;
+    }
     if is_success { Ok(Answer::Done) } else { Err(refused) }
 }
 
@@ -121,13 +133,6 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
         drive.stop()?;
     }
     Ok(ending)
-}
-
-/// How it has ended. A drive that may be moving is stopped, or the view says that it could not be.
-fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending, Error>) -> view::Ending {
-    let end = end_safely(&mut drive, order, result);
-    drop(drive.release());
-    shown(station.node, end)
 }
 
 fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
@@ -165,6 +170,8 @@ fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Res
         }),
         command::Order::Stop => Order::Stop,
         command::Order::QuickStop => Order::QuickStop,
+        command::Order::Resume => Order::Resume,
+        command::Order::Drop => Order::Drop,
     })
 }
 
@@ -182,7 +189,7 @@ fn words(order: Order, scales: &Scales<'_>) -> String {
         Order::Stop => "is being stopped".to_owned(),
         Order::QuickStop => "is being stopped at once".to_owned(),
         Order::Resume => "goes on with its travel".to_owned(),
-        Order::Drop => "what is left of its travel is being dropped".to_owned(),
+        Order::Drop => "drops the rest of its travel, and is being disabled".to_owned(),
         Order::Watch => "is being watched".to_owned(),
     }
 }

@@ -4,7 +4,10 @@ use std::ops::ControlFlow;
 
 use lexican_eds::{Input, Source};
 use lexican_runtime::NodeId;
+use lexican_runtime::host::AccessError;
+use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::parameters::compare::{Difference, Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, check_identity, configured, restore};
@@ -12,6 +15,7 @@ use lexican_toolbox::parameters::{Ended, Progress};
 use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::report::ValueReport;
 
+use super::hub::Port;
 use super::jobs::Job;
 use super::lock::lock;
 use super::station::Station;
@@ -60,6 +64,7 @@ pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer
         Refused::new(format_args!("{}: {said} until then", ended(station, error).why))
             .with_remedy("restore again: it goes on where it ended")
     })?;
+    see_anew(station, &mut network);
     if outcome.refused.is_empty() {
         job.end(true, format!("{said}; the node is PRE-OPERATIONAL"));
         return Ok(Answer::Done);
@@ -70,6 +75,21 @@ pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer
     };
     let refused = outcome.refused.iter().map(|(address, why)| format!("{}: {why}", title(address)));
     Err(Refused::new(format_args!("{said}; not taken: {}", refused.collect::<Vec<_>>().join("; "))))
+}
+
+/// Reads what was seen of a node before its parameters were written: it may depend on them. The model hears the answers.
+fn see_anew(station: &Station, network: &mut Network<Port>) {
+    let seen = lock(&station.model).seen(station.node);
+    for address in seen {
+        if station.is_interrupted() {
+            return;
+        }
+        match network.read_bytes(station.node, address) {
+            // What can only be written has no other value.
+            Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
+            Err(_) => return,
+        }
+    }
 }
 
 /// What a node's data sheet says.

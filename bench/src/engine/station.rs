@@ -146,7 +146,10 @@ impl Station {
         let result = (self.stop_by)(self, order, None);
         let outcome = result.as_ref().map(drop).map_err(|refused| refused.why.clone());
         let result = result.map_err(|refused| Refused {
-            why: format!("drive {} has not confirmed that it stands, and is told again: {}", self.node, refused.why),
+            why: format!(
+                "drive {} has not confirmed that it stands, and is sent the stop again: {}",
+                self.node, refused.why
+            ),
             ..refused
         });
         let mut queue = lock(&self.queue);

@@ -20,6 +20,11 @@ pub(crate) fn shown<T>(seen: &Measured<T>, now: Instant, limit: Duration) -> vie
     view::Seen { at: seconds(seen.at), is_old: seen.fresh(now, limit).is_none() }
 }
 
+/// The time that is so many seconds since the beginning.
+pub(crate) fn time(seconds: f64) -> Instant {
+    Instant::ZERO + Duration::from_micros((seconds.max(0.0) * 1e6) as u64)
+}
+
 /// A time of the model in seconds.
 pub(crate) fn seconds(at: Instant) -> f64 {
     at.since(Instant::ZERO).as_secs_f64()

@@ -142,7 +142,7 @@ fn orders(description: &Description) -> Vec<Order> {
     let has = |mode| description.code_of(mode).is_some();
     let mut orders = vec![Order::Enable, Order::Disable, Order::ResetFault, Order::Stop, Order::QuickStop];
     if has(Mode::Positioning) {
-        orders.extend([Order::MoveTo, Order::Step]);
+        orders.extend([Order::MoveTo, Order::Step, Order::Resume, Order::Drop]);
     }
     if has(Mode::Velocity) {
         orders.push(Order::Run);

@@ -22,7 +22,6 @@ use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail};
 use lexican_toolbox::drive::Look;
 use lexican_toolbox::identity::{PRODUCT, recognise};
-use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 use lexican_toolbox::sampler::Signal;
 use lexican_toolbox::statistics::Statistics;
 use lexican_toolbox::transfers::{End, Transfer, Transfers};
@@ -31,7 +30,7 @@ use lexican_toolbox::values::report::ValueReport;
 
 use crate::sheet::Sheet;
 use crate::view::{self, View};
-use node::Node;
+use node::{Node, Once};
 use own::Own;
 use plot::{Plot, Watched};
 use rates::Rates;
@@ -123,7 +122,7 @@ impl Model {
         }
     }
 
-    /// Handles a frame of somebody else, or of which nobody knows the sender.
+    /// Handles a frame of somebody else, or of an unknown sender.
     pub fn observe(&mut self, now: Instant, frame: &Frame) {
         self.take(now, frame, false);
     }
@@ -286,7 +285,7 @@ impl Model {
     pub fn introduce(&mut self, id: NodeId, sheet: Sheet) {
         self.decoder.introduce(id, sheet.device);
         let node = self.nodes.entry(id).or_default();
-        (node.sheet, node.pdos_were_read) = (Some(sheet), false);
+        (node.sheet, node.pdos_read) = (Some(sheet), Once::default());
         if sheet.drive.is_some() {
             self.drives.entry(id).or_default();
         }
@@ -370,6 +369,11 @@ impl Model {
         self.nodes.get(&id)?.values.get(&address).map(|seen| &seen.value)
     }
 
+    /// The entries of a node that were seen.
+    pub(crate) fn seen(&self, id: NodeId) -> Vec<Address> {
+        self.nodes.get(&id).map(|node| node.values.keys().copied().collect()).unwrap_or_default()
+    }
+
     /// Shows an entry among the watched ones; returns how often it was read until now.
     pub fn watch(&mut self, id: NodeId, address: Address, every_ms: u32) -> Option<u32> {
         match self.watched.entry((id, address)) {
@@ -386,15 +390,19 @@ impl Model {
         self.watched.remove(&(id, address)).map(|watched| watched.every_ms)
     }
 
-    /// Whether a node was not asked yet who it is, since it was heard first or has booted; it counts as asked from then on.
-    pub fn is_stranger(&mut self, id: NodeId) -> bool {
-        self.nodes.get_mut(&id).is_some_and(|node| !std::mem::replace(&mut node.was_asked, true))
+    /// Whether a node is to be asked who it is, since it was heard first or has booted; it counts as asked from then on. One that boots
+    /// again and again is asked more and more rarely.
+    pub fn is_stranger(&mut self, now: Instant, id: NodeId) -> bool {
+        let at = Instant::ZERO + now.since(self.began);
+        self.nodes.get_mut(&id).is_some_and(|node| node.identity_asked.begins(at))
     }
 
-    /// Whether the PDOs of a node were not read yet, since it got its data sheet or has booted; they count as read from then on.
-    pub fn lacks_pdos(&mut self, id: NodeId) -> bool {
+    /// Whether the PDOs of a node are to be read, since it got its data sheet or has booted; they count as read from then on. Those of a
+    /// node that boots again and again are read more and more rarely.
+    pub fn lacks_pdos(&mut self, now: Instant, id: NodeId) -> bool {
+        let at = Instant::ZERO + now.since(self.began);
         let known = self.nodes.get_mut(&id).filter(|node| node.sheet.is_some());
-        known.is_some_and(|node| !std::mem::replace(&mut node.pdos_were_read, true))
+        known.is_some_and(|node| node.pdos_read.begins(at))
     }
 
     /// Adds curves; returns the signals that are new.
@@ -407,45 +415,42 @@ impl Model {
         self.plot.clear(id)
     }
 
+    /// Removes the curves of a signal; returns how often it was read.
+    pub fn unplot(&mut self, id: NodeId, signal: Signal) -> Option<u32> {
+        self.plot.remove(id, signal)
+    }
+
     /// The points of the curves after a time.
     #[must_use]
     pub fn curves(&self, since: f64) -> Vec<view::Curve> {
-        self.plot.since(since)
+        self.plot.since(since, Instant::ZERO + self.now.since(self.began))
     }
 
-    /// The curves as `csv` or `svg`.
-    ///
-    /// # Errors
-    ///
-    /// Why they cannot be drawn.
-    pub fn plot_file(&self, format: &str) -> Result<Vec<u8>, String> {
-        match format {
-            "csv" => Ok(self.plot.csv().into_bytes()),
-            "svg" => self.plot.svg(&self.info.name).map(String::into_bytes).map_err(|error| error.to_string()),
+    /// What makes the curves, as they are now, a file of `csv` or `svg`; the model is not needed for it.
+    pub fn plot_file(&self, format: &str) -> impl FnOnce() -> Result<Vec<u8>, String> + use<> {
+        let (plot, name, format) = (self.plot.clone(), self.info.name.clone(), format.to_owned());
+        move || match &*format {
+            "csv" => Ok(plot.csv().into_bytes()),
+            "svg" => plot.svg(&name).map(String::into_bytes).map_err(|error| error.to_string()),
             other => Err(format!("a plot is a file of csv or svg, not {other:?}")),
         }
     }
 
-    /// Rows of the trace: from a place on, or from a place counted from that of the row with the number `at`.
+    /// Looks at some more rows for those that match; returns whether it has looked at all. Others may use the model between two steps.
+    pub fn search(&mut self, which: &Which) -> bool {
+        self.trace.search(which)
+    }
+
+    /// Rows of the trace: from a place on, or from a place counted from that of the row with the number `at`. They are those that a
+    /// [`search`](Self::search) has found, and of one step more.
     pub fn rows(&mut self, which: &Which, at: Option<u64>, from: i64, count: usize) -> view::Frames {
         let Page { matching, from, rows } = self.trace.page(which, at, from, count);
         view::Frames { matching, from, rows }
     }
 
-    /// The frames of the trace as a log.
-    ///
-    /// # Errors
-    ///
-    /// Why the format cannot hold them.
-    pub fn log_file(&self, which: &Which, format: Format) -> Result<Vec<u8>, String> {
-        let bytes = Shared::default();
-        let mut writer = Writer::new(bytes.clone(), format);
-        for (at, frame) in self.trace.frames(which) {
-            let record = Record { at, interface: INTERFACE.into(), direction: Direction::Received, frame };
-            writer.write(&record).map_err(|error| error.to_string())?;
-        }
-        writer.finish().map_err(|error| error.to_string())?;
-        Ok(bytes.take())
+    /// Adds the frames of the next rows that match, from a number on; returns the number to go on with, while there are more.
+    pub fn frames(&self, which: &Which, from: u64, into: &mut Vec<(Instant, Frame)>) -> Option<u64> {
+        self.trace.frames(which, from, into)
     }
 
     /// A job has begun, goes on or has ended.
@@ -584,25 +589,5 @@ impl Model {
                 troubles,
             },
         }
-    }
-}
-
-/// Bytes that a writer leaves behind.
-#[derive(Clone, Default)]
-struct Shared(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
-
-impl Shared {
-    fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
-    }
-}
-
-impl std::io::Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).extend(bytes);
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use lexican_runtime::manager::Pace;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Instant, Measured, cia301};
@@ -35,13 +36,34 @@ struct Beats {
 pub(crate) enum Event {
     /// It was silent for so long.
     Silent(Duration),
-    /// It has booted without having been told to: its power was cut, or it has restarted.
+    /// It has booted without a command of network management: its power was cut, or it has restarted by itself.
     Booted,
 }
 
 /// From how many times on between two heartbeats it is known how often they come: the first ones after a boot-up, or when the state
 /// changes, come at once.
 const LEARNT: u32 = 3;
+
+/// What is done once, and again after each boot-up: a storm of boot-ups is no storm of it.
+#[derive(Default)]
+pub(crate) struct Once {
+    is_done: bool,
+    pace: Pace,
+}
+
+impl Once {
+    fn again(&mut self, now: Instant) {
+        self.is_done = false;
+        self.pace.note(now);
+    }
+
+    /// Whether it is to be done; it counts as done then.
+    pub(crate) fn begins(&mut self, now: Instant) -> bool {
+        let begins = !self.is_done && self.pace.attempt(now).is_ok();
+        self.is_done |= begins;
+        begins
+    }
+}
 
 /// What is known of a node.
 #[derive(Default)]
@@ -69,9 +91,9 @@ pub(crate) struct Node {
     /// The values that were seen last.
     pub(crate) values: BTreeMap<Address, Measured<view::Value>>,
     /// Whether it was asked who it is.
-    pub(crate) was_asked: bool,
+    pub(crate) identity_asked: Once,
     /// Whether it was asked how its PDOs are configured.
-    pub(crate) pdos_were_read: bool,
+    pub(crate) pdos_read: Once,
     faults: Vec<view::Fault>,
     history: VecDeque<view::Fault>,
     changes: VecDeque<String>,
@@ -88,7 +110,8 @@ impl Node {
     /// It has booted: it may be another device, and is without faults until it says otherwise (CiA 301, 7.2.7.1).
     pub(crate) fn boot(&mut self, at: Instant) {
         self.set_state(at, NmtState::PreOperational);
-        (self.was_asked, self.pdos_were_read) = (false, false);
+        self.identity_asked.again(at);
+        self.pdos_read.again(at);
         self.faults.clear();
     }
 

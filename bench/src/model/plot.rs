@@ -10,15 +10,16 @@ use lexican_toolbox::sampler::Signal;
 use lexican_toolbox::series::{Recording, number};
 use lexican_toolbox::values::report::ValueReport;
 
-use super::age::{old_after, shown};
+use super::age::{DRIVE, old_after, shown, time};
 use crate::view;
 
 /// Curves by node.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Plot {
     nodes: BTreeMap<NodeId, Curves>,
 }
 
+#[derive(Clone)]
 struct Curves {
     /// With how often they are read.
     signals: Vec<(Signal, u32)>,
@@ -57,6 +58,24 @@ impl Plot {
         objects.collect()
     }
 
+    /// Removes a signal of a node; returns how often it was read.
+    pub(crate) fn remove(&mut self, node: NodeId, signal: Signal) -> Option<u32> {
+        let curves = self.nodes.get_mut(&node)?;
+        let place = curves.signals.iter().position(|(known, _)| *known == signal)?;
+        let (_, every_ms) = curves.signals.remove(place);
+        let signals = &curves.signals;
+        let has_pdo = signals.iter().any(|(signal, _)| matches!(signal, Signal::Pdo { .. }));
+        curves.recording.retain(|address| {
+            // What the PDOs that are left carry is not known here.
+            (has_pdo && signal != Signal::Object(address))
+                || signals.iter().any(|(known, _)| *known == Signal::Object(address))
+        });
+        if curves.signals.is_empty() {
+            self.nodes.remove(&node);
+        }
+        Some(every_ms)
+    }
+
     /// The same signals, of which nothing was seen.
     pub(crate) fn rewound(mut self) -> Self {
         for curves in self.nodes.values_mut() {
@@ -85,26 +104,32 @@ impl Plot {
         }
     }
 
-    /// The points after a time.
-    pub(crate) fn since(&self, seconds: f64) -> Vec<view::Curve> {
-        let all =
-            self.nodes.iter().flat_map(|(node, curves)| curves.recording.series().iter().map(move |it| (node, it)));
-        let of_series = |(node, series): (&NodeId, &lexican_toolbox::series::Series)| {
-            let first = series.points.partition_point(|(at, _)| *at <= seconds);
-            view::Curve {
-                node: node.get(),
-                address: series.address.to_string(),
-                name: series.name.clone(),
-                unit: series.unit.clone(),
-                points: series.points[first..].to_vec(),
-            }
+    /// The points after a time; a curve whose last point should have been followed by another one is old `now`.
+    pub(crate) fn since(&self, seconds: f64, now: Instant) -> Vec<view::Curve> {
+        let of_node = |(node, curves): (&NodeId, &Curves)| {
+            let of_series = |series: &lexican_toolbox::series::Series| {
+                let first = series.points.partition_point(|(at, _)| *at <= seconds);
+                let every = curves.signals.iter().find(|(signal, _)| *signal == Signal::Object(series.address));
+                // A PDO does not say when it comes again.
+                let every = every.map_or(DRIVE, |(_, every_ms)| Duration::from_millis((*every_ms).into()));
+                let last = series.points.last().map(|(at, _)| Measured::new((), time(*at)));
+                view::Curve {
+                    node: node.get(),
+                    address: series.address.to_string(),
+                    name: series.name.clone(),
+                    unit: series.unit.clone(),
+                    seen: last.map(|last| shown(&last, now, old_after(every))),
+                    points: series.points[first..].to_vec(),
+                }
+            };
+            curves.recording.series().iter().map(of_series).collect::<Vec<_>>()
         };
-        all.map(of_series).collect()
+        self.nodes.iter().flat_map(of_node).collect()
     }
 
     /// All points as a table, in the order of their times.
     pub(crate) fn csv(&self) -> String {
-        let curves = self.since(f64::NEG_INFINITY);
+        let curves = self.since(f64::NEG_INFINITY, Instant::ZERO);
         let mut rows: Vec<_> =
             curves.iter().flat_map(|curve| curve.points.iter().map(move |(at, value)| (*at, *value, curve))).collect();
         rows.sort_by(|one, two| one.0.total_cmp(&two.0));

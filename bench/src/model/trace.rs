@@ -13,8 +13,8 @@ use crate::view::Row;
 /// How many rows a chunk has: what is forgotten at once.
 const CHUNK: usize = 4096;
 
-/// How many rows a request looks at: the rest is for the next one, so that no request holds up the bus.
-const SCAN: u64 = 200_000;
+/// How many rows a step of a search looks at: the bus waits for the model meanwhile.
+const SCAN: u64 = CHUNK as u64;
 
 /// For how many filters the matching rows are remembered.
 const MOST_FILTERS: usize = 8;
@@ -194,13 +194,24 @@ impl Trace {
         Page { matching, from, rows }
     }
 
-    /// The frames that match, for a log.
-    pub(crate) fn frames(&self, which: &Which) -> impl Iterator<Item = (Instant, Frame)> {
+    /// Adds the frames that match of some rows, from a number on; returns the number to go on with, while there are more.
+    pub(crate) fn frames(&self, which: &Which, from: u64, into: &mut Vec<(Instant, Frame)>) -> Option<u64> {
         let which = Which { transfers: false, ..which.clone() };
-        (self.first..self.end()).filter_map(move |number| {
+        let from = from.max(self.first);
+        let until = self.end().min(from + SCAN);
+        into.extend((from..until).filter_map(|number| {
             let entry = self.entry(number)?;
             (which.is_all() || self.matches(&which, number)).then_some((entry.stored.at, entry.stored.frame))
-        })
+        }));
+        (until < self.end()).then_some(until)
+    }
+
+    /// A step of a search; returns whether there is no row left to look at.
+    pub(crate) fn search(&mut self, which: &Which) -> bool {
+        which.is_all() || {
+            let found = self.look(which);
+            self.found[found].next == self.end()
+        }
     }
 
     /// Looks at rows that are new to a filter; returns its place.

@@ -91,10 +91,10 @@ impl Troubles {
                 (seconds - gap.as_secs_f64(), text)
             }
             Event::Booted if count > 1 => {
-                (seconds, format!("node {node} has booted {count} times without being told to: its supply may fail"))
+                (seconds, format!("node {node} has booted {count} times without a command: its supply may fail"))
             }
             Event::Booted => {
-                let text = "has booted without being told to: its power was cut, or it has restarted";
+                let text = "has booted without a command: its power was cut, or it has restarted by itself";
                 (seconds, format!("node {node} {text}"))
             }
         };

@@ -24,6 +24,7 @@ impl Screen {
     /// Draws it all.
     pub fn draw(&mut self, frame: &mut Frame<'_>, view: &View) {
         self.desk.follow(view);
+        self.notices.follow(&self.desk, view);
         let width = usize::from(frame.area().width);
         let mut said = self.notices.lasting(&self.desk, view);
         said.push(self.foot());

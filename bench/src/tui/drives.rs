@@ -36,6 +36,8 @@ pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<
         KeyCode::Char('f') => plain(Order::ResetFault),
         KeyCode::Char('k') => stop(Order::Stop),
         KeyCode::Char('K') => stop(Order::QuickStop),
+        KeyCode::Char('r') => plain(Order::Resume),
+        KeyCode::Char('x') => plain(Order::Drop),
         KeyCode::Char('m') => ask(Text::AskPosition, Order::MoveTo),
         KeyCode::Char('s') => ask(Text::AskDistance, Order::Step),
         KeyCode::Char('v') => ask(Text::AskVelocity, Order::Run),
@@ -116,7 +118,7 @@ fn lines(desk: &Desk, drive: &Drive, now: f64) -> Vec<Line<'static>> {
         let line = |mark: &str| Line::from(format!("{} {mark} {}", desk.text(Text::Ended), ending.text));
         lines.push(match (ending.may_be_moving, ending.is_success) {
             (true, _) => line(ALARM).bold().red().reversed(),
-            // Whether it is still there, nobody knows.
+            // Whether it is still there is unknown.
             (false, true) if age.is_some() => line("✓").dim(),
             (false, true) => line("✓").green(),
             (false, false) => line(WRONG).red(),

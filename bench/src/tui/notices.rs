@@ -19,6 +19,8 @@ pub(super) struct Notices {
     said: Option<Said>,
     /// A drive could not be stopped. No later answer takes its place.
     alarm: Option<String>,
+    /// The stop of the alarm is sent on, until it is confirmed.
+    is_sent_on: bool,
     /// The jobs whose ends were seen.
     seen: Vec<u32>,
 }
@@ -40,7 +42,16 @@ impl Notices {
     /// Says that something could not be stopped.
     pub(super) fn alarm(&mut self, text: String) {
         self.said = None;
-        self.alarm = Some(text);
+        (self.alarm, self.is_sent_on) = (Some(text), false);
+    }
+
+    /// What was alarming may have been confirmed since.
+    pub(super) fn follow(&mut self, desk: &Desk, view: &View) {
+        let is_unconfirmed = view.drives.iter().any(|drive| drive.unconfirmed.is_some());
+        if self.alarm.is_some() && self.is_sent_on && !is_unconfirmed {
+            self.say_stopped(desk.text(Text::Stopped));
+        }
+        self.is_sent_on = self.alarm.is_some() && (self.is_sent_on || is_unconfirmed);
     }
 
     /// Says that all has stopped.

@@ -212,7 +212,7 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
     let [list, state_line, pictures] =
         Layout::vertical([Constraint::Length(curves.len().min(6) as u16), Constraint::Length(1), Constraint::Min(4)])
             .areas(area);
-    let listed = draw_names(desk, state, frame, list);
+    let listed = draw_names(desk, state, frame, list, view.time);
     frame.render_widget(Line::from(how(desk, state)), state_line);
     let mut units: Vec<_> = curves.iter().map(|curve| curve.unit.as_deref()).collect();
     units.sort_unstable();
@@ -225,7 +225,7 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
 }
 
 /// The curves with their last numbers, and those at the cursors.
-fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect) -> Listed {
+fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, now: f64) -> Listed {
     let columns = Columns {
         head: [""; 5],
         widths: [
@@ -237,7 +237,9 @@ fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect) -> 
         ],
     };
     columns.draw(frame, area, Some(desk.row()), state.curves.iter().zip(0..), |(curve, place)| {
-        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}"));
+        let age = curve.seen.filter(|seen| seen.is_old).map(|seen| format!(" (-{:.1} s)", now - seen.at));
+        let age = age.unwrap_or_default();
+        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}{age}"));
         let [one, two] = state.cursors.map(|cursor| number_at(&curve.points, cursor?));
         let cell = |name: &str, number: Option<f64>| number.map_or_else(String::new, |it| format!("{name} {it}"));
         Row::new([

@@ -63,6 +63,7 @@ pub use assignment::{Assignment, Guarding, OnLoss, Startup};
 pub use error::{BeginError, Full};
 pub use event::{Event, NetworkEvent};
 pub use network::Network;
+pub use pace::Pace;
 pub use remote::Remote;
 
 /// A manager of up to `NODES` nodes.

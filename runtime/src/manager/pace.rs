@@ -7,7 +7,7 @@ use crate::time::{Duration, Instant};
 /// After each attempt there is none for a pause, which doubles up to [`LONGEST`]. So neither what the node sends, nor what
 /// it has sent before and arrives late, keeps the bus busy.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Pace {
+pub struct Pace {
     attempts: u8,
     /// How often it would have been reset or booted without any pause.
     occasions: u8,
@@ -32,7 +32,7 @@ const LOOP: u8 = 3;
 
 impl Pace {
     /// There is an occasion to reset or boot the node.
-    pub(super) fn note(&mut self, now: Instant) {
+    pub fn note(&mut self, now: Instant) {
         if now.since(self.last) >= CALM {
             *self = Pace::default();
         }
@@ -47,7 +47,11 @@ impl Pace {
     }
 
     /// Begins an attempt, or returns when it may begin.
-    pub(super) fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
+    ///
+    /// # Errors
+    ///
+    /// When it may begin.
+    pub fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
         if !self.allows(now) {
             return Err(self.next);
         }

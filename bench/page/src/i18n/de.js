@@ -54,6 +54,7 @@ export default {
   'stop.sent': 'hält an …',
   'stop.answered': 'alle Antriebe stehen, nach {ms} ms',
   'stop.unanswered': 'NOCH NICHT BESTÄTIGT: Wenn sich etwas bewegt, Not-Halt der Maschine betätigen',
+  'stop.confirmed': 'alle Antriebe haben seitdem bestätigt, dass sie stehen',
   'stop.refused': 'FEHLGESCHLAGEN: {why}',
   'stop.unsent': 'KEINE VERBINDUNG: Not-Halt der Maschine betätigen',
 
@@ -289,6 +290,10 @@ export default {
   'order.stop.help': 'Mit der eingestellten Verzögerung',
   'order.quick-stop': 'Schnellhalt',
   'order.quick-stop.help': 'Mit voller Verzögerung',
+  'order.resume': 'Fortsetzen',
+  'order.resume.help': 'Setzt eine unterbrochene Fahrt fort',
+  'order.drop': 'Fahrt verwerfen',
+  'order.drop.help': 'Verwirft den Rest einer unterbrochenen Fahrt und sperrt den Antrieb',
 
   'bus.title': 'Bus',
   'bus.load': 'Buslast',

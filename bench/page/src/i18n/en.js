@@ -53,6 +53,7 @@ export default {
   'stop.sent': 'stopping …',
   'stop.answered': 'every drive has stopped, after {ms} ms',
   'stop.unanswered': 'NOT CONFIRMED YET: if anything moves, use the machine’s emergency stop',
+  'stop.confirmed': 'every drive has confirmed since that it stands',
   'stop.refused': 'FAILED: {why}',
   'stop.unsent': 'NO CONNECTION: use the machine’s emergency stop',
 
@@ -288,6 +289,10 @@ export default {
   'order.stop.help': 'With the programmed deceleration',
   'order.quick-stop': 'Quick stop',
   'order.quick-stop.help': 'With full deceleration',
+  'order.resume': 'Resume',
+  'order.resume.help': 'Go on with a travel that was interrupted',
+  'order.drop': 'Drop travel',
+  'order.drop.help': 'Drop the rest of a travel that was interrupted, and disable the drive',
 
   'bus.title': 'Bus',
   'bus.load': 'Bus load',

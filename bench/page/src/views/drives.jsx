@@ -128,6 +128,8 @@ function Obstacles({ obstacles, test }) {
 
 const POWER = ['enable', 'disable', 'reset-fault']
 const MOVES = ['move-to', 'step', 'run']
+/** What to do with a travel that a stop has interrupted. */
+const AFTER = ['resume', 'drop']
 const STOPS = ['stop', 'quick-stop']
 
 function Orders({ drive, send }) {
@@ -200,7 +202,10 @@ function Orders({ drive, send }) {
           {button('home', homing === undefined ? null : String(homing))}
         </div>
       )}
-      <div class="line">{STOPS.map(stopping)}</div>
+      <div class="line">
+        {STOPS.map(stopping)}
+        {AFTER.map((name) => button(name))}
+      </div>
     </div>
   )
 }

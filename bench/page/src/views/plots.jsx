@@ -6,7 +6,7 @@ import { bounds, columns, crossing, extended, inSight, keyOf, newest, numberAt, 
 import { NONE, measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, view } from '../state.js'
-import { Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Age, Button, Empty, Panel, Refusal, isOld, useAsk } from '../ui.jsx'
 import { Chart } from './chart.jsx'
 
 const EVERY = 100 // ms from look to look
@@ -329,7 +329,9 @@ function LegendRow({ curve, place, sight, isHidden, toggle }) {
           <i class={`swatch curve-${place % 8}`} /> {curve.node} · {curve.name} <code>{curve.address}</code>
         </label>
       </td>
-      <td class="number">{measured(curve.points.at(-1)?.[1])}</td>
+      <td class={isOld(curve.seen) ? 'number old' : 'number'}>
+        {measured(curve.points.at(-1)?.[1])} <Age seen={curve.seen} test={`curve-${curve.node}-${curve.address}-seen`} />
+      </td>
       <td class="number">{measured(low)}</td>
       <td class="number">{measured(high)}</td>
       <td class="number">{measured(a)}</td>
