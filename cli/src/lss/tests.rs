@@ -9,7 +9,7 @@ use lexican_runtime::host::Link;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::lss::LssRequest;
 use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
-use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -316,6 +316,39 @@ fn a_node_id_is_given_and_stored() {
     assert!(!boots.unwrap());
     assert_eq!(devices[0].lock().unwrap().host.stored, Some(NodeId::new(9)));
     assert_eq!(devices[1].lock().unwrap().host.stored, None);
+}
+
+#[test]
+fn a_device_that_waits_for_a_reset_gets_it() {
+    /// A device that takes its node-ID, 9, only when its communication is reset.
+    struct Waiting(Arc<Mutex<Bare>>, Option<Frame>);
+    impl Node for Waiting {
+        fn handle_frame(&mut self, _: Instant, frame: &Frame) {
+            let lss = &mut self.0.lock().unwrap().lss;
+            let (command, node) = (NmtCommand::ResetCommunication, NodeId::literal(9));
+            let is_reset = *frame == NmtMessage { command, node: Some(node) }.frame();
+            if is_reset && lss.state() == LssState::Waiting && lss.reset() == Some(node) {
+                self.1 = Some(ErrorControl::heartbeat(NmtState::Initialising).frame(node));
+            }
+        }
+        fn handle_timeout(&mut self, _: Instant) {}
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            self.1.take()
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            None
+        }
+    }
+    for activate in [false, true] {
+        let (bus, devices) = bus(&[(42, 0)]);
+        bus.attach(Waiting(Arc::clone(&devices[0]), None));
+        let booted = work(&bus, |session| {
+            let selected = session.select(Target::Unconfigured)?;
+            assert_eq!(session.configure_node(NodeId::new(9))?, Ok(()));
+            super::configure::take(session, selected.node, NodeId::new(9), activate)
+        });
+        assert_eq!(booted.unwrap(), activate);
+    }
 }
 
 #[test]
