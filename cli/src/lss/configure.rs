@@ -27,9 +27,10 @@ pub(crate) struct NodeIdArgs {
     #[arg(long)]
     store: bool,
 
-    /// Reset the communication of a device that has another node-ID, so that it takes the new one at once
+    /// Reset the communication of a device that does not boot with its node-ID by itself
     ///
-    /// A device without node-ID takes it in any case. Exit code 1 if the device does not boot with it.
+    /// One that has another node-ID keeps it until then, and some that have none wait for a reset, too. Exit code 1 if the
+    /// device does not boot with it.
     #[arg(long)]
     activate: bool,
 
@@ -129,11 +130,7 @@ fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Resul
     if let Err(refusal) = done {
         return print_refusal(json, Some(selected), refusal);
     }
-    let booted = match (selected.node, new) {
-        (None, Some(new)) => session.boot(new)?,
-        (Some(old), new) if args.activate && new != Some(old) => session.activate_node(old, new)?,
-        _ => false,
-    };
+    let booted = take(session, selected.node, new, args.activate)?;
     let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
     let taken = new.map_or_else(|| "no node-ID any more".to_owned(), |new| format!("node-ID {new}"));
     let boots = if booted { ", and has booted with it" } else { "" };
@@ -143,6 +140,21 @@ fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Resul
     Ok(if is_missed { Outcome::Found } else { Outcome::Clean })
 }
 
+/// Lets the device take its node-ID; returns whether it has booted with it.
+pub(super) fn take<L: Link>(
+    session: &mut Session<L>,
+    old: Option<NodeId>,
+    new: Option<NodeId>,
+    activate: bool,
+) -> Result<bool, Failure> {
+    match (old, new) {
+        // Some wait for a reset, which they hear at the node-ID that they have got.
+        (None, Some(node)) => Ok(session.boot(node)? || activate && session.activate_node(node, new)?),
+        (Some(old), new) if activate && new != Some(old) => session.activate_node(old, new),
+        _ => Ok(false),
+    }
+}
+
 /// Says what is still to be done.
 fn advise(selected: Selected, new: Option<NodeId>, booted: bool, args: &NodeIdArgs) {
     match selected.node {
@@ -150,9 +162,19 @@ fn advise(selected: Selected, new: Option<NodeId>, booted: bool, args: &NodeIdAr
             "it is node {old} until its communication is reset: --activate does so, and `lexican nmt \
              reset-communication --node {old}`"
         )),
-        _ if new.is_some() && new != selected.node && !booted => {
-            warn("no boot-up message was heard: some devices take their node-ID only when they are switched on");
+        None if !args.activate && !booted => {
+            if let Some(new) = new {
+                warn(format_args!(
+                    "no boot-up message was heard: some devices take their node-ID only after a reset: `lexican nmt \
+                     reset-communication --node {new}`, which --activate sends"
+                ));
+            }
         }
+        _ if new.is_some() && new != selected.node && !booted => warn(
+            "no boot-up message was heard, not after a reset either: some devices take their node-ID only when they are \
+             switched on, so it has to be stored, and some by `lexican nmt reset-communication --all`, which resets all \
+             nodes",
+        ),
         _ => {}
     }
     if !args.store {

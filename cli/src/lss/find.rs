@@ -53,26 +53,26 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     })
 }
 
-/// Finds all devices without node-ID. `found` gets each, and returns whether to go on; `repeated` gets the first that is
-/// found again.
+/// Finds all devices without node-ID. `found` gets each, and returns whether to go on; `repeated` gets the first that
+/// goes on answering.
 pub(super) fn all<L: Link>(
     session: &mut Session<L>,
     mut found: impl FnMut(Identity) -> Result<bool, Failure>,
     repeated: impl FnOnce(Identity) -> Result<(), Failure>,
 ) -> Result<Vec<Identity>, Failure> {
     let (mut known, mut repeated) = (Vec::new(), Some(repeated));
-    loop {
-        let next = if repeated.is_some() { session.fastscan()? } else { session.fastscan_beside(&known)? };
-        let Some(identity) = next else { break };
-        if known.contains(&identity)
+    while let Some(identity) = if repeated.is_some() { session.fastscan()? } else { session.fastscan_beside(&known)? } {
+        let is_new = !known.contains(&identity);
+        if is_new {
+            known.push(identity);
+            if !found(identity)? {
+                break;
+            }
+        }
+        if (!is_new || session.is_anything_confirmed()?)
             && let Some(repeated) = repeated.take()
         {
             repeated(identity)?;
-            continue;
-        }
-        known.push(identity);
-        if !found(identity)? {
-            break;
         }
     }
     Ok(known)

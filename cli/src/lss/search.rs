@@ -11,6 +11,9 @@ use crate::output::{Failure, progress};
 /// The steps of a fastscan: whether any device is there, then 32 bits and a confirmation of each of four numbers.
 const SCAN_STEPS: u64 = 1 + 4 * 33;
 
+/// In place of a number of bits: all devices without node-ID restart the search and respond (CiA 305).
+const RESTART: u8 = 0x80;
+
 impl<L: Link> Session<L> {
     /// Finds and selects the next device without node-ID. Devices that were found before do not respond.
     pub(super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
@@ -28,8 +31,10 @@ impl<L: Link> Session<L> {
     /// Finds and selects the next device without node-ID that is none of `known`, some of which respond to every search.
     ///
     /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
-    /// no known one is probed.
+    /// no known one is probed. For that the known ones are left searched for: some confirm anything while they are
+    /// selected.
     pub(super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
+        self.deselect()?;
         self.is_fenced = self.has_unconfigured()?;
         for identity in known {
             for part in Part::ALL {
@@ -51,10 +56,15 @@ impl<L: Link> Session<L> {
         Ok(None)
     }
 
+    /// Whether a selected device confirms whatever is searched for, as CANopenNode does: after a restart, no device that is
+    /// searched for responds to a number other than the first.
+    pub(super) fn is_anything_confirmed(&mut self) -> Result<bool, Failure> {
+        Ok(self.probe(Identity::default(), Part::Vendor, RESTART)?
+            && self.probe(Identity::default(), Part::Serial, 31)?)
+    }
+
     /// Restarts the search, and confirms the numbers before `part`; returns whether any device responds.
     fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
-        // CiA 305: with 80h all devices restart the search and respond.
-        const RESTART: u8 = 0x80;
         let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
         let mut is_there = self.probe(identity, Part::Vendor, RESTART)?;
         for before in before {

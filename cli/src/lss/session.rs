@@ -194,7 +194,7 @@ impl<L: Link> Session<L> {
         self.wait_for(self.link.now() + BOOTING, |frame| Some(*frame) == boot_up)
     }
 
-    fn deselect(&mut self) -> Result<(), Failure> {
+    pub(super) fn deselect(&mut self) -> Result<(), Failure> {
         self.switch_all(LssState::Waiting)
     }
 

@@ -9,7 +9,7 @@ use lexican_runtime::host::Link;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::lss::LssRequest;
 use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
-use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -116,9 +116,11 @@ fn all_devices_without_node_id_are_found_again_and_again() {
     }
 }
 
-/// A device that responds to every search even if it is selected, as CANopenNode does.
+/// A device that responds to searches even if it is selected.
 struct Stubborn {
     identity: Identity,
+    /// Then it confirms whatever is searched for, as CANopenNode does.
+    confirms_anything: bool,
     part: Part,
     is_selected: bool,
     answer: Option<LssResponse>,
@@ -133,6 +135,9 @@ impl Node for Stubborn {
             Some(LssRequest::SwitchGlobal(state)) => self.is_selected = state == LssState::Configuration,
             Some(LssRequest::Inquire(part)) if self.is_selected => {
                 self.answer = Some(LssResponse::Inquired(part, self.identity.part(part)));
+            }
+            Some(LssRequest::Fastscan { .. }) if self.is_selected && self.confirms_anything => {
+                self.answer = Some(LssResponse::Identified);
             }
             Some(LssRequest::Fastscan { bits_left: 0x80, .. }) => {
                 (self.part, self.answer) = (Part::Vendor, Some(LssResponse::Identified));
@@ -160,23 +165,35 @@ impl Node for Stubborn {
 
 #[test]
 fn devices_that_respond_to_every_search_do_not_hide_others() {
-    let stubborn = |identity| Stubborn { identity, part: Part::Vendor, is_selected: false, answer: None };
-    for (stubborn_ones, others) in [
-        (&[5][..], &[][..]),
-        (&[5], &[0, 7, 0x8000_0000]),
-        (&[0x1234, 0x1235, u32::MAX], &[0x1236, 0, 9]),
-        (&[u32::MAX], &[u32::MAX - 1]),
+    for (confirms_anything, stubborn_ones, others) in [
+        (false, &[5][..], &[][..]),
+        (false, &[5], &[0, 7, 0x8000_0000]),
+        (false, &[0x1234, 0x1235, u32::MAX], &[0x1236, 0, 9]),
+        (false, &[u32::MAX], &[u32::MAX - 1]),
+        (true, &[5], &[]),
+        (true, &[5], &[0, 7, 0x8000_0000]),
+        (true, &[0x1234, 0x1235, u32::MAX], &[0x1236, 0, 9]),
+        (true, &[u32::MAX], &[u32::MAX - 1]),
     ] {
         let (bus, _) = bus(&others.iter().map(|serial| (*serial, 0)).collect::<Vec<_>>());
-        for serial in stubborn_ones {
-            bus.attach(stubborn(identity(*serial)));
-        }
         let another_vendor = Identity { vendor: 7, ..identity(5) };
-        bus.attach(stubborn(another_vendor));
-        let mut found = work(&bus, |session| super::find::all(session, |_| Ok(true), |_| Ok(()))).unwrap();
+        let identities = stubborn_ones.iter().map(|serial| identity(*serial)).chain([another_vendor]);
+        for identity in identities.clone() {
+            let (part, is_selected, answer) = (Part::Vendor, false, None);
+            bus.attach(Stubborn { identity, confirms_anything, part, is_selected, answer });
+        }
+        let mut printed = Vec::new();
+        let mut found = work(&bus, |session| {
+            let print = |identity| {
+                printed.push(identity);
+                Ok(true)
+            };
+            super::find::all(session, print, |_| Ok(()))
+        })
+        .unwrap();
+        assert_eq!(printed, found);
         found.sort_by_key(|identity| (identity.vendor, identity.serial));
-        let serials = stubborn_ones.iter().chain(others).map(|serial| identity(*serial));
-        let mut all: Vec<_> = serials.chain([another_vendor]).collect();
+        let mut all: Vec<_> = identities.chain(others.iter().map(|serial| identity(*serial))).collect();
         all.sort_by_key(|identity| (identity.vendor, identity.serial));
         assert_eq!(found, all);
     }
@@ -299,6 +316,39 @@ fn a_node_id_is_given_and_stored() {
     assert!(!boots.unwrap());
     assert_eq!(devices[0].lock().unwrap().host.stored, Some(NodeId::new(9)));
     assert_eq!(devices[1].lock().unwrap().host.stored, None);
+}
+
+#[test]
+fn a_device_that_waits_for_a_reset_gets_it() {
+    /// A device that takes its node-ID, 9, only when its communication is reset.
+    struct Waiting(Arc<Mutex<Bare>>, Option<Frame>);
+    impl Node for Waiting {
+        fn handle_frame(&mut self, _: Instant, frame: &Frame) {
+            let lss = &mut self.0.lock().unwrap().lss;
+            let (command, node) = (NmtCommand::ResetCommunication, NodeId::literal(9));
+            let is_reset = *frame == NmtMessage { command, node: Some(node) }.frame();
+            if is_reset && lss.state() == LssState::Waiting && lss.reset() == Some(node) {
+                self.1 = Some(ErrorControl::heartbeat(NmtState::Initialising).frame(node));
+            }
+        }
+        fn handle_timeout(&mut self, _: Instant) {}
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            self.1.take()
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            None
+        }
+    }
+    for activate in [false, true] {
+        let (bus, devices) = bus(&[(42, 0)]);
+        bus.attach(Waiting(Arc::clone(&devices[0]), None));
+        let booted = work(&bus, |session| {
+            let selected = session.select(Target::Unconfigured)?;
+            assert_eq!(session.configure_node(NodeId::new(9))?, Ok(()));
+            super::configure::take(session, selected.node, NodeId::new(9), activate)
+        });
+        assert_eq!(booted.unwrap(), activate);
+    }
 }
 
 #[test]

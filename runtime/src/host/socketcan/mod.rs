@@ -21,9 +21,10 @@ use std::vec;
 use std::vec::Vec;
 
 use nix::errno::Errno;
+use nix::libc;
 use nix::poll::{PollFd, PollFlags, ppoll};
-use nix::sys::socket::sockopt::{RcvBuf, RcvBufForce, RxqOvfl};
-use nix::sys::socket::{ControlMessageOwned, MsgFlags, MultiHeaders, recvmmsg, send, setsockopt};
+use nix::sys::socket::sockopt::{GetStruct, RcvBuf, RcvBufForce, RxqOvfl};
+use nix::sys::socket::{ControlMessageOwned, MsgFlags, MultiHeaders, getsockopt, recvmmsg, send, setsockopt};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
 use socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 
@@ -68,6 +69,10 @@ pub struct SocketCan {
     batch: VecDeque<Received>,
     /// The last read has taken all that had come.
     is_drained: bool,
+    /// A read has filled a batch, as a full receive buffer does, since the kernel was asked for `dropped`.
+    was_crowded: bool,
+    /// How many frames were dropped up to the end of the batch, if the kernel was asked.
+    dropped_behind: Option<u32>,
 }
 
 impl SocketCan {
@@ -94,6 +99,8 @@ impl SocketCan {
                     dropped: 0,
                     batch: VecDeque::new(),
                     is_drained: false,
+                    was_crowded: false,
+                    dropped_behind: None,
                 })
             }
         }
@@ -127,20 +134,36 @@ impl SocketCan {
 
     /// Reads frames; waits for the first one no longer than `span`. Returns whether there are any.
     fn read(&mut self, span: Duration) -> Result<bool, LinkError> {
-        let mut flags = MsgFlags::MSG_WAITFORONE;
         // A long wait is part of the call that reads.
-        if span < NAP.times(2) {
-            if !span.is_zero() && !self.wait(span)? {
-                return Ok(false);
-            }
-            flags |= MsgFlags::MSG_DONTWAIT;
-        }
-        let read = read_batch(&self.socket, flags, &mut self.batch);
+        let read = if span >= NAP.times(2) {
+            read_batch(&self.socket, MsgFlags::MSG_WAITFORONE, &mut self.batch)
+        } else if span.is_zero() || self.wait(span)? {
+            read_batch(&self.socket, MsgFlags::MSG_WAITFORONE | MsgFlags::MSG_DONTWAIT, &mut self.batch)
+        } else {
+            Err(Errno::EAGAIN)
+        };
         self.is_drained = self.batch.len() < BATCH;
-        match read {
-            Ok(()) => Ok(true),
-            Err(error) => self.learn_from(error.into()).map(|()| false),
+        if !self.is_drained {
+            self.was_crowded = true;
+        } else if core::mem::take(&mut self.was_crowded) {
+            // Frames carry the counter, but there may be none behind those that were dropped.
+            self.dropped_behind = getsockopt(&self.socket, MemInfo).ok().map(|info| info[MemInfo::DROPS]);
         }
+        if let Err(error) = read {
+            self.learn_from(error.into())?;
+        }
+        Ok(!self.batch.is_empty() || self.dropped_behind.is_some())
+    }
+
+    /// How many frames were dropped since the last call, of all that were since the socket was opened.
+    fn gap(&mut self, all: u32) -> Option<Incoming> {
+        // The counter wraps, and a frame that has waited carries an old one.
+        let gap = all.wrapping_sub(self.dropped);
+        if gap == 0 || gap > u32::MAX / 2 {
+            return None;
+        }
+        self.dropped = all;
+        Some(Incoming::Gap(gap))
     }
 
     /// Takes the state of the bus from the error of a read or write; other errors end the link.
@@ -171,7 +194,7 @@ impl SocketCan {
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
             self.socket = Arc::new(socket);
-            self.dropped = 0;
+            (self.dropped, self.dropped_behind, self.was_crowded) = (0, None, false);
             // A new socket receives all frames, and does so if the filters are refused.
             let _ = self.filter();
             self.state = state;
@@ -196,12 +219,13 @@ impl SocketCan {
     /// The next thing to report, of what was read.
     fn next(&mut self) -> Option<Incoming> {
         while self.state == self.reported {
-            let Received { frame, dropped } = self.batch.front_mut()?;
-            let frame = *frame;
-            // The counter of the kernel wraps.
-            let gap = dropped.take().map_or(0, |all| all.wrapping_sub(core::mem::replace(&mut self.dropped, all)));
-            if gap > 0 {
-                return Some(Incoming::Gap(gap));
+            let Some(Received { frame, dropped }) = self.batch.front_mut() else {
+                let all = self.dropped_behind.take()?;
+                return self.gap(all);
+            };
+            let (frame, dropped) = (*frame, dropped.take());
+            if let Some(gap) = dropped.and_then(|all| self.gap(all)) {
+                return Some(gap);
             }
             self.batch.pop_front();
             if let Some(frame) = self.decode(&frame) {
@@ -294,7 +318,7 @@ impl Link for SocketCan {
     }
 
     fn is_drained(&self) -> bool {
-        self.is_drained && self.batch.is_empty() && self.state == self.reported
+        self.is_drained && self.batch.is_empty() && self.dropped_behind.is_none() && self.state == self.reported
     }
 
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
@@ -322,6 +346,17 @@ fn connect(interface: &str) -> io::Result<CanSocket> {
     setsockopt(&socket, RxqOvfl, &1)?;
     Ok(socket)
 }
+
+/// The socket option `SO_MEMINFO`: `SK_MEMINFO_VARS` numbers of Linux's `sock_diag.h`.
+#[derive(Clone, Copy, Debug)]
+struct MemInfo;
+
+impl MemInfo {
+    /// How many frames were dropped since the socket was opened: `SK_MEMINFO_DROPS`.
+    const DROPS: usize = 8;
+}
+
+nix::getsockopt_impl!(MemInfo, libc::SOL_SOCKET, libc::SO_MEMINFO, [u32; 9], GetStruct<[u32; 9]>);
 
 /// The flags of an identifier, and the size of a frame: `CAN_EFF_FLAG`, `CAN_RTR_FLAG`, `CAN_ERR_FLAG` and
 /// `struct can_frame` of Linux's `can.h`.
