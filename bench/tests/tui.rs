@@ -216,14 +216,8 @@ fn screen(language: Language) -> Screen {
         vec![row(811, "185", "Statusword = OPERATION ENABLED", false), row(812, "085", "7121h: motor blocked", true)];
     screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { matching: 4211, from: 4209, rows })));
     let points = (0..100).map(|at| (f64::from(at) * 0.14, f64::from(at * at))).collect();
-    let curve = Curve {
-        node: 5,
-        address: "6064:00".to_owned(),
-        name: "Position Actual Value".to_owned(),
-        unit: None,
-        seen: None,
-        points,
-    };
+    let (address, name) = ("6064:00".to_owned(), "Position Actual Value".to_owned());
+    let curve = Curve { node: 5, address, name, unit: None, seen: None, points };
     screen.take(Purpose::Plots, Ok(Answer::Curves(vec![curve])));
     screen
 }
@@ -648,10 +642,10 @@ fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_i
 fn a_stop_that_has_failed_is_no_alarm_any_more_once_it_is_confirmed() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     screen.take(Purpose::Stop, Err(Refused::new("the bench only listens to this bus")));
-    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
-    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"), "nothing was sent");
-    view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: None });
-    assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    for unconfirmed in [None, Some(Unconfirmed { since: 9.8, why: None })] {
+        view.drives[0].unconfirmed = unconfirmed;
+        assert!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"));
+    }
     view.drives[0].unconfirmed = None;
     let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains("every drive has stopped") && !text.contains("NOT STOPPED"), "{text}");

@@ -46,6 +46,21 @@ fn it_prints_its_address_and_ends_when_it_is_told_to() {
     }
 }
 
+/// Node 5 is said to be a drive, and is not there: it cannot confirm that it stands.
+const ABSENT: &[&str] = &["--bus", "sim:siko/ag03-1?node=6", "--device", "5=siko/ag03-1"];
+
+#[test]
+fn a_drive_that_does_not_confirm_its_stop_is_in_the_exit_code() {
+    let bench = Bench::begin(&folder("bench-unconfirmed"), ABSENT);
+    assert_eq!(bench.interrupt(), Some(2));
+}
+
+#[test]
+fn a_second_interrupt_ends_it_at_once() {
+    let bench = Bench::begin(&folder("bench-twice"), ABSENT);
+    assert_eq!(bench.interrupt_twice(), Some(130), "the first one alone would wait for node 5, and end with 2");
+}
+
 /// What opens a browser on Linux and the BSDs is found by its name, so that another program takes its place.
 #[cfg(not(target_os = "macos"))]
 #[test]

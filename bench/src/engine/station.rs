@@ -1,6 +1,7 @@
 //! One conversation at a time with a node: a thread that carries out what is asked of it, one after the other.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use lexican_driver::CancelHandle;
@@ -261,22 +262,49 @@ impl Station {
 
     fn run(&self) {
         loop {
-            match self.next() {
-                Next::Stop(braking) => self.bring_to_a_stand(braking),
-                Next::Task(task) => task(self),
-                Next::Poll(address) => {
-                    // The model hears the answer; a node that is gone shows by its silence.
-                    if let Ok(mut network) = self.network() {
-                        let _ = network.read_bytes(self.node, address);
-                    }
-                }
-                Next::End => return,
+            let next = self.next();
+            if matches!(next, Next::End) {
+                return;
+            }
+            let is_stop = matches!(next, Next::Stop(_));
+            // The node has no other thread: one that fails goes on, and its drive is to stand.
+            if catch_unwind(AssertUnwindSafe(|| self.carry_out(next))).is_err() {
+                self.handle_panic(is_stop);
             }
             let ended = lock(&self.queue).under_way.take();
             if ended.is_some_and(|ended| ended.is_interrupted && ended.cancel.is_none()) {
                 self.abort();
             }
         }
+    }
+
+    fn carry_out(&self, next: Next) {
+        match next {
+            Next::Stop(braking) => self.bring_to_a_stand(braking),
+            Next::Task(task) => task(self),
+            Next::Poll(address) => {
+                // The model hears the answer; a node that is gone shows by its silence.
+                if let Ok(mut network) = self.network() {
+                    let _ = network.read_bytes(self.node, address);
+                }
+            }
+            Next::End => {}
+        }
+    }
+
+    /// What was under way has failed by a panic: whether its drive stands is unknown.
+    fn handle_panic(&self, was_stop: bool) {
+        const WHY: &str = "the program has failed (a panic)";
+        let mut model = lock(&self.model);
+        let Some(drive) = model.drive_if_known(self.node) else { return };
+        let now = self.ports.now();
+        if was_stop {
+            drive.standstill.handle_outcome(now, Err(WHY.to_owned()));
+        } else if drive.order.take().is_some() {
+            drive.standstill.want(now, Braking::Programmed);
+        }
+        drop(model);
+        drop(std::mem::take(&mut lock(&self.queue).waiters));
     }
 
     /// Ends the SDO transfer in whose middle something was interrupted: the node waits for its next frame.
@@ -337,5 +365,41 @@ impl Queue {
 impl UnderWay {
     fn new(face: u32, kind: Kind) -> Self {
         UnderWay { face, kind, is_interrupted: false, ports: Vec::new(), cancel: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use super::*;
+    use crate::engine::hub;
+    use crate::model::BusInfo;
+
+    static ATTEMPTS: AtomicU32 = AtomicU32::new(0);
+
+    fn stop(_: &Station, _: Order, _: Option<&str>) -> Result<Answer, Refused> {
+        assert!(ATTEMPTS.fetch_add(1, Ordering::Relaxed) > 0, "the first attempt fails");
+        Ok(Answer::Done)
+    }
+
+    #[test]
+    fn a_panic_in_an_order_leaves_a_thread_that_stops_the_drive() {
+        let model = Arc::new(Mutex::new(Model::new(Instant::ZERO, BusInfo::default())));
+        let ports = hub::nowhere(Instant::ZERO);
+        let station = Station::begin(NodeId::literal(5), ports, Arc::clone(&model), stop).unwrap();
+        station.ask(NOBODY, |station| {
+            lock(&station.model).drive(station.node).order = Some("travels".to_owned());
+            panic!("in an order");
+        });
+        let stands = || {
+            let mut model = lock(&model);
+            let drive = model.drive(station.node);
+            drive.order.is_none() && drive.standstill.unconfirmed().is_none()
+        };
+        while ATTEMPTS.load(Ordering::Relaxed) < 2 || !stands() {
+            std::thread::yield_now();
+        }
+        station.ports.end();
     }
 }

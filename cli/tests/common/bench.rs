@@ -22,7 +22,7 @@ impl Bench {
     pub(crate) fn begin_with(folder: &Path, args: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut process = Command::new("timeout")
             // It ends even if the test is killed.
-            .args(["600", env!("CARGO_BIN_EXE_lexican"), "bench"])
+            .args(["--foreground", "600", env!("CARGO_BIN_EXE_lexican"), "bench"])
             .args(args)
             .current_dir(folder)
             .env_remove("LEXICAN_BUS")
@@ -54,7 +54,17 @@ impl Bench {
         self.process.wait().unwrap().code()
     }
 
-    /// `timeout` hands it on; a signal that cannot be caught would leave the bench behind.
+    /// The same twice, the second time until it has ended: the first one may not have been heard yet.
+    pub(crate) fn interrupt_twice(mut self) -> Option<i32> {
+        loop {
+            self.terminate();
+            if let Some(status) = self.process.try_wait().unwrap() {
+                return status.code();
+            }
+        }
+    }
+
+    /// `timeout` hands it on, in the foreground once only; a signal that cannot be caught would leave the bench behind.
     fn terminate(&self) {
         let _ = Command::new("kill").args(["-TERM", &self.process.id().to_string()]).status();
     }
