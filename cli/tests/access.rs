@@ -141,3 +141,28 @@ fn an_overlay_adds_units_to_any_data_sheet() {
     lexican_in(&folder, &[&boot[..], &["7=sensor.eds"]].concat()).on_stdout(0, "node 7: has booted");
     lexican_in(&folder, &[&boot[..], &["7"]].concat()).on_stderr(2, "an overlay adds to a data sheet");
 }
+
+#[test]
+fn a_read_is_bounded_by_max_and_by_the_type() {
+    let folder = folder("read-max");
+    // The data sheet has a number where the device has a text of a hundred bytes.
+    let text = SHEET.replace("DefaultValue=sensor", &format!("DefaultValue={}", "x".repeat(100)));
+    let label = "ParameterName=Label\nObjectType=0x7\nDataType=0x0009";
+    let number =
+        SHEET.replace(label, &label.replace("0x0009", "0x0007")).replace("DefaultValue=sensor", "DefaultValue=0");
+    std::fs::write(folder.join("text.eds"), text).unwrap();
+    std::fs::write(folder.join("number.eds"), number).unwrap();
+    let bus = ["read", "--bus", "sim:text.eds?node=5", "Label"];
+    lexican_in(&folder, &bus).on_stdout(0, "xxx");
+    let bounded = |max, more: &[&str]| lexican_in(&folder, &[&bus[..], &["--max", max], more].concat());
+    for more in [&[][..], &["-o", "label.bin"]] {
+        let run = bounded("50", more);
+        run.on_stderr(2, "2002:00: the device sends more than 50 bytes");
+        run.on_stderr(2, "--max takes more, such as --max 800");
+        assert!(!folder.join("label.bin").exists());
+        assert_eq!(bounded("800", more).code, Some(0));
+    }
+    let run = lexican_in(&folder, &[&bus[..], &["--device", "number.eds"]].concat());
+    run.on_stderr(2, "the device sends more than 64 bytes");
+    run.on_stderr(2, "by its data type it has fewer");
+}

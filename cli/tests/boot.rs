@@ -62,7 +62,11 @@ fn a_network_in_a_file_is_booted() {
     let other = include_str!("sensor.eds").replace("DefaultValue=0\n\n[1001]", "DefaultValue=0x191\n\n[1001]");
     std::fs::write(folder.join("sensor.eds"), other).unwrap();
     let run = boot("[[node]]\nid = 5\ndevice = 'sensor.eds'\n");
-    run.on_stdout(1, "the device type is");
+    assert!(
+        run.stderr.contains("node 5 is not sensor.eds, but siko/ag03-1 (device type 00000192h, vendor 195h"),
+        "{run}"
+    );
+    run.on_stdout(1, "the device type (1000h) is 00000192h, and not 00000191h");
     for (text, words) in [
         ("", "it lists no nodes"),
         ("[[node", "machine.toml:1: "),

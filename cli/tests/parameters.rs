@@ -280,6 +280,9 @@ fn settings_of_a_file_are_checked_and_applied() {
     let wrong = apply(&format!("{good}6064 = \"raw:1\"\n\"nonsense\" = 2\n"), &[]);
     wrong.on_stderr(1, "node 5: 6064: the data sheet says ro");
     assert!(wrong.stdout.is_empty() && wrong.stderr.contains("\"nonsense\"") && wrong.stderr.contains("nothing was"));
+    // A command is none.
+    let command = apply(&format!("{good}6040 = \"shutdown\"\n"), &[]);
+    command.on_stderr(1, "6040: it is a command and no parameter; `lexican write` gives it");
     apply(good, &["--dry-run"])
         .on_stdout(0, "6060:00 Modes of Operation = profile velocity (2), was profile position (1)");
     apply(good, &[]).on_stdout(0, "node 5: 3 parameters written, 0 had their value\n");

@@ -193,9 +193,9 @@ fn a_node_that_is_not_the_expected_one_is_not_started() {
         plan
     };
     let cases: [(BootPlan<&[u8]>, BootError); 4] = [
-        (with(|plan| plan.device_type = Some(0x191)), BootError::DeviceType { got: 0x192 }),
-        (with(|plan| plan.vendor = Some(1)), BootError::Identity { part: Part::Vendor, got: 0x195 }),
-        (with(|plan| plan.product = Some(8)), BootError::Identity { part: Part::Product, got: 7 }),
+        (with(|plan| plan.device_type = Some(0x191)), BootError::DeviceType { expected: 0x191, got: 0x192 }),
+        (with(|plan| plan.vendor = Some(1)), BootError::Identity { part: Part::Vendor, expected: 1, got: 0x195 }),
+        (with(|plan| plan.product = Some(8)), BootError::Identity { part: Part::Product, expected: 8, got: 7 }),
         (
             with(|plan| plan.serial = Some(1)),
             BootError::NoIdentity(SdoError::Aborted {

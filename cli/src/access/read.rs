@@ -10,6 +10,7 @@ use lexican_runtime::cia301;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Bytes};
 use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_toolbox::object::resolve_all;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::{DeviceValues, is_pdo_mapping};
@@ -40,6 +41,10 @@ pub(crate) struct ReadArgs {
 
     #[command(flatten)]
     force: ForceArgs,
+
+    /// The most bytes that are taken of an object of any length; the transfer of a longer one is aborted
+    #[arg(long, value_name = "BYTES", default_value_t = LONGEST, value_parser = clap::value_parser!(u32).range(4..))]
+    max: u32,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -74,10 +79,10 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
             let [[address]] = addresses.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] else {
                 return Err(Failure::new("one file takes one entry").help("name the sub-index as well: 1F50:01"));
             };
-            return save(network, node, *address, path, args.force);
+            return save(args, network, node, *address, path);
         }
         let printer = Printer { node, json: args.json, names_node };
-        let mut reading = Reading { network, values: device.map(DeviceValues::new), printer };
+        let mut reading = Reading { network, values: device.map(DeviceValues::new), printer, max: args.max };
         let mut outcome = Outcome::Clean;
         for object in addresses {
             outcome = outcome.max(reading.object(device, object)?);
@@ -86,25 +91,30 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The most that is read: 64 MiB.
-const LONGEST: usize = 64 << 20;
+/// The most that is read without `--max`: 64 MiB.
+const LONGEST: u32 = 64 << 20;
+/// The most that is read of an object whose type has a size: enough to show what else a device sends there.
+const LONGEST_NUMBER: u32 = 64;
 
 /// Writes the bytes of an entry into a file.
 fn save(
+    args: &ReadArgs,
     network: &mut Network<BoxedLink>,
     node: NodeId,
     address: Address,
     path: &Path,
-    force: ForceArgs,
 ) -> Result<Outcome, Failure> {
     let (what, interrupted) = (format!("reading {address}"), ctrl_c()?);
-    let mut followed = follow(&what, None, Bytes::room_for(LONGEST), &interrupted);
+    let mut followed = follow(&what, None, Bytes::room_for(args.max as usize), &interrupted);
     let result = network.read_into(node, address, &mut followed);
     if followed.is_interrupted() {
         return Err(Failure::new(format_args!("{address}: interrupted; {} is as it was", path.display())));
     }
     let data = match result {
         Ok(len) => followed.into_payload().into_vec(len),
+        Err(AccessError::Sdo { error: SdoError::TooLong { address, capacity }, .. }) => {
+            return Err(too_long(address, capacity, args.max));
+        }
         Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
             Printer { node, json: false, names_node: false }
                 .refusal(&ValueReport::without_value(None, address), &error)?;
@@ -117,7 +127,7 @@ fn save(
         stdout.write_all(&data)?;
         stdout.flush()?;
     } else {
-        force.write(path, &data)?;
+        args.force.write(path, &data)?;
     }
     Ok(Outcome::Clean)
 }
@@ -126,6 +136,16 @@ struct Reading<'a, 'n> {
     network: &'n mut Network<BoxedLink>,
     values: Option<DeviceValues<'a>>,
     printer: Printer,
+    max: u32,
+}
+
+/// A device that sends more than is taken, which may be without end.
+fn too_long(address: Address, bound: u32, max: u32) -> Failure {
+    let failure = Failure::new(format_args!("{address}: the device sends more than {bound} bytes"));
+    if bound < max {
+        return failure.help("by its data type it has fewer; -o FILE takes what the device sends, whatever the type");
+    }
+    failure.help(format_args!("--max takes more, such as --max {}", u64::from(bound) * 16))
 }
 
 impl Reading<'_, '_> {
@@ -159,7 +179,11 @@ impl Reading<'_, '_> {
         if let Some(values) = &mut self.values {
             read_conditions(self.network, node, address, values)?;
         }
-        match self.network.read_bytes(node, address) {
+        let data_type = self.values.as_ref().and_then(|values| Some(values.entry(address)?.data_type));
+        let has_size = data_type.is_some_and(|data_type| data_type.bits().is_some());
+        let bound = if has_size { self.max.min(LONGEST_NUMBER) } else { self.max };
+        let mut bytes = Bytes::room_for(bound as usize);
+        match self.network.read_into(node, address, &mut bytes).map(|len| bytes.into_vec(len)) {
             Ok(data) => {
                 let report = ValueReport::of_bytes(self.values.as_ref(), address, &data);
                 if let (Some(values), Some(value)) = (&mut self.values, &report.value) {
@@ -167,6 +191,9 @@ impl Reading<'_, '_> {
                 }
                 self.printer.print(report.json(), &report.equation())?;
                 Ok((Some(data), Outcome::Clean))
+            }
+            Err(AccessError::Sdo { error: SdoError::TooLong { capacity, .. }, .. }) => {
+                Err(too_long(address, capacity, self.max))
             }
             Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
                 self.printer.refusal(&ValueReport::without_value(self.values.as_ref(), address), &error)?;

@@ -2,6 +2,7 @@
 
 mod plan;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -9,7 +10,10 @@ use anstyle::AnsiColor;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BootNetworkError, Link, Pace};
 use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::object::{Object, Ro};
+use lexican_runtime::procedure::BootError;
+use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_toolbox::identity::{recognise, words};
 use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};
@@ -114,8 +118,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut network = Network::new(link);
     let interrupted = ctrl_c()?;
 
-    let mut written = Ok(());
+    let (mut written, mut others) = (Ok(()), BTreeSet::new());
     let mut report = |event: &Event| {
+        if let Event::Network(NetworkEvent::Failed { node, error, .. }) = event
+            && matches!(error, BootError::DeviceType { .. } | BootError::Identity { .. })
+        {
+            others.insert(*node);
+        }
         if written.is_ok() {
             written = print(args.json, event);
         }
@@ -147,8 +156,28 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     written?;
+    for node in others {
+        if let Some(device) = described.nodes.iter().find(|it| it.id == node).and_then(|it| it.device.as_deref()) {
+            warn(format_args!("node {node} is not {device}, but {}", identity(&mut network, node)));
+        }
+    }
     let is_ready = network.kept().is_some_and(|kept| kept.is_ready());
     Ok(if is_ready { Outcome::Clean } else { Outcome::Found })
+}
+
+/// What a node is: the device that lexican knows, and what it says itself.
+fn identity<L: Link>(network: &mut Network<L>, node: NodeId) -> String {
+    let mut number = |index, sub| network.read(node, Object::<u32, Ro>::new(index, sub)).ok();
+    let [device_type, vendor, product] =
+        [(cia301::DEVICE_TYPE, 0), (cia301::IDENTITY, 1), (cia301::IDENTITY, 2)].map(|(index, sub)| number(index, sub));
+    let known =
+        vendor.and_then(|vendor| recognise(vendor, product)).map_or("a device that lexican does not know", |it| it.id);
+    let numbers: Vec<String> = device_type
+        .map(|it| format!("device type {it:08X}h"))
+        .into_iter()
+        .chain(words([vendor, product, None, None]))
+        .collect();
+    format!("{known} ({})", numbers.join(", "))
 }
 
 /// How many events are reported at most when the time is over.

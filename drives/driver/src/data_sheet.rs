@@ -37,7 +37,7 @@ impl Description {
     /// use lexican_runtime::NodeId;
     /// use lexican_runtime::host::BusUrl;
     ///
-    /// fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// fn main() -> Result<(), lexican_runtime::host::MainError> {
     ///     let eds = std::fs::read("servo.eds")?;
     ///     let description = Description::of_data_sheet(&Input::new(Source::from_bytes("servo.eds", &eds)))?;
     ///     let link = "slcan:/dev/ttyACM0?bitrate=500000".parse::<BusUrl>()?.open()?;

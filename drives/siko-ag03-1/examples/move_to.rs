@@ -3,10 +3,9 @@
 //!
 //! `cargo run -p lexican-siko-ag03-1 --example move_to`
 
-use std::error::Error;
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::host::VirtualBus;
+use lexican_runtime::host::{MainError, VirtualBus};
 use lexican_runtime::{Duration, NodeId};
 use siko_ag03_1::driver::{Drive, Mode, Outcome};
 use siko_ag03_1::od;
@@ -16,7 +15,7 @@ use siko_ag03_1::state::State;
 
 const NODE: NodeId = NodeId::literal(5);
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), MainError> {
     let bus = VirtualBus::with_bit_rate(500);
     let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
     bus.attach(Arc::clone(&simulated));
@@ -64,6 +63,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     check("the position of the simulated drive", position, -5000)
 }
 
-fn check<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), Box<dyn Error>> {
+fn check<T: PartialEq + std::fmt::Debug>(what: &str, found: T, expected: T) -> Result<(), MainError> {
     if found == expected { Ok(()) } else { Err(format!("{what} is {found:?}, not {expected:?}").into()) }
 }

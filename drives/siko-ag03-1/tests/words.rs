@@ -6,7 +6,7 @@ use siko_ag03_1::words::{control, generic, status, system};
 
 /// The overlay names the same bits, in words close to these.
 #[track_caller]
-fn check(bits: &[BitName], named: &[(u64, &str)]) {
+fn check(bits: &[BitName<'_>], named: &[(u64, &str)]) {
     for &(mask, name) in named {
         let bit = bits.iter().find(|bit| 1 << bit.low == mask && bit.width == 1);
         assert_eq!(bit.map(|bit| bit.name), Some(name), "{mask:04X}");

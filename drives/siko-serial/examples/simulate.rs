@@ -6,7 +6,7 @@
 //! ```
 
 #[cfg(unix)]
-fn main() -> std::io::Result<()> {
+fn main() -> Result<(), lexican_runtime::host::MainError> {
     use lexican_runtime::{Duration, Instant};
     use serialport::{SerialPort, TTYPort};
     use siko_serial::sim::SerialDrive;

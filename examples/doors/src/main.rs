@@ -8,10 +8,10 @@
 mod plot;
 mod travel;
 
-use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
+use lexican_runtime::host::MainError;
 
 /// Move a simulated SIKO AG02 through each of its interfaces by the same program
 #[derive(Parser)]
@@ -22,7 +22,7 @@ struct Args {
     plot: Option<PathBuf>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), MainError> {
     let runs = travel::through_each_door()?;
     for run in &runs {
         println!("{}: {:?} after {:.3} s; {}", run.door, run.outcome, run.took_s(), run.traffic);

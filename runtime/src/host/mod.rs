@@ -12,6 +12,7 @@ mod embedded_can;
 mod filter;
 pub mod kept;
 mod link;
+mod main_error;
 mod mapped;
 mod named;
 mod node;
@@ -40,6 +41,7 @@ pub use embedded_can::EmbeddedCan;
 #[cfg(unix)]
 pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};
+pub use main_error::MainError;
 pub use mapped::{MappedPdo, PdoOptions};
 pub use named::{Reading, UnknownName};
 pub use node::Node;

@@ -41,6 +41,17 @@ impl Part {
         self as u8
     }
 
+    /// As CiA 301 has it: `vendor-ID`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Part::Vendor => "vendor-ID",
+            Part::Product => "product code",
+            Part::Revision => "revision number",
+            Part::Serial => "serial number",
+        }
+    }
+
     /// The part after this one; after the last, the first.
     #[must_use]
     pub const fn next(self) -> Part {

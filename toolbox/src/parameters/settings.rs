@@ -174,6 +174,15 @@ mod tests {
         assert_eq!(wrong.len(), 5);
     }
 
+    /// A drive would be enabled, or forget what it has, by a file of parameters.
+    #[test]
+    fn commands_are_no_settings() {
+        for command in ["6040 = 15", "6040 = \"enable operation\"", "\"1011:01\" = \"raw:0x64616F6C\""] {
+            let wrong = encoded(&format!("6060 = 1\n{command}")).unwrap_err();
+            assert!(wrong.len() == 1 && wrong[0].contains("`lexican write` gives it"), "{command}: {wrong:?}");
+        }
+    }
+
     #[test]
     fn a_file_without_settings_is_refused() {
         for (text, words) in [

@@ -47,19 +47,12 @@ impl DeviceValues<'_> {
 
     /// The limits of the data sheet, where a value is beyond those of its type.
     fn refusal(&self, entry: &Entry, text: &str, error: &NoValue<'_>) -> String {
-        let NoValue::OutOfType { .. } = *error else { return error.to_string() };
-        let limits =
-            Limits::all(entry, |when| self.holds(when)).find(|limits| limits.low.is_some() || limits.high.is_some());
-        limits.map_or_else(
-            || error.to_string(),
-            |limits| {
-                format!(
-                    "{text} is no value of {}: the data sheet allows {}",
-                    self.name(entry),
-                    self.range(entry, &limits)
-                )
-            },
-        )
+        let NoValue::OutOfType { data_type, .. } = *error else { return error.to_string() };
+        let mut limits = Limits::all(entry, |when| self.holds(when));
+        match limits.find(|limits| limits.low.is_some() || limits.high.is_some()) {
+            Some(limits) => format!("{text} is no {data_type}: the data sheet allows {}", self.range(entry, &limits)),
+            None => error.to_string(),
+        }
     }
 }
 
@@ -175,12 +168,7 @@ mod tests {
         check(0x2412, 0, "2,5 mm", "is no number of mm");
         check(0x2412, 0, "2.5 m", "is not in mm");
         check(0x2412, 0, "250", "\"250 mm\" or \"raw:250\"");
-        check(0x2412, 0, "5000 mm", "5000 mm is no value of Spindle Pitch: the data sheet allows 0.00 mm to 10.00 mm");
-        check(
-            0x2410,
-            5,
-            "300",
-            "300 is no value of Motor Parameter Set, v-Pos: the data sheet allows 1 rev/min to 200 rev/min",
-        );
+        check(0x2412, 0, "5000 mm", "5000 mm is no UNSIGNED16: the data sheet allows 0.00 mm to 10.00 mm");
+        check(0x2410, 5, "300", "300 is no UNSIGNED8: the data sheet allows 1 rev/min to 200 rev/min");
     }
 }

@@ -6,10 +6,11 @@
 mod chart;
 mod runs;
 
-use std::error::Error;
 use std::path::PathBuf;
 
-fn main() -> Result<(), Box<dyn Error>> {
+use lexican_runtime::host::MainError;
+
+fn main() -> Result<(), MainError> {
     let docs = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs");
     let folder = std::env::args_os().nth(1).map_or(docs, PathBuf::from);
     std::fs::create_dir_all(&folder)?;

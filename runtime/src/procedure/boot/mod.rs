@@ -331,9 +331,12 @@ impl<C: AsRef<[u8]>> BootNode<C> {
 
     fn handle_identity(&mut self, now: Instant, part: Option<Part>, got: u64) -> Option<BootEvent> {
         let expected = part.map_or(self.plan.device_type, |part| self.plan.expected(part));
-        if expected.is_some_and(|expected| got != expected.into()) {
+        if let Some(expected) = expected.filter(|expected| got != u64::from(*expected)) {
             let got = got as u32;
-            return self.fail(part.map_or(BootError::DeviceType { got }, |part| BootError::Identity { part, got }));
+            return self.fail(match part {
+                None => BootError::DeviceType { expected, got },
+                Some(part) => BootError::Identity { part, expected, got },
+            });
         }
         let mut parts = Part::ALL.into_iter().filter(|&next| Some(next) > part);
         match parts.find(|&next| self.plan.expected(next).is_some()) {

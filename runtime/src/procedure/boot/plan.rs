@@ -79,16 +79,20 @@ pub enum BootError {
     #[error("the node does not report its device type: {0}")]
     NoDeviceType(SdoError),
     /// C: another device type.
-    #[error("the device type is {got:08X}h")]
+    #[error("the device type (1000h) is {got:08X}h, and not {expected:08X}h")]
     DeviceType {
+        /// By the plan.
+        expected: u32,
         /// 1000h of the node.
         got: u32,
     },
     /// D, M, N, O: another identity.
-    #[error("the {part:?} in the identity is {got:08X}h")]
+    #[error("the {} (1018h:{:02X}) is {got:08X}h, and not {expected:08X}h", part.name(), 1 + part.number())]
     Identity {
         /// Which number of it.
         part: Part,
+        /// By the plan.
+        expected: u32,
         /// What the node has.
         got: u32,
     },

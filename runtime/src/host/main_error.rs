@@ -1,0 +1,31 @@
+//! The error of a program's `main`.
+
+use core::fmt;
+use std::boxed::Box;
+use std::error::Error;
+
+/// The error of a `main` that returns a `Result`: any error becomes one by `?`. Rust prints what `main` returns by its `Debug`, which
+/// of an error type is code; of this one it is the words.
+///
+/// ```
+/// use lexican_runtime::host::MainError;
+///
+/// fn node() -> Result<lexican_runtime::NodeId, MainError> {
+///     Ok("200".parse()?)
+/// }
+/// # let words = format!("{:?}", node().unwrap_err());
+/// # assert!(words.contains("127") && !words.contains('{'), "{words}");
+/// ```
+pub struct MainError(Box<dyn Error>);
+
+impl<E: Into<Box<dyn Error>>> From<E> for MainError {
+    fn from(error: E) -> Self {
+        MainError(error.into())
+    }
+}
+
+impl fmt::Debug for MainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)
+    }
+}
