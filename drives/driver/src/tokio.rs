@@ -494,10 +494,10 @@ impl<K> Drop for Drive<K> {
         let stop: Vec<_> = self.session.context().let_go().collect();
         if stop.is_empty() {
             // An end as it should be is none that the drive has to notice.
-            if let Some(frame) =
-                self.session.lets_disarm().and_then(|armed| self.session.context().disarming_frame(armed))
-            {
-                let _ = self.network.post(frame);
+            let armed = self.session.lets_disarm().unwrap_or_default();
+            let context = self.session.context();
+            for (object, value) in context.disarming(armed) {
+                let _ = self.network.post(context.setting_frame(object, value));
             }
             return;
         }

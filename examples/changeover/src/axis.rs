@@ -48,7 +48,7 @@ impl Axis {
         let problem = |error: &Error| Problem {
             what: format!("{}: {error}", entry.name),
             span: entry.node_span.clone(),
-            remedy: remedy(error).to_owned(),
+            remedy: error.remedy().text.to_owned(),
         };
         let description = entry.kind.description;
         let connected = Drive::connect_described(network.clone(), entry.node, description).await;
@@ -281,19 +281,6 @@ fn target(entry: &Entry, units: Option<Units>, limits: Option<(i32, i32)>) -> Re
         return Err(Problem { what: format!("{}: {error}", entry.name), span, remedy });
     }
     Ok(target)
-}
-
-/// What to do about a drive that does not answer as it should.
-fn remedy(error: &Error) -> &'static str {
-    match error {
-        Error::Sdo(SdoError::TimedOut { .. }) => "has it power, and this node-ID? `lexican scan` shows who is there",
-        Error::NotThisDrive { .. } => "name the kind of drive that is there, or its node-ID",
-        Error::OtherCobId { .. } | Error::OtherMapping { .. } => {
-            "restore the communication parameters of the drive (1011h)"
-        }
-        Error::Link(_) => "is the bus up, and the adapter plugged in?",
-        _ => "look the error up in the manual of the drive",
-    }
 }
 
 /// How a travel has ended that has not reached its target.

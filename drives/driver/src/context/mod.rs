@@ -30,7 +30,7 @@ use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, Measured, NodeId};
 
-use crate::description::Description;
+use crate::description::{Description, Number};
 use crate::error::{Capability, Error};
 use crate::fault::Cause;
 
@@ -76,6 +76,8 @@ pub(crate) struct Shared {
     pub(crate) settles: Instant,
     /// It has reported what it can only report of that order.
     pub(crate) settled: bool,
+    /// What the objects held that have been written to protect the drive.
+    pub(crate) before: Vec<(Number, i64)>,
     /// How much later than on CAN the drive answers and obeys.
     pub(crate) latency: Duration,
     /// How long travels may take.
@@ -137,6 +139,7 @@ impl DriveContext {
             stop: None,
             settles: Instant::ZERO,
             settled: true,
+            before: Vec::new(),
             latency: Duration::ZERO,
             patience: Duration::from_secs(600),
             is_handed_over: false,

@@ -99,9 +99,13 @@ impl DriveContext {
         Frame::from_array(CobId::of_node(0x600, self.node), request.to_bytes())
     }
 
-    /// The frame that disarms what protects the drive, without waiting for an answer.
-    pub(crate) fn disarming_frame(&self, protection: Protection) -> Option<Frame> {
-        protection.switch().map(|switch| self.setting_frame(switch, 0))
+    /// What disarms what protects the drive: 0 ends it, and then the objects hold again what they held before.
+    pub(crate) fn disarming(&self, protection: Protection) -> impl Iterator<Item = (Number, i64)> + use<> {
+        let before = std::mem::take(&mut self.lock().before);
+        protection.switch().into_iter().flat_map(move |switch| {
+            let back = before.clone().into_iter().filter(move |(object, value)| *value != 0 || *object != switch);
+            [(switch, 0)].into_iter().chain(back)
+        })
     }
 
     pub(crate) fn send(&self, frame: Frame) {

@@ -435,8 +435,8 @@ impl<P: Path> Follower<P> {
     /// An end as it should be is none that the drives have to notice.
     fn disarm(&mut self) {
         let axes = self.members.iter().filter(|member| !member.is_gone()).map(|member| member.axis);
-        let frame = |axis: Axis| DriveContext::new(axis.node, axis.description).disarming_frame(axis.protection);
-        self.disarming = axes.filter_map(frame).collect();
+        let setting = |axis: Axis, switch| DriveContext::new(axis.node, axis.description).setting_frame(switch, 0);
+        self.disarming = axes.filter_map(|axis| Some(setting(axis, axis.protection.switch()?))).collect();
     }
 
     fn settle(&mut self) {

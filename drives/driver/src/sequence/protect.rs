@@ -30,51 +30,63 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
     if period.is_zero() || within_ms > u64::from(u16::MAX) {
         return Err(OutOfRange { address: GUARD_TIME.address(), above: !period.is_zero() }.into());
     }
-    for entry in free_consumers(drive, manager.get()).await? {
+    for (entry, before) in free_consumers(drive, manager.get()).await? {
         // Some have limits of 16 bits, which leave no room for a node-ID.
         if known(drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await)?.is_some() {
+            keep(drive, before.map(|before| vec![(consumer(entry), before)]));
             return Ok(Protection::Heartbeat { entry, manager, period, within });
         }
     }
-    let has_guarding = known(drive.get(GUARD_TIME).await)?.and(known(drive.get(LIFE_TIME_FACTOR).await)?);
-    drive.need(has_guarding, Capability::Protection)?;
+    let guarding = known(drive.get(GUARD_TIME).await)?.zip(known(drive.get(LIFE_TIME_FACTOR).await)?);
+    let (guard_time, factor) = drive.need(guarding, Capability::Protection)?;
     // The two exclude each other (CiA 301, 7.2.8.2.1).
     if let Some(heartbeat_ms @ 1..) = known(drive.get(PRODUCER_HEARTBEAT).await)? {
         return Err(Error::HeartbeatExcludesGuarding { heartbeat_ms: heartbeat_ms as u16 });
     }
-    let armed = match known(drive.set(GUARD_TIME, (period.as_micros() / 1000) as i64).await)? {
+    let period_ms = (period.as_micros() / 1000) as i64;
+    let armed = match known(drive.set(GUARD_TIME, period_ms).await)? {
         Some(()) => known(drive.set(LIFE_TIME_FACTOR, SIGNS.into()).await)?,
         None => None,
     };
     drive.need(armed, Capability::Protection)?;
+    let is_ours = (guard_time, factor) == (period_ms, SIGNS.into());
+    keep(drive, (!is_ours).then(|| vec![(LIFE_TIME_FACTOR, factor), (GUARD_TIME, guard_time)]));
     Ok(Protection::LifeGuarding { guard_time: period, life_time_factor: SIGNS })
 }
 
-/// Disarms what [`protect`] has armed.
+/// Disarms what [`protect`] has armed: the objects hold what they held before.
 ///
 /// # Errors
 ///
 /// As [`DriveContext::write`].
 pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
-    match protection.switch() {
-        None => Ok(()),
-        Some(switch) => drive.set(switch, 0).await,
+    for (object, value) in drive.disarming(protection) {
+        drive.set(object, value).await?;
+    }
+    Ok(())
+}
+
+/// Keeps what the drive held before it was protected, for [`unprotect`]; not what a program of ours has left there that
+/// could not disarm it.
+fn keep(drive: &DriveContext, before: Option<Vec<(Number, i64)>>) {
+    if let Some(before) = before {
+        drive.lock().before = before;
     }
 }
 
 /// The entries of 1016h that may watch over this manager: the one that does so already, or else those that watch over no node,
-/// since their node-ID or time is 0 (CiA 301, 7.5.2.19).
-async fn free_consumers(drive: &DriveContext, manager: u8) -> Result<Vec<u8>, Error> {
+/// since their node-ID or time is 0 (CiA 301, 7.5.2.19), with what they hold.
+async fn free_consumers(drive: &DriveContext, manager: u8) -> Result<Vec<(u8, Option<i64>)>, Error> {
     let entries = known(drive.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
     let mut free = Vec::new();
     for entry in 1..=entries {
         let Some(value) = known(drive.get(consumer(entry)).await)? else { continue };
         let (node, time) = (value >> 16 & 0xFF, value & 0xFFFF);
         if node == i64::from(manager) {
-            return Ok(vec![entry]);
+            return Ok(vec![(entry, None)]);
         }
         if node == 0 || time == 0 {
-            free.push(entry);
+            free.push((entry, Some(value)));
         }
     }
     Ok(free)

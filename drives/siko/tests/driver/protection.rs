@@ -63,6 +63,27 @@ fn a_drive_that_is_released_is_not_protected_any_more() {
     assert_eq!(simulated.lock().unwrap().position(link.now()), 5000);
 }
 
+/// What another tool has set up is there again; what a killed program of ours has left is not taken for that.
+#[test]
+fn a_drive_that_is_disarmed_holds_what_it_held_before() {
+    for (before, after) in [((500, 3), (500, 3)), ((0, 2), (0, 2)), ((250, 4), (0, 4)), ((0, 0), (0, 0))] {
+        let (bus, _) = bus();
+        let held =
+            |drive: &mut Drive<_>| (drive.read(od::GUARD_TIME).unwrap().0, drive.read(od::LIFE_TIME_FACTOR).unwrap());
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        drive.write(od::GUARD_TIME, od::Interval(before.0)).unwrap();
+        drive.write(od::LIFE_TIME_FACTOR, before.1).unwrap();
+        drop(drive);
+        let mut drive = Drive::connect_protected(bus.link(), NODE, WITHIN).unwrap();
+        assert_eq!(held(&mut drive), (250, 4));
+        drop(drive);
+        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        assert_eq!(held(&mut drive), after, "{before:?}");
+        drive.pass(Duration::from_secs(3)).unwrap();
+        assert_eq!(drive.state().unwrap(), State::SwitchOnDisabled);
+    }
+}
+
 #[test]
 fn a_drive_that_has_restarted_is_protected_again() {
     let (bus, simulated) = bus();

@@ -1,0 +1,69 @@
+//! How long a drive goes on whose manager is gone: the table in `drives/README.md`.
+
+use std::sync::{Arc, Mutex};
+
+use kollmorgen_akd::driver::AKD;
+use kollmorgen_akd::sim::SimulatedServo;
+use lexican_driver::{Any, Description, Drive, Mode, Protection};
+use lexican_runtime::host::{Fate, VirtualBus};
+use lexican_runtime::{CobId, Duration, NodeId};
+use siko_ag02::driver::AG02;
+use siko_ag03_1::driver::AG03_1;
+use siko_ag03_1::sim::SimulatedDrive;
+
+const NODE: NodeId = NodeId::literal(5);
+
+/// From the last sign of life to standstill, in milliseconds, in the middle of a travel; and what the drive has.
+fn dead_man(bus: &VirtualBus, description: &'static Description, velocity: &dyn Fn() -> f64) -> (u64, Protection) {
+    let mut drive = Drive::<_, Any>::connect_described(bus.link(), NODE, description).unwrap();
+    let protection = drive.protection();
+    drive.set_mode(Mode::Positioning).unwrap();
+    drive.enable().unwrap();
+    drive.start_moving_to(1_000_000).unwrap();
+    drive.pass(Duration::from_secs(2)).unwrap();
+    assert!(velocity() != 0.0);
+    // As if it had been killed: no frame of it arrives any more.
+    let own = [CobId::of_node(0x600, NODE), CobId::of_node(0x200, NODE), CobId::of_node(0x300, NODE)];
+    let signs = [CobId::of_node(0x700, NODE), CobId::of_node(0x700, NodeId::literal(127))];
+    let killed = bus.now();
+    bus.set_fate(move |_, frame| {
+        let is_sign = signs.contains(&frame.id()) && (frame.is_remote() || frame.id() == signs[1]);
+        if is_sign || own.contains(&frame.id()) || frame.id() == CobId::NMT { Fate::Lose } else { Fate::Deliver }
+    });
+    while velocity() != 0.0 {
+        assert!(bus.now().since(killed) < Duration::from_secs(10), "it goes on");
+        let next = Duration::from_millis(1);
+        if drive.run(async |drive| drive.pass(next).await).is_err() {
+            bus.advance(next);
+        }
+    }
+    (bus.now().since(killed).as_micros() / 1000, protection)
+}
+
+fn siko(model: &'static siko_ag03_1::sim::Model, description: &'static Description) -> (u64, Protection) {
+    let bus = VirtualBus::with_bit_rate(500);
+    let drive = Arc::new(Mutex::new(SimulatedDrive::new(model, NODE)));
+    bus.attach(Arc::clone(&drive));
+    dead_man(&bus, description, &|| drive.lock().unwrap().velocity(bus.now()).into())
+}
+
+#[test]
+fn each_drive_stands_within_its_dead_man_time() {
+    let (ms, protection) = siko(&siko_ag03_1::sim::MODEL, &AG03_1);
+    assert!(
+        matches!(protection, Protection::LifeGuarding { .. }) && (1150..1300).contains(&ms),
+        "{ms} ms, {protection}"
+    );
+    let (ms, protection) = siko(&siko_ag02::sim::MODEL, &AG02);
+    assert!(
+        matches!(protection, Protection::LifeGuarding { .. }) && (1300..1500).contains(&ms),
+        "{ms} ms, {protection}"
+    );
+    let bus = VirtualBus::with_bit_rate(500);
+    let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &kollmorgen_akd::sim::MODEL, NODE)));
+    bus.attach(Arc::clone(&servo));
+    let (ms, protection) = dead_man(&bus, &AKD, &|| {
+        servo.lock().unwrap().with_servo(bus.now(), |servo, _| servo.shaft(bus.now()).velocity)
+    });
+    assert!(matches!(protection, Protection::Heartbeat { .. }) && (1100..1300).contains(&ms), "{ms} ms, {protection}");
+}
