@@ -1,8 +1,8 @@
 //! Drives whose simulator is the servo of CiA 402 with their own dictionary: what all of them are asked.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
-use std::sync::{Mutex, PoisonError};
 
 use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, Transitions};
@@ -94,11 +94,13 @@ impl<D: OfModel> Objects for Servo<D> {
 #[derive(Debug)]
 struct Noted(Box<dyn Storage>);
 
-/// The entries noted since [`used`] has begun.
-static NOTED: Mutex<BTreeSet<Address>> = Mutex::new(BTreeSet::new());
+thread_local! {
+    /// The entries noted since [`used`] has begun. A bus runs its drives in the thread that waits.
+    static NOTED: RefCell<BTreeSet<Address>> = const { RefCell::new(BTreeSet::new()) };
+}
 
 fn note(address: Address) {
-    NOTED.lock().unwrap_or_else(PoisonError::into_inner).insert(address);
+    NOTED.with_borrow_mut(|noted| _ = noted.insert(address));
 }
 
 impl ObjectDictionary for Noted {
@@ -178,7 +180,7 @@ pub(crate) fn used<D: OfModel>() -> BTreeSet<Address> {
         Servo::<D>::power_cycle(&mut bench);
         bench.hear(100);
     }
-    std::mem::take(&mut *NOTED.lock().unwrap_or_else(PoisonError::into_inner))
+    NOTED.take()
 }
 
 impl<D: OfModel> Bench<Servo<D>> {
