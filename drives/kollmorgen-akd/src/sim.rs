@@ -107,15 +107,12 @@ const BEHAVIOUR: Behaviour = Behaviour {
     ..Behaviour::CIA_301
 };
 
-/// "Abort codes not listed above are reserved" (5.4.5.6).
+/// "Abort codes not listed above are reserved" (5.4.5.6); others of CiA 301 never come of what the drive has.
 const ABORTS: &[(AbortCode, AbortCode)] = &[
     (AbortCode::LENGTH_TOO_HIGH, AbortCode::LENGTH_MISMATCH),
     (AbortCode::LENGTH_TOO_LOW, AbortCode::LENGTH_MISMATCH),
     (AbortCode::TOGGLE_BIT, AbortCode::UNKNOWN_COMMAND),
     (AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE),
-    (AbortCode::MAXIMUM_BELOW_MINIMUM, AbortCode::INVALID_VALUE),
-    (AbortCode::DEVICE_INCOMPATIBLE, AbortCode::PARAMETER_INCOMPATIBLE),
-    (AbortCode::GENERAL, AbortCode::CANNOT_TRANSFER),
 ];
 
 /// Identifiers of 29 bits are not supported, and "mappings are taken only byte-wise" (6.3.1, 6.3.2).

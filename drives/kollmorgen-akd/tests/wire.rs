@@ -215,9 +215,18 @@ fn it_refuses_by_codes_that_it_has() {
     assert_eq!(bench.write(0x1600, 1, 4, 0x607A_0020), Err(0x0800_0022), "while it counts");
     assert_eq!(bench.write(0x1600, 0, 1, 0), Ok(()));
     assert_eq!(bench.write(0x1600, 1, 4, 0x6040_000C), Err(0x0604_0041), "no whole bytes");
+    assert_eq!(bench.write(0x1600, 1, 4, 0x6060_0008), Ok(()), "an odd number of them");
     // A segmented download whose toggle bit does not alternate.
     assert!(bench.ask([0x21, 0x26, 0x20, 0x01, 10, 0, 0, 0]).is_ok());
     assert_eq!(bench.ask([0x10, b'D', b'R', b'V', b'.', 0, 0, 0]), Err(0x0504_0001));
+}
+
+/// 7.2.1.7: the values that the setup software has set before.
+#[test]
+fn it_begins_with_the_setup_of_the_examples() {
+    let mut bench = Bench::new();
+    let setup = [0x6081, 0x6083, 0x6084, 0x609A].map(|index| bench.read(index, 0));
+    assert_eq!(setup, [Ok(20_000), Ok(100_000), Ok(100_000), Ok(10_000)]);
 }
 
 /// 5.4.4.1: of several errors each has its EMCY, and its end says what is left, also where another has its bit.
@@ -283,6 +292,11 @@ fn latches_show_inputs_edges_and_the_index_pulse() {
     bench.hear(10_000);
     bench.world(|inputs| inputs.probes[0] = true);
     assert_eq!([0x20A0, 0x20A6].map(|index| bench.read(index, 0)), [Ok(1400), Ok(1200)], "the first one");
+    // 20A6h is that of input 1 only.
+    bench.write(0x20A4, 0, 2, 0x04).unwrap();
+    bench.world(|inputs| inputs.probes[1] = true);
+    assert_eq!([0x20A2, 0x20A6].map(|index| bench.read(index, 0)), [Ok(1400), Ok(1200)]);
+    bench.world(|inputs| inputs.probes[1] = false);
     // Pulses are at 500, 1500, 2500 ...; one at rest is none.
     bench.write(0x20A4, 0, 2, 0x10).unwrap();
     assert_eq!(bench.read(0x20A5, 0), Ok(0x8000));
