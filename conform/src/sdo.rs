@@ -28,7 +28,7 @@ pub(crate) fn initiate(command: u8, at: (u16, u8), rest: &[u8]) -> Message {
 }
 
 impl Tester<'_> {
-    fn sdo_ids(&self) -> (CobId, CobId) {
+    pub(crate) fn sdo_ids(&self) -> (CobId, CobId) {
         (CobId::of_node(0x600, self.node), CobId::of_node(0x580, self.node))
     }
 
@@ -217,7 +217,7 @@ impl Tester<'_> {
         let (crc, own) = (u16::from_le_bytes([end[1], end[2]]), crc_of(&bytes));
         ensure(!with_crc || crc == own, || format!("the checksum is {crc:04X}, of these bytes it is {own:04X}"))?;
         self.send_request(message(&[0xA1], &[]))?;
-        self.silence(20)?;
+        self.silence_of(self.sdo_ids().1, 20)?;
         Ok(bytes)
     }
 

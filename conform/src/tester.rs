@@ -256,7 +256,7 @@ impl<'a> Tester<'a> {
     /// Resets the device, and waits until it has booted. Whether it boots as it should is for some of the cases to judge.
     pub(crate) fn reset(&mut self, command: NmtCommand) -> Outcome {
         self.nmt(command)?;
-        self.next(self.error_control(), self.settings.boot)?;
+        self.boot_up()?;
         self.hear(PATIENCE)?;
         Ok(())
     }
@@ -436,11 +436,28 @@ impl<'a> Tester<'a> {
         Ok(None)
     }
 
-    /// Nothing is heard for so long, but for SYNC, which the device may be there to produce.
-    pub(crate) fn silence(&mut self, ms: u64) -> Outcome {
-        let mut heard = self.hear_ms(ms)?;
-        heard.retain(|(_, frame)| frame.id() != CobId::SYNC);
-        ensure(heard.is_empty(), || format!("silence was expected, {} came", text(&heard)))
+    /// No frame of an identifier comes for so long.
+    pub(crate) fn silence_of(&mut self, id: CobId, ms: u64) -> Outcome {
+        let heard = self.hear_id(id, ms)?;
+        ensure(heard.is_empty(), || format!("silence of {id} was expected, {} came", text(&heard)))
+    }
+
+    /// Whether the boot-up message comes. A heartbeat may have been on its way before it.
+    pub(crate) fn boot_up(&mut self) -> Outcome<bool> {
+        let end = self.now() + self.settings.boot;
+        while let Some(frame) = self.receive(end)? {
+            if frame.id() == self.error_control() && frame.data() == [0] && !frame.is_remote() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The emergencies of a code that come within `ms`.
+    pub(crate) fn emergencies(&mut self, code: u16, ms: u64) -> Outcome<Vec<Heard>> {
+        let mut heard = self.hear_id(CobId::of_node(0x80, self.node), ms)?;
+        heard.retain(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
+        Ok(heard)
     }
 
     /// Exactly this frame comes, and no other of its identifier.

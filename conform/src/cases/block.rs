@@ -36,7 +36,7 @@ pub(crate) const CASES: &[Case] = &[
         loop {
             let segment = t.request(next)?;
             ensure(segment[0] & 0x7F == 1, || format!("{segment:02X?} is not the only segment of a block"))?;
-            let heard = t.hear_ms(5)?;
+            let heard = t.hear_id(t.sdo_ids().1, 5)?;
             ensure(heard.is_empty(), || "a block of one segment has more")?;
             bytes.extend(&segment[1..]);
             next = message(&[0xA2, 1, 1], &[]);

@@ -43,7 +43,7 @@ pub(crate) const CASES: &[Case] = &[
         for node in (0..=127).filter(|&node| node != own) {
             let id = CobId::standard(0x700 + node).unwrap_or(CobId::SYNC);
             t.send_remote(id, 1)?;
-            t.silence(5)?;
+            t.silence_of(id, 5)?;
         }
         t.is_in(NmtState::PreOperational)
     }),
@@ -56,12 +56,10 @@ pub(crate) const CASES: &[Case] = &[
         is_silent(t)?;
         guard(t)?;
         // It begins with the first request, and is content with requests in time.
-        t.silence(500)?;
+        none_lost(t, 500)?;
         for _ in 0..5 {
             t.send_remote(t.error_control(), 1)?;
-            let mut heard = t.hear_ms(150)?;
-            heard.retain(|(_, frame)| frame.id() != CobId::SYNC);
-            ensure(heard.len() == 1, || format!("{} came while the device is guarded", text(&heard)))?;
+            none_lost(t, 150)?;
         }
         lost(t, 80)
     }),
@@ -79,7 +77,7 @@ pub(crate) const CASES: &[Case] = &[
         heartbeat(t, 100)?;
         t.hears_every(t.error_control(), 100, 3)?;
         t.write(0x1017, 0, 0)?;
-        t.silence(1000)
+        t.silence_of(t.error_control(), 1000)
     }),
     case("301/7.5.2.19/1", "7.104", "a node has one heartbeat consumer", |t| {
         t.entry(0x1016, 2)?;
@@ -92,24 +90,23 @@ pub(crate) const CASES: &[Case] = &[
         watch(t)?;
         for _ in 0..20 {
             beat(t, 0x05)?;
-            t.silence(90)?;
+            none_lost(t, 90)?;
         }
         Ok(())
     }),
     case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
         watch(t)?;
         // The first one begins it.
-        t.silence(300)?;
+        none_lost(t, 300)?;
         beat(t, 0x05)?;
-        t.silence(90)?;
+        none_lost(t, 90)?;
         lost(t, 20)
     }),
     case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
         watch(t)?;
         beat(t, 0x05)?;
         t.nmt(NmtCommand::ResetNode)?;
-        let heard = t.hear_id(CobId::of_node(0x80, t.node), 500)?;
-        ensure(heard.is_empty(), || format!("{} came after the reset", text(&heard)))?;
+        none_lost(t, 500)?;
         t.reads(0x1016, 1, 0)?;
         t.reads(0x1001, 0, 0)
     }),
@@ -123,7 +120,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.8.2.2/2", "7.202", "heartbeat off: none comes", |t| {
         both(t)?;
         heartbeat(t, 0)?;
-        t.silence(1000)
+        t.silence_of(t.error_control(), 1000)
     }),
     case("301/7.2.8.2.2/3", "7.203", "heartbeat off, guarding on: requests are answered", |t| {
         both(t)?;
@@ -210,12 +207,18 @@ pub(crate) fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
 
 /// The emergency of a life guard or heartbeat error comes within so long, once.
 fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
-    let emergency = CobId::of_node(0x80, t.node);
-    let heard = t.hear_id(emergency, within_ms)?;
-    let is_it = |data: &[u8]| data.len() == 8 && data.starts_with(&[0x30, 0x81]);
-    let right = matches!(&heard[..], [(_, frame)] if is_it(frame.data()));
+    let heard = t.emergencies(LOST, within_ms)?;
+    let right = matches!(&heard[..], [(_, frame)] if frame.data().len() == 8);
     ensure(right, || format!("the emergency 8130h was expected, {} came", text(&heard)))?;
-    t.silence(300)
+    none_lost(t, 300)
+}
+
+/// The error code of a life guard or heartbeat error.
+const LOST: u16 = 0x8130;
+
+fn none_lost(t: &mut Tester<'_>, ms: u64) -> Outcome {
+    let heard = t.emergencies(LOST, ms)?;
+    ensure(heard.is_empty(), || format!("no emergency 8130h was expected, {} came", text(&heard)))
 }
 
 /// Between heartbeats, a request gets no answer.
@@ -224,7 +227,7 @@ fn unanswered(t: &mut Tester<'_>) -> Outcome {
         t.state(150)?;
         t.hear_ms(20)?;
         t.send_remote(t.error_control(), 1)?;
-        t.silence(50)?;
+        t.silence_of(t.error_control(), 50)?;
     }
     Ok(())
 }

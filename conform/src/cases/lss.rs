@@ -103,7 +103,9 @@ pub(crate) const CASES: &[Case] = &[
         t.nmt(NmtCommand::Start)?;
         t.send_remote(t.error_control(), 1)?;
         t.sync(None)?;
-        t.silence(PATIENCE_MS)?;
+        let mut heard = t.hear_ms(PATIENCE_MS)?;
+        heard.retain(|(_, frame)| frame.id().raw() & 0x7F == u32::from(lss.node.get()));
+        ensure(heard.is_empty(), || format!("{} came", crate::tester::text(&heard)))?;
         select(t)?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })

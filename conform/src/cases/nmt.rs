@@ -1,8 +1,8 @@
 //! 9 and 10: the NMT states, and the ways from one to the other.
 
 use lexican_eds::model::{Direction, Pdo};
+use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{CobId, Frame};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
 use super::{error_control, sync};
@@ -103,17 +103,12 @@ pub(crate) const CASES: &[Case] = &[
     }),
 ];
 
-/// The boot-up message comes once. A heartbeat may have been on its way before it.
+/// The boot-up message comes once.
 fn boots(t: &mut Tester<'_>) -> Outcome {
-    let first = t.next(t.error_control(), t.settings.boot)?;
-    let first = match first {
-        Some(heartbeat) if heartbeat.data() != [0] => t.next(t.error_control(), t.settings.boot)?,
-        first => first,
-    };
-    let is_it = |frame: &Frame| frame.data() == [0] && !frame.is_remote();
-    ensure(first.as_ref().is_some_and(is_it), || "no boot-up message comes")?;
+    ensure(t.boot_up()?, || "no boot-up message comes")?;
     let again = t.hear_id(t.error_control(), PATIENCE_MS)?;
-    ensure(!again.iter().any(|(_, frame)| is_it(frame)), || "the boot-up message comes again")
+    let booted = again.iter().any(|(_, frame)| frame.data() == [0] && !frame.is_remote());
+    ensure(!booted, || "the boot-up message comes again")
 }
 
 const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];

@@ -173,7 +173,7 @@ fn event(t: &mut Tester<'_>, state: NmtState) -> Outcome {
             ensure(differ, || format!("{} comes without a change", tpdo.id))?;
             t.apply(input.stops)?;
             t.hear_ms(20)?;
-            t.silence(200)?;
+            t.silence_of(tpdo.id, 200)?;
         } else {
             ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))?;
             t.enter(NmtState::PreOperational)?;

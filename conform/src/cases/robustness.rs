@@ -6,12 +6,12 @@ use lexican_runtime::{AbortCode, CobId};
 use super::nmt::{received, reports, shows_its_state, values};
 use super::sdo::long_text;
 use crate::case::{Case, case};
-use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::tester::{PATIENCE_MS, text};
 use crate::verdict::{ensure, failed};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3/1", "", "a request of other than eight bytes is not carried out", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for len in 0..8 {
             t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0][..len])?;
             let heard = t.hear_id(answer, 20)?;
@@ -35,12 +35,12 @@ pub(crate) const CASES: &[Case] = &[
         t.request([0x40, low, high, sub, 0, 0, 0, 0])?;
         let code = AbortCode::GENERAL.0.to_le_bytes();
         t.send_request([0x80, low, high, sub, code[0], code[1], code[2], code[3]])?;
-        let heard = t.hear_id(sdo_ids(t).1, 50)?;
+        let heard = t.hear_id(t.sdo_ids().1, 50)?;
         ensure(heard.is_empty(), || format!("{} answers an abort", text(&heard)))?;
         t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
     }),
     case("301/7.2.4.3/3", "", "after a flood of requests the server answers as before", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for _ in 0..100 {
             t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
         }
@@ -49,7 +49,7 @@ pub(crate) const CASES: &[Case] = &[
         t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.4.3/4", "", "after any first byte of a request the server answers as before", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         // What begins a download is left out: it would write.
         for first in (0..=0xFF_u8).filter(|first| !matches!(first >> 5, 1 | 6)) {
             t.send(request, &[first, 0x00, 0x10, 0, 0, 0, 0, 0])?;
@@ -65,10 +65,10 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.4.3/5", "", "a remote frame of an SDO is not answered", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for id in [request, answer] {
             t.send_remote(id, 8)?;
-            t.silence(50)?;
+            t.silence_of(answer, 50)?;
         }
         Ok(())
     }),
@@ -83,8 +83,7 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.3.2.2.2/7", "", "an SDO request right behind the boot-up message is answered", |t| {
         t.nmt(NmtCommand::ResetNode)?;
-        let booted = t.next(t.error_control(), t.settings.boot)?;
-        ensure(booted.is_some(), || "no boot-up message comes")?;
+        ensure(t.boot_up()?, || "no boot-up message comes")?;
         t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.2.1/1", "", "an RPDO with too few bytes is not taken", |t| {
@@ -125,7 +124,3 @@ pub(crate) const CASES: &[Case] = &[
     })
     .recommended(),
 ];
-
-fn sdo_ids(t: &Tester<'_>) -> (CobId, CobId) {
-    (CobId::of_node(0x600, t.node), CobId::of_node(0x580, t.node))
-}

@@ -13,6 +13,7 @@ mod faults;
 mod faulty;
 mod lss;
 mod lss_faults;
+mod noise;
 mod od;
 mod page;
 mod suite;
