@@ -11,6 +11,7 @@ use lexican_runtime::{AbortCode, CobId, Duration};
 use crate::axis::make_safe;
 use crate::case::{Case, Scope};
 use crate::cases::lss;
+use crate::cases::pdo_mapping::writing_order;
 use crate::hazard::Hazard;
 use crate::sdo;
 use crate::tester::{Record, Settings, Sheet, Tester};
@@ -32,7 +33,7 @@ pub struct CaseReport {
     pub frames: Vec<Record>,
     /// Why it may fail as it does, where that is [known](Settings::known).
     pub known: Option<String>,
-    /// What was measured, beside what is allowed.
+    /// What was measured or observed, beside what is allowed.
     pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
     pub notes: Vec<String>,
@@ -107,12 +108,6 @@ pub fn run(
 
 /// How long a step may take that is no case.
 const STEP: Duration = Duration::from_secs(120);
-
-/// From the communication parameter of a PDO to its mapping.
-const MAPPING: u16 = 0x200;
-
-/// In the COB-ID of a PDO: it does not exist.
-const NOT_VALID: u32 = 1 << 31;
 
 /// Written by the cases, and what was there before.
 type Before = BTreeMap<(u16, u8), Vec<u8>>;
@@ -326,15 +321,8 @@ impl Suite<'_> {
 
     fn restore(&mut self) {
         self.keep_what_differs();
-        // A PDO is changed while it does not exist, and its mapping while it has no entries.
-        let pdos: BTreeSet<u16> = self.changed.iter().filter_map(|&(index, _)| pdo_parameter(index)).collect();
-        let frames: Vec<_> = pdos.iter().flat_map(|&index| [(index + MAPPING, 0), (index, 1)]).collect();
-        for &index in &pdos {
-            let _ = self.tester.try_write(index, 1, self.number(index, 1) | NOT_VALID);
-            let _ = self.tester.try_write(index + MAPPING, 0, 0);
-        }
-        let mut order: Vec<_> = self.changed.iter().copied().filter(|at| !frames.contains(at)).collect();
-        order.extend(frames);
+        let changed: Vec<_> = self.changed.iter().copied().collect();
+        let order = writing_order(&mut self.tester, changed.iter().copied()).unwrap_or(changed);
         for &at in &order {
             self.write_back(at);
         }
@@ -366,9 +354,4 @@ impl Suite<'_> {
             let _: Outcome<Result<(), AbortCode>> = self.tester.write_back(&entry, bytes);
         }
     }
-}
-
-/// The communication parameter of the PDO that an object belongs to.
-fn pdo_parameter(index: u16) -> Option<u16> {
-    matches!(index, 0x1400..=0x1BFF).then_some(index & !MAPPING)
 }

@@ -1,8 +1,9 @@
 //! 7: guarding, heartbeat, and one against the other.
 
+use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, CobId};
 
+use crate::answers;
 use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, not_applicable};
@@ -17,28 +18,24 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.8.3.2.1/1", "7.2", "a guarding request is answered with the state", |t| {
-        guarded(t)?;
-        is_silent(t)?;
+        is_guarded(t)?;
         t.send_remote(t.error_control(), 1)?;
         t.hears_once(t.error_control(), &[0x7F], PATIENCE_MS)
     }),
     case("301/7.2.8.3.2.1/2", "7.3", "the toggle bit begins with 0, and toggles", |t| {
-        guarded(t)?;
         // Again after a reset, in the midst of the sequence.
         for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
-            is_silent(t)?;
+            is_guarded(t)?;
             for answer in answers {
                 t.send_remote(t.error_control(), 1)?;
                 t.hears_once(t.error_control(), &[*answer], PATIENCE_MS)?;
             }
-            t.nmt(NmtCommand::ResetCommunication)?;
-            t.hear_ms(PATIENCE_MS)?;
+            t.reset(NmtCommand::ResetCommunication)?;
         }
         Ok(())
     }),
     case("301/7.2.8.3.2.1/3", "7.4", "requests to other nodes are not answered", |t| {
-        guarded(t)?;
-        is_silent(t)?;
+        is_guarded(t)?;
         let own = u16::from(t.node.get());
         for node in (0..=127).filter(|&node| node != own) {
             let id = CobId::standard(0x700 + node).unwrap_or(CobId::SYNC);
@@ -53,6 +50,7 @@ pub(crate) const CASES: &[Case] = &[
         t.reads(0x100D, 0, 2)
     }),
     case("301/7.2.8.3.2.1/4", "7.6", "life guarding notices that guarding stops", |t| {
+        has_emergency(t)?;
         is_silent(t)?;
         guard(t)?;
         // It begins with the first request, and is content with requests in time.
@@ -82,7 +80,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.19/1", "7.104", "a node has one heartbeat consumer", |t| {
         t.entry(0x1016, 2)?;
         t.write(0x1016, 1, WATCH)?;
-        t.refuses(0x1016, 2, WATCH, &[AbortCode::PARAMETER_INCOMPATIBLE])?;
+        t.refuses(0x1016, 2, WATCH, &answers::CONSUMED_TWICE)?;
         // The same again is no second one.
         t.write(0x1016, 1, WATCH)
     }),
@@ -95,6 +93,7 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
+        has_emergency(t)?;
         watch(t)?;
         // The first one begins it.
         none_lost(t, 300)?;
@@ -161,11 +160,33 @@ fn guarded(t: &Tester<'_>) -> Outcome {
 }
 
 /// The device's own heartbeat would be taken for an answer, and disturb what is to be silence.
-pub(crate) fn is_silent(t: &mut Tester<'_>) -> Outcome {
+fn is_silent(t: &mut Tester<'_>) -> Outcome {
     match t.entry(0x1017, 0) {
-        Ok(entry) if entry.access.writable() && t.read(0x1017, 0)? != 0 => t.write(0x1017, 0, 0),
+        Ok(entry) if t.read(0x1017, 0)? != 0 => {
+            if !entry.access.writable() || !t.has_value(0x1017, 0, 0) {
+                return Err(not_applicable("the heartbeat, which takes the place of guarding, cannot be switched off"));
+            }
+            t.write(0x1017, 0, 0)
+        }
         _ => Ok(()),
     }
+}
+
+/// Lets the device be guarded: one that has a heartbeat as well need not answer before guarding is configured.
+pub(crate) fn is_guarded(t: &mut Tester<'_>) -> Outcome {
+    guarded(t)?;
+    is_silent(t)?;
+    let settable = |index| t.entry(index, 0).is_ok_and(|entry| entry.access.writable());
+    if [0x100C, 0x100D].into_iter().all(settable) { guard(t) } else { Ok(()) }
+}
+
+/// Emergencies are optional: a device without 1014h, or with none in it, sends none.
+pub(crate) fn has_emergency(t: &mut Tester<'_>) -> Outcome {
+    t.has(&[0x1014])?;
+    if t.read(0x1014, 0)? >> 31 & 1 != 0 {
+        return Err(not_applicable("1014h says that there are no emergencies"));
+    }
+    Ok(())
 }
 
 fn both(t: &Tester<'_>) -> Outcome {

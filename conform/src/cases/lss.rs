@@ -413,6 +413,10 @@ fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome
         t.nmt_to(NmtCommand::ResetCommunication, other.get())?;
     }
     t.hear(PATIENCE)?;
+    if !is_there(t, device.node)? {
+        // Some take it with a reset of the communication alone.
+        t.nmt(NmtCommand::ResetCommunication)?;
+    }
     let end = t.now() + t.settings.boot;
     while !is_there(t, device.node)? {
         ensure(t.now() < end, || format!("node {} does not answer", device.node))?;

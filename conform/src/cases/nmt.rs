@@ -32,6 +32,9 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.3.2.2.5/1", "9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         boots(t)?;
+        if t.starts_itself()? {
+            t.enter(NmtState::PreOperational)?;
+        }
         has_services(t, NmtState::PreOperational)
     }),
     case("301/7.3.2.2.5/2", "9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
@@ -40,8 +43,7 @@ pub(crate) const CASES: &[Case] = &[
             return Ok(());
         }
         for (behaviour, state) in [(0, NmtState::PreOperational), (1, NmtState::Operational), (2, NmtState::Stopped)] {
-            t.nmt(NmtCommand::ResetNode)?;
-            t.hear_ms(PATIENCE_MS)?;
+            t.reset(NmtCommand::ResetNode)?;
             if t.entry(0x1029, 1).is_ok() {
                 t.write(0x1029, 1, behaviour)?;
             } else if behaviour != 0 {
@@ -65,7 +67,8 @@ pub(crate) const CASES: &[Case] = &[
                     t.enter(state)?;
                     t.nmt_to(command, node)?;
                     boots(t)?;
-                    reports(t, NmtState::PreOperational)?;
+                    let state = if t.starts_itself()? { NmtState::Operational } else { NmtState::PreOperational };
+                    reports(t, state)?;
                 }
             }
             t.enter(state)?;
@@ -74,8 +77,7 @@ pub(crate) const CASES: &[Case] = &[
             let booted = heard.iter().any(|(_, frame)| frame.data() == [0]);
             ensure(!booted, || "a reset of another node is obeyed")?;
         }
-        t.nmt(NmtCommand::ResetNode)?;
-        t.hear_ms(PATIENCE_MS)?;
+        t.reset(NmtCommand::ResetNode)?;
         // A reset of the communication leaves the parameters of the application alone.
         let Ok(limited) = super::dictionary::limited(t) else { return Ok(()) };
         let Some((entry, low, _)) = limited.into_iter().find(|(entry, ..)| entry.index >= 0x2000) else {
@@ -134,17 +136,21 @@ fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Out
     Ok(())
 }
 
-/// Lets the device send its state without being asked, if it cannot be guarded.
+/// Whether the state is asked for by guarding: where there is no heartbeat that could be set.
+fn is_asked(t: &Tester<'_>) -> bool {
+    t.has(&[0x100C]).is_ok() && !t.entry(0x1017, 0).is_ok_and(|entry| entry.access.writable())
+}
+
+/// Lets the device send its state without being asked, if it can.
 pub(crate) fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
-    if t.has(&[0x100C]).is_ok() {
-        // A heartbeat takes the place of guarding.
-        return error_control::is_silent(t);
+    if is_asked(t) {
+        return Ok(());
     }
     t.has(&[0x1017])?;
     t.write(0x1017, 0, PATIENCE_MS as u32)
 }
 
-/// The device says which state it is in: when it is guarded, or else by its heartbeat. In STOPPED it has to show that
+/// The device says which state it is in: by its heartbeat, or else when it is guarded. In STOPPED it has to show that
 /// already.
 pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     if state != NmtState::Stopped {
@@ -152,7 +158,7 @@ pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     }
     // What the command has brought with it is not the answer.
     t.hear_ms(5)?;
-    if t.has(&[0x100C]).is_ok() {
+    if is_asked(t) {
         return t.is_in(state);
     }
     let reported = t.state(2 * PATIENCE_MS)?;
@@ -163,13 +169,15 @@ pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let (messages, pdos) = (state != NmtState::Stopped, state == NmtState::Operational);
     // Error control, of both kinds.
-    if t.has(&[0x100C]).is_ok() {
-        t.enter(NmtState::PreOperational)?;
-        error_control::is_silent(t)?;
+    t.enter(NmtState::PreOperational)?;
+    let guarded = error_control::is_guarded(t);
+    if where_it_applies(guarded)?.is_some() {
         t.enter(state)?;
         for _ in 0..2 {
             t.is_in(state)?;
         }
+        // Guarding that ends would be an error.
+        t.reset(NmtCommand::ResetCommunication)?;
     }
     if t.has(&[0x1017]).is_ok() {
         t.enter(NmtState::PreOperational)?;
@@ -200,23 +208,32 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     }
     // TPDOs, asked for and by their event timer.
     if let Ok(tpdos) = tpdos(t) {
-        let asked = configure(t, &tpdos[0], transmission(253))?;
-        t.enter(state)?;
-        t.send_remote(asked.id, asked.len)?;
-        let heard = t.hear_id(asked.id, 50)?;
-        ensure(heard.len() == usize::from(pdos), || format!("{} TPDOs on request in {state}", heard.len()))?;
-        let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
-        t.enter(state)?;
-        let heard = t.hear_id(timed.id, 205)?;
-        let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
-        ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()))?;
+        let asked = configure(t, &tpdos[0], transmission(253)).and_then(|asked| asked.takes_remote().map(|()| asked));
+        if let Some(asked) = where_it_applies(asked)? {
+            t.enter(state)?;
+            t.send_remote(asked.id, asked.len)?;
+            let heard = t.hear_id(asked.id, 50)?;
+            ensure(heard.len() == usize::from(pdos), || format!("{} TPDOs on request in {state}", heard.len()))?;
+        }
+        let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 });
+        if let Some(timed) = where_it_applies(timed)? {
+            t.enter(state)?;
+            let heard = t.hear_id(timed.id, 205)?;
+            let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
+            ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()))?;
+        }
     }
     // RPDOs.
     t.enter(NmtState::PreOperational)?;
-    match received(t) {
-        Ok((id, pdo)) => takes(t, state, id, &pdo),
-        Err(Verdict::NotApplicable(_)) => Ok(()),
-        failed => failed.map(|_| ()),
+    let received = received(t);
+    where_it_applies(received)?.map_or(Ok(()), |(id, pdo)| takes(t, state, id, &pdo))
+}
+
+/// Nothing, of what the device does not offer.
+fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
+    match outcome {
+        Err(Verdict::NotApplicable(_)) => Ok(None),
+        outcome => outcome.map(Some),
     }
 }
 

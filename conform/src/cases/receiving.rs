@@ -6,7 +6,7 @@ use lexican_eds::model::Pdo;
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::error_control::{beat, guard, watch};
+use super::error_control::{beat, guard, has_emergency, watch};
 use super::nmt::{received_by, values};
 use super::pdo_mapping::switch_off;
 use super::sync::produce_nothing;
@@ -29,7 +29,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .recommended(),
     case("301/7.2.2.1/4", "", "an RPDO with too many bytes is reported by the emergency 8220h", |t| {
-        t.has(&[0x1014])?;
+        has_emergency(t)?;
         let (id, pdo) = with_room(t)?;
         let mut sent = values(t, &pdo)?;
         t.enter(NmtState::Operational)?;
@@ -49,7 +49,7 @@ pub(crate) const CASES: &[Case] = &[
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
     }),
     case("301/7.5.2.35/3", "", "an RPDO that is late is reported by the emergency 8250h", |t| {
-        t.has(&[0x1014])?;
+        has_emergency(t)?;
         let (id, sent) = with_deadline(t)?;
         t.enter(NmtState::Operational)?;
         t.send(id, &sent)?;

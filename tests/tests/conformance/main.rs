@@ -16,6 +16,7 @@ mod lss_faults;
 mod noise;
 mod od;
 mod page;
+mod right;
 mod suite;
 
 use std::collections::BTreeSet;
