@@ -2,7 +2,7 @@
 
 use lexican_eds::model::{Entry, Value};
 use lexican_runtime::wire::crc::Crc;
-use lexican_runtime::{AbortCode, CobId};
+use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::answers::Accepted;
 use crate::tester::{Tester, Write};
@@ -78,6 +78,11 @@ impl Tester<'_> {
 
     pub(crate) fn answer(&mut self) -> Outcome<Message> {
         let frame = self.next(self.sdo_ids().1, self.settings.answer)?;
+        if frame.is_some() {
+            self.depends_on_no_time();
+        } else {
+            self.depends_on(Duration::from_micros(self.settings.answer.as_micros() / 2));
+        }
         let frame = frame.ok_or_else(|| failed("the SDO server does not answer"))?;
         frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO")))
     }

@@ -25,8 +25,12 @@ pub(crate) const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
 /// So many frames of a case are kept.
 const FRAMES: usize = 4096;
 
-/// How often it is looked whether the test has been cancelled.
-const LOOK: Duration = Duration::from_millis(50);
+/// How often it is looked whether the test has been cancelled, and whether this computer is late: who waits longer does not
+/// notice that it was not woken for the frame in between.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// The case that is about answers to guarding.
+const GUARDING: &str = "301/7.2.8.3.2.1/1";
 
 /// How a device is tested.
 #[derive(Clone, Debug)]
@@ -202,6 +206,14 @@ pub struct Tester<'a> {
     pub(crate) lss: Changes,
     /// The frames that this computer has missed in this case.
     missed: u32,
+    /// By how much this computer was late in this case, at most.
+    late: Duration,
+    /// When it had the link's answer last.
+    returned: Option<Instant>,
+    /// By how much it may be late with what was heard last, before that decides the case.
+    margin: Option<Duration>,
+    /// The case that is about the step which failed last.
+    pub(crate) missing: Option<&'static str>,
     /// The device may boot: a reset was commanded, and it has not booted since.
     may_boot: bool,
     /// The device has booted in this case without being reset.
@@ -228,6 +240,10 @@ impl<'a> Tester<'a> {
             measured,
             lss: Changes::default(),
             missed,
+            late: Duration::ZERO,
+            returned: None,
+            margin: None,
+            missing: None,
             may_boot,
             has_booted,
         }
@@ -239,6 +255,7 @@ impl<'a> Tester<'a> {
         self.written.clear();
         self.measured.clear();
         (self.missed, self.has_booted) = (0, false);
+        (self.late, self.returned, self.margin, self.missing) = (Duration::ZERO, None, None, None);
         self.limit(self.settings.case);
     }
 
@@ -295,6 +312,7 @@ impl<'a> Tester<'a> {
     /// Lets time pass, whatever comes. `false` if the link has ended, or the test is cancelled.
     pub(crate) fn wait(&mut self, span: Duration) -> bool {
         let until = self.now() + span;
+        self.returned = None;
         while self.now() < until {
             if self.cancelled.load(Ordering::Relaxed) || self.link.receive(until).is_err() {
                 return false;
@@ -373,7 +391,16 @@ impl<'a> Tester<'a> {
                 )));
             }
             let look = until.min(now + LOOK);
-            match self.link.receive(look).map_err(lost)? {
+            if let Some(returned) = self.returned {
+                self.late = self.late.max(now.since(returned));
+            }
+            let incoming = self.link.receive(look).map_err(lost)?;
+            let returned = self.now();
+            if returned > look.max(now) {
+                self.late = self.late.max(returned.since(look.max(now)));
+            }
+            self.returned = Some(returned);
+            match incoming {
                 Some(Incoming::Frame(frame)) if self.others.contains(&frame.id()) => {}
                 Some(Incoming::Frame(frame)) => {
                     self.record(frame, false);
@@ -440,7 +467,38 @@ impl<'a> Tester<'a> {
     /// The frames of one identifier within `ms`.
     pub(crate) fn hear_id(&mut self, id: CobId, ms: u64) -> Outcome<Vec<Heard>> {
         let heard = self.hear_ms(ms)?;
+        self.depends_on(Duration::from_micros(ms * 500));
         Ok(heard.into_iter().filter(|(_, frame)| frame.id() == id).collect())
+    }
+
+    /// What is judged now would be judged otherwise if this computer were late by so much.
+    pub(crate) fn depends_on(&mut self, margin: Duration) {
+        self.margin = Some(margin);
+    }
+
+    /// Nothing is judged by time, until something is heard for a while again.
+    pub(crate) fn depends_on_no_time(&mut self) {
+        self.margin = None;
+    }
+
+    /// What a failure is worth: nothing is decided by what this computer's own lateness explains.
+    pub(crate) fn decided(&self, outcome: Outcome) -> Outcome {
+        match (outcome, self.margin) {
+            // It is noticed from one look to the next.
+            (Err(Verdict::Failed(why)), Some(margin)) if !self.late.is_zero() && self.late + LOOK > margin => {
+                let [late, margin] = [self.late, margin].map(|span| ms(span.as_micros()));
+                Err(Verdict::NotDecidable(format!(
+                    "{why}; this computer was late by up to {late} ms, and {margin} ms decide"
+                )))
+            }
+            (outcome, _) => outcome,
+        }
+    }
+
+    /// The outcome of a step that is a case of its own: when that case fails too, this one is blocked by it.
+    pub(crate) fn needs<T>(&mut self, id: &'static str, outcome: Outcome<T>) -> Outcome<T> {
+        self.missing = matches!(outcome, Err(Verdict::Failed(_))).then_some(id);
+        outcome
     }
 
     /// The next frame of one identifier.
@@ -496,6 +554,7 @@ impl<'a> Tester<'a> {
         let (low, high) = (period_ms * 900, period_ms * 1100);
         self.gaps_are(&format!("{id} every {period_ms} ms"), &times, low, Some(high))?;
         let right = heard.len() as u64 == periods;
+        self.depends_on(Duration::from_micros(period_ms * 500));
         ensure(right, || format!("{id} comes {} times in {periods} periods of {period_ms} ms", heard.len()))?;
         Ok(heard)
     }
@@ -513,7 +572,10 @@ impl<'a> Tester<'a> {
             ms(high)
         );
         self.measured.push(measured.clone());
-        ensure((low..=high).contains(&mean), || measured)
+        // One late frame at either end moves the mean by its part.
+        let beyond = low.saturating_sub(mean).max(mean.saturating_sub(high));
+        self.depends_on(Duration::from_micros(beyond * (periods - 1)));
+        ensure(beyond == 0, || measured)
     }
 
     /// The frames come at least `span_ms` after each other.
@@ -532,7 +594,9 @@ impl<'a> Tester<'a> {
         let over = times.len() - 1;
         let measured = format!("{what}: {} to {} ms over {over}, allowed {allowed}", ms(least), ms(most));
         self.measured.push(measured.clone());
-        ensure(least >= low && high.is_none_or(|high| most <= high), || measured)
+        let beyond = low.saturating_sub(least).max(high.map_or(0, |high| most.saturating_sub(high)));
+        self.depends_on(Duration::from_micros(beyond));
+        ensure(beyond == 0, || measured)
     }
 
     // Identifiers that cannot be configured.
@@ -545,6 +609,7 @@ impl<'a> Tester<'a> {
     /// What the next error control message says: a heartbeat, or the answer to a guarding request.
     pub(crate) fn state(&mut self, within_ms: u64) -> Outcome<u8> {
         let message = self.next(self.error_control(), Duration::from_millis(within_ms))?;
+        self.depends_on(Duration::from_micros(within_ms * 500));
         match message.as_ref().map(Frame::data) {
             Some(&[state]) => Ok(state),
             Some(data) => Err(failed(format!("error control has {data:02X?}"))),
@@ -555,7 +620,8 @@ impl<'a> Tester<'a> {
     /// The state that the device says it is in, asked for by guarding.
     pub(crate) fn guarded_state(&mut self) -> Outcome<u8> {
         self.send_remote(self.error_control(), 1)?;
-        Ok(self.state(PATIENCE_MS)? & 0x7F)
+        let state = self.state(PATIENCE_MS);
+        Ok(self.needs(GUARDING, state)? & 0x7F)
     }
 
     pub(crate) fn is_in(&mut self, state: NmtState) -> Outcome {

@@ -1,7 +1,7 @@
 //! 7: guarding, heartbeat, and one against the other.
 
-use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{CobId, Duration};
 
 use crate::answers;
 use crate::case::{Case, case};
@@ -58,6 +58,7 @@ pub(crate) const CASES: &[Case] = &[
         for _ in 0..5 {
             t.send_remote(t.error_control(), 1)?;
             none_lost(t, 150)?;
+            t.depends_on(Duration::from_millis(50));
         }
         lost(t, 80)
     }),
@@ -73,7 +74,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.8.3.2.2/2", "7.103", "the heartbeat is switched off", |t| {
         heartbeat(t, 100)?;
-        t.hears_every(t.error_control(), 100, 3)?;
+        let beats = t.hears_every(t.error_control(), 100, 3);
+        t.needs(BEATS, beats)?;
         t.write(0x1017, 0, 0)?;
         t.silence_of(t.error_control(), 1000)
     }),
@@ -88,7 +90,7 @@ pub(crate) const CASES: &[Case] = &[
         watch(t)?;
         for _ in 0..20 {
             beat(t, 0x05)?;
-            none_lost(t, 90)?;
+            none_lost_before(t, 90)?;
         }
         Ok(())
     }),
@@ -98,7 +100,7 @@ pub(crate) const CASES: &[Case] = &[
         // The first one begins it.
         none_lost(t, 300)?;
         beat(t, 0x05)?;
-        none_lost(t, 90)?;
+        none_lost_before(t, 90)?;
         lost(t, 20)
     }),
     case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
@@ -134,7 +136,8 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.8.2.2/4", "7.204", "guarding off, heartbeat on: heartbeats come", |t| {
         both(t)?;
         heartbeat(t, 100)?;
-        t.hears_every(t.error_control(), 100, 10).map(|_| ())
+        let beats = t.hears_every(t.error_control(), 100, 10);
+        t.needs(BEATS, beats).map(|_| ())
     }),
     case("301/7.2.8.2.2/5", "7.205", "guarding off, heartbeat on: requests are not answered", |t| {
         both(t)?;
@@ -143,7 +146,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.8.2.2/6", "7.206", "both on: heartbeats come", |t| {
         both_on(t)?;
-        let beats = t.hears_every(t.error_control(), 100, 10)?;
+        let beats = t.hears_every(t.error_control(), 100, 10);
+        let beats = t.needs(BEATS, beats)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
     }),
     case("301/7.2.8.2.2/7", "7.207", "both on: requests are not answered", |t| {
@@ -151,6 +155,9 @@ pub(crate) const CASES: &[Case] = &[
         unanswered(t)
     }),
 ];
+
+/// The case that is about heartbeats.
+pub(crate) const BEATS: &str = "301/7.2.8.3.2.2/1";
 
 /// 1016h: node 16, within 100 ms.
 const WATCH: u32 = 16 << 16 | 100;
@@ -236,6 +243,13 @@ fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
 
 /// The error code of a life guard or heartbeat error.
 const LOST: u16 = 0x8130;
+
+/// The same, where the next heartbeat has to come after 100 ms.
+fn none_lost_before(t: &mut Tester<'_>, ms: u64) -> Outcome {
+    let heard = none_lost(t, ms);
+    t.depends_on(Duration::from_millis(100 - ms));
+    heard
+}
 
 fn none_lost(t: &mut Tester<'_>, ms: u64) -> Outcome {
     let heard = t.emergencies(LOST, ms)?;

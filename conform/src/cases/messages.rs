@@ -5,8 +5,8 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
 use super::error_control::has_emergency;
 use super::pdo::{configure, tpdos, transmission};
-use super::storing::{self, BOTH, SAVE};
-use super::sync::{consumes, counts, produce, without_period};
+use super::storing::{self, BOTH, SAVE, STORED};
+use super::sync::{PRODUCED, consumes, counts, produce, without_period};
 use crate::answers;
 use crate::case::{Case, case};
 use crate::tester::{Heard, Tester, Write, text};
@@ -89,7 +89,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.5/2", "", "SYNC is right in the mean", |t| {
         produce(t)?;
-        t.hears_in_the_mean(CobId::SYNC, 10, 100)
+        let heard = t.hears_in_the_mean(CobId::SYNC, 10, 100);
+        t.needs(PRODUCED, heard)
     })
     .recommended(),
     case("301/7.2.2.2/3", "6.3", "a TPDO comes with every second SYNC that the device produces", |t| {
@@ -100,8 +101,9 @@ pub(crate) const CASES: &[Case] = &[
         let heard = t.hear_ms(205)?;
         let count = |id| heard.iter().filter(|(_, frame)| frame.id() == id).count();
         let (syncs, tpdos) = (count(CobId::SYNC), count(tpdo.id));
-        let right = (19..=21).contains(&syncs) && tpdos.abs_diff(syncs / 2) <= 1;
-        ensure(right, || format!("{tpdos} TPDOs with {syncs} SYNCs"))
+        let are_produced = (19..=21).contains(&syncs);
+        t.needs(PRODUCED, ensure(are_produced, || format!("{tpdos} TPDOs with {syncs} SYNCs")))?;
+        ensure(tpdos.abs_diff(syncs / 2) <= 1, || format!("{tpdos} TPDOs with {syncs} SYNCs"))
     }),
     case("301/7.5.2.6/1", "6.4", "a consumer needs no period, and produces nothing", |t| {
         consumes(t)?;
@@ -136,7 +138,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.5.2.22/3", "6.7", "the counter counts to its overflow", |t| {
         counts(t, 3)?;
-        let syncs = t.hears_every(CobId::SYNC, 10, 7)?;
+        let syncs = t.hears_every(CobId::SYNC, 10, 7);
+        let syncs = t.needs(PRODUCED, syncs)?;
         // Whichever was the first to be heard.
         let counts = |two: &[Heard]| matches!([two[0].1.data(), two[1].1.data()], [&[one @ 1..=3], &[next]] if next == one % 3 + 1);
         ensure(syncs.windows(2).all(counts), || text(&syncs))
@@ -147,7 +150,8 @@ pub(crate) const CASES: &[Case] = &[
         t.write(0x1019, 0, 10)?;
         t.write(0x1010, 1, SAVE)?;
         t.reset(NmtCommand::ResetNode)?;
-        t.reads(0x1019, 0, 10)?;
+        let stored = t.reads(0x1019, 0, 10);
+        t.needs(STORED, stored)?;
         storing::forget(t)
     })
     .needs(BOTH),
@@ -162,7 +166,8 @@ pub(crate) const CASES: &[Case] = &[
         produce(t)?;
         t.write(0x1010, 1, SAVE)?;
         t.reset(NmtCommand::ResetNode)?;
-        t.hears_every(CobId::SYNC, 10, 10)?;
+        let heard = t.hears_every(CobId::SYNC, 10, 10);
+        t.needs(PRODUCED, heard)?;
         t.write(0x1005, 0, 0x80)?;
         storing::forget(t)
     })
@@ -186,7 +191,8 @@ fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
         _ => None,
     };
     let bytes =
-        bytes.ok_or_else(|| failed(format!("one emergency of eight bytes was expected, {} came", text(&heard))))?;
+        bytes.ok_or_else(|| failed(format!("one emergency of eight bytes was expected, {} came", text(&heard))));
+    let bytes = t.needs("301/7.2.7/1", bytes)?;
     ensure(bytes[..2] != [0, 0], || "the emergency has no error code")?;
     Ok(bytes)
 }

@@ -5,7 +5,7 @@ use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
-use super::{error_control, sync};
+use super::{error_control, pdo, sync};
 use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
@@ -107,7 +107,8 @@ pub(crate) const CASES: &[Case] = &[
 
 /// The boot-up message comes once.
 fn boots(t: &mut Tester<'_>) -> Outcome {
-    ensure(t.boot_up()?, || "no boot-up message comes")?;
+    let booted = t.boot_up()?;
+    t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
     let again = t.hear_id(t.error_control(), PATIENCE_MS)?;
     let booted = again.iter().any(|(_, frame)| frame.data() == [0] && !frame.is_remote());
     ensure(!booted, || "the boot-up message comes again")
@@ -161,7 +162,8 @@ pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     if is_asked(t) {
         return t.is_in(state);
     }
-    let reported = t.state(2 * PATIENCE_MS)?;
+    let reported = t.state(2 * PATIENCE_MS);
+    let reported = t.needs(error_control::BEATS, reported)?;
     ensure(reported == state.code(), || format!("the heartbeat says {reported:02X}, and should be {state}"))
 }
 
@@ -183,7 +185,8 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         t.enter(NmtState::PreOperational)?;
         t.write(0x1017, 0, 100)?;
         t.enter(state)?;
-        let beats = t.hears_every(t.error_control(), 100, 3)?;
+        let beats = t.hears_every(t.error_control(), 100, 3);
+        let beats = t.needs(error_control::BEATS, beats)?;
         let right = beats.iter().all(|(_, frame)| frame.data() == [state.code()]);
         ensure(right, || format!("heartbeats {} in {state}", text(&beats)))?;
         t.enter(NmtState::PreOperational)?;
@@ -201,7 +204,8 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         t.enter(state)?;
         let syncs = t.hear_id(CobId::SYNC, 105)?;
         let right = if messages { (9..=11).contains(&syncs.len()) } else { syncs.is_empty() };
-        ensure(right, || format!("{} SYNCs of ten in {state}", syncs.len()))?;
+        let produced = ensure(right, || format!("{} SYNCs of ten in {state}", syncs.len()));
+        t.needs(sync::PRODUCED, produced)?;
         t.enter(NmtState::PreOperational)?;
         t.write(0x1005, 0, 0x80)?;
         t.write(0x1006, 0, 0)?;
@@ -213,14 +217,17 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
             t.enter(state)?;
             t.send_remote(asked.id, asked.len)?;
             let heard = t.hear_id(asked.id, 50)?;
-            ensure(heard.len() == usize::from(pdos), || format!("{} TPDOs on request in {state}", heard.len()))?;
+            let right = heard.len() == usize::from(pdos);
+            let asked = ensure(right, || format!("{} TPDOs on request in {state}", heard.len()));
+            t.needs(pdo::ON_REQUEST, asked)?;
         }
         let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 });
         if let Some(timed) = where_it_applies(timed)? {
             t.enter(state)?;
             let heard = t.hear_id(timed.id, 205)?;
             let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
-            ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()))?;
+            let timed = ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()));
+            t.needs(pdo::BY_TIMER, timed)?;
         }
     }
     // RPDOs.

@@ -51,6 +51,10 @@ pub(crate) const CASES: &[Case] = &[
     }),
 ];
 
+/// The case that is about remote frames, and the one about the event timer.
+pub(crate) const ON_REQUEST: &str = "301/7.2.2.3/1";
+pub(crate) const BY_TIMER: &str = "301/7.2.2.3/3";
+
 fn are_read(t: &mut Tester<'_>, indices: std::ops::RangeInclusive<u16>) -> Outcome {
     t.some("of a PDO", |entry| indices.contains(&entry.index))?.iter().try_for_each(|entry| t.is_default(entry))
 }

@@ -3,8 +3,8 @@
 //! Devices need not send these emergencies (CiA 301, 7.2.7): a case that waits for one is recommended.
 
 use lexican_eds::model::Pdo;
-use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{CobId, Duration};
 
 use super::error_control::{beat, guard, has_emergency, watch};
 use super::nmt::{received_by, values};
@@ -45,6 +45,7 @@ pub(crate) const CASES: &[Case] = &[
         for _ in 0..5 {
             t.send(id, &sent)?;
             heard.extend(t.emergencies(LATE, DEADLINE_MS / 2)?);
+            t.depends_on(Duration::from_millis(DEADLINE_MS / 2));
         }
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
     }),

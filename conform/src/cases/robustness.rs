@@ -88,7 +88,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.3.2.2.2/7", "", "an SDO request right behind the boot-up message is answered", |t| {
         t.nmt(NmtCommand::ResetNode)?;
-        ensure(t.boot_up()?, || "no boot-up message comes")?;
+        let booted = t.boot_up()?;
+        t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
         t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.2.1/1", "", "an RPDO with too few bytes is not taken", |t| {

@@ -13,6 +13,9 @@ pub(crate) const BOTH: &[Hazard] = &[Hazard::Store, Hazard::Restore];
 const STORE: &[Hazard] = &[Hazard::Store];
 const RESTORE: &[Hazard] = &[Hazard::Restore];
 
+/// The case that is about storing.
+pub(crate) const STORED: &str = "301/7.5.2.13/2";
+
 pub(crate) const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
@@ -38,7 +41,8 @@ pub(crate) const CASES: &[Case] = &[
         t.write(0x1010, 1, SAVE)?;
         t.reset(NmtCommand::ResetNode)?;
         for (sub, value) in [(1, 1234), (2, 5678)] {
-            t.reads(0x1020, sub, value)?;
+            let stored = t.reads(0x1020, sub, value);
+            t.needs(STORED, stored)?;
         }
         forget(t)
     })
@@ -144,7 +148,8 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.reset(NmtCommand::ResetNode)?;
     t.write(0x1011, group, LOAD)?;
     // Values change with the reset, and not before.
-    t.reads(0x1017, 0, 1000)?;
+    let stored = t.reads(0x1017, 0, 1000);
+    t.needs(if group == 2 { "301/7.5.2.13/4" } else { STORED }, stored)?;
     t.reset(NmtCommand::ResetNode)?;
     t.reads(0x1017, 0, default)?;
     forget(t)

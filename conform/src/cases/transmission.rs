@@ -4,7 +4,7 @@ use lexican_eds::model::{Entry, Mapped, Pdo, Value};
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::nmt::{received, values};
-use super::pdo::{Tpdo, Transmission, comes_every, configure, tpdos, transmission, with_input};
+use super::pdo::{BY_TIMER, Tpdo, Transmission, comes_every, configure, tpdos, transmission, with_input};
 use super::sync::produce_nothing;
 use crate::answers;
 use crate::case::{Case, case};
@@ -91,7 +91,8 @@ pub(crate) const CASES: &[Case] = &[
         let pdo = with_event_timer(t)?;
         let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
         t.enter(NmtState::Operational)?;
-        t.hears_every(tpdo.id, 50, 4)?;
+        let heard = t.hears_every(tpdo.id, 50, 4);
+        t.needs(BY_TIMER, heard)?;
         let low = &t.entry(parameter(&pdo), 5)?.low;
         if low.as_ref().and_then(Value::as_integer) > Some(0) {
             return Err(not_applicable("the event timer has no value for never"));
@@ -119,7 +120,8 @@ pub(crate) const CASES: &[Case] = &[
         t.write(index, 1, tpdo.id.raw())?;
         t.enter(NmtState::Operational)?;
         let heard = t.hear_id(tpdo.id, INHIBIT_MS * 10 + INHIBIT_MS / 2)?;
-        ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()))?;
+        let come = ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()));
+        t.needs(BY_TIMER, come)?;
         t.are_apart(tpdo.id, &heard, INHIBIT_MS)
     }),
     case("301/7.5.2.37/7", "", "the inhibit time is not changed while the PDO exists", |t| {
@@ -218,7 +220,8 @@ fn sampled(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
 fn asked(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
     t.send_remote(tpdo.id, tpdo.len)?;
     let answer = t.next(tpdo.id, PATIENCE)?;
-    answer.map(|frame| frame.data().to_vec()).ok_or_else(|| failed("a remote frame is not answered"))
+    let answer = answer.map(|frame| frame.data().to_vec()).ok_or_else(|| failed("a remote frame is not answered"));
+    t.needs("301/7.2.2.3/4", answer)
 }
 
 fn with_event_timer(t: &Tester<'_>) -> Outcome<Pdo> {

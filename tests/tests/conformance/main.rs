@@ -11,6 +11,7 @@
 mod device;
 mod faults;
 mod faulty;
+mod late;
 mod lss;
 mod lss_faults;
 mod noise;
