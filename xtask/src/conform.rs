@@ -168,8 +168,11 @@ fn write_table<'a>(page: &mut String, devices: impl Iterator<Item = (&'a Subject
         );
     }
     for (subject, report) in devices {
-        let noticed: Vec<&Case> =
-            report.cases.iter().filter(|case| matches!(&*case.verdict, "failed" | "known" | "advised" | "blocked" | "not decidable")).collect();
+        let noticed: Vec<&Case> = report
+            .cases
+            .iter()
+            .filter(|case| matches!(&*case.verdict, "failed" | "known" | "advised" | "blocked" | "not decidable"))
+            .collect();
         if noticed.is_empty() {
             continue;
         }

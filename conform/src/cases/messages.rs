@@ -4,13 +4,14 @@ use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
 use super::error_control::has_emergency;
+use super::nmt::{received, values};
 use super::pdo::{configure, tpdos, transmission};
 use super::storing::{self, BOTH, SAVE, STORED};
 use super::sync::{PRODUCED, consumes, counts, produce, without_period};
 use crate::answers;
 use crate::case::{Case, case};
 use crate::tester::{Heard, Tester, Write, text};
-use crate::verdict::{Outcome, ensure, failed, not_applicable};
+use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.17/1", "5.1", "1014h is 80h + node-ID", |t| {
@@ -37,33 +38,38 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.5.2.4/2", "5.6", "1003h:01 has what was sent", |t| {
         t.has(&[0x1003])?;
-        let [low, high, _, info, more_info, ..] = emergency(t)?;
+        let [low, high, ..] = emergency(t)?;
         t.reads(0x1003, 0, 1)?;
-        t.reads(0x1003, 1, u64::from(u32::from_le_bytes([low, high, info, more_info])))
+        is_kept(t, 1, u16::from_le_bytes([low, high]))
     }),
     case("301/7.5.2.4/3", "", "1003h keeps errors until it is cleared by 0, and takes nothing else", |t| {
         t.has(&[0x1003])?;
-        let errors: Vec<[u8; 8]> = (0..2).map(|_| emergency(t)).collect::<Outcome<_>>()?;
+        let mut errors = vec![emergency(t)?];
+        match emergency(t) {
+            // An error that lasts need not be sent again.
+            Err(Verdict::NotApplicable(_)) => {}
+            error => errors.push(error?),
+        }
         // As many as there is room for; the newest comes first.
         let room = t.entries(|entry| entry.index == 0x1003).len() - 1;
         let kept = room.min(errors.len());
         t.reads(0x1003, 0, kept as u64)?;
         for (sub, error) in (1..).zip(errors.iter().rev().take(kept)) {
-            let code = u16::from_le_bytes([error[0], error[1]]);
-            let is = t.read(0x1003, sub)? & 0xFFFF;
-            ensure(is == u64::from(code), || format!("1003:{sub:02X} has {is:04X}h, {code:04X}h was sent"))?;
+            is_kept(t, sub, u16::from_le_bytes([error[0], error[1]]))?;
         }
-        t.refuses(0x1003, 0, 1, &answers::ERROR_HISTORY)?;
+        t.refuses(0x1003, 0, 0xFF, &answers::ERROR_HISTORY)?;
         t.write(0x1003, 0, 0)?;
         t.reads(0x1003, 0, 0)
     }),
     case("301/7.5.2.17/2", "", "no emergency is sent while 1014h has none", |t| {
-        t.has(&[0x1014])?;
+        if !t.entry(0x1014, 0)?.access.writable() {
+            return Err(not_applicable("1014h cannot be written"));
+        }
         emergency(t)?;
-        let stimulus = stimulus(t)?;
+        let trouble = trouble(t)?;
         let cob_id = t.read(0x1014, 0)? as u32;
         t.write(0x1014, 0, cob_id | 1 << 31)?;
-        t.send_write(stimulus)?;
+        trouble.makes(t)?;
         let heard = t.hear_id(CobId::from_parameter(cob_id), 100)?;
         ensure(heard.is_empty(), || format!("{} come", text(&heard)))
     }),
@@ -71,11 +77,16 @@ pub(crate) const CASES: &[Case] = &[
         const INHIBIT_MS: u64 = 300;
         t.has(&[0x1014, 0x1015])?;
         t.write(0x1015, 0, INHIBIT_MS as u32 * 10)?;
-        let (stimulus, id) = (stimulus(t)?, CobId::of_node(0x80, t.node));
-        t.send_write(stimulus)?;
-        t.send_write(stimulus)?;
+        let (trouble, id) = (trouble(t)?, CobId::of_node(0x80, t.node));
+        trouble.makes(t)?;
+        trouble.ends(t)?;
+        trouble.makes(t)?;
         let heard = t.hear_id(id, 3 * INHIBIT_MS)?;
-        ensure(heard.len() == 2, || format!("two emergencies were expected, {} came", text(&heard)))?;
+        if heard.len() < 2 && matches!(trouble, Trouble::ShortRpdo(..)) {
+            return Err(not_applicable("a short RPDO and its end bring no two emergencies"));
+        }
+        let come = ensure(heard.len() >= 2, || format!("two emergencies were expected, {} came", text(&heard)));
+        t.needs("301/7.2.7/1", come)?;
         t.are_apart(id, &heard, INHIBIT_MS)
     }),
     case("301/7.5.2.5/1", "6.1", "SYNC has 080h", |t| {
@@ -174,18 +185,56 @@ pub(crate) const CASES: &[Case] = &[
     .needs(BOTH),
 ];
 
-fn stimulus(t: &mut Tester<'_>) -> Outcome<Write> {
+/// What lets a device send an emergency.
+enum Trouble {
+    Stimulus(Write),
+    /// An RPDO without bytes (8210h), which every device can be sent; and what it should have.
+    ShortRpdo(CobId, Vec<u8>),
+}
+
+impl Trouble {
+    fn makes(&self, t: &mut Tester<'_>) -> Outcome {
+        match self {
+            Trouble::Stimulus(write) => t.send_write(*write),
+            Trouble::ShortRpdo(id, _) => t.send(*id, &[]),
+        }
+    }
+
+    /// The error is over, where that is known of it.
+    fn ends(&self, t: &mut Tester<'_>) -> Outcome {
+        match self {
+            Trouble::Stimulus(_) => Ok(()),
+            Trouble::ShortRpdo(id, whole) => t.send(*id, whole),
+        }
+    }
+}
+
+fn trouble(t: &mut Tester<'_>) -> Outcome<Trouble> {
     has_emergency(t)?;
-    let stimulus = t.settings.stimuli.emergency;
-    stimulus.ok_or_else(|| not_applicable("nothing is known that lets the device send an emergency"))
+    if let Some(write) = t.settings.stimuli.emergency {
+        return Ok(Trouble::Stimulus(write));
+    }
+    let (id, pdo) = received(t)?;
+    let whole = values(t, &pdo)?;
+    t.enter(NmtState::Operational)?;
+    Ok(Trouble::ShortRpdo(id, whole))
+}
+
+/// A field of 1003h has an error code. What it has besides is the manufacturer's, and not what the emergency has.
+fn is_kept(t: &mut Tester<'_>, sub: u8, code: u16) -> Outcome {
+    let is = t.read(0x1003, sub)? & 0xFFFF;
+    ensure(is == u64::from(code), || format!("1003:{sub:02X} has {is:04X}h, {code:04X}h was sent"))
 }
 
 /// Has the device send an emergency: the eight bytes of it.
 fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
     let id = CobId::of_node(0x80, t.node);
-    let stimulus = stimulus(t)?;
-    t.send_write(stimulus)?;
+    let trouble = trouble(t)?;
+    trouble.makes(t)?;
     let heard = t.hear_id(id, 100)?;
+    if heard.is_empty() && matches!(trouble, Trouble::ShortRpdo(..)) {
+        return Err(not_applicable("nothing is known that lets the device send an emergency: a short RPDO does not"));
+    }
     let bytes = match &heard[..] {
         [(_, frame)] => <[u8; 8]>::try_from(frame.data()).ok(),
         _ => None,

@@ -84,6 +84,16 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.4.3.4/1", "2.14", "100Ch is written in segments", |t| in_segments(t, 0x100C)),
     case("301/7.2.4.3.4/2", "2.15", "1017h is written in segments", |t| in_segments(t, 0x1017)),
+    case("301/7.2.4.3.5/1", "", "a wrong toggle bit of a segment that is written is aborted", |t| {
+        t.has(&[0x1017])?;
+        let value = t.read(0x1017, 0)?;
+        let answer = t.request(initiate(0x21, (0x1017, 0), &[2]))?;
+        if answer[0] != 0x60 {
+            return Err(not_applicable("1017h is not written in segments"));
+        }
+        t.aborts([0x1B, 0x10, 0x27, 0, 0, 0, 0, 0], &answers::TOGGLE)?;
+        t.reads(0x1017, 0, value)
+    }),
     case("301/7.2.4.3.6/2", "2.16", "more than four bytes are read in segments", |t| {
         let (index, sub, default) = long_text(t)?;
         let answer = t.request(initiate(0x40, (index, sub), &[]))?;

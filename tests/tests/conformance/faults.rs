@@ -73,6 +73,11 @@ pub const FAULTS: &[Fault] = &[
         "2.17",
     ),
     fault(
+        "a wrong toggle bit is not noticed while segments are written",
+        &[heard("605#1B*").becomes("605#0B*").after(&["605#21171000*"])],
+        "301/7.2.4.3.5/1",
+    ),
+    fault(
         "a segment follows the last one",
         &[heard("605#60*").is_answered("585#0100000000000000").after(&["585#17*"]).until("605#40*")],
         "2.18",
@@ -283,9 +288,9 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault("1001h does not show what the emergency did", &[sent("585#4F01100005*").becomes("585#4F01100001*")], "5.5"),
     fault(
-        "1003h lacks the additional information",
-        &[sent("585#430310012031ABCD").becomes("585#4303100120310000")],
-        "5.6",
+        "1003h has another error",
+        &[sent("585#430310012031ABCD").becomes("585#430310012131ABCD")],
+        "5.6 301/7.5.2.4/3",
     ),
     // SYNC.
     fault("1005h has another identifier", &[sent("585#4305100080*").becomes("585#4305100081*")], "4.2 4.8 6.1"),

@@ -440,3 +440,27 @@ fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
     let report = Bench::of(&NO_STATE).test(&settings(), &["10.4"]);
     assert_eq!((report.cases[0].verdict(), report.root_causes().len()), ("failed", 0));
 }
+
+/// CiA's tool makes emergencies by an RPDO without bytes: what is wrong with them is found without a stimulus of the device.
+#[test]
+fn emergencies_are_tested_by_a_short_rpdo() {
+    const RIGHT: Fault = fault("none", &[], "");
+    const LACKS: Fault =
+        fault("1003h lacks the error", &[heard("605#40031000*").is_answered("585#4F03100000000000")], "");
+    const KEEPS: Fault =
+        fault("1003h is not cleared", &[heard("605#2F031000*").is_answered("585#6003100000000000")], "");
+    const AT_ONCE: Fault = fault("1015h is ignored", &[heard("605#2B151000B80B*").becomes("605#2B1510000000*")], "");
+    const NONE: Fault = fault("no short RPDO is reported", &[crate::faulty::sent("085#1082*")], "");
+    let cases = ["5.4", "5.6", "301/7.5.2.4/3", "301/7.5.2.18/1", "301/7.2.2.1/2"];
+    for (fault, verdicts) in [
+        (&RIGHT, ["passed", "passed", "passed", "passed", "passed"]),
+        (&LACKS, ["passed", "failed", "failed", "passed", "passed"]),
+        (&KEEPS, ["passed", "passed", "failed", "passed", "passed"]),
+        (&AT_ONCE, ["passed", "passed", "passed", "failed", "passed"]),
+        (&NONE, ["not applicable", "not applicable", "not applicable", "not applicable", "advised"]),
+    ] {
+        let settings = Settings { stimuli: Default::default(), ..settings() };
+        let seen = cases.map(|name| Bench::of(fault).test(&settings, &[name]).cases[0].verdict());
+        assert_eq!(seen, verdicts, "{}", fault.title);
+    }
+}
