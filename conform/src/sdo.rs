@@ -239,6 +239,16 @@ impl Tester<'_> {
 
     // What cases mostly want.
 
+    /// Whether the device goes on to OPERATIONAL by itself when it has booted: 1F80h (CiA 302-2), of a device that is
+    /// no manager (bit 0), unless bit 2 forbids it.
+    pub(crate) fn starts_itself(&mut self) -> Outcome<bool> {
+        const STAYS: u64 = 1 | 1 << 2;
+        if self.entry(0x1F80, 0).is_err() {
+            return Ok(false);
+        }
+        Ok(self.upload(0x1F80, 0)?.is_ok_and(|startup| number(&startup) & STAYS == 0))
+    }
+
     /// The bytes of an entry that can be read.
     pub(crate) fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
         self.upload(index, sub)?.map_err(|code| failed(format!("reading {index:04X}:{sub:02X}: {code}")))

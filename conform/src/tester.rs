@@ -15,7 +15,6 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use crate::hazard::Hazard;
 use crate::known::Known;
 use crate::lss::Changes;
-use crate::sdo::number;
 use crate::verdict::{Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
 
 /// For how long the tester listens for what is to come at once.
@@ -284,16 +283,6 @@ impl<'a> Tester<'a> {
         self.boot_up()?;
         self.hear(PATIENCE)?;
         if self.starts_itself()? { self.enter(NmtState::PreOperational) } else { Ok(()) }
-    }
-
-    /// Whether the device goes on to OPERATIONAL by itself when it has booted: 1F80h (CiA 302-2), of a device that is
-    /// no manager (bit 0), unless bit 2 forbids it.
-    pub(crate) fn starts_itself(&mut self) -> Outcome<bool> {
-        const STAYS: u64 = 1 | 1 << 2;
-        if self.entry(0x1F80, 0).is_err() {
-            return Ok(false);
-        }
-        Ok(self.upload(0x1F80, 0)?.is_ok_and(|startup| number(&startup) & STAYS == 0))
     }
 
     /// From now on, what is done may take so long.
