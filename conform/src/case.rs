@@ -104,8 +104,8 @@ impl Tester<'_> {
         if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
             return Err(Verdict::NotAllowed(*hazard));
         }
-        self.reset(NmtCommand::ResetNode)?;
-        (case.run)(self)
+        let outcome = self.reset(NmtCommand::ResetNode).and_then(|()| (case.run)(self));
+        self.decided(outcome)
     }
 }
 

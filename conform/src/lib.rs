@@ -5,6 +5,7 @@
 //! [`Sheet`]. What a data sheet lacks makes a case not applicable. What may move a machine or outlast the test is a
 //! [`Hazard`], and done only if it is [allowed](Settings::allow).
 
+mod answers;
 mod axis;
 mod case;
 mod cases;

@@ -2,8 +2,9 @@
 
 use lexican_eds::model::{Entry, Value};
 use lexican_runtime::wire::crc::Crc;
-use lexican_runtime::{AbortCode, CobId};
+use lexican_runtime::{AbortCode, CobId, Duration};
 
+use crate::answers::Accepted;
 use crate::tester::{Tester, Write};
 use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
@@ -28,7 +29,7 @@ pub(crate) fn initiate(command: u8, at: (u16, u8), rest: &[u8]) -> Message {
 }
 
 impl Tester<'_> {
-    fn sdo_ids(&self) -> (CobId, CobId) {
+    pub(crate) fn sdo_ids(&self) -> (CobId, CobId) {
         (CobId::of_node(0x600, self.node), CobId::of_node(0x580, self.node))
     }
 
@@ -59,6 +60,11 @@ impl Tester<'_> {
             let what = if is_download { "download" } else { "upload" };
             return Err(not_applicable(format!("the SDO server refuses every block {what} with 0504 0001h")));
         }
+        self.abort(at)
+    }
+
+    /// Ends a transfer.
+    pub(crate) fn abort(&mut self, at: (u16, u8)) -> Outcome {
         self.send_request(initiate(0x80, at, &AbortCode::GENERAL.0.to_le_bytes()))
     }
 
@@ -72,6 +78,11 @@ impl Tester<'_> {
 
     pub(crate) fn answer(&mut self) -> Outcome<Message> {
         let frame = self.next(self.sdo_ids().1, self.settings.answer)?;
+        if frame.is_some() {
+            self.depends_on_no_time();
+        } else {
+            self.depends_on(Duration::from_micros(self.settings.answer.as_micros() / 2));
+        }
         let frame = frame.ok_or_else(|| failed("the SDO server does not answer"))?;
         frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO")))
     }
@@ -99,6 +110,11 @@ impl Tester<'_> {
             0x40 | 0x41 => {}
             other => return Err(failed(format!("an upload is answered with {other:02X}"))),
         }
+        self.upload_segments(&answer)
+    }
+
+    /// Reads the segments of an upload that has begun with this answer.
+    pub(crate) fn upload_segments(&mut self, begun: &Message) -> Outcome<Answer<Vec<u8>>> {
         let mut bytes = Vec::new();
         for toggle in [0, 0x10].into_iter().cycle() {
             let segment = self.request(message(&[0x60 | toggle], &[]))?;
@@ -112,8 +128,8 @@ impl Tester<'_> {
             }
             ensure(bytes.len() < 1 << 20, || "an upload without end")?;
         }
-        let announced = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]) as usize;
-        let right = answer[0] == 0x40 || announced == bytes.len();
+        let announced = u32::from_le_bytes([begun[4], begun[5], begun[6], begun[7]]) as usize;
+        let right = begun[0] == 0x40 || announced == bytes.len();
         ensure(right, || format!("{announced} bytes are announced, {} come", bytes.len()))?;
         Ok(Ok(bytes))
     }
@@ -217,11 +233,21 @@ impl Tester<'_> {
         let (crc, own) = (u16::from_le_bytes([end[1], end[2]]), crc_of(&bytes));
         ensure(!with_crc || crc == own, || format!("the checksum is {crc:04X}, of these bytes it is {own:04X}"))?;
         self.send_request(message(&[0xA1], &[]))?;
-        self.silence(20)?;
+        self.silence_of(self.sdo_ids().1, 20)?;
         Ok(bytes)
     }
 
     // What cases mostly want.
+
+    /// Whether the device goes on to OPERATIONAL by itself when it has booted: 1F80h (CiA 302-2), of a device that is
+    /// no manager (bit 0), unless bit 2 forbids it.
+    pub(crate) fn starts_itself(&mut self) -> Outcome<bool> {
+        const STAYS: u64 = 1 | 1 << 2;
+        if self.entry(0x1F80, 0).is_err() {
+            return Ok(false);
+        }
+        Ok(self.upload(0x1F80, 0)?.is_ok_and(|startup| number(&startup) & STAYS == 0))
+    }
 
     /// The bytes of an entry that can be read.
     pub(crate) fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
@@ -308,32 +334,50 @@ impl Tester<'_> {
         self.send_request(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
     }
 
-    /// A write that is to be refused, with one of these codes, and changes nothing.
-    pub(crate) fn refuses(&mut self, index: u16, sub: u8, value: u32, codes: &[AbortCode]) -> Outcome {
+    /// A write that is to be refused, and changes nothing.
+    pub(crate) fn refuses(&mut self, index: u16, sub: u8, value: u32, accepted: &Accepted) -> Outcome {
         let size = self.written_size(index, sub)?;
-        self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], codes)
+        self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], accepted)
     }
 
-    pub(crate) fn refuses_bytes(&mut self, index: u16, sub: u8, data: &[u8], codes: &[AbortCode]) -> Outcome {
+    pub(crate) fn refuses_bytes(&mut self, index: u16, sub: u8, data: &[u8], accepted: &Accepted) -> Outcome {
         let readable = self.entry(index, sub).is_ok_and(|entry: Entry| entry.access.readable());
         let before = if readable { Some(self.upload(index, sub)?) } else { None };
         let answer = self.download(index, sub, data)?;
-        aborted(answer, codes, || format!("writing {} to {index:04X}:{sub:02X}", self.shown((index, sub), data)))?;
+        let what = format!("writing {} to {index:04X}:{sub:02X}", self.shown((index, sub), data));
+        self.is_refused(answer, accepted, &what)?;
         let after = if readable { Some(self.upload(index, sub)?) } else { None };
         ensure(before == after, || format!("{index:04X}:{sub:02X} is not what it was before a refused write"))
     }
 
-    pub(crate) fn refuses_read(&mut self, index: u16, sub: u8, codes: &[AbortCode]) -> Outcome {
+    pub(crate) fn refuses_read(&mut self, index: u16, sub: u8, accepted: &Accepted) -> Outcome {
         let answer = self.upload(index, sub)?;
-        aborted(answer.map(|_| ()), codes, || format!("reading {index:04X}:{sub:02X}"))
+        self.is_refused(answer.map(|_| ()), accepted, &format!("reading {index:04X}:{sub:02X}"))
     }
 
     /// A message that breaks the protocol is aborted, and the server is ready again.
-    pub(crate) fn aborts(&mut self, request: Message, code: AbortCode) -> Outcome {
+    pub(crate) fn aborts(&mut self, request: Message, accepted: &Accepted) -> Outcome {
         let answer = self.request(request)?;
         let got = abort_of(&answer).map_or(Ok(()), Err);
-        aborted(got, &[code], || format!("{request:02X?}"))?;
+        self.is_refused(got, accepted, &format!("{request:02X?}"))?;
         self.read(0x1000, 0).map(|_| ())
+    }
+
+    /// Whether something was refused by a code that is accepted; one that is only observed stands in the report.
+    pub(crate) fn is_refused(&mut self, answer: Answer, accepted: &Accepted, what: &str) -> Outcome {
+        match answer {
+            Ok(()) => Err(failed(format!("{what} is taken"))),
+            Err(code) if accepted.takes(code) => {
+                if accepted.observed.contains(&code) {
+                    self.observe(format!(
+                        "{what} is refused with {code}, which is not what CiA's test takes ({})",
+                        accepted.source
+                    ));
+                }
+                Ok(())
+            }
+            Err(code) => Err(failed(format!("{what} is refused with {code}"))),
+        }
     }
 }
 
@@ -350,15 +394,6 @@ const fn begins_download(command: u8) -> bool {
 /// Whether a command begins a transfer in blocks.
 const fn begins_block(command: u8) -> bool {
     command >> 5 == 6 && command & 1 == 0 || command >> 5 == 5 && command & 3 == 0
-}
-
-/// Whether a transfer was refused as it should be. The general error 0800 0000h is always allowed.
-fn aborted(answer: Answer, codes: &[AbortCode], what: impl Fn() -> String) -> Outcome {
-    match answer {
-        Ok(()) => Err(failed(format!("{} is taken", what()))),
-        Err(code) if codes.contains(&code) || code == AbortCode::GENERAL => Ok(()),
-        Err(code) => Err(failed(format!("{} is refused with {code}", what()))),
-    }
 }
 
 fn refused(code: AbortCode) -> Verdict {

@@ -10,7 +10,8 @@ use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::axis::make_safe;
 use crate::case::{Case, Scope};
-use crate::cases::lss;
+use crate::cases::pdo_mapping::writing_order;
+use crate::cases::{cases, lss};
 use crate::hazard::Hazard;
 use crate::sdo;
 use crate::tester::{Record, Settings, Sheet, Tester};
@@ -32,7 +33,7 @@ pub struct CaseReport {
     pub frames: Vec<Record>,
     /// Why it may fail as it does, where that is [known](Settings::known).
     pub known: Option<String>,
-    /// What was measured, beside what is allowed.
+    /// What was measured or observed, beside what is allowed.
     pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
     pub notes: Vec<String>,
@@ -77,8 +78,15 @@ pub fn run(
 ) -> Report {
     let mut report = Report::default();
     let tester = Tester::new(link, sheet, settings, cancelled);
-    let mut suite =
-        Suite { tester, cancelled, before: BTreeMap::new(), changed: BTreeSet::new(), stores: false, moving: None };
+    let mut suite = Suite {
+        tester,
+        cancelled,
+        before: BTreeMap::new(),
+        changed: BTreeSet::new(),
+        stores: false,
+        failed: BTreeMap::new(),
+        moving: None,
+    };
     let mut cases = cases.to_vec();
     if sheet.is_unfit {
         cases.retain(|case| case.scope == Scope::DataSheet);
@@ -108,12 +116,6 @@ pub fn run(
 /// How long a step may take that is no case.
 const STEP: Duration = Duration::from_secs(120);
 
-/// From the communication parameter of a PDO to its mapping.
-const MAPPING: u16 = 0x200;
-
-/// In the COB-ID of a PDO: it does not exist.
-const NOT_VALID: u32 = 1 << 31;
-
 /// Written by the cases, and what was there before.
 type Before = BTreeMap<(u16, u8), Vec<u8>>;
 
@@ -136,6 +138,8 @@ struct Suite<'a> {
     changed: BTreeSet<(u16, u8)>,
     /// A case has stored parameters.
     stores: bool,
+    /// Whether cases that were run have failed.
+    failed: BTreeMap<&'static str, bool>,
     /// The drive may move, and could not be stopped: why that is not known better.
     moving: Option<String>,
 }
@@ -207,6 +211,7 @@ impl Suite<'_> {
                     Presence::Here | Presence::Back => Some(lost),
                 }
             }
+            Err(Verdict::NotDecidable(why)) => Some(why.clone()),
             _ => {
                 notes.extend(self.tester.disturbance());
                 None
@@ -216,7 +221,8 @@ impl Suite<'_> {
             notes.push(format!("{why}, and the case was run again"));
             (outcome, frames) = self.once(case);
         }
-        let measured = self.tester.measured().to_vec();
+        let (measured, missing) = (self.tester.measured().to_vec(), self.tester.missing);
+        self.failed.insert(case.id, matches!(outcome, Err(Verdict::Failed(_))));
         let took = self.tester.now().since(begun);
         let settings = self.tester.settings;
         let mut known = None;
@@ -227,6 +233,13 @@ impl Suite<'_> {
                 Err(Verdict::Failed(_)) => notes.push(format!("it is known to fail otherwise: {}", deviation.seen)),
                 Err(_) => {}
             }
+        }
+        let why = if let Err(Verdict::Failed(why)) = &outcome { Some(why.clone()) } else { None };
+        let why = why.filter(|_| known.is_none() && end.is_none());
+        if let (Some(why), Some(by)) = (why, missing.filter(|&by| by != case.id))
+            && self.has_failed(by)
+        {
+            outcome = Err(Verdict::Blocked(by, why));
         }
         match &outcome {
             Err(Verdict::Unfinished(ended)) => end = Some(ended.clone()),
@@ -241,6 +254,17 @@ impl Suite<'_> {
         // The report of the whole test says what stays as it is.
         notes.extend(self.put_back());
         (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
+    }
+
+    /// Whether a case fails: it is run for that, unless it was.
+    fn has_failed(&mut self, id: &'static str) -> bool {
+        if let Some(failed) = self.failed.get(id) {
+            return *failed;
+        }
+        let failed =
+            cases().find(|case| case.id == id).is_some_and(|case| matches!(self.once(case).0, Err(Verdict::Failed(_))));
+        self.failed.insert(id, failed);
+        failed
     }
 
     /// Runs a case, and has the device answer at its node-ID again: the outcome, and the frames of the case.
@@ -326,15 +350,8 @@ impl Suite<'_> {
 
     fn restore(&mut self) {
         self.keep_what_differs();
-        // A PDO is changed while it does not exist, and its mapping while it has no entries.
-        let pdos: BTreeSet<u16> = self.changed.iter().filter_map(|&(index, _)| pdo_parameter(index)).collect();
-        let frames: Vec<_> = pdos.iter().flat_map(|&index| [(index + MAPPING, 0), (index, 1)]).collect();
-        for &index in &pdos {
-            let _ = self.tester.try_write(index, 1, self.number(index, 1) | NOT_VALID);
-            let _ = self.tester.try_write(index + MAPPING, 0, 0);
-        }
-        let mut order: Vec<_> = self.changed.iter().copied().filter(|at| !frames.contains(at)).collect();
-        order.extend(frames);
+        let changed: Vec<_> = self.changed.iter().copied().collect();
+        let order = writing_order(&mut self.tester, changed.iter().copied()).unwrap_or(changed);
         for &at in &order {
             self.write_back(at);
         }
@@ -366,9 +383,4 @@ impl Suite<'_> {
             let _: Outcome<Result<(), AbortCode>> = self.tester.write_back(&entry, bytes);
         }
     }
-}
-
-/// The communication parameter of the PDO that an object belongs to.
-fn pdo_parameter(index: u16) -> Option<u16> {
-    matches!(index, 0x1400..=0x1BFF).then_some(index & !MAPPING)
 }

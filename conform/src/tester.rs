@@ -24,8 +24,12 @@ pub(crate) const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
 /// So many frames of a case are kept.
 const FRAMES: usize = 4096;
 
-/// How often it is looked whether the test has been cancelled.
-const LOOK: Duration = Duration::from_millis(50);
+/// How often it is looked whether the test has been cancelled, and whether this computer is late: who waits longer does not
+/// notice that it was not woken for the frame in between.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// The case that is about answers to guarding.
+const GUARDING: &str = "301/7.2.8.3.2.1/1";
 
 /// How a device is tested.
 #[derive(Clone, Debug)]
@@ -201,6 +205,14 @@ pub struct Tester<'a> {
     pub(crate) lss: Changes,
     /// The frames that this computer has missed in this case.
     missed: u32,
+    /// By how much this computer was late in this case, at most.
+    late: Duration,
+    /// When it had the link's answer last.
+    returned: Option<Instant>,
+    /// By how much it may be late with what was heard last, before that decides the case.
+    margin: Option<Duration>,
+    /// The case that is about the step which failed last.
+    pub(crate) missing: Option<&'static str>,
     /// The device may boot: a reset was commanded, and it has not booted since.
     may_boot: bool,
     /// The device has booted in this case without being reset.
@@ -227,6 +239,10 @@ impl<'a> Tester<'a> {
             measured,
             lss: Changes::default(),
             missed,
+            late: Duration::ZERO,
+            returned: None,
+            margin: None,
+            missing: None,
             may_boot,
             has_booted,
         }
@@ -238,6 +254,7 @@ impl<'a> Tester<'a> {
         self.written.clear();
         self.measured.clear();
         (self.missed, self.has_booted) = (0, false);
+        (self.late, self.returned, self.margin, self.missing) = (Duration::ZERO, None, None, None);
         self.limit(self.settings.case);
     }
 
@@ -247,18 +264,25 @@ impl<'a> Tester<'a> {
         &self.frames
     }
 
-    /// What has been measured in the last case, beside what was allowed.
+    /// What has been measured or observed in the last case, beside what was allowed.
     #[must_use]
     pub fn measured(&self) -> &[String] {
         &self.measured
     }
 
+    /// What the report says of a case beside its verdict. Once, however often it is seen.
+    pub(crate) fn observe(&mut self, sentence: String) {
+        if !self.measured.contains(&sentence) {
+            self.measured.push(sentence);
+        }
+    }
+
     /// Resets the device, and waits until it has booted. Whether it boots as it should is for some of the cases to judge.
     pub(crate) fn reset(&mut self, command: NmtCommand) -> Outcome {
         self.nmt(command)?;
-        self.next(self.error_control(), self.settings.boot)?;
+        self.boot_up()?;
         self.hear(PATIENCE)?;
-        Ok(())
+        if self.starts_itself()? { self.enter(NmtState::PreOperational) } else { Ok(()) }
     }
 
     /// From now on, what is done may take so long.
@@ -277,6 +301,7 @@ impl<'a> Tester<'a> {
     /// Lets time pass, whatever comes. `false` if the link has ended, or the test is cancelled.
     pub(crate) fn wait(&mut self, span: Duration) -> bool {
         let until = self.now() + span;
+        self.returned = None;
         while self.now() < until {
             if self.cancelled.load(Ordering::Relaxed) || self.link.receive(until).is_err() {
                 return false;
@@ -355,7 +380,16 @@ impl<'a> Tester<'a> {
                 )));
             }
             let look = until.min(now + LOOK);
-            match self.link.receive(look).map_err(lost)? {
+            if let Some(returned) = self.returned {
+                self.late = self.late.max(now.since(returned));
+            }
+            let incoming = self.link.receive(look).map_err(lost)?;
+            let returned = self.now();
+            if returned > look.max(now) {
+                self.late = self.late.max(returned.since(look.max(now)));
+            }
+            self.returned = Some(returned);
+            match incoming {
                 Some(Incoming::Frame(frame)) if self.others.contains(&frame.id()) => {}
                 Some(Incoming::Frame(frame)) => {
                     self.record(frame, false);
@@ -422,7 +456,38 @@ impl<'a> Tester<'a> {
     /// The frames of one identifier within `ms`.
     pub(crate) fn hear_id(&mut self, id: CobId, ms: u64) -> Outcome<Vec<Heard>> {
         let heard = self.hear_ms(ms)?;
+        self.depends_on(Duration::from_micros(ms * 500));
         Ok(heard.into_iter().filter(|(_, frame)| frame.id() == id).collect())
+    }
+
+    /// What is judged now would be judged otherwise if this computer were late by so much.
+    pub(crate) fn depends_on(&mut self, margin: Duration) {
+        self.margin = Some(margin);
+    }
+
+    /// Nothing is judged by time, until something is heard for a while again.
+    pub(crate) fn depends_on_no_time(&mut self) {
+        self.margin = None;
+    }
+
+    /// What a failure is worth: nothing is decided by what this computer's own lateness explains.
+    pub(crate) fn decided(&self, outcome: Outcome) -> Outcome {
+        match (outcome, self.margin) {
+            // It is noticed from one look to the next.
+            (Err(Verdict::Failed(why)), Some(margin)) if !self.late.is_zero() && self.late + LOOK > margin => {
+                let [late, margin] = [self.late, margin].map(|span| ms(span.as_micros()));
+                Err(Verdict::NotDecidable(format!(
+                    "{why}; this computer was late by up to {late} ms, and {margin} ms decide"
+                )))
+            }
+            (outcome, _) => outcome,
+        }
+    }
+
+    /// The outcome of a step that is a case of its own: when that case fails too, this one is blocked by it.
+    pub(crate) fn needs<T>(&mut self, id: &'static str, outcome: Outcome<T>) -> Outcome<T> {
+        self.missing = matches!(outcome, Err(Verdict::Failed(_))).then_some(id);
+        outcome
     }
 
     /// The next frame of one identifier.
@@ -436,11 +501,28 @@ impl<'a> Tester<'a> {
         Ok(None)
     }
 
-    /// Nothing is heard for so long, but for SYNC, which the device may be there to produce.
-    pub(crate) fn silence(&mut self, ms: u64) -> Outcome {
-        let mut heard = self.hear_ms(ms)?;
-        heard.retain(|(_, frame)| frame.id() != CobId::SYNC);
-        ensure(heard.is_empty(), || format!("silence was expected, {} came", text(&heard)))
+    /// No frame of an identifier comes for so long.
+    pub(crate) fn silence_of(&mut self, id: CobId, ms: u64) -> Outcome {
+        let heard = self.hear_id(id, ms)?;
+        ensure(heard.is_empty(), || format!("silence of {id} was expected, {} came", text(&heard)))
+    }
+
+    /// Whether the boot-up message comes. A heartbeat may have been on its way before it.
+    pub(crate) fn boot_up(&mut self) -> Outcome<bool> {
+        let end = self.now() + self.settings.boot;
+        while let Some(frame) = self.receive(end)? {
+            if frame.id() == self.error_control() && frame.data() == [0] && !frame.is_remote() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The emergencies of a code that come within `ms`.
+    pub(crate) fn emergencies(&mut self, code: u16, ms: u64) -> Outcome<Vec<Heard>> {
+        let mut heard = self.hear_id(CobId::of_node(0x80, self.node), ms)?;
+        heard.retain(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
+        Ok(heard)
     }
 
     /// Exactly this frame comes, and no other of its identifier.
@@ -461,6 +543,7 @@ impl<'a> Tester<'a> {
         let (low, high) = (period_ms * 900, period_ms * 1100);
         self.gaps_are(&format!("{id} every {period_ms} ms"), &times, low, Some(high))?;
         let right = heard.len() as u64 == periods;
+        self.depends_on(Duration::from_micros(period_ms * 500));
         ensure(right, || format!("{id} comes {} times in {periods} periods of {period_ms} ms", heard.len()))?;
         Ok(heard)
     }
@@ -478,7 +561,10 @@ impl<'a> Tester<'a> {
             ms(high)
         );
         self.measured.push(measured.clone());
-        ensure((low..=high).contains(&mean), || measured)
+        // One late frame at either end moves the mean by its part.
+        let beyond = low.saturating_sub(mean).max(mean.saturating_sub(high));
+        self.depends_on(Duration::from_micros(beyond * (periods - 1)));
+        ensure(beyond == 0, || measured)
     }
 
     /// The frames come at least `span_ms` after each other.
@@ -497,7 +583,9 @@ impl<'a> Tester<'a> {
         let over = times.len() - 1;
         let measured = format!("{what}: {} to {} ms over {over}, allowed {allowed}", ms(least), ms(most));
         self.measured.push(measured.clone());
-        ensure(least >= low && high.is_none_or(|high| most <= high), || measured)
+        let beyond = low.saturating_sub(least).max(high.map_or(0, |high| most.saturating_sub(high)));
+        self.depends_on(Duration::from_micros(beyond));
+        ensure(beyond == 0, || measured)
     }
 
     // Identifiers that cannot be configured.
@@ -510,6 +598,7 @@ impl<'a> Tester<'a> {
     /// What the next error control message says: a heartbeat, or the answer to a guarding request.
     pub(crate) fn state(&mut self, within_ms: u64) -> Outcome<u8> {
         let message = self.next(self.error_control(), Duration::from_millis(within_ms))?;
+        self.depends_on(Duration::from_micros(within_ms * 500));
         match message.as_ref().map(Frame::data) {
             Some(&[state]) => Ok(state),
             Some(data) => Err(failed(format!("error control has {data:02X?}"))),
@@ -520,7 +609,8 @@ impl<'a> Tester<'a> {
     /// The state that the device says it is in, asked for by guarding.
     pub(crate) fn guarded_state(&mut self) -> Outcome<u8> {
         self.send_remote(self.error_control(), 1)?;
-        Ok(self.state(PATIENCE_MS)? & 0x7F)
+        let state = self.state(PATIENCE_MS);
+        Ok(self.needs(GUARDING, state)? & 0x7F)
     }
 
     pub(crate) fn is_in(&mut self, state: NmtState) -> Outcome {

@@ -15,6 +15,10 @@ pub enum Verdict {
     NotAllowed(Hazard),
     /// The device does something else.
     Failed(String),
+    /// A step failed that is a case of its own, and that case fails as well: its id, and what was seen.
+    Blocked(&'static str, String),
+    /// This computer was too late to judge the device: what was seen, with figures.
+    NotDecidable(String),
     /// The case was not finished: it was [cancelled](Ended::Cancelled), or the [bus is gone](Ended::BusLost).
     Unfinished(Ended),
 }
@@ -68,7 +72,8 @@ impl Verdict {
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
-            Verdict::NotApplicable(why) | Verdict::Failed(why) => why.clone(),
+            Verdict::NotApplicable(why) | Verdict::Failed(why) | Verdict::NotDecidable(why) => why.clone(),
+            Verdict::Blocked(by, why) => format!("by {by}: {why}"),
             Verdict::Unfinished(ended) => ended.to_string(),
             Verdict::NotAllowed(hazard) => format!("it {}, which needs `--allow {}`", hazard.what(), hazard.name()),
         }
@@ -81,6 +86,8 @@ impl Display for Verdict {
             Verdict::NotApplicable(_) => "does not apply",
             Verdict::NotAllowed(_) => "not run",
             Verdict::Failed(_) => "failed",
+            Verdict::Blocked(..) => "blocked",
+            Verdict::NotDecidable(_) => "not decidable",
             Verdict::Unfinished(_) => "not finished",
         };
         write!(f, "{verdict}: {}", self.reason())

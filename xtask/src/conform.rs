@@ -168,8 +168,11 @@ fn write_table<'a>(page: &mut String, devices: impl Iterator<Item = (&'a Subject
         );
     }
     for (subject, report) in devices {
-        let noticed: Vec<&Case> =
-            report.cases.iter().filter(|case| matches!(&*case.verdict, "failed" | "known" | "advised")).collect();
+        let noticed: Vec<&Case> = report
+            .cases
+            .iter()
+            .filter(|case| matches!(&*case.verdict, "failed" | "known" | "advised" | "blocked" | "not decidable"))
+            .collect();
         if noticed.is_empty() {
             continue;
         }
@@ -179,7 +182,12 @@ fn write_table<'a>(page: &mut String, devices: impl Iterator<Item = (&'a Subject
             subject.name
         );
         for Case { id, title, reason, known, verdict, .. } in noticed {
-            let only = if verdict == "advised" { " (recommended)" } else { "" };
+            let only = match verdict.as_str() {
+                "advised" => " (recommended)",
+                "blocked" => " (blocked)",
+                "not decidable" => " (not decidable)",
+                _ => "",
+            };
             let why = known.as_ref().map_or_else(String::new, |why| format!(" (known: {why})"));
             let _ = writeln!(page, "| {id}{only} | {} | {} |", in_a_cell(title), in_a_cell(&format!("{reason}{why}")));
         }

@@ -239,7 +239,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     print::sum(&report, args.reports.json)?;
     let tally = report.tally();
-    let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
+    let counted =
+        tally.failed + tally.blocked + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
     match &report.ended_early {
         Some(end @ (Ended::BusLost(_) | Ended::Moving(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
         Some(end @ Ended::Silent(_)) if report.cases.is_empty() => Err(Failure::new(end)),

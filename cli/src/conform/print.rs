@@ -113,7 +113,7 @@ impl<'a> Screen<'a> {
         writeln!(stdout, "{verdict} {} {}: {reason}", report.case.id, report.case.title)?;
         report.known.iter().try_for_each(|why| writeln!(stdout, "    known: {why}"))?;
         report.notes.iter().try_for_each(|note| writeln!(stdout, "    note: {note}"))?;
-        if report.known.is_some() {
+        if report.known.is_some() || matches!(report.outcome, Err(Verdict::Blocked(..))) {
             return Ok(());
         }
         let mut decoder = Decoder::new();
@@ -132,7 +132,9 @@ impl Observer for Screen<'_> {
     }
 
     fn ended(&mut self, report: &CaseReport) {
-        if self.json || matches!(report.outcome, Err(Verdict::Failed(_))) || !report.notes.is_empty() {
+        let is_seen =
+            matches!(report.outcome, Err(Verdict::Failed(_) | Verdict::Blocked(..) | Verdict::NotDecidable(_)));
+        if self.json || is_seen || !report.notes.is_empty() {
             // A reader that has left does not end the test.
             self.bar.suspend(|| drop(self.show(report)));
         }
@@ -143,7 +145,7 @@ fn style(report: &CaseReport) -> Style {
     match report.verdict() {
         "passed" => AnsiColor::Green.on_default(),
         "failed" | "unfinished" => AnsiColor::Red.on_default().bold(),
-        "advised" => AnsiColor::Yellow.on_default(),
+        "advised" | "blocked" | "not decidable" => AnsiColor::Yellow.on_default(),
         _ => Style::new(),
     }
 }
@@ -172,6 +174,7 @@ pub(super) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     let mut stdout = stdout();
+    report.root_causes().iter().try_for_each(|text| writeln!(stdout, "root cause: {text}"))?;
     report.not_put_back.iter().try_for_each(|text| writeln!(stdout, "{text}"))?;
     if let Some(why) = &report.ended_early {
         writeln!(stdout, "the test ended early: {why}")?;
@@ -185,10 +188,12 @@ fn last_line(report: &Report) -> String {
     let counts = [
         (tally.passed, "passed"),
         (tally.failed, "failed"),
+        (tally.blocked, "blocked"),
         (tally.advised, "failed of what is recommended"),
         (tally.known, "failed as known"),
         (tally.not_applicable, "do not apply"),
         (tally.not_allowed, "not allowed"),
+        (tally.not_decidable, "not decidable"),
         (tally.unfinished, "not finished"),
     ];
     let counts = counts.into_iter().filter(|(count, _)| *count > 0);

@@ -1,7 +1,5 @@
 //! Beyond the plan: blocks of SDO whose segments are lost, or come one by one.
 
-use lexican_runtime::AbortCode;
-
 use super::sdo::long_text;
 use crate::case::{Case, case};
 use crate::sdo::{initiate, message};
@@ -36,7 +34,7 @@ pub(crate) const CASES: &[Case] = &[
         loop {
             let segment = t.request(next)?;
             ensure(segment[0] & 0x7F == 1, || format!("{segment:02X?} is not the only segment of a block"))?;
-            let heard = t.hear_ms(5)?;
+            let heard = t.hear_id(t.sdo_ids().1, 5)?;
             ensure(heard.is_empty(), || "a block of one segment has more")?;
             bytes.extend(&segment[1..]);
             next = message(&[0xA2, 1, 1], &[]);
@@ -74,8 +72,7 @@ pub(crate) const CASES: &[Case] = &[
         ensure(answer[0] & 0xFB == 0xA0, || format!("{answer:02X?} does not begin a block"))?;
         let answer = t.request(message(&[0x82, 0x10, 0x27], &[]))?;
         ensure(answer[..2] == [0xA2, 0], || format!("{answer:02X?} confirms segment 2, which came first"))?;
-        let code = AbortCode::GENERAL.0.to_le_bytes();
-        t.send_request(initiate(0x80, (0x1017, 0), &code))?;
+        t.abort((0x1017, 0))?;
         t.reads(0x1017, 0, value)
     }),
 ];

@@ -1,8 +1,9 @@
 //! 7: guarding, heartbeat, and one against the other.
 
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, CobId};
+use lexican_runtime::{CobId, Duration};
 
+use crate::answers;
 use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, not_applicable};
@@ -17,33 +18,29 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.8.3.2.1/1", "7.2", "a guarding request is answered with the state", |t| {
-        guarded(t)?;
-        is_silent(t)?;
+        is_guarded(t)?;
         t.send_remote(t.error_control(), 1)?;
         t.hears_once(t.error_control(), &[0x7F], PATIENCE_MS)
     }),
     case("301/7.2.8.3.2.1/2", "7.3", "the toggle bit begins with 0, and toggles", |t| {
-        guarded(t)?;
         // Again after a reset, in the midst of the sequence.
         for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
-            is_silent(t)?;
+            is_guarded(t)?;
             for answer in answers {
                 t.send_remote(t.error_control(), 1)?;
                 t.hears_once(t.error_control(), &[*answer], PATIENCE_MS)?;
             }
-            t.nmt(NmtCommand::ResetCommunication)?;
-            t.hear_ms(PATIENCE_MS)?;
+            t.reset(NmtCommand::ResetCommunication)?;
         }
         Ok(())
     }),
     case("301/7.2.8.3.2.1/3", "7.4", "requests to other nodes are not answered", |t| {
-        guarded(t)?;
-        is_silent(t)?;
+        is_guarded(t)?;
         let own = u16::from(t.node.get());
         for node in (0..=127).filter(|&node| node != own) {
             let id = CobId::standard(0x700 + node).unwrap_or(CobId::SYNC);
             t.send_remote(id, 1)?;
-            t.silence(5)?;
+            t.silence_of(id, 5)?;
         }
         t.is_in(NmtState::PreOperational)
     }),
@@ -53,15 +50,15 @@ pub(crate) const CASES: &[Case] = &[
         t.reads(0x100D, 0, 2)
     }),
     case("301/7.2.8.3.2.1/4", "7.6", "life guarding notices that guarding stops", |t| {
+        has_emergency(t)?;
         is_silent(t)?;
         guard(t)?;
         // It begins with the first request, and is content with requests in time.
-        t.silence(500)?;
+        none_lost(t, 500)?;
         for _ in 0..5 {
             t.send_remote(t.error_control(), 1)?;
-            let mut heard = t.hear_ms(150)?;
-            heard.retain(|(_, frame)| frame.id() != CobId::SYNC);
-            ensure(heard.len() == 1, || format!("{} came while the device is guarded", text(&heard)))?;
+            none_lost(t, 150)?;
+            t.depends_on(Duration::from_millis(50));
         }
         lost(t, 80)
     }),
@@ -77,14 +74,15 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.8.3.2.2/2", "7.103", "the heartbeat is switched off", |t| {
         heartbeat(t, 100)?;
-        t.hears_every(t.error_control(), 100, 3)?;
+        let beats = t.hears_every(t.error_control(), 100, 3);
+        t.needs(BEATS, beats)?;
         t.write(0x1017, 0, 0)?;
-        t.silence(1000)
+        t.silence_of(t.error_control(), 1000)
     }),
     case("301/7.5.2.19/1", "7.104", "a node has one heartbeat consumer", |t| {
         t.entry(0x1016, 2)?;
         t.write(0x1016, 1, WATCH)?;
-        t.refuses(0x1016, 2, WATCH, &[AbortCode::PARAMETER_INCOMPATIBLE])?;
+        t.refuses(0x1016, 2, WATCH, &answers::CONSUMED_TWICE)?;
         // The same again is no second one.
         t.write(0x1016, 1, WATCH)
     }),
@@ -92,24 +90,24 @@ pub(crate) const CASES: &[Case] = &[
         watch(t)?;
         for _ in 0..20 {
             beat(t, 0x05)?;
-            t.silence(90)?;
+            none_lost_before(t, 90)?;
         }
         Ok(())
     }),
     case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
+        has_emergency(t)?;
         watch(t)?;
         // The first one begins it.
-        t.silence(300)?;
+        none_lost(t, 300)?;
         beat(t, 0x05)?;
-        t.silence(90)?;
+        none_lost_before(t, 90)?;
         lost(t, 20)
     }),
     case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
         watch(t)?;
         beat(t, 0x05)?;
         t.nmt(NmtCommand::ResetNode)?;
-        let heard = t.hear_id(CobId::of_node(0x80, t.node), 500)?;
-        ensure(heard.is_empty(), || format!("{} came after the reset", text(&heard)))?;
+        none_lost(t, 500)?;
         t.reads(0x1016, 1, 0)?;
         t.reads(0x1001, 0, 0)
     }),
@@ -123,7 +121,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.8.2.2/2", "7.202", "heartbeat off: none comes", |t| {
         both(t)?;
         heartbeat(t, 0)?;
-        t.silence(1000)
+        t.silence_of(t.error_control(), 1000)
     }),
     case("301/7.2.8.2.2/3", "7.203", "heartbeat off, guarding on: requests are answered", |t| {
         both(t)?;
@@ -138,7 +136,8 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.8.2.2/4", "7.204", "guarding off, heartbeat on: heartbeats come", |t| {
         both(t)?;
         heartbeat(t, 100)?;
-        t.hears_every(t.error_control(), 100, 10).map(|_| ())
+        let beats = t.hears_every(t.error_control(), 100, 10);
+        t.needs(BEATS, beats).map(|_| ())
     }),
     case("301/7.2.8.2.2/5", "7.205", "guarding off, heartbeat on: requests are not answered", |t| {
         both(t)?;
@@ -147,7 +146,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.8.2.2/6", "7.206", "both on: heartbeats come", |t| {
         both_on(t)?;
-        let beats = t.hears_every(t.error_control(), 100, 10)?;
+        let beats = t.hears_every(t.error_control(), 100, 10);
+        let beats = t.needs(BEATS, beats)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
     }),
     case("301/7.2.8.2.2/7", "7.207", "both on: requests are not answered", |t| {
@@ -155,6 +155,9 @@ pub(crate) const CASES: &[Case] = &[
         unanswered(t)
     }),
 ];
+
+/// The case that is about heartbeats.
+pub(crate) const BEATS: &str = "301/7.2.8.3.2.2/1";
 
 /// 1016h: node 16, within 100 ms.
 const WATCH: u32 = 16 << 16 | 100;
@@ -164,11 +167,33 @@ fn guarded(t: &Tester<'_>) -> Outcome {
 }
 
 /// The device's own heartbeat would be taken for an answer, and disturb what is to be silence.
-pub(crate) fn is_silent(t: &mut Tester<'_>) -> Outcome {
+fn is_silent(t: &mut Tester<'_>) -> Outcome {
     match t.entry(0x1017, 0) {
-        Ok(entry) if entry.access.writable() && t.read(0x1017, 0)? != 0 => t.write(0x1017, 0, 0),
+        Ok(entry) if t.read(0x1017, 0)? != 0 => {
+            if !entry.access.writable() || !t.has_value(0x1017, 0, 0) {
+                return Err(not_applicable("the heartbeat, which takes the place of guarding, cannot be switched off"));
+            }
+            t.write(0x1017, 0, 0)
+        }
         _ => Ok(()),
     }
+}
+
+/// Lets the device be guarded: one that has a heartbeat as well need not answer before guarding is configured.
+pub(crate) fn is_guarded(t: &mut Tester<'_>) -> Outcome {
+    guarded(t)?;
+    is_silent(t)?;
+    let settable = |index| t.entry(index, 0).is_ok_and(|entry| entry.access.writable());
+    if [0x100C, 0x100D].into_iter().all(settable) { guard(t) } else { Ok(()) }
+}
+
+/// Emergencies are optional: a device without 1014h, or with none in it, sends none.
+pub(crate) fn has_emergency(t: &mut Tester<'_>) -> Outcome {
+    t.has(&[0x1014])?;
+    if t.read(0x1014, 0)? >> 31 & 1 != 0 {
+        return Err(not_applicable("1014h says that there are no emergencies"));
+    }
+    Ok(())
 }
 
 fn both(t: &Tester<'_>) -> Outcome {
@@ -210,12 +235,25 @@ pub(crate) fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
 
 /// The emergency of a life guard or heartbeat error comes within so long, once.
 fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
-    let emergency = CobId::of_node(0x80, t.node);
-    let heard = t.hear_id(emergency, within_ms)?;
-    let is_it = |data: &[u8]| data.len() == 8 && data.starts_with(&[0x30, 0x81]);
-    let right = matches!(&heard[..], [(_, frame)] if is_it(frame.data()));
+    let heard = t.emergencies(LOST, within_ms)?;
+    let right = matches!(&heard[..], [(_, frame)] if frame.data().len() == 8);
     ensure(right, || format!("the emergency 8130h was expected, {} came", text(&heard)))?;
-    t.silence(300)
+    none_lost(t, 300)
+}
+
+/// The error code of a life guard or heartbeat error.
+const LOST: u16 = 0x8130;
+
+/// The same, where the next heartbeat has to come after 100 ms.
+fn none_lost_before(t: &mut Tester<'_>, ms: u64) -> Outcome {
+    let heard = none_lost(t, ms);
+    t.depends_on(Duration::from_millis(100 - ms));
+    heard
+}
+
+fn none_lost(t: &mut Tester<'_>, ms: u64) -> Outcome {
+    let heard = t.emergencies(LOST, ms)?;
+    ensure(heard.is_empty(), || format!("no emergency 8130h was expected, {} came", text(&heard)))
 }
 
 /// Between heartbeats, a request gets no answer.
@@ -224,7 +262,7 @@ fn unanswered(t: &mut Tester<'_>) -> Outcome {
         t.state(150)?;
         t.hear_ms(20)?;
         t.send_remote(t.error_control(), 1)?;
-        t.silence(50)?;
+        t.silence_of(t.error_control(), 50)?;
     }
     Ok(())
 }

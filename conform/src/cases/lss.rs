@@ -103,7 +103,9 @@ pub(crate) const CASES: &[Case] = &[
         t.nmt(NmtCommand::Start)?;
         t.send_remote(t.error_control(), 1)?;
         t.sync(None)?;
-        t.silence(PATIENCE_MS)?;
+        let mut heard = t.hear_ms(PATIENCE_MS)?;
+        heard.retain(|(_, frame)| frame.id().raw() & 0x7F == u32::from(lss.node.get()));
+        ensure(heard.is_empty(), || format!("{} came", crate::tester::text(&heard)))?;
         select(t)?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })
@@ -411,6 +413,10 @@ fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome
         t.nmt_to(NmtCommand::ResetCommunication, other.get())?;
     }
     t.hear(PATIENCE)?;
+    if !is_there(t, device.node)? {
+        // Some take it with a reset of the communication alone.
+        t.nmt(NmtCommand::ResetCommunication)?;
+    }
     let end = t.now() + t.settings.boot;
     while !is_there(t, device.node)? {
         ensure(t.now() < end, || format!("node {} does not answer", device.node))?;

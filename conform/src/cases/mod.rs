@@ -10,7 +10,7 @@ pub(crate) mod lss;
 mod messages;
 mod nmt;
 mod pdo;
-mod pdo_mapping;
+pub(crate) mod pdo_mapping;
 mod receiving;
 mod robustness;
 mod sdo;

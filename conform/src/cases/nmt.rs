@@ -1,11 +1,11 @@
 //! 9 and 10: the NMT states, and the ways from one to the other.
 
 use lexican_eds::model::{Direction, Pdo};
+use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{CobId, Frame};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
-use super::{error_control, sync};
+use super::{error_control, pdo, sync};
 use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
@@ -32,6 +32,9 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.3.2.2.5/1", "9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         boots(t)?;
+        if t.starts_itself()? {
+            t.enter(NmtState::PreOperational)?;
+        }
         has_services(t, NmtState::PreOperational)
     }),
     case("301/7.3.2.2.5/2", "9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
@@ -40,8 +43,7 @@ pub(crate) const CASES: &[Case] = &[
             return Ok(());
         }
         for (behaviour, state) in [(0, NmtState::PreOperational), (1, NmtState::Operational), (2, NmtState::Stopped)] {
-            t.nmt(NmtCommand::ResetNode)?;
-            t.hear_ms(PATIENCE_MS)?;
+            t.reset(NmtCommand::ResetNode)?;
             if t.entry(0x1029, 1).is_ok() {
                 t.write(0x1029, 1, behaviour)?;
             } else if behaviour != 0 {
@@ -65,7 +67,8 @@ pub(crate) const CASES: &[Case] = &[
                     t.enter(state)?;
                     t.nmt_to(command, node)?;
                     boots(t)?;
-                    reports(t, NmtState::PreOperational)?;
+                    let state = if t.starts_itself()? { NmtState::Operational } else { NmtState::PreOperational };
+                    reports(t, state)?;
                 }
             }
             t.enter(state)?;
@@ -74,8 +77,7 @@ pub(crate) const CASES: &[Case] = &[
             let booted = heard.iter().any(|(_, frame)| frame.data() == [0]);
             ensure(!booted, || "a reset of another node is obeyed")?;
         }
-        t.nmt(NmtCommand::ResetNode)?;
-        t.hear_ms(PATIENCE_MS)?;
+        t.reset(NmtCommand::ResetNode)?;
         // A reset of the communication leaves the parameters of the application alone.
         let Ok(limited) = super::dictionary::limited(t) else { return Ok(()) };
         let Some((entry, low, _)) = limited.into_iter().find(|(entry, ..)| entry.index >= 0x2000) else {
@@ -103,17 +105,13 @@ pub(crate) const CASES: &[Case] = &[
     }),
 ];
 
-/// The boot-up message comes once. A heartbeat may have been on its way before it.
+/// The boot-up message comes once.
 fn boots(t: &mut Tester<'_>) -> Outcome {
-    let first = t.next(t.error_control(), t.settings.boot)?;
-    let first = match first {
-        Some(heartbeat) if heartbeat.data() != [0] => t.next(t.error_control(), t.settings.boot)?,
-        first => first,
-    };
-    let is_it = |frame: &Frame| frame.data() == [0] && !frame.is_remote();
-    ensure(first.as_ref().is_some_and(is_it), || "no boot-up message comes")?;
+    let booted = t.boot_up()?;
+    t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
     let again = t.hear_id(t.error_control(), PATIENCE_MS)?;
-    ensure(!again.iter().any(|(_, frame)| is_it(frame)), || "the boot-up message comes again")
+    let booted = again.iter().any(|(_, frame)| frame.data() == [0] && !frame.is_remote());
+    ensure(!booted, || "the boot-up message comes again")
 }
 
 const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];
@@ -139,17 +137,21 @@ fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Out
     Ok(())
 }
 
-/// Lets the device send its state without being asked, if it cannot be guarded.
+/// Whether the state is asked for by guarding: where there is no heartbeat that could be set.
+fn is_asked(t: &Tester<'_>) -> bool {
+    t.has(&[0x100C]).is_ok() && !t.entry(0x1017, 0).is_ok_and(|entry| entry.access.writable())
+}
+
+/// Lets the device send its state without being asked, if it can.
 pub(crate) fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
-    if t.has(&[0x100C]).is_ok() {
-        // A heartbeat takes the place of guarding.
-        return error_control::is_silent(t);
+    if is_asked(t) {
+        return Ok(());
     }
     t.has(&[0x1017])?;
     t.write(0x1017, 0, PATIENCE_MS as u32)
 }
 
-/// The device says which state it is in: when it is guarded, or else by its heartbeat. In STOPPED it has to show that
+/// The device says which state it is in: by its heartbeat, or else when it is guarded. In STOPPED it has to show that
 /// already.
 pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     if state != NmtState::Stopped {
@@ -157,10 +159,11 @@ pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     }
     // What the command has brought with it is not the answer.
     t.hear_ms(5)?;
-    if t.has(&[0x100C]).is_ok() {
+    if is_asked(t) {
         return t.is_in(state);
     }
-    let reported = t.state(2 * PATIENCE_MS)?;
+    let reported = t.state(2 * PATIENCE_MS);
+    let reported = t.needs(error_control::BEATS, reported)?;
     ensure(reported == state.code(), || format!("the heartbeat says {reported:02X}, and should be {state}"))
 }
 
@@ -168,19 +171,22 @@ pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let (messages, pdos) = (state != NmtState::Stopped, state == NmtState::Operational);
     // Error control, of both kinds.
-    if t.has(&[0x100C]).is_ok() {
-        t.enter(NmtState::PreOperational)?;
-        error_control::is_silent(t)?;
+    t.enter(NmtState::PreOperational)?;
+    let guarded = error_control::is_guarded(t);
+    if where_it_applies(guarded)?.is_some() {
         t.enter(state)?;
         for _ in 0..2 {
             t.is_in(state)?;
         }
+        // Guarding that ends would be an error.
+        t.reset(NmtCommand::ResetCommunication)?;
     }
     if t.has(&[0x1017]).is_ok() {
         t.enter(NmtState::PreOperational)?;
         t.write(0x1017, 0, 100)?;
         t.enter(state)?;
-        let beats = t.hears_every(t.error_control(), 100, 3)?;
+        let beats = t.hears_every(t.error_control(), 100, 3);
+        let beats = t.needs(error_control::BEATS, beats)?;
         let right = beats.iter().all(|(_, frame)| frame.data() == [state.code()]);
         ensure(right, || format!("heartbeats {} in {state}", text(&beats)))?;
         t.enter(NmtState::PreOperational)?;
@@ -198,30 +204,43 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         t.enter(state)?;
         let syncs = t.hear_id(CobId::SYNC, 105)?;
         let right = if messages { (9..=11).contains(&syncs.len()) } else { syncs.is_empty() };
-        ensure(right, || format!("{} SYNCs of ten in {state}", syncs.len()))?;
+        let produced = ensure(right, || format!("{} SYNCs of ten in {state}", syncs.len()));
+        t.needs(sync::PRODUCED, produced)?;
         t.enter(NmtState::PreOperational)?;
         t.write(0x1005, 0, 0x80)?;
         t.write(0x1006, 0, 0)?;
     }
     // TPDOs, asked for and by their event timer.
     if let Ok(tpdos) = tpdos(t) {
-        let asked = configure(t, &tpdos[0], transmission(253))?;
-        t.enter(state)?;
-        t.send_remote(asked.id, asked.len)?;
-        let heard = t.hear_id(asked.id, 50)?;
-        ensure(heard.len() == usize::from(pdos), || format!("{} TPDOs on request in {state}", heard.len()))?;
-        let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
-        t.enter(state)?;
-        let heard = t.hear_id(timed.id, 205)?;
-        let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
-        ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()))?;
+        let asked = configure(t, &tpdos[0], transmission(253)).and_then(|asked| asked.takes_remote().map(|()| asked));
+        if let Some(asked) = where_it_applies(asked)? {
+            t.enter(state)?;
+            t.send_remote(asked.id, asked.len)?;
+            let heard = t.hear_id(asked.id, 50)?;
+            let right = heard.len() == usize::from(pdos);
+            let asked = ensure(right, || format!("{} TPDOs on request in {state}", heard.len()));
+            t.needs(pdo::ON_REQUEST, asked)?;
+        }
+        let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 });
+        if let Some(timed) = where_it_applies(timed)? {
+            t.enter(state)?;
+            let heard = t.hear_id(timed.id, 205)?;
+            let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
+            let timed = ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()));
+            t.needs(pdo::BY_TIMER, timed)?;
+        }
     }
     // RPDOs.
     t.enter(NmtState::PreOperational)?;
-    match received(t) {
-        Ok((id, pdo)) => takes(t, state, id, &pdo),
-        Err(Verdict::NotApplicable(_)) => Ok(()),
-        failed => failed.map(|_| ()),
+    let received = received(t);
+    where_it_applies(received)?.map_or(Ok(()), |(id, pdo)| takes(t, state, id, &pdo))
+}
+
+/// Nothing, of what the device does not offer.
+fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
+    match outcome {
+        Err(Verdict::NotApplicable(_)) => Ok(None),
+        outcome => outcome.map(Some),
     }
 }
 

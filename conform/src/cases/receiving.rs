@@ -3,10 +3,10 @@
 //! Devices need not send these emergencies (CiA 301, 7.2.7): a case that waits for one is recommended.
 
 use lexican_eds::model::Pdo;
-use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{CobId, Duration};
 
-use super::error_control::{beat, guard, watch};
+use super::error_control::{beat, guard, has_emergency, watch};
 use super::nmt::{received_by, values};
 use super::pdo_mapping::switch_off;
 use super::sync::produce_nothing;
@@ -29,7 +29,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .recommended(),
     case("301/7.2.2.1/4", "", "an RPDO with too many bytes is reported by the emergency 8220h", |t| {
-        t.has(&[0x1014])?;
+        has_emergency(t)?;
         let (id, pdo) = with_room(t)?;
         let mut sent = values(t, &pdo)?;
         t.enter(NmtState::Operational)?;
@@ -41,19 +41,20 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.35/2", "", "an RPDO in time is no error of its event timer, nor is one before the first", |t| {
         let (id, sent) = with_deadline(t)?;
         t.enter(NmtState::Operational)?;
-        let mut heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
+        let mut heard = t.emergencies(LATE, 3 * DEADLINE_MS)?;
         for _ in 0..5 {
             t.send(id, &sent)?;
-            heard.extend(t.hear_id(emergency(t), DEADLINE_MS / 2)?);
+            heard.extend(t.emergencies(LATE, DEADLINE_MS / 2)?);
+            t.depends_on(Duration::from_millis(DEADLINE_MS / 2));
         }
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
     }),
     case("301/7.5.2.35/3", "", "an RPDO that is late is reported by the emergency 8250h", |t| {
-        t.has(&[0x1014])?;
+        has_emergency(t)?;
         let (id, sent) = with_deadline(t)?;
         t.enter(NmtState::Operational)?;
         t.send(id, &sent)?;
-        is_reported(t, 0x8250)
+        is_reported(t, LATE)
     })
     .recommended(),
     case("301/7.5.2.35/4", "", "with its event timer switched off, no RPDO is late", |t| {
@@ -62,7 +63,7 @@ pub(crate) const CASES: &[Case] = &[
         set_event_timer(t, &pdo, 0)?;
         t.enter(NmtState::Operational)?;
         t.send(id, &sent)?;
-        let heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
+        let heard = t.emergencies(LATE, 3 * DEADLINE_MS)?;
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
     }),
     case("301/7.2.5/3", "", "a SYNC with a counter is reported by the emergency 8240h, if 1019h has none", |t| {
@@ -103,6 +104,9 @@ pub(crate) const CASES: &[Case] = &[
 /// How long an RPDO may take.
 const DEADLINE_MS: u64 = 100;
 
+/// The error code of an RPDO that is late.
+const LATE: u16 = 0x8250;
+
 /// In this time, a heartbeat or guarding that has ended is lost.
 const LOST_MS: u64 = 400;
 
@@ -112,9 +116,8 @@ fn emergency(t: &Tester<'_>) -> CobId {
 
 /// An emergency with this code comes.
 fn is_reported(t: &mut Tester<'_>, code: u16) -> Outcome {
-    let heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
-    let comes = heard.iter().any(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
-    ensure(comes, || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
+    let heard = t.emergencies(code, 3 * DEADLINE_MS)?;
+    ensure(!heard.is_empty(), || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
 }
 
 /// An RPDO that a frame can be longer than.

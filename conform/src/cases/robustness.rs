@@ -3,15 +3,18 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
+use super::error_control::has_emergency;
 use super::nmt::{received, reports, shows_its_state, values};
 use super::sdo::long_text;
+use crate::answers;
 use crate::case::{Case, case};
-use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::sdo::initiate;
+use crate::tester::{PATIENCE_MS, text};
 use crate::verdict::{ensure, failed};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3/1", "", "a request of other than eight bytes is not carried out", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for len in 0..8 {
             t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0][..len])?;
             let heard = t.hear_id(answer, 20)?;
@@ -22,25 +25,27 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("301/7.2.4.3/2", "", "a transfer may begin while another is under way", |t| {
+    case("301/7.2.4.3/2", "", "a transfer that begins while another is under way is served or aborted", |t| {
         let (index, sub, default) = long_text(t)?;
-        t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
-        t.read(0x1000, 0)?;
+        t.request(initiate(0x40, (index, sub), &[]))?;
+        // CiA 301 leaves it open. A client that follows it aborts the other one first.
+        if let Err(code) = t.upload(0x1000, 0)? {
+            t.is_refused(Err(code), &answers::COMMAND, "a transfer while another is under way")?;
+        }
+        t.abort((index, sub))?;
         let bytes = t.read_bytes(index, sub)?;
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {} afterwards", t.shown((index, sub), &bytes)))
     }),
     case("301/7.2.4.3.17/10", "", "an abort by the client ends a transfer, and is not answered", |t| {
         let (index, sub, _) = long_text(t)?;
-        let [low, high] = index.to_le_bytes();
-        t.request([0x40, low, high, sub, 0, 0, 0, 0])?;
-        let code = AbortCode::GENERAL.0.to_le_bytes();
-        t.send_request([0x80, low, high, sub, code[0], code[1], code[2], code[3]])?;
-        let heard = t.hear_id(sdo_ids(t).1, 50)?;
+        t.request(initiate(0x40, (index, sub), &[]))?;
+        t.abort((index, sub))?;
+        let heard = t.hear_id(t.sdo_ids().1, 50)?;
         ensure(heard.is_empty(), || format!("{} answers an abort", text(&heard)))?;
-        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)
     }),
     case("301/7.2.4.3/3", "", "after a flood of requests the server answers as before", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for _ in 0..100 {
             t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
         }
@@ -49,7 +54,7 @@ pub(crate) const CASES: &[Case] = &[
         t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.4.3/4", "", "after any first byte of a request the server answers as before", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         // What begins a download is left out: it would write.
         for first in (0..=0xFF_u8).filter(|first| !matches!(first >> 5, 1 | 6)) {
             t.send(request, &[first, 0x00, 0x10, 0, 0, 0, 0, 0])?;
@@ -65,10 +70,10 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.4.3/5", "", "a remote frame of an SDO is not answered", |t| {
-        let (request, answer) = sdo_ids(t);
+        let (request, answer) = t.sdo_ids();
         for id in [request, answer] {
             t.send_remote(id, 8)?;
-            t.silence(50)?;
+            t.silence_of(answer, 50)?;
         }
         Ok(())
     }),
@@ -83,8 +88,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.3.2.2.2/7", "", "an SDO request right behind the boot-up message is answered", |t| {
         t.nmt(NmtCommand::ResetNode)?;
-        let booted = t.next(t.error_control(), t.settings.boot)?;
-        ensure(booted.is_some(), || "no boot-up message comes")?;
+        let booted = t.boot_up()?;
+        t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
         t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.2.1/1", "", "an RPDO with too few bytes is not taken", |t| {
@@ -103,7 +108,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.2.1/2", "", "an RPDO with too few bytes is reported by the emergency 8210h", |t| {
         let (id, _) = received(t)?;
         let emergency = CobId::of_node(0x80, t.node);
-        t.has(&[0x1014])?;
+        has_emergency(t)?;
         t.enter(NmtState::Operational)?;
         t.send(id, &[])?;
         let heard = t.hear_id(emergency, PATIENCE_MS)?;
@@ -125,7 +130,3 @@ pub(crate) const CASES: &[Case] = &[
     })
     .recommended(),
 ];
-
-fn sdo_ids(t: &Tester<'_>) -> (CobId, CobId) {
-    (CobId::of_node(0x600, t.node), CobId::of_node(0x580, t.node))
-}

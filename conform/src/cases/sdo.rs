@@ -1,10 +1,12 @@
 //! 1 and 2: the data sheet, and SDO.
 
+use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{AbortCode, CobId};
 
 use super::storing::{BOTH, changed_parameters, forget};
+use crate::answers::{self, Accepted};
 use crate::case::{Case, Scope, case};
+use crate::sdo::initiate;
 use crate::tester::Tester;
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
@@ -35,45 +37,39 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2/1", "2.2", "communication parameters are written and read back", |t| {
         changed_parameters(t).map(|_| ())
     }),
-    case("301/7.2.4.3.17/1", "2.3", "1000h is not written", |t| {
-        t.refuses(0x1000, 0, 0, &[AbortCode::READ_ONLY, AbortCode::UNSUPPORTED_ACCESS])
-    }),
+    case("301/7.2.4.3.17/1", "2.3", "1000h is not written", |t| t.refuses(0x1000, 0, 0, &answers::READ_ONLY)),
     case("301/7.2.4.3.17/2", "2.4", "an entry that is write-only is not read", |t| {
         let entries = t.some("is write-only", |entry| !entry.access.readable())?;
-        t.refuses_read(entries[0].index, entries[0].sub, &[AbortCode::WRITE_ONLY, AbortCode::UNSUPPORTED_ACCESS])
+        t.refuses_read(entries[0].index, entries[0].sub, &answers::WRITE_ONLY)
     }),
-    case("301/7.2.4.3.17/3", "2.5", "1000h:01 does not exist", |t| {
-        t.refuses_read(0x1000, 1, &[AbortCode::NO_SUCH_SUB_INDEX])
-    }),
-    case("301/7.2.4.3.17/4", "2.6", "1004h does not exist", |t| {
-        t.refuses_read(0x1004, 0, &[AbortCode::NO_SUCH_OBJECT])
-    }),
+    case("301/7.2.4.3.17/3", "2.5", "1000h:01 does not exist", |t| t.refuses_read(0x1000, 1, &answers::NO_SUB_INDEX)),
+    case("301/7.2.4.3.17/4", "2.6", "1004h does not exist", |t| t.refuses_read(0x1004, 0, &answers::NO_OBJECT)),
     case("301/7.2.4.3.17/5", "2.7", "an unknown command is aborted", |t| {
-        t.aborts([0xE0, 0x00, 0x10, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+        t.aborts([0xE0, 0x00, 0x10, 0, 0, 0, 0, 0], &answers::COMMAND)
     }),
     case("301/7.2.4.3.17/6", "2.8", "four bytes do not fit into one or two", |t| {
         if t.sheet.device.sdo_writes_four_bytes {
             return Err(not_applicable("every write to this device has four bytes"));
         }
         for bits in [8, 16] {
-            of_another_length(t, bits, &[0; 4], AbortCode::LENGTH_TOO_HIGH)?;
+            of_another_length(t, bits, &[0; 4], &answers::TOO_LONG)?;
         }
         Ok(())
     }),
     case("301/7.2.4.3.17/7", "2.9", "one byte does not fill two or four", |t| {
         for bits in [16, 32] {
-            of_another_length(t, bits, &[0], AbortCode::LENGTH_TOO_LOW)?;
+            of_another_length(t, bits, &[0], &answers::TOO_SHORT)?;
         }
         Ok(())
     }),
     case("301/7.2.4.3.17/11", "", "five bytes in segments do not fit into four", |t| {
-        of_another_length(t, 32, &[0; 5], AbortCode::LENGTH_TOO_HIGH)
+        of_another_length(t, 32, &[0; 5], &answers::TOO_LONG)
     }),
     case("301/7.2.4.3.17/8", "2.10", "a value above its limit is not written", |t| {
-        beyond_its_limit(t, |low_high| low_high.1.checked_add(1), AbortCode::VALUE_TOO_HIGH)
+        beyond_its_limit(t, |low_high| low_high.1.checked_add(1), &answers::TOO_HIGH)
     }),
     case("301/7.2.4.3.17/9", "2.11", "a value below its limit is not written", |t| {
-        beyond_its_limit(t, |low_high| low_high.0.checked_sub(1), AbortCode::VALUE_TOO_LOW)
+        beyond_its_limit(t, |low_high| low_high.0.checked_sub(1), &answers::TOO_LOW)
     }),
     case("301/7.5.2.33/1", "2.12", "1200h has the identifiers of the default server", |t| {
         t.has(&[0x1200])?;
@@ -84,23 +80,33 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3.7/1", "2.13", "1000h is read by a client that goes on with segments", |t| {
         // Four bytes come at once, so there is no segment to be asked for.
         t.read(0x1000, 0)?;
-        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)
     }),
     case("301/7.2.4.3.4/1", "2.14", "100Ch is written in segments", |t| in_segments(t, 0x100C)),
     case("301/7.2.4.3.4/2", "2.15", "1017h is written in segments", |t| in_segments(t, 0x1017)),
+    case("301/7.2.4.3.5/1", "", "a wrong toggle bit of a segment that is written is aborted", |t| {
+        t.has(&[0x1017])?;
+        let value = t.read(0x1017, 0)?;
+        let answer = t.request(initiate(0x21, (0x1017, 0), &[2]))?;
+        if answer[0] != 0x60 {
+            return Err(not_applicable("1017h is not written in segments"));
+        }
+        t.aborts([0x1B, 0x10, 0x27, 0, 0, 0, 0, 0], &answers::TOGGLE)?;
+        t.reads(0x1017, 0, value)
+    }),
     case("301/7.2.4.3.6/2", "2.16", "more than four bytes are read in segments", |t| {
         let (index, sub, default) = long_text(t)?;
-        let answer = t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
+        let answer = t.request(initiate(0x40, (index, sub), &[]))?;
         let size = (default.len() as u32).to_le_bytes();
         let sized = answer[0] == 0x41 && answer[4..] == size;
         ensure(sized || answer[0] == 0x40, || format!("{answer:02X?} begins {} bytes", default.len()))?;
-        let bytes = t.read_bytes(index, sub)?;
+        let bytes = t.upload_segments(&answer)?.map_err(|code| failed(format!("a segment is refused: {code}")))?;
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))
     }),
     case("301/7.2.4.3.7/2", "2.17", "a wrong toggle bit is aborted", |t| {
         let (index, sub, _) = long_text(t)?;
         t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
-        t.aborts([0x70, 0, 0, 0, 0, 0, 0, 0], AbortCode::TOGGLE_BIT)
+        t.aborts([0x70, 0, 0, 0, 0, 0, 0, 0], &answers::TOGGLE)
     }),
     case("301/7.2.4.3.7/3", "2.18", "segments come to their end, time and again", |t| {
         let (index, sub, default) = long_text(t)?;
@@ -108,7 +114,7 @@ pub(crate) const CASES: &[Case] = &[
             let bytes = t.read_bytes(index, sub)?;
             ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))?;
             // There is no segment behind the last.
-            t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)?;
+            t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)?;
         }
         Ok(())
     }),
@@ -131,7 +137,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3.13/2", "2.26", "a block of 128 segments is refused", |t| {
         let (index, sub, _) = long_text(t)?;
         let begin = [0xA0, index as u8, (index >> 8) as u8, sub, 128, 0, 0, 0];
-        t.aborts(begin, AbortCode::INVALID_BLOCK_SIZE)
+        t.aborts(begin, &answers::BLOCK_SIZE)
     }),
     case("301/7.2.4.3.14/2", "2.27", "segment 128 of a block is not confirmed", |t| {
         let (index, sub, default) = long_text(t)?;
@@ -140,7 +146,7 @@ pub(crate) const CASES: &[Case] = &[
         for _ in default.chunks(7) {
             t.answer()?;
         }
-        t.aborts([0xA2, 128, 127, 0, 0, 0, 0, 0], AbortCode::INVALID_SEQUENCE_NUMBER)
+        t.aborts([0xA2, 128, 127, 0, 0, 0, 0, 0], &answers::SEQUENCE)
     }),
     case("301/7.5.2.33/2", "2.28", "the parameters of more servers are read", |t| {
         for index in servers(t)? {
@@ -151,8 +157,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.33/3", "2.29", "the parameters of more servers are the defaults after a reset", |t| {
         for (number, index) in servers(t)?.into_iter().enumerate() {
             configure_channel(t, index, number as u32)?;
-            t.nmt(NmtCommand::ResetCommunication)?;
-            t.hear_ms(100)?;
+            t.reset(NmtCommand::ResetCommunication)?;
             channel_is_default(t, index)?;
         }
         Ok(())
@@ -167,8 +172,7 @@ pub(crate) const CASES: &[Case] = &[
             configure_channel(t, index, number as u32)?;
         }
         t.write(0x1010, 1, u32::from_le_bytes(*b"save"))?;
-        t.nmt(NmtCommand::ResetCommunication)?;
-        t.hear_ms(100)?;
+        t.reset(NmtCommand::ResetCommunication)?;
         for (number, &index) in clients.iter().enumerate() {
             t.reads(index, 1, u64::from(0x6C0 + 2 * number as u32))?;
             t.reads(index, 2, u64::from(0x6C1 + 2 * number as u32))?;
@@ -179,22 +183,23 @@ pub(crate) const CASES: &[Case] = &[
 ];
 
 /// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.
-fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], code: AbortCode) -> Outcome {
+fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], accepted: &Accepted) -> Outcome {
     let wanted = |entry: &lexican_eds::model::Entry| entry.access.writable() && t.bits(entry) == Some(bits);
     let entries = t.some_to_write(&format!("of {bits} bits can be written"), wanted)?;
     for entry in entries {
-        t.refuses_bytes(entry.index, entry.sub, data, &[code, AbortCode::LENGTH_MISMATCH])?;
+        t.refuses_bytes(entry.index, entry.sub, data, accepted)?;
     }
     Ok(())
 }
 
-fn beyond_its_limit(t: &mut Tester<'_>, beyond: fn((i128, i128)) -> Option<i128>, code: AbortCode) -> Outcome {
+fn beyond_its_limit(t: &mut Tester<'_>, beyond: fn((i128, i128)) -> Option<i128>, accepted: &Accepted) -> Outcome {
     let limited = super::dictionary::limited(t)?;
     for (entry, low, high) in limited {
         let fits = |value: &i128| (0..=super::dictionary::highest(t, &entry)).contains(value);
         let value =
             beyond((low, high)).filter(fits).ok_or_else(|| not_applicable("the limits are those of the type"))?;
-        t.refuses(entry.index, entry.sub, value as u32, &[code, AbortCode::INVALID_VALUE])?;
+        super::pdo_mapping::switch_off_of(t, entry.index)?;
+        t.refuses(entry.index, entry.sub, value as u32, accepted)?;
     }
     Ok(())
 }
@@ -217,10 +222,9 @@ fn as_block(t: &mut Tester<'_>, index: u16, with_crc: bool) -> Outcome {
         return Ok(());
     }
     // A checksum that is wrong is noticed.
-    let [low, high] = index.to_le_bytes();
-    t.request([0xC6, low, high, 0, 2, 0, 0, 0])?;
+    t.request(initiate(0xC6, (index, 0), &[2]))?;
     t.request([0x81, 0, 0, 0, 0, 0, 0, 0])?;
-    t.aborts([0xD5, 0xFF, 0xFF, 0, 0, 0, 0, 0], AbortCode::CRC_ERROR)?;
+    t.aborts([0xD5, 0xFF, 0xFF, 0, 0, 0, 0, 0], &answers::CHECKSUM)?;
     t.reads(index, 0, u64::from(LONG_MS))
 }
 

@@ -1,8 +1,8 @@
 //! 8: storing and restoring parameters, and restricted identifiers.
 
-use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtCommand;
 
+use crate::answers;
 use crate::case::{Case, case};
 use crate::hazard::Hazard;
 use crate::tester::Tester;
@@ -12,6 +12,9 @@ use crate::verdict::{Outcome, failed, not_applicable};
 pub(crate) const BOTH: &[Hazard] = &[Hazard::Store, Hazard::Restore];
 const STORE: &[Hazard] = &[Hazard::Store];
 const RESTORE: &[Hazard] = &[Hazard::Restore];
+
+/// The case that is about storing.
+pub(crate) const STORED: &str = "301/7.5.2.13/2";
 
 pub(crate) const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
@@ -36,9 +39,10 @@ pub(crate) const CASES: &[Case] = &[
             t.write(0x1020, sub, value)?;
         }
         t.write(0x1010, 1, SAVE)?;
-        reset(t, NmtCommand::ResetNode)?;
+        t.reset(NmtCommand::ResetNode)?;
         for (sub, value) in [(1, 1234), (2, 5678)] {
-            t.reads(0x1020, sub, value)?;
+            let stored = t.reads(0x1020, sub, value);
+            t.needs(STORED, stored)?;
         }
         forget(t)
     })
@@ -48,9 +52,9 @@ pub(crate) const CASES: &[Case] = &[
         t.entry(0x1010, 1)?;
         let changed = changed_parameters(t)?;
         t.write(0x1010, 1, SAVE)?;
-        reset(t, NmtCommand::ResetNode)?;
+        t.reset(NmtCommand::ResetNode)?;
         t.write(0x1011, 1, LOAD)?;
-        reset(t, NmtCommand::ResetNode)?;
+        t.reset(NmtCommand::ResetNode)?;
         for ((index, sub), _) in changed {
             let entry = t.entry(index, sub)?;
             t.is_default(&entry)?;
@@ -92,32 +96,26 @@ pub(crate) const CASES: &[Case] = &[
                 t.write(index, sub, cob_id | 1 << 31)?;
             }
             for restricted in edges.into_iter().chain(own) {
-                t.refuses(index, sub, restricted, &[AbortCode::INVALID_VALUE, AbortCode::PARAMETER_INCOMPATIBLE])?;
+                t.refuses(index, sub, restricted, &answers::RESTRICTED)?;
             }
         }
         Ok(())
     }),
 ];
 
-fn reset(t: &mut Tester<'_>, command: NmtCommand) -> Outcome {
-    t.nmt(command)?;
-    t.hear_ms(100)?;
-    Ok(())
-}
-
 /// Leaves the device with its defaults, as it was.
 pub(crate) fn forget(t: &mut Tester<'_>) -> Outcome {
     if t.entry(0x1011, 1).is_ok() {
         t.write(0x1011, 1, LOAD)?;
     }
-    reset(t, NmtCommand::ResetNode)
+    t.reset(NmtCommand::ResetNode)
 }
 
 fn refuses_signatures(t: &mut Tester<'_>, index: u16, group: u8, of_the_other: u32) -> Outcome {
     t.entry(index, group)?;
     let backwards = if index == 0x1010 { *b"evas" } else { *b"daol" };
     for signature in [u32::from_le_bytes(backwards), of_the_other, 0] {
-        t.refuses(index, group, signature, &[AbortCode::CANNOT_TRANSFER, AbortCode::LOCAL_CONTROL])?;
+        t.refuses(index, group, signature, &answers::SIGNATURE)?;
     }
     Ok(())
 }
@@ -134,7 +132,7 @@ fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.write(0x1010, group, SAVE)?;
     t.write(0x1017, 0, 2000)?;
     for command in [NmtCommand::ResetCommunication, NmtCommand::ResetNode] {
-        reset(t, command)?;
+        t.reset(command)?;
         t.reads(0x1017, 0, 1000)?;
     }
     forget(t)
@@ -147,11 +145,12 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     let default = t.read(0x1017, 0)?;
     t.write(0x1017, 0, 1000)?;
     t.write(0x1010, group, SAVE)?;
-    reset(t, NmtCommand::ResetNode)?;
+    t.reset(NmtCommand::ResetNode)?;
     t.write(0x1011, group, LOAD)?;
     // Values change with the reset, and not before.
-    t.reads(0x1017, 0, 1000)?;
-    reset(t, NmtCommand::ResetNode)?;
+    let stored = t.reads(0x1017, 0, 1000);
+    t.needs(if group == 2 { "301/7.5.2.13/4" } else { STORED }, stored)?;
+    t.reset(NmtCommand::ResetNode)?;
     t.reads(0x1017, 0, default)?;
     forget(t)
 }
@@ -170,6 +169,11 @@ pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), 
     let mut changed = Vec::new();
     for (index, sub, value) in candidates {
         if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) && t.has_value(index, sub, value) {
+            // An event timer need not be shorter than the inhibit time.
+            if (index, sub) == (0x1800, 5) && t.entry(index, 3).is_ok() && t.read(index, 3)? > u64::from(value) * 10 {
+                continue;
+            }
+            super::pdo_mapping::switch_off_of(t, index)?;
             changed.push(((index, sub), t.read(index, sub)?));
             t.write(index, sub, value)?;
             t.reads(index, sub, u64::from(value))?;

@@ -7,6 +7,9 @@ pub(crate) fn consumes(t: &Tester<'_>) -> Outcome {
     t.has(&[0x1005, 0x1006])
 }
 
+/// The case that is about SYNC in its period.
+pub(crate) const PRODUCED: &str = "301/7.2.5/1";
+
 /// SYNC, every 10 ms.
 pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
     consumes(t)?;

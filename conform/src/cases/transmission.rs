@@ -1,12 +1,12 @@
 //! Beyond the plan: every transmission type, with its timing, and what is not changed while a PDO exists.
 
 use lexican_eds::model::{Entry, Mapped, Pdo, Value};
-use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::nmt::{received, values};
-use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission, with_input};
+use super::pdo::{BY_TIMER, Tpdo, Transmission, comes_every, configure, tpdos, transmission, with_input};
 use super::sync::produce_nothing;
+use crate::answers;
 use crate::case::{Case, case};
 use crate::tester::{InputStimulus, PATIENCE, PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
@@ -17,14 +17,16 @@ pub(crate) const CASES: &[Case] = &[
         for code in (0..=0xFF).filter(|code| !RESERVED.contains(code)) {
             match t.try_write(parameter(&pdo), 2, code)? {
                 Ok(()) => t.reads(parameter(&pdo), 2, u64::from(code))?,
-                Err(refused) => ensure(is_of_value(refused), || format!("type {code} is refused with {refused}"))?,
+                Err(refused) => ensure(answers::TRANSMISSION_TYPE.takes(refused), || {
+                    format!("type {code} is refused with {refused}")
+                })?,
             }
         }
         Ok(())
     }),
     case("301/7.5.2.37/4", "", "reserved transmission types, 241 to 251, are refused", |t| {
         let pdo = switched_off(t)?;
-        RESERVED.into_iter().try_for_each(|code| t.refuses(parameter(&pdo), 2, code, &OF_VALUE))
+        RESERVED.into_iter().try_for_each(|code| t.refuses(parameter(&pdo), 2, code, &answers::TRANSMISSION_TYPE))
     }),
     case("301/7.2.2.2/4", "", "a TPDO comes with every nth SYNC", |t| {
         let pdo = tpdos(t)?.remove(0);
@@ -32,13 +34,7 @@ pub(crate) const CASES: &[Case] = &[
         for every in [1, 2, 7, 240] {
             let tpdo = configure(t, &pdo, transmission(every))?;
             t.enter(NmtState::Operational)?;
-            for number in 1..=u32::from(every) + 1 {
-                t.sync(None)?;
-                let heard = t.hear_id(tpdo.id, 5)?;
-                let expected = usize::from(number % u32::from(every) == 0);
-                let right = heard.len() == expected && heard.iter().all(|(_, frame)| frame.data().len() == tpdo.len);
-                ensure(right, || format!("type {every}: {} came after SYNC {number}", text(&heard)))?;
-            }
+            comes_every(t, &tpdo, every, 1)?;
         }
         Ok(())
     }),
@@ -95,7 +91,8 @@ pub(crate) const CASES: &[Case] = &[
         let pdo = with_event_timer(t)?;
         let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
         t.enter(NmtState::Operational)?;
-        t.hears_every(tpdo.id, 50, 4)?;
+        let heard = t.hears_every(tpdo.id, 50, 4);
+        t.needs(BY_TIMER, heard)?;
         let low = &t.entry(parameter(&pdo), 5)?.low;
         if low.as_ref().and_then(Value::as_integer) > Some(0) {
             return Err(not_applicable("the event timer has no value for never"));
@@ -114,12 +111,17 @@ pub(crate) const CASES: &[Case] = &[
         if !t.entry(index, 3)?.access.writable() {
             return Err(not_applicable("the inhibit time cannot be written"));
         }
-        switch_off(t, &pdo)?;
-        t.write(index, 3, INHIBIT_MS as u32 * 10)?;
         let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 20, sync_start: 0 })?;
+        switch_off(t, &pdo)?;
+        if let Err(refused) = t.try_write(index, 3, INHIBIT_MS as u32 * 10)? {
+            let why = format!("an inhibit time of {INHIBIT_MS} ms beside a shorter event timer is refused: {refused}");
+            return Err(not_applicable(why));
+        }
+        t.write(index, 1, tpdo.id.raw())?;
         t.enter(NmtState::Operational)?;
         let heard = t.hear_id(tpdo.id, INHIBIT_MS * 10 + INHIBIT_MS / 2)?;
-        ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()))?;
+        let come = ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()));
+        t.needs(BY_TIMER, come)?;
         t.are_apart(tpdo.id, &heard, INHIBIT_MS)
     }),
     case("301/7.5.2.37/7", "", "the inhibit time is not changed while the PDO exists", |t| {
@@ -129,13 +131,13 @@ pub(crate) const CASES: &[Case] = &[
             return Err(not_applicable("the inhibit time cannot be written"));
         }
         configure(t, &pdo, transmission(254))?;
-        t.refuses(index, 3, 100, &WHILE_IT_EXISTS)
+        t.refuses(index, 3, 100, &answers::WHILE_IT_EXISTS)
     }),
     case("301/7.5.2.37/8", "", "the identifier is not changed while the PDO exists", |t| {
         let pdo = tpdos(t)?.remove(0);
         let tpdo = configure(t, &pdo, transmission(254))?;
         let other = tpdo.id.raw() ^ 1;
-        t.refuses(parameter(&pdo), 1, other, &WHILE_IT_EXISTS)
+        t.refuses(parameter(&pdo), 1, other, &answers::WHILE_IT_EXISTS)
     }),
     case("301/7.2.2.2/5", "", "a synchronous RPDO acts with the next SYNC", |t| {
         let (id, pdo) = received(t)?;
@@ -144,7 +146,7 @@ pub(crate) const CASES: &[Case] = &[
             return Err(not_applicable("the transmission type of the RPDO cannot be written"));
         }
         if let Err(refused) = t.try_write(index, 2, 1)? {
-            ensure(is_of_value(refused), || format!("type 1 is refused with {refused}"))?;
+            ensure(answers::TRANSMISSION_TYPE.takes(refused), || format!("type 1 is refused with {refused}"))?;
             return Err(not_applicable("the RPDO is not synchronous"));
         }
         produce_nothing(t)?;
@@ -165,16 +167,6 @@ pub(crate) const CASES: &[Case] = &[
 
 const RESERVED: std::ops::RangeInclusive<u32> = 241..=251;
 
-/// CiA 301 has the first one; the others are those of the limits that a data sheet may give.
-const OF_VALUE: [AbortCode; 3] = [AbortCode::INVALID_VALUE, AbortCode::VALUE_TOO_HIGH, AbortCode::VALUE_TOO_LOW];
-
-const WHILE_IT_EXISTS: [AbortCode; 4] =
-    [AbortCode::INVALID_VALUE, AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE, AbortCode::CANNOT_TRANSFER];
-
-fn is_of_value(code: AbortCode) -> bool {
-    OF_VALUE.contains(&code) || code == AbortCode::GENERAL
-}
-
 fn parameter(pdo: &Pdo) -> u16 {
     0x17FF + pdo.number
 }
@@ -190,18 +182,11 @@ fn switched_off(t: &mut Tester<'_>) -> Outcome<Pdo> {
     Ok(pdo)
 }
 
-/// A TPDO of a type that a device need not have.
+/// A TPDO of a type by which remote frames ask for it.
 fn of_type(t: &mut Tester<'_>, pdo: &Pdo, code: u8) -> Outcome<Tpdo> {
-    let index = parameter(pdo);
-    if !t.has_value(index, 2, u32::from(code)) {
-        return Err(not_applicable(format!("the limits of {index:04X}:02 do not have type {code}")));
-    }
-    switch_off(t, pdo)?;
-    match t.try_write(index, 2, u32::from(code))? {
-        Ok(()) => configure(t, pdo, transmission(code)),
-        Err(refused) if is_of_value(refused) => Err(not_applicable(format!("the device has no type {code}"))),
-        Err(refused) => Err(failed(format!("type {code} is refused with {refused}"))),
-    }
+    let tpdo = configure(t, pdo, transmission(code))?;
+    tpdo.takes_remote()?;
+    Ok(tpdo)
 }
 
 /// What changes the contents of a TPDO.
@@ -235,7 +220,8 @@ fn sampled(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
 fn asked(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
     t.send_remote(tpdo.id, tpdo.len)?;
     let answer = t.next(tpdo.id, PATIENCE)?;
-    answer.map(|frame| frame.data().to_vec()).ok_or_else(|| failed("a remote frame is not answered"))
+    let answer = answer.map(|frame| frame.data().to_vec()).ok_or_else(|| failed("a remote frame is not answered"));
+    t.needs("301/7.2.2.3/4", answer)
 }
 
 fn with_event_timer(t: &Tester<'_>) -> Outcome<Pdo> {

@@ -17,7 +17,7 @@ impl Document {
 
 fn page(document: &Document) -> String {
     let (tally, cases) = (document.sum.tally, &document.cases);
-    let skipped = tally.known + tally.not_applicable + tally.not_allowed;
+    let skipped = tally.known + tally.not_applicable + tally.not_allowed + tally.blocked + tally.not_decidable;
     let time: f64 = cases.iter().map(|row| row.seconds).sum();
     let name = escaped(&format!("{}, node {}", document.about.device, document.about.node));
     let mut page = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
@@ -41,7 +41,7 @@ fn page(document: &Document) -> String {
         let element = match row.verdict {
             "failed" => "failure",
             "unfinished" => "error",
-            "known" | "not applicable" | "not allowed" => "skipped",
+            "known" | "not applicable" | "not allowed" | "blocked" | "not decidable" => "skipped",
             _ => "",
         };
         if element.is_empty() && row.reason.is_empty() {
@@ -50,7 +50,8 @@ fn page(document: &Document) -> String {
         }
         page.push_str(">\n");
         let known = row.known.as_ref().map(|why| format!(" (known: {why})")).unwrap_or_default();
-        let reason = escaped(&format!("{}{known}", row.reason));
+        let blocked = if row.verdict == "blocked" { "blocked " } else { "" };
+        let reason = escaped(&format!("{blocked}{}{known}", row.reason));
         let _ = match element {
             "" => writeln!(page, "      <system-out>recommended: {reason}</system-out>"),
             "skipped" => writeln!(page, "      <skipped message=\"{reason}\"/>"),

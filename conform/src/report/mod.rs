@@ -3,10 +3,14 @@
 mod html;
 mod junit;
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
 use lexican_runtime::{Frame, Instant};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::cases::cases;
 use crate::suite::{CaseReport, Report};
 use crate::verdict::{Level, Verdict};
 
@@ -37,6 +41,8 @@ struct Sum {
     tally: Tally,
     /// Why the test ended before its last case.
     ended_early: Option<String>,
+    /// Cases that others are blocked by, a sentence for each.
+    root_causes: Vec<String>,
     /// What is not as it was before the test.
     not_put_back: Vec<String>,
 }
@@ -56,6 +62,10 @@ pub struct Tally {
     pub not_applicable: usize,
     /// What they do has not been allowed.
     pub not_allowed: usize,
+    /// What they need is a case of its own, and fails.
+    pub blocked: usize,
+    /// This computer was too late to judge the device.
+    pub not_decidable: usize,
     /// Cancelled, or the bus is gone.
     pub unfinished: usize,
 }
@@ -100,7 +110,7 @@ impl CaseReport {
     }
 
     /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `known` (failed, as it is known to),
-    /// `not applicable`, `not allowed`,
+    /// `not applicable`, `not allowed`, `blocked`, `not decidable`,
     /// `unfinished`.
     #[must_use]
     pub const fn verdict(&self) -> &'static str {
@@ -111,6 +121,8 @@ impl CaseReport {
             (Err(Verdict::Failed(_)), Level::Should) => "advised",
             (Err(Verdict::NotApplicable(_)), _) => "not applicable",
             (Err(Verdict::NotAllowed(_)), _) => "not allowed",
+            (Err(Verdict::Blocked(..)), _) => "blocked",
+            (Err(Verdict::NotDecidable(_)), _) => "not decidable",
             (Err(Verdict::Unfinished(_)), _) => "unfinished",
         }
     }
@@ -135,10 +147,27 @@ impl Report {
                 "known" => &mut tally.known,
                 "not applicable" => &mut tally.not_applicable,
                 "not allowed" => &mut tally.not_allowed,
+                "blocked" => &mut tally.blocked,
+                "not decidable" => &mut tally.not_decidable,
                 _ => &mut tally.unfinished,
             } += 1;
         }
         tally
+    }
+
+    /// The cases that others are blocked by, the one that blocks most first: a sentence for each.
+    #[must_use]
+    pub fn root_causes(&self) -> Vec<String> {
+        let mut blocks: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for report in &self.cases {
+            if let Err(Verdict::Blocked(by, _)) = &report.outcome {
+                blocks.entry(by).or_default().push(report.case.id);
+            }
+        }
+        let mut blocks: Vec<_> = blocks.into_iter().collect();
+        blocks.sort_by_key(|(_, blocked)| Reverse(blocked.len()));
+        let title = |id| cases().find(|case| case.id == id).map_or("", |case| case.title);
+        blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), blocked.join(", "))).collect()
     }
 
     /// The report with its frames in words; `words` gets the frames of each case from its first one on.
@@ -161,7 +190,8 @@ impl Report {
 impl Sum {
     fn new(report: &Report) -> Self {
         let ended_early = report.ended_early.as_ref().map(ToString::to_string);
-        Sum { tally: report.tally(), ended_early, not_put_back: report.not_put_back.clone() }
+        let (root_causes, not_put_back) = (report.root_causes(), report.not_put_back.clone());
+        Sum { tally: report.tally(), ended_early, root_causes, not_put_back }
     }
 }
 

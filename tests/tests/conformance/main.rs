@@ -11,10 +11,13 @@
 mod device;
 mod faults;
 mod faulty;
+mod late;
 mod lss;
 mod lss_faults;
+mod noise;
 mod od;
 mod page;
+mod right;
 mod suite;
 
 use std::collections::BTreeSet;

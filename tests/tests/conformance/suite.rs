@@ -417,3 +417,50 @@ fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
     let report = test(&mut bench.bus.link(), &bench.sheet, &settings, &all, &stop, &mut ());
     assert_eq!((report.cases.len(), report.ended_early), (0, Some(Ended::Silent(settings.node))));
 }
+
+/// A case that needs what another case is about is not failed by it, whether that one is asked for or not.
+#[test]
+fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
+    const SILENT: Fault =
+        fault("no emergency comes", &[heard("605#23042000*").is_answered("585#6004200000000000")], "");
+    let verdicts = |names: &[&str]| {
+        let report = Bench::of(&SILENT).test(&settings(), names);
+        let verdicts = report.cases.iter().map(|case| (case.case.plan, case.verdict())).collect::<Vec<_>>();
+        (verdicts, report.root_causes(), report.cases.last().unwrap().outcome.clone())
+    };
+    let (all, roots, _) = verdicts(&["5.4", "5.5", "5.6"]);
+    assert_eq!(all, [("5.4", "failed"), ("5.5", "blocked"), ("5.6", "blocked")]);
+    assert_eq!(roots, ["301/7.2.7/1 an emergency is sent, once: blocks 301/7.5.2.2/2, 301/7.5.2.4/2"]);
+    let (one, _, outcome) = verdicts(&["5.5"]);
+    let why = "one emergency of eight bytes was expected, nothing came".to_owned();
+    assert_eq!((one, outcome), (vec![("5.5", "blocked")], Err(Verdict::Blocked("301/7.2.7/1", why))));
+    // The same step fails, and the case that is about it does not.
+    const NO_STATE: Fault =
+        fault("no heartbeat in STOPPED", &[crate::faulty::sent("705#04").when(crate::faulty::State::Stopped)], "");
+    let report = Bench::of(&NO_STATE).test(&settings(), &["10.4"]);
+    assert_eq!((report.cases[0].verdict(), report.root_causes().len()), ("failed", 0));
+}
+
+/// CiA's tool makes emergencies by an RPDO without bytes: what is wrong with them is found without a stimulus of the device.
+#[test]
+fn emergencies_are_tested_by_a_short_rpdo() {
+    const RIGHT: Fault = fault("none", &[], "");
+    const LACKS: Fault =
+        fault("1003h lacks the error", &[heard("605#40031000*").is_answered("585#4F03100000000000")], "");
+    const KEEPS: Fault =
+        fault("1003h is not cleared", &[heard("605#2F031000*").is_answered("585#6003100000000000")], "");
+    const AT_ONCE: Fault = fault("1015h is ignored", &[heard("605#2B151000B80B*").becomes("605#2B1510000000*")], "");
+    const NONE: Fault = fault("no short RPDO is reported", &[crate::faulty::sent("085#1082*")], "");
+    let cases = ["5.4", "5.6", "301/7.5.2.4/3", "301/7.5.2.18/1", "301/7.2.2.1/2"];
+    for (fault, verdicts) in [
+        (&RIGHT, ["passed", "passed", "passed", "passed", "passed"]),
+        (&LACKS, ["passed", "failed", "failed", "passed", "passed"]),
+        (&KEEPS, ["passed", "passed", "failed", "passed", "passed"]),
+        (&AT_ONCE, ["passed", "passed", "passed", "failed", "passed"]),
+        (&NONE, ["not applicable", "not applicable", "not applicable", "not applicable", "advised"]),
+    ] {
+        let settings = Settings { stimuli: Default::default(), ..settings() };
+        let seen = cases.map(|name| Bench::of(fault).test(&settings, &[name]).cases[0].verdict());
+        assert_eq!(seen, verdicts, "{}", fault.title);
+    }
+}
