@@ -92,8 +92,8 @@ impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
     }
 
     /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
-    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The driver keeps it going during operations, and by a thread between them; after a restart of the drive,
+    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh).
+    /// What the drive does then, its manual says. The driver keeps it going during operations, and by a thread between them; after a restart of the drive,
     /// the next operation arms it again. A `Drive` that is released, or is dropped with a drive at rest, disarms it.
     ///
     /// A program that hangs is not gone. None of this replaces an emergency stop.

@@ -96,8 +96,7 @@
 //! should, with a drive at rest, disarms it: by dropping or releasing the blocking `Drive`, or by `unprotect` of the tokio one.
 //!
 //! The test `endings` of the crate of a drive ends a real process in each of these ways, `killed` of `examples/changeover` by
-//! SIGKILL. None of this replaces an
-//! emergency stop.
+//! SIGKILL. None of this replaces an emergency stop.
 
 mod blocking;
 mod cancel;

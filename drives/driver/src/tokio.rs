@@ -91,10 +91,11 @@ impl<K: Kind> Drive<K> {
     }
 
     /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
-    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The network keeps it going as long as its task runs: a program that blocks the only thread of
+    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh).
+    /// What the drive does then, its manual says. The network keeps it going as long as its task runs: a program that blocks the only thread of
     /// its runtime for longer than that is gone for the drive. After a restart of the drive, the next operation arms it again.
-    /// [`Drive::unprotect`] disarms it; so does dropping the `Drive` of a drive at rest, if the network still runs then. All drives on a network share its heartbeat, and so the node-ID of its sender.
+    /// [`Drive::unprotect`] disarms it; so does dropping the `Drive` of a drive at rest, if the network still runs then. All
+    /// drives on a network share its heartbeat, and so the node-ID of its sender.
     ///
     /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
     ///

@@ -57,7 +57,8 @@
 //! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
 //! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. A parameter that equals an
 //! ARRAY as a whole, `object = "1003"`, has its elements from sub-index 1 on. All users of a quantity, enumeration or bit field have
-//! the same data type. `[object."3400..36FF"]` takes `simulated` and `reason` for all entries in between. Several overlays are applied in order, and a later one wins.
+//! the same data type. `[object."3400..36FF"]` takes `simulated` and `reason` for all entries in between. Several
+//! overlays are applied in order, and a later one wins.
 
 mod interface;
 mod meaning;

@@ -21,8 +21,8 @@ const SIGNS: u8 = 4;
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both; [`Error::OutOfRange`]; [`Error::HeartbeatExcludesGuarding`]; as
-/// [`DriveContext::write`].
+/// [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both; [`Error::OutOfRange`];
+/// [`Error::HeartbeatExcludesGuarding`]; as [`DriveContext::write`].
 pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<Protection, Error> {
     let Supervision { within, manager } = supervision;
     let within_ms = within.as_micros() / 1000;
