@@ -98,7 +98,8 @@ fn a_network_that_does_not_get_ready_names_each_node_and_why() {
     let error = network.boot(plan(0x191), BOOT_TIME, |_| {}).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "node 5 has not booted: the device type is 00020192h; node 6 has not booted: the device type is 00020192h"
+        "node 5 has not booted: the device type (1000h) is 00020192h, and not 00000191h; \
+         node 6 has not booted: the device type (1000h) is 00020192h, and not 00000191h"
     );
     unplugged.store(true, Ordering::Relaxed);
     let BootNetworkError::NotReady(error) = network.boot(plan(0x0002_0192), BOOT_TIME, |_| {}).unwrap_err() else {
@@ -114,7 +115,8 @@ async fn the_tokio_shell_boots_a_network_and_keeps_it_up() {
     let (bus, unplugged) = bus();
     let network = shell::Network::spawn(bus.link()).unwrap();
     let error = network.boot(plan(0x191), BOOT_TIME, |_| {}).await.unwrap_err();
-    assert!(error.to_string().starts_with("node 5 has not booted: the device type is 00020192h; node 6"), "{error}");
+    let begin = "node 5 has not booted: the device type (1000h) is 00020192h, and not 00000191h; node 6";
+    assert!(error.to_string().starts_with(begin), "{error}");
     let mut events = Vec::new();
     network.boot(plan(0x0002_0192), BOOT_TIME, |event| events.push(*event)).await.unwrap();
     assert_eq!(events, READY);

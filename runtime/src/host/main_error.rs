@@ -4,14 +4,14 @@ use core::fmt;
 use std::boxed::Box;
 use std::error::Error;
 
-/// The error of a `main` that returns a `Result`: any error becomes one by `?`. Rust prints what `main` returns by its `Debug`, which
-/// of an error type is code; of this one it is the words.
+/// The error of a `main` that returns a `Result`: any error becomes one by `?`. Rust prints what `main` returns by its
+/// `Debug`, which of an error type is code; of this one it is the words.
 ///
 /// ```
 /// use lexican_runtime::host::MainError;
 ///
 /// fn node() -> Result<lexican_runtime::NodeId, MainError> {
-///     Ok("200".parse()?)
+///     Ok(lexican_runtime::NodeId::try_from(200)?)
 /// }
 /// # let words = format!("{:?}", node().unwrap_err());
 /// # assert!(words.contains("127") && !words.contains('{'), "{words}");

@@ -78,7 +78,8 @@ fn a_value_beyond_its_type_is_refused_by_the_limits_of_the_data_sheet() {
     let entry = device.entry(0x6060, 0).unwrap();
     let error = DeviceValues::new(&device).parse(entry, "300").unwrap_err();
     assert!(
-        error.contains("300 is no INTEGER8") && error.contains("the data sheet allows") && !error.contains("127"),
+        error.contains("300 is no UNSIGNED8: the data sheet allows profile position (1) to 3")
+            && !error.contains("255"),
         "{error}"
     );
 }

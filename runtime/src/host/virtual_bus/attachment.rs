@@ -97,7 +97,7 @@ impl Attachment {
 
     fn with_station<R>(&self, what: impl FnOnce(&mut Station, Instant) -> R) -> R {
         let mut state = lock(&self.state);
-        let now = state.now;
+        let now = state.clock.now();
         what(&mut state.stations[self.place], now)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use super::attachment::Attachment;
 use super::inbox::Inbox;
-use super::state::{State, step};
+use super::state::{Clock, State, step};
 use crate::host::node::lock;
 use crate::host::{Incoming, Link, LinkError};
 use crate::{CobId, Frame, Instant};
@@ -12,13 +12,15 @@ use crate::{CobId, Frame, Instant};
 /// A link to a [`VirtualBus`](super::VirtualBus). Virtual time passes while a link is waited on.
 pub struct VirtualLink {
     state: Arc<Mutex<State>>,
+    clock: Clock,
     pub(super) inbox: Arc<Mutex<Inbox>>,
     attachment: Attachment,
 }
 
 impl VirtualLink {
-    pub(super) const fn new(state: Arc<Mutex<State>>, inbox: Arc<Mutex<Inbox>>, attachment: Attachment) -> Self {
-        VirtualLink { state, inbox, attachment }
+    pub(super) fn new(state: Arc<Mutex<State>>, inbox: Arc<Mutex<Inbox>>, attachment: Attachment) -> Self {
+        let clock = lock(&state).clock.clone();
+        VirtualLink { state, clock, inbox, attachment }
     }
 
     /// Its place on the bus: the interface may be unplugged, slow, or short of room.
@@ -34,7 +36,7 @@ impl Link for VirtualLink {
     }
 
     fn now(&self) -> Instant {
-        lock(&self.state).now
+        self.clock.now()
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {

@@ -33,7 +33,7 @@ pub use self::fate::Fate;
 use self::fate::Judge;
 use self::inbox::Inbox;
 pub use self::link::VirtualLink;
-use self::state::State;
+use self::state::{Clock, State};
 use self::station::Station;
 use super::node::lock;
 use super::{BusState, Node};
@@ -54,16 +54,23 @@ pub enum Pace {
 }
 
 /// A handle of a bus; clones are handles of the same bus.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct VirtualBus {
+    clock: Clock,
     state: Arc<Mutex<State>>,
+}
+
+impl Default for VirtualBus {
+    fn default() -> Self {
+        VirtualBus::new()
+    }
 }
 
 impl VirtualBus {
     /// A bus on which a frame takes no time, nor do nodes to handle it.
     #[must_use]
     pub fn new() -> Self {
-        VirtualBus::default()
+        VirtualBus::of(State::default())
     }
 
     /// A bus of `kbit_per_s`, such as 125 or 500. Nodes take 100 us to handle a frame.
@@ -74,7 +81,11 @@ impl VirtualBus {
     #[must_use]
     pub fn with_bit_rate(kbit_per_s: u32) -> Self {
         assert!(kbit_per_s > 0, "a bus has a bit rate");
-        VirtualBus { state: Arc::new(Mutex::new(State::with_bit_rate(kbit_per_s))) }
+        VirtualBus::of(State::with_bit_rate(kbit_per_s))
+    }
+
+    fn of(state: State) -> Self {
+        VirtualBus { clock: state.clock.clone(), state: Arc::new(Mutex::new(state)) }
     }
 
     /// Connects a node. The handle is for those that disturb it.
@@ -117,10 +128,10 @@ impl VirtualBus {
         self.lock().set_real_time(pace == Pace::RealTime);
     }
 
-    /// The time on the bus.
+    /// The time on the bus. Never waits for it, so an observer may ask, and a thread that holds a node of the bus.
     #[must_use]
     pub fn now(&self) -> Instant {
-        self.lock().now
+        self.clock.now()
     }
 
     /// Lets time pass until `until`, with all events in between.
@@ -181,6 +192,19 @@ mod tests {
     fn metronome(id: u16) -> Metronome {
         let every = Duration::from_millis(10);
         Metronome { frame: frame(id, &[0; 8]), every, next: Instant::ZERO + every, due: false }
+    }
+
+    #[test]
+    fn the_time_is_known_while_the_bus_is_busy() {
+        let bus = VirtualBus::new();
+        let (asked, times) = (bus.clone(), Arc::new(Mutex::new(Vec::new())));
+        let seen = Arc::clone(&times);
+        // An observer is called in the middle of the bus's work.
+        bus.observe(move |at, _| seen.lock().unwrap().push((at, asked.now())));
+        bus.attach(metronome(0x181));
+        bus.advance(Duration::from_millis(10));
+        let at = Instant::from_micros(10_000);
+        assert_eq!(*times.lock().unwrap(), [(at, at)]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Time, arbitration, and who receives what.
 
 use std::boxed::Box;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::vec::Vec;
 
 use super::fate::{Fate, Judge};
@@ -21,7 +22,7 @@ pub(super) type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
 
 #[derive(Default)]
 pub(super) struct State {
-    pub(super) now: Instant,
+    pub(super) clock: Clock,
     wire: Wire,
     pub(super) condition: BusState,
     pub(super) stations: Vec<Station>,
@@ -31,6 +32,20 @@ pub(super) struct State {
     pacer: Option<Pacer>,
     /// How many events happened since time last passed.
     pub(super) standstill: u32,
+}
+
+/// The time on the bus, which is asked for without waiting for the bus: a thread may hold a node of it meanwhile.
+#[derive(Clone, Default)]
+pub(super) struct Clock(Arc<AtomicU64>);
+
+impl Clock {
+    pub(super) fn now(&self) -> Instant {
+        Instant::from_micros(self.0.load(Ordering::Relaxed))
+    }
+
+    fn set(&self, now: Instant) {
+        self.0.store(now.as_micros(), Ordering::Relaxed);
+    }
 }
 
 /// The two wires.
@@ -86,7 +101,7 @@ impl State {
 
     #[expect(clippy::disallowed_methods, reason = "real time is what is asked for")]
     pub(super) fn set_real_time(&mut self, on: bool) {
-        self.pacer = on.then(|| Pacer { wall: std::time::Instant::now(), bus: self.now });
+        self.pacer = on.then(|| Pacer { wall: std::time::Instant::now(), bus: self.clock.now() });
     }
 
     pub(super) const fn is_in_real_time(&self) -> bool {
@@ -118,10 +133,10 @@ impl State {
     /// arbitration, so first happens what else happens now. Where frames take no time, they come before deadlines.
     fn begin(&mut self) {
         let is_busy = self.wire.frame.is_some();
-        if is_busy || self.has_bit_times() && self.next_event() == Some(self.now) {
+        if is_busy || self.has_bit_times() && self.next_event() == Some(self.clock.now()) {
             return;
         }
-        let now = self.now;
+        let now = self.clock.now();
         let contenders = self.stations.iter_mut().enumerate();
         let winner = contenders
             .filter_map(|(sender, station)| Some((station.contend(now)?, sender)))
@@ -140,13 +155,13 @@ impl State {
     fn next_event(&self) -> Option<Instant> {
         let deadlines = self.stations.iter().filter_map(Station::poll_timeout);
         let arrivals = self.wire.frame.iter().chain(&self.delayed).map(|frame| frame.arrives);
-        deadlines.chain(arrivals).min().map(|next| next.max(self.now))
+        deadlines.chain(arrivals).min().map(|next| next.max(self.clock.now()))
     }
 
     fn pass_to(&mut self, next: Instant) {
-        if next > self.now {
+        if next > self.clock.now() {
             self.standstill = 0;
-            self.now = next;
+            self.clock.set(next);
         }
     }
 
@@ -175,17 +190,17 @@ impl State {
                 self.deliver(sent.sender, &sent.frame);
             }
             Fate::Replace(frame) => self.deliver(sent.sender, &frame),
-            Fate::Delay(span) => self.delayed.push(InFlight { arrives: self.now + span, ..sent }),
+            Fate::Delay(span) => self.delayed.push(InFlight { arrives: self.clock.now() + span, ..sent }),
         }
     }
 
     fn deliver(&mut self, sender: usize, frame: &Frame) {
         for observer in &mut self.observers {
-            observer(self.now, frame);
+            observer(self.clock.now(), frame);
         }
         for (receiver, station) in self.stations.iter_mut().enumerate() {
             if receiver != sender {
-                station.receive(self.now, frame);
+                station.receive(self.clock.now(), frame);
             }
         }
     }

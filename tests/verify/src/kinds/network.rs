@@ -365,16 +365,17 @@ fn used<S: Simulator>(name: &str, base: u16) -> bool {
             bench.send(request, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
             !bench.hear_from(answer, 0).is_empty()
         }
-        name if name.starts_with('T') => {
+        name if name.starts_with("TPDO") => {
             bench.nmt(0x01);
             !bench.requested(own, 200).is_empty()
         }
-        _ => {
+        name if name.starts_with("RPDO") => {
             bench.nmt(0x01);
             let data = [0x06, 0x01, 0, 0, 0, 0];
             bench.send(own, if name == "RPDO1" { &data[..2] } else { &data });
             bench.hear(0);
             bench.status() & 0x6F == 0x21
         }
+        _ => false,
     }
 }
