@@ -100,7 +100,7 @@ class Exchange:
     def ours(self, name, kind=None):
         """A log that lexican writes."""
         path = self.path(name)
-        subprocess.run([self.lexican, "convert", self.base, path, *(["--to", kind] if kind else [])], check=True,
+        subprocess.run([self.lexican, "convert", "--force", self.base, path, *(["--to", kind] if kind else [])], check=True,
                        stdout=subprocess.DEVNULL)
         return path
 
