@@ -4,7 +4,7 @@ use crate::time::{Duration, Instant};
 
 /// Slows down what a node that boots again and again, or does not obey its resets, makes its manager do.
 ///
-/// After each attempt there is none for a pause, which doubles up to [`LONGEST`]. So neither what the node sends, nor what
+/// After each attempt there is none for a pause, which doubles up to half a minute. So neither what the node sends, nor what
 /// it has sent before and arrives late, keeps the bus busy.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
