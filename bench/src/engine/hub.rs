@@ -20,13 +20,20 @@ const TURN: Duration = Duration::from_millis(1);
 pub(super) struct Ports(Arc<Shared>);
 
 struct Shared {
-    /// The time of the bus when this began, and that of the machine.
-    began: (Instant, std::time::Instant),
+    clock: Mutex<Clock>,
     next: AtomicU64,
     outgoing: Sender<(u64, Frame)>,
     mailboxes: Mutex<BTreeMap<u64, Mailbox>>,
     /// The link is gone, or the bench is.
     is_over: AtomicBool,
+}
+
+/// The time of the bus between two looks at its link, and when there is no link any more. It passes as on the machine then.
+struct Clock {
+    /// The time of the bus when it was looked at last, and that of the machine.
+    seen: (Instant, std::time::Instant),
+    /// The latest that anybody was given: a simulation that lags would take it back otherwise.
+    latest: Instant,
 }
 
 struct Mailbox {
@@ -104,15 +111,13 @@ impl Port {
 
 impl Shared {
     fn new(now: Instant, outgoing: Sender<(u64, Frame)>) -> Self {
-        #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
-        let began = (now, std::time::Instant::now());
+        let clock = Mutex::new(Clock { seen: (now, machine_time()), latest: now });
         let (next, mailboxes, is_over) = (AtomicU64::new(0), Mutex::default(), AtomicBool::new(false));
-        Shared { began, next, outgoing, mailboxes, is_over }
+        Shared { clock, next, outgoing, mailboxes, is_over }
     }
 
     fn now(&self) -> Instant {
-        let (bus, wall) = self.began;
-        bus + wall.elapsed().into()
+        lock(&self.clock).at(machine_time())
     }
 
     /// Gives a frame to all links but its sender's.
@@ -128,6 +133,19 @@ impl Shared {
             }
         }
     }
+}
+
+impl Clock {
+    fn at(&mut self, machine: std::time::Instant) -> Instant {
+        let (bus, seen) = self.seen;
+        self.latest = self.latest.max(bus + machine.saturating_duration_since(seen).into());
+        self.latest
+    }
+}
+
+fn machine_time() -> std::time::Instant {
+    #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+    std::time::Instant::now()
 }
 
 impl StateMachine for Hub {
@@ -175,7 +193,9 @@ impl Hub {
                 // The next frame may get through.
                 Err(_) => {}
             }
-            lock(&self.model).pass(link.now());
+            let now = link.now();
+            lock(&self.shared.clock).seen = (now, machine_time());
+            lock(&self.model).pass(now);
         }
     }
 }
@@ -209,10 +229,14 @@ impl Link for Port {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        match self.incoming.recv_timeout(until.since(self.now()).into()) {
-            Ok(incoming) => Ok(Some(incoming)),
-            Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(LinkError::Closed),
+        loop {
+            match self.incoming.recv_timeout(until.since(self.now()).into()) {
+                Ok(incoming) => return Ok(Some(incoming)),
+                // The time of a simulation that lags has not come yet.
+                Err(RecvTimeoutError::Timeout) if self.now() < until => {}
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Closed),
+            }
         }
     }
 
@@ -227,5 +251,60 @@ impl Link for Port {
 impl Drop for Port {
     fn drop(&mut self) {
         lock(&self.shared.mailboxes).remove(&self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU32;
+
+    use super::*;
+    use crate::model::BusInfo;
+
+    const HOUR: Duration = Duration::from_secs(3600);
+
+    /// A link whose time passes by an hour with each turn of the hub, while that of the machine stands.
+    struct Leaping(Arc<AtomicU32>);
+
+    impl Link for Leaping {
+        fn now(&self) -> Instant {
+            Instant::ZERO + HOUR.times(self.0.load(Ordering::Relaxed))
+        }
+        fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+            Ok(())
+        }
+        fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            std::thread::yield_now();
+            Ok(None)
+        }
+    }
+
+    #[test]
+    fn links_have_the_time_of_the_bus() {
+        let turns = Arc::new(AtomicU32::new(0));
+        let model = Arc::new(Mutex::new(Model::new(Instant::ZERO, BusInfo::default())));
+        let ports = begin(Box::new(Leaping(Arc::clone(&turns))), model).unwrap();
+        while turns.load(Ordering::Relaxed) < 10 {
+            std::thread::yield_now();
+        }
+        let link = ports.link();
+        assert!(link.now() >= Instant::ZERO + HOUR.times(9), "{}", link.now());
+        ports.end();
+    }
+
+    #[test]
+    fn the_time_of_a_bus_that_lags_does_not_run_away_nor_back() {
+        let (began, ms) = (machine_time(), Duration::from_millis);
+        let machine = |after| began + std::time::Duration::from_millis(after);
+        let mut clock = Clock { seen: (Instant::ZERO, began), latest: Instant::ZERO };
+        for turn in 1..=1000 {
+            // A millisecond on the bus takes ten.
+            assert_eq!(clock.at(machine(turn * 10 - 7)), Instant::ZERO + ms(turn + 2));
+            clock.seen = (Instant::ZERO + ms(turn), machine(turn * 10));
+            assert_eq!(clock.at(machine(turn * 10)), Instant::ZERO + ms(turn + 2), "it is given once more");
+        }
+        // Nobody looks any more: the bus is gone, and what it has shown becomes old.
+        assert_eq!(clock.at(machine(60_000)), Instant::ZERO + ms(51_000));
     }
 }
