@@ -114,6 +114,13 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// For a link with a [latency](lexican_runtime::host::Link::latency): the node has so much longer to answer.
+    #[must_use]
+    pub fn with_latency(self, latency: Duration) -> Self {
+        let timeout = self.client.timeout() + latency;
+        Sampler { client: self.client.with_timeout(timeout), ..self }
+    }
+
     /// Begins the next read if it is due.
     fn begin(&mut self, now: Instant) {
         let Some(round) = self.round.filter(|round| *round <= now && !self.client.is_busy()) else { return };
@@ -309,5 +316,14 @@ mod tests {
         let mut sampler = Sampler::new(Instant::ZERO, NODE, None, signals, Some(Duration::from_millis(10)));
         let lines = answered(&mut sampler, &[], 3000);
         assert!(lines.len() >= 2 && lines.iter().all(|line| line.contains("no answer")), "{lines:?}");
+    }
+
+    #[test]
+    fn a_node_behind_a_latency_has_so_much_longer() {
+        let signals = vec![Signal::Object(Address::new(0x6064, 0))];
+        let sampler = Sampler::new(Instant::ZERO, NODE, None, signals, Some(Duration::from_millis(10)));
+        let mut sampler = sampler.with_latency(Duration::from_secs(2));
+        let lines = answered(&mut sampler, &[], 3001);
+        assert!(lines.len() == 1 && lines[0].starts_with("3.000000 "), "{lines:?}");
     }
 }

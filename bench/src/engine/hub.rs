@@ -21,6 +21,8 @@ pub(super) struct Ports(Arc<Shared>);
 
 struct Shared {
     clock: Mutex<Clock>,
+    /// As [`Link::latency`].
+    latency: Duration,
     next: AtomicU64,
     outgoing: Sender<(u64, Frame)>,
     mailboxes: Mutex<BTreeMap<u64, Mailbox>>,
@@ -59,7 +61,7 @@ struct Hub {
 /// Begins to run a link, and returns what makes links to its bus.
 pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std::io::Result<Ports> {
     let (outgoing, frames) = channel();
-    let shared = Arc::new(Shared::new(link.now(), outgoing));
+    let shared = Arc::new(Shared::new(link.now(), link.latency(), outgoing));
     let hub = Hub { shared: Arc::clone(&shared), model, outgoing: frames };
     std::thread::Builder::new().name("bus".to_owned()).spawn(move || hub.run(link))?;
     Ok(Ports(shared))
@@ -68,7 +70,7 @@ pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std
 /// No bus at all: what is sent to it is lost.
 pub(super) fn nowhere(now: Instant) -> Ports {
     let (outgoing, _) = channel();
-    Ports(Arc::new(Shared::new(now, outgoing)))
+    Ports(Arc::new(Shared::new(now, Duration::ZERO, outgoing)))
 }
 
 impl Ports {
@@ -110,10 +112,10 @@ impl Port {
 }
 
 impl Shared {
-    fn new(now: Instant, outgoing: Sender<(u64, Frame)>) -> Self {
+    fn new(now: Instant, latency: Duration, outgoing: Sender<(u64, Frame)>) -> Self {
         let clock = Mutex::new(Clock { seen: (now, machine_time()), latest: now });
         let (next, mailboxes, is_over) = (AtomicU64::new(0), Mutex::default(), AtomicBool::new(false));
-        Shared { clock, next, outgoing, mailboxes, is_over }
+        Shared { clock, latency, next, outgoing, mailboxes, is_over }
     }
 
     fn now(&self) -> Instant {
@@ -221,6 +223,10 @@ impl Link for Port {
         self.shared.now()
     }
 
+    fn latency(&self) -> Duration {
+        self.shared.latency
+    }
+
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         if self.shared.is_over.load(Ordering::Acquire) {
             return Err(LinkError::Closed);
@@ -262,6 +268,7 @@ mod tests {
     use crate::model::BusInfo;
 
     const HOUR: Duration = Duration::from_secs(3600);
+    const LATENCY: Duration = Duration::from_millis(700);
 
     /// A link whose time passes by an hour with each turn of the hub, while that of the machine stands.
     struct Leaping(Arc<AtomicU32>);
@@ -278,10 +285,13 @@ mod tests {
             std::thread::yield_now();
             Ok(None)
         }
+        fn latency(&self) -> Duration {
+            LATENCY
+        }
     }
 
     #[test]
-    fn links_have_the_time_of_the_bus() {
+    fn links_have_the_time_and_the_latency_of_the_bus() {
         let turns = Arc::new(AtomicU32::new(0));
         let model = Arc::new(Mutex::new(Model::new(Instant::ZERO, BusInfo::default())));
         let ports = begin(Box::new(Leaping(Arc::clone(&turns))), model).unwrap();
@@ -290,6 +300,7 @@ mod tests {
         }
         let link = ports.link();
         assert!(link.now() >= Instant::ZERO + HOUR.times(9), "{}", link.now());
+        assert_eq!(link.latency(), LATENCY);
         ports.end();
     }
 

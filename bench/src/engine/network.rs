@@ -54,7 +54,8 @@ pub(super) fn scan(ports: &Ports, mut link: Port, model: &Arc<Mutex<Model>>, job
         link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(lost)?;
         listen(&mut link, &mut pump, PAUSE).map_err(lost)?;
     }
-    listen(&mut link, &mut pump, ANSWER).map_err(lost)?;
+    let latency = link.latency();
+    listen(&mut link, &mut pump, ANSWER + latency).map_err(lost)?;
     let nodes = lock(model).nodes().count();
     job.end(true, format!("{nodes} nodes, {} of them new", nodes - known.len()));
     Ok(Answer::Done)

@@ -74,7 +74,7 @@ impl SignalArgs {
         let every = (!self.passive && !self.network.is_log()).then_some(self.every);
         let mut screen = if wants_screen && link.is_real_time() { Screen::take()? } else { None };
         let interrupted = if screen.is_some() { None } else { Some(ctrl_c()?) };
-        let mut sampler = Sampler::new(link.now(), id, device, signals, every);
+        let mut sampler = Sampler::new(link.now(), id, device, signals, every).with_latency(link.latency());
         let (mut pump, end) = (Pump::new(), self.span.map(|span| link.now() + span));
         let mut drawn = link.now();
         loop {

@@ -2,7 +2,7 @@
 
 use lexican_driver::cyclic::Axis;
 use lexican_runtime::host::{Incoming, Link, LinkError};
-use lexican_runtime::{CobId, Frame, Instant};
+use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 /// A link that records what passes through it.
 pub(crate) struct Recorder<L> {
@@ -95,6 +95,14 @@ impl<L: Link> Link for Recorder<L> {
         }
         Ok(incoming)
     }
+
+    fn is_real_time(&self) -> bool {
+        self.link.is_real_time()
+    }
+
+    fn latency(&self) -> Duration {
+        self.link.latency()
+    }
 }
 
 impl Recording {
@@ -122,5 +130,39 @@ impl Recording {
     pub(crate) fn farthest(&self) -> f64 {
         // In the first cycles the axes have not sent their positions.
         self.cycles.iter().skip(2).map(|cycle| self.outside(cycle).abs()).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A link to drives behind something slow.
+    struct Slow;
+
+    impl Link for Slow {
+        fn now(&self) -> Instant {
+            Instant::ZERO
+        }
+        fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+            Ok(())
+        }
+        fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+            Ok(None)
+        }
+        fn is_real_time(&self) -> bool {
+            true
+        }
+        fn latency(&self) -> Duration {
+            Duration::from_millis(700)
+        }
+    }
+
+    #[test]
+    fn what_is_recorded_takes_as_long_as_without_a_recorder() {
+        let (set_points, positions) = ([CobId::SYNC; 2], [CobId::SYNC; 2]);
+        let recorder = Recorder { link: Slow, set_points, positions, cycles: Vec::new() };
+        assert_eq!(recorder.latency(), Slow.latency());
+        assert!(recorder.is_real_time());
     }
 }
