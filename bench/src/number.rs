@@ -46,13 +46,7 @@ pub(crate) fn read<T>(
     parse: impl Fn(&str) -> Result<T, String>,
     shown: impl Fn(&T) -> String,
 ) -> Result<T, Refused> {
-    // What is shown may have a note, as `100 (00000064h)`, or be hexadecimal, as `080h`: it is taken if that number is shown so.
-    let noted = || {
-        let first = text.trim().split([' ', ',']).next()?;
-        let value = parse(&first.strip_suffix('h').map_or(first.to_owned(), |digits| format!("0x{digits}"))).ok()?;
-        (shown(&value) == text.trim()).then_some(value)
-    };
-    let parsed = parse(text).or_else(|error| noted().ok_or(error));
+    let parsed = parse(text);
     check(text, parsed.as_ref().ok().map(shown).as_deref())?;
     parsed.map_err(Refused::new)
 }
