@@ -6,7 +6,7 @@ use lexican_eds::{Input, Source};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::profile::cia402::State;
-use servo::{Drive, od};
+use servo::{Drive, od, otherwise};
 use simulator::SimulatedServo;
 use simulator::servo::ServoModel;
 
@@ -78,4 +78,16 @@ fn a_data_sheet_that_is_read_gives_the_generated_description() {
     let mut drive = lexican_driver::Drive::<_, Any>::connect_described(bus(), NODE, read).unwrap();
     drive.enable().unwrap();
     assert_eq!(drive.move_to(-300).unwrap(), Outcome::Reached { position: -300 });
+}
+
+#[test]
+fn what_one_data_sheet_has_and_another_has_not_is_generated_as_it_is_read() {
+    let sheet = include_str!(concat!(env!("OUT_DIR"), "/otherwise.eds"));
+    let read = Description::of_data_sheet(&Input::new(Source::new("otherwise.eds", sheet))).unwrap();
+    let (generated, servo) = (otherwise::driver::DESCRIPTION, od::driver::DESCRIPTION);
+    assert_eq!(format!("{read:#?}"), format!("{generated:#?}"));
+    // The fields that differ from those of the other data sheet.
+    assert_eq!((generated.identity.vendor_ids.len(), servo.identity.vendor_ids), (2, &[0x2A][..]));
+    assert!(generated.objects.actual_velocity.is_none() && servo.objects.actual_velocity.is_some());
+    assert!(generated.profile.is_some() && servo.profile.is_none());
 }
