@@ -1,6 +1,17 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { applyView, chosenNode, connection, face, hasHands, node, parsePlace, stopSince, view, whyNot } from '../src/state.js'
+import {
+  applyView,
+  chosenNode,
+  connection,
+  face,
+  hasHands,
+  node,
+  parsePlace,
+  stopSince,
+  view,
+  whyNot,
+} from '../src/state.js'
 
 test('only fields that have changed are taken over, and unknown ones left alone', () => {
   applyView({ nodes: [{ id: 5 }, { id: 6 }], later: 1 })

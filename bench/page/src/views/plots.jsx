@@ -330,7 +330,8 @@ function LegendRow({ curve, place, sight, isHidden, toggle }) {
         </label>
       </td>
       <td class={isOld(curve.seen) ? 'number old' : 'number'}>
-        {measured(curve.points.at(-1)?.[1])} <Age seen={curve.seen} test={`curve-${curve.node}-${curve.address}-seen`} />
+        {measured(curve.points.at(-1)?.[1])}{' '}
+        <Age seen={curve.seen} test={`curve-${curve.node}-${curve.address}-seen`} />
       </td>
       <td class="number">{measured(low)}</td>
       <td class="number">{measured(high)}</td>
