@@ -119,8 +119,19 @@ pub struct Node {
     pub aborts: u32,
     /// Boot-up messages.
     pub boots: u32,
+    /// What its data sheet lacks for moving it, and what is used instead; the worst first.
+    pub lacks: Vec<Lack>,
     /// What has changed since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
     pub changes: Vec<String>,
+}
+
+/// Something that a drive's data sheet lacks.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Lack {
+    /// Whether the drive cannot be moved without it.
+    pub is_needed: bool,
+    /// What is missing, or used instead, with its remedy.
+    pub text: String,
 }
 
 /// An emergency.

@@ -5,10 +5,13 @@ use std::thread::yield_now;
 use lexican_bench::command::{Nmt, Order, Other, TraceFilter};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
+use lexican_bench::sheet::Sheet;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
+use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
 use lexican_runtime::{CobId, Frame, NodeId};
+use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
@@ -428,4 +431,22 @@ fn a_bus_whose_thread_panics_is_lost_with_the_drives_on_it() {
     let face = bench.open_face();
     face.ask(Command::StopAll).wait().unwrap_err();
     assert!(bench.view().drives[0].ending.as_ref().unwrap().may_be_moving);
+}
+
+#[test]
+fn an_order_to_a_drive_whose_data_sheet_lacks_something_says_what() {
+    let eds = library::find("siko/ag03-1").unwrap().input().eds.text().replace("6040", "2FFE");
+    let sheet = Sheet::new("drive.eds", DataSheet::parse(Input::new(Source::new("drive.eds", eds))));
+    let bus = VirtualBus::new();
+    let link = bus.link();
+    bus.set_pace(Pace::RealTime);
+    let mut setup = Setup::new(BusInfo { is_writable: true, ..BusInfo::default() });
+    setup.nodes.push((NodeId::literal(5), None, Some(sheet)));
+    let bench = Bench::live(Box::new(link), setup).unwrap();
+    let face = bench.open_face();
+    face.ask(Command::TakeHands { force: false }).wait().unwrap();
+    let refused = face.ask(drive(5, Order::Enable, None)).wait().unwrap_err();
+    assert!(refused.why.contains("drive 5 cannot be moved by its data sheet: "), "{refused:?}");
+    assert!(refused.why.contains("6040h (control word)") && refused.remedy.is_some(), "{refused:?}");
+    bench.end();
 }

@@ -3,6 +3,7 @@
 use lexican_bench::model::{BusInfo, Model, Which};
 use lexican_bench::sheet::Sheet;
 use lexican_bench::view::View;
+use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::BusState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
@@ -351,4 +352,30 @@ fn a_silence_and_a_power_cut_that_are_over_stay_until_they_are_acknowledged() {
     bus.after(10, 0x000, &[0x81, 5]);
     bus.after(1000, 0x705, &[0]);
     assert_eq!(bus.troubles(), [""; 0]);
+}
+
+/// The AG03/1 by its data sheet alone, which has another object in place of one.
+fn sheet_without(index: &str) -> Sheet {
+    let eds = library::find("siko/ag03-1").unwrap().input().eds.text().replace(index, "2FFE");
+    Sheet::new("drive.eds", DataSheet::parse(Input::new(Source::new("drive.eds", eds))))
+}
+
+#[test]
+fn what_a_data_sheet_lacks_for_moving_its_drive_is_shown_with_its_node() {
+    let mut bus = Bus::new();
+    let mut lacks = |sheet| {
+        bus.model.introduce(NodeId::new(5).unwrap(), sheet);
+        bus.wait(0).nodes.remove(0).lacks
+    };
+    let control_word = lacks(sheet_without("6040"));
+    assert!(control_word[0].is_needed && control_word[0].text.contains("6040h (control word)"), "{control_word:?}");
+    let velocity = lacks(sheet_without("606C"));
+    let text = "there is no 606Ch (actual velocity) that a driver can use: the driver sees by 6064h";
+    assert!(velocity.iter().any(|lack| !lack.is_needed && lack.text.starts_with(text)), "{velocity:?}");
+    assert!(velocity.iter().all(|lack| !lack.is_needed), "{velocity:?}");
+    // Of this one the driver knows more than the data sheet says.
+    assert_eq!(lacks(Sheet::new("", DataSheet::load("siko/ag03-1", &[]).unwrap())), []);
+    let io = "[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n[1000]\nParameterName=Device type\n\
+        DataType=7\nAccessType=ro\nDefaultValue=0x30191\n";
+    assert_eq!(lacks(Sheet::new("io.eds", DataSheet::parse(Input::new(Source::new("io.eds", io))))), [], "no drive");
 }

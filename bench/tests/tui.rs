@@ -7,8 +7,8 @@ use std::path::Path;
 use lexican_bench::command::{Nmt, Order};
 use lexican_bench::tui::{Action, Language, Purpose, Screen};
 use lexican_bench::view::{
-    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row, Seen,
-    Simulated, Trouble, Unconfirmed, Value, View, Watched,
+    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Lack, Log, Node, Object, Pdo, PdoField, Rate, Row,
+    Seen, Simulated, Trouble, Unconfirmed, Value, View, Watched,
 };
 use lexican_bench::{Answer, Command, Refused};
 use ratatui::Terminal;
@@ -29,6 +29,7 @@ fn view() -> View {
         history: vec![fault(12.5, "7121", "motor blocked", 812), fault(3.25, "3220", "DC link under-voltage", 77)],
         sdo_ms: Some(1.2),
         changes: vec!["state: PRE-OPERATIONAL at first, now OPERATIONAL".to_owned()],
+        lacks: vec![Lack { is_needed: true, text: "there is no 6060h (mode of operation)".to_owned() }],
         ..Node::default()
     };
     let io = Node {
@@ -607,7 +608,6 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
         screen.take(Purpose::Stop, Ok(Answer::Done));
         let text = drawn(&mut screen, &view, 80, 24);
         assert!(text.contains("every drive has stopped") && !text.contains("NOT STOPPED"), "{text}");
-        // The last line is seen first.
         screen.take(Purpose::Stop, Err(Refused::new("node 5 does not answer")));
         screen.take(Purpose::Say, Ok(Answer::Done));
         for is_shown in [true, false] {

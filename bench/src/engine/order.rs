@@ -107,8 +107,15 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
 
 /// The data sheet of a drive, and how to move it.
 pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'static Description), Refused> {
-    let found = model.sheet(node).and_then(|sheet| Some((sheet, sheet.drive?)));
-    found.ok_or_else(|| Refused::new(format_args!("node {node} is no drive")))
+    let sheet = model.sheet(node);
+    let found = sheet.and_then(|sheet| Some((sheet, sheet.drive?)));
+    found.ok_or_else(|| match sheet.and_then(|sheet| sheet.lacks.first()) {
+        Some(fact) => Refused {
+            why: format!("drive {node} cannot be moved by its data sheet: {}", fact.text),
+            remedy: fact.remedy.clone(),
+        },
+        None => Refused::new(format_args!("node {node} is no drive")),
+    })
 }
 
 const fn is_braking(order: command::Order) -> bool {

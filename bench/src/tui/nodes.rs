@@ -118,6 +118,16 @@ fn details(desk: &Desk, node: &Node) -> Vec<Line<'static>> {
     if let Some(ms) = node.sdo_ms {
         lines.push(Line::from(format!("SDO: {ms:.1} ms")));
     }
+    if !node.lacks.is_empty() {
+        lines.push(title(Text::Lacks));
+        lines.extend(node.lacks.iter().map(|lack| {
+            if lack.is_needed {
+                Line::from(format!("{WRONG} {}", lack.text)).red()
+            } else {
+                Line::from(format!("  {}", lack.text))
+            }
+        }));
+    }
     if !node.history.is_empty() {
         lines.push(title(Text::History));
         let fault =

@@ -56,6 +56,7 @@ texts! {
     NoFaults, "no fault", "keine Störung";
     History, "history", "Verlauf";
     Identity, "identity", "Identität";
+    Lacks, "what its data sheet lacks for moving it", "was seinem Datenblatt zum Fahren fehlt";
     Changes, "changed since the bench was opened", "seit dem Öffnen geändert";
     Address, "entry", "Eintrag";
     Value, "value", "Wert";

@@ -118,6 +118,7 @@ export default {
   'node.boots': 'Boot-ups',
   'node.no-faults': 'Keine Störung.',
   'node.history': 'Frühere Störungen',
+  'node.lacks': 'Was seinem Datenblatt zum Fahren fehlt',
   'node.changes': 'Seit dem Öffnen der Bench geändert',
   'node.no-changes': 'Nichts.',
   'lss.title': 'LSS',

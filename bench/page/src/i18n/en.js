@@ -117,6 +117,7 @@ export default {
   'node.boots': 'Boot-ups',
   'node.no-faults': 'No fault.',
   'node.history': 'Earlier faults',
+  'node.lacks': 'What its data sheet lacks for moving it',
   'node.changes': 'Changed since the bench was opened',
   'node.no-changes': 'Nothing.',
   'lss.title': 'LSS',

@@ -157,6 +157,18 @@ function NodeDetails({ node }) {
           <Faults faults={node.history} test="fault-history" />
         </>
       )}
+      {node.lacks.length > 0 && (
+        <>
+          <h3>{t('node.lacks')}</h3>
+          <ul class="plain" data-test="lacks">
+            {node.lacks.map((lack) => (
+              <li key={lack.text} class={lack.is_needed ? 'refusal' : ''}>
+                {lack.text}
+              </li>
+            ))}
+          </ul>
+        </>
+      )}
       <h3>{t('node.changes')}</h3>
       {node.changes.length === 0 ? (
         <Empty>{t('node.no-changes')}</Empty>
