@@ -418,3 +418,38 @@ fn a_log_is_played_and_its_rows_are_those_of_the_monitor() {
     shows(&page, &by_sensor);
     is_in_order(&page, &bench);
 }
+
+/// Between the moment when a tab is left and the next frames, what was scrolled or resized there still has events to come.
+#[test]
+fn tabs_that_are_left_while_they_are_scrolled_and_resized_raise_no_error() {
+    let Some((bench, browser)) = start("bench-tabs", &["--demo"]) else { return };
+    let page = opens(&browser, &bench);
+    page.reads("node-5", "feeder");
+    let left = page.value(
+        "(async () => {
+        const frames = async (count) => { while (count-- > 0) await new Promise(next => requestAnimationFrame(next)) };
+        const open = (tab) => document.querySelector(`[data-test=tab-${tab}]`).click();
+        const tabs = ['nodes', 'objects', 'pdos', 'trace', 'plots', 'drives', 'bus', 'devices'];
+        const errors = [];
+        window.addEventListener('error', (event) => errors.push(event.message));
+        let left = 0;
+        for (const from of tabs) for (const to of tabs) for (const pause of [0, 1]) {
+            if (from === to) continue;
+            open(from);
+            await frames(6);
+            for (const it of document.querySelectorAll('.frames-window, .rows, .chart, .scroll')) {
+                it.dispatchEvent(new WheelEvent('wheel', { deltaY: 50, bubbles: true, cancelable: true }));
+                it.style.height = '150px';
+                it.scrollTop += 40;
+            }
+            await frames(pause);
+            open(to);
+            left++;
+        }
+        await frames(10);
+        return errors.length === 0 ? left : errors.join('; ');
+        })()",
+    );
+    assert_eq!(left, 8 * 7 * 2);
+    is_in_order(&page, &bench);
+}

@@ -1,5 +1,5 @@
 // Small parts that all views share.
-import { useEffect, useRef, useState } from 'preact/hooks'
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks'
 import { order, useAsk } from './bench.js'
 import { number } from './format.js'
 import { t } from './i18n/index.js'
@@ -166,9 +166,9 @@ export function roving(event) {
 export function useResize(element, run) {
   const latest = useRef()
   latest.current = run
-  useEffect(() => {
-    // The observer may have something to say about an element that has just gone.
-    const watch = new ResizeObserver(() => element.current && latest.current())
+  // Of other effects Preact cleans up after the next frame, in which the observer reports an element that has gone.
+  useLayoutEffect(() => {
+    const watch = new ResizeObserver(() => latest.current())
     watch.observe(element.current)
     return () => watch.disconnect()
   }, [])

@@ -141,8 +141,7 @@ function Frames() {
   const { first, rows } = trace.shown
   const { end } = view.trace.value
 
-  // What is observed may come once more when the tab was left.
-  useResize(element, () => element.current && setSize(element.current.clientHeight))
+  useResize(element, () => setSize(element.current.clientHeight))
   useEffect(() => trace.resize(Math.ceil(size / ROW)), [size])
   useEffect(() => {
     trace.look()
