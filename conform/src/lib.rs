@@ -16,6 +16,7 @@ mod report;
 mod sdo;
 mod suite;
 mod tester;
+mod trace;
 mod value;
 mod verdict;
 
@@ -26,6 +27,7 @@ pub use known::Known;
 pub use report::{About, Document, Tally};
 pub use suite::{CaseReport, Observer, Report, run};
 pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Sheet, Stimuli, Tester, Write};
+pub use trace::{ChapterReport, StepReport, Trace, TraceReport, run_trace};
 pub use verdict::{Ended, Level, Outcome, Verdict};
 
 /// The README, so that what it shows compiles.

@@ -1,6 +1,7 @@
 //! `lexican conform`: the conformance test of a device.
 
 mod print;
+mod trace;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -50,6 +51,14 @@ pub(crate) struct Args {
     /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
     #[arg(long, value_name = "FILE")]
     overlay: Vec<PathBuf>,
+
+    /// Instead of the cases, ask the device by the frames of this file (CSV): each chapter after a reset
+    ///
+    /// A row is a frame: cob_id and data (hexadecimal, x for any digit), and if wanted chapter, direction (send or expect), meaning
+    /// and condition: until, until 5s, about (5 %), not before 100ms, after 2s; several with ; between. A chapter with
+    /// frames of other nodes, or with what is not allowed, is left out
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "report", "known"])]
+    trace: Option<PathBuf>,
 
     #[command(flatten)]
     selection: Selection,
@@ -177,7 +186,8 @@ Examples:
     lexican conform --bus can0 5 --device FILE.eds --plan
     lexican conform --bus can0 5 --device FILE.eds --report report.html
     lexican conform --bus can0 5 --device FILE.eds --only 2,301/7.5.2 --allow store,restore
-    lexican conform --bus can0 5 --device DRIVE.eds --only 402 --allow motion --velocity 200";
+    lexican conform --bus can0 5 --device DRIVE.eds --only 402 --allow motion --velocity 200
+    lexican conform --bus can0 5 --device DRIVE.eds --trace frames.csv --allow motion";
 
 #[derive(Clone, Debug)]
 struct Allowed(Vec<Hazard>);
@@ -218,6 +228,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let input = with_overlays(input, &args.overlay)?;
     let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
     let settings = args.conditions.settings(node, &sheet.device)?;
+    if let Some(path) = &args.trace {
+        return trace::run(path, &mut link, &sheet, &settings, args.reports.json);
+    }
     let cases = args.selection.for_device(chosen, &sheet.device);
     if !args.reports.json {
         print::plan(&cases, &sheet, &settings)?;
