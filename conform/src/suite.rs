@@ -14,7 +14,7 @@ use crate::cases::pdo_mapping::writing_order;
 use crate::cases::{cases, lss};
 use crate::hazard::Hazard;
 use crate::sdo;
-use crate::tester::{Record, Settings, Sheet, Tester};
+use crate::tester::{Record, Settings, Sheet, Tester, uncancelled};
 use crate::verdict::{Ended, Level, Outcome, Verdict};
 
 /// For how long others on the bus are listened to before the test.
@@ -114,7 +114,7 @@ pub fn run(
 }
 
 /// How long a step may take that is no case.
-const STEP: Duration = Duration::from_secs(120);
+pub(crate) const STEP: Duration = Duration::from_secs(120);
 
 /// Written by the cases, and what was there before.
 type Before = BTreeMap<(u16, u8), Vec<u8>>;
@@ -320,11 +320,10 @@ impl Suite<'_> {
 
     /// Undoes what cases have done, also after Ctrl-C.
     fn undo<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
-        let cancelled = self.cancelled.swap(false, Ordering::Relaxed);
-        self.tester.limit(STEP);
-        let done = work(self);
-        self.cancelled.fetch_or(cancelled, Ordering::Relaxed);
-        done
+        uncancelled(self.cancelled, || {
+            self.tester.limit(STEP);
+            work(self)
+        })
     }
 
     /// Brings back what was there before the test, if a reset does not: a sentence for each thing that is not known to be as

@@ -24,6 +24,14 @@ pub(crate) const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
 /// So many frames of a case are kept.
 const FRAMES: usize = 4096;
 
+/// Does what has to be done also after Ctrl-C, such as putting back what was written.
+pub(crate) fn uncancelled<T>(cancelled: &AtomicBool, work: impl FnOnce() -> T) -> T {
+    let was = cancelled.swap(false, Ordering::Relaxed);
+    let done = work();
+    cancelled.fetch_or(was, Ordering::Relaxed);
+    done
+}
+
 /// How often it is looked whether the test has been cancelled, and whether this computer is late: who waits longer does not
 /// notice that it was not woken for the frame in between.
 const LOOK: Duration = Duration::from_millis(1);

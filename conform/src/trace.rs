@@ -1,10 +1,11 @@
 //! Traces: frames of a manual with conditions, asked of a device.
 //!
-//! A CSV file with a row for each frame. The columns `cob_id` and `data` are hexadecimal, `chapter`, `frame`, `direction`,
-//! `meaning` and `condition` may be left out, others are not looked at.
+//! A CSV file with a row for each frame. The columns `cob_id` and `data` are hexadecimal, `chapter`, `direction`, `meaning`
+//! and `condition` may be left out, others are not looked at.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use lexican_runtime::cia301::connection;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -12,7 +13,8 @@ use serde_json::{Value, json};
 
 use crate::axis::make_safe;
 use crate::hazard::Hazard;
-use crate::tester::{Heard, PATIENCE, Settings, Sheet, Tester};
+use crate::suite::STEP;
+use crate::tester::{Heard, PATIENCE, Settings, Sheet, Tester, uncancelled};
 use crate::verdict::{Ended, Outcome, Verdict, failed, not_applicable};
 
 /// How long `until` waits where it names no time: the slowest travel of a manual's example.
@@ -20,9 +22,6 @@ const LONGEST: Duration = Duration::from_secs(120);
 
 /// How often a question is asked again.
 const AGAIN: Duration = Duration::from_millis(50);
-
-/// How long disabling a drive and the last reset may take.
-const END: Duration = Duration::from_secs(120);
 
 /// The frames of a file, in its order.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -167,7 +166,7 @@ impl Step {
         if is_sent && mask.iter().any(|mask| *mask != 0xFF) {
             return Err(("data", "is sent, and what is sent has no x"));
         }
-        if is_sent && id.is_some_and(|id| id.raw() & !0x7F == 0x600) {
+        if is_sent && id.is_some_and(|id| is_at(id, connection::SDO_REQUEST)) {
             // An SDO has eight bytes.
             data.resize(8, 0);
             mask.resize(8, 0xFF);
@@ -210,7 +209,8 @@ impl Step {
 
     /// A read or SYNC, which can be repeated until the answer is as it is to be.
     fn is_question(&self) -> bool {
-        let is_read = |id: CobId| id.raw() & !0x7F == 0x600 && self.data.first().is_some_and(|code| code >> 5 == 2);
+        let is_read =
+            |id: CobId| is_at(id, connection::SDO_REQUEST) && self.data.first().is_some_and(|code| code >> 5 == 2);
         self.is_sent && self.id.is_some_and(|id| id == CobId::SYNC || is_read(id))
     }
 
@@ -280,6 +280,11 @@ fn time(text: &str) -> Option<Duration> {
     ms.filter(|ms| *ms <= 3_600_000).map(Duration::from_millis)
 }
 
+/// Whether it is of this kind in the predefined connection set, whatever node it is of.
+fn is_at(id: CobId, base: u16) -> bool {
+    id.raw() & !0x7F == u32::from(base)
+}
+
 /// Whether devices send frames with this identifier, by the predefined connection set.
 fn is_of_device(id: CobId) -> bool {
     let id = id.raw();
@@ -319,10 +324,10 @@ pub fn run_trace(
         }
         let moves = steps.iter().any(|step| step.hazard(sheet) == Some(Hazard::Motion));
         if moves && !done.is_empty() {
-            let was = cancelled.swap(false, Ordering::Relaxed);
-            tester.limit(END);
-            report.ended_early = make_safe(&mut tester).err().map(Ended::Moving);
-            cancelled.fetch_or(was, Ordering::Relaxed);
+            report.ended_early = uncancelled(cancelled, || {
+                tester.limit(STEP);
+                make_safe(&mut tester).err().map(Ended::Moving)
+            });
         }
         if let (Err(Verdict::Unfinished(ended)), None) = (&outcome, &report.ended_early) {
             report.ended_early = Some(ended.clone());
@@ -334,11 +339,11 @@ pub fn run_trace(
         }
     }
     if has_sent && !matches!(report.ended_early, Some(Ended::BusLost(_))) {
-        let was = cancelled.swap(false, Ordering::Relaxed);
-        tester.limit(END);
         // What does not boot again is what the next test will say.
-        let _ = tester.reset(NmtCommand::ResetNode);
-        cancelled.fetch_or(was, Ordering::Relaxed);
+        let _ = uncancelled(cancelled, || {
+            tester.limit(STEP);
+            tester.reset(NmtCommand::ResetNode)
+        });
     }
     report
 }
@@ -366,7 +371,7 @@ fn is_for(steps: &[Step], sheet: &Sheet, settings: &Settings) -> Outcome {
 
 fn chapter(t: &mut Tester<'_>, steps: &[Step], done: &mut Vec<StepReport>) -> Outcome {
     t.begin();
-    let spans = steps.iter().fold(END, |sum, step| sum + step.span(t.settings));
+    let spans = steps.iter().fold(STEP, |sum, step| sum + step.span(t.settings));
     t.limit(spans);
     t.reset(NmtCommand::ResetNode)?;
     let begun = t.now();
@@ -417,23 +422,23 @@ fn expect(
     seen: &mut Option<Heard>,
 ) -> Outcome {
     let Some(id) = step.id else { return Ok(()) };
-    let until = step.conditions.iter().find_map(|condition| match condition {
-        Condition::Until(span) => Some(*span),
-        _ => None,
-    });
-    let least = step.conditions.iter().find_map(|condition| match condition {
-        Condition::NotBefore(span) => Some(*span),
-        _ => None,
-    });
-    let span = until.unwrap_or(t.settings.answer) + least.unwrap_or(Duration::ZERO);
+    let (mut until, mut least) = (None, Duration::ZERO);
+    for condition in step.conditions.iter().rev() {
+        match condition {
+            Condition::Until(span) => until = Some(*span),
+            Condition::NotBefore(span) => least = *span,
+            Condition::About | Condition::After(_) | Condition::World(_) => {}
+        }
+    }
+    let span = until.unwrap_or(t.settings.answer) + least;
     let end = t.now() + span;
     // A server answers once: what else it says is its answer.
-    let answers_once = until.is_none() && id.raw() & !0x7F == 0x580;
+    let answers_once = until.is_none() && is_at(id, connection::SDO_RESPONSE);
     loop {
         if let Some(at) = heard.iter().position(|(_, frame)| frame.id() == id && step.is_like(frame)) {
             let (at, frame) = heard.remove(at);
             *seen = Some((at, frame));
-            let (came, least) = (at.since(sent_at), least.unwrap_or(Duration::ZERO));
+            let came = at.since(sent_at);
             let [early, least_ms] = [came, least].map(|span| span.as_micros() / 1000);
             return if came >= least {
                 Ok(())
@@ -477,16 +482,25 @@ impl TraceReport {
 }
 
 impl ChapterReport {
+    /// In words: `passed`, or the verdict with its reason.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        verdict(&self.outcome)
+    }
+
     /// As one JSON object: `"event": "chapter"`, its verdict, and its steps.
     #[must_use]
     pub fn json(&self) -> Value {
-        let verdict = |outcome: &Outcome| outcome.as_ref().err().map_or("passed".to_owned(), ToString::to_string);
         let steps = self.steps.iter().map(|step| {
             json!({ "line": step.line, "sent": step.is_sent, "printed": step.printed, "meaning": step.meaning,
                 "seen": step.seen.map(|frame| frame.to_string()), "seconds": step.at.as_secs_f64(),
                 "verdict": verdict(&step.outcome) })
         });
         let steps: Vec<Value> = steps.collect();
-        json!({ "event": "chapter", "chapter": self.chapter, "verdict": verdict(&self.outcome), "steps": steps })
+        json!({ "event": "chapter", "chapter": self.chapter, "verdict": self.verdict(), "steps": steps })
     }
+}
+
+fn verdict(outcome: &Outcome) -> String {
+    outcome.as_ref().err().map_or("passed".to_owned(), Verdict::to_string)
 }

@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use lexican_conform::{Ended, Settings, Sheet, Trace, Verdict, run_trace};
+use lexican_conform::{Ended, Settings, Sheet, Trace, run_trace};
 use lexican_runtime::host::Link;
 use serde_json::json;
 
@@ -25,9 +25,8 @@ pub(super) fn run(
             writeln!(stdout, "{}", chapter.json())?;
             continue;
         }
-        let verdict = chapter.outcome.as_ref().err().map_or("passed".to_owned(), Verdict::to_string);
         let name = if chapter.chapter.is_empty() { path.display().to_string() } else { chapter.chapter.clone() };
-        writeln!(stdout, "{name}: {verdict}")?;
+        writeln!(stdout, "{name}: {}", chapter.verdict())?;
         for step in &chapter.steps {
             let way = if step.is_sent { ">" } else { "<" };
             let seen = step.seen.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
