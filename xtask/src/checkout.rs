@@ -3,16 +3,17 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command;
+use crate::{command, proved};
 
 /// What differs from the last commit, a line for each file, as `git status --porcelain` has it; nothing when the
-/// checkout is clean.
+/// checkout is clean. Records of what has passed are no changes.
 ///
 /// # Errors
 ///
 /// There is no git, or this is no checkout.
 pub(crate) fn changes(root: &Path) -> Result<String, String> {
-    let output = Command::new("git").args(["status", "--porcelain"]).current_dir(root).output();
+    let records = format!(":(exclude){}", proved::FOLDER);
+    let output = Command::new("git").args(["status", "--porcelain", "--", ".", &records]).current_dir(root).output();
     let output = output.map_err(|error| format!("git: {error}"))?;
     if output.status.success() {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())

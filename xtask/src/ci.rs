@@ -9,6 +9,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 
 use crate::disk::Free;
+use crate::proved::{self, Inputs};
 use crate::{checkout, command, package, workspace};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -55,22 +56,24 @@ pub(crate) enum Job {
     Interop,
 }
 
-pub(crate) fn run(root: &Path, job: Option<Job>) -> Result<(), String> {
+/// Runs a job, or those that are not yet proved, or with `all` every one.
+pub(crate) fn run(root: &Path, job: Option<Job>, all: bool) -> Result<(), String> {
     if let Some(free) = Free::for_builds(root) {
         println!("{free}");
     }
     match job {
         Some(job) => job.run_and_look(root, is_clean(root)),
-        None => run_all(root),
+        None => run_all(root, all),
     }
 }
 
-/// Runs all jobs: those that build into folders of their own, or wait for a guest, beside the others.
-fn run_all(root: &Path) -> Result<(), String> {
+/// Runs the jobs: those that build into folders of their own, or wait for a guest, beside the others.
+fn run_all(root: &Path, all: bool) -> Result<(), String> {
     let is_clean = is_clean(root);
     // Asked before a job builds it anew, when it is no longer the file that it was started from.
     let program = std::env::current_exe().map_err(|error| format!("this program: {error}"))?;
-    let (beside, others): (Vec<Job>, Vec<Job>) = Job::value_variants().iter().partition(|job| job.is_beside());
+    let wanted = Job::value_variants().iter().filter(|job| all || !job.is_proved(root));
+    let (beside, others): (Vec<Job>, Vec<Job>) = wanted.partition(|job| job.is_beside());
     let has_failed = AtomicBool::new(false);
     let times = Mutex::new(Vec::new());
     let carry_out = |job: Job, work: &dyn Fn() -> Result<(), String>| {
@@ -143,12 +146,52 @@ impl Job {
         matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz)
     }
 
-    /// Runs it, and looks whether it has left the checkout as it was.
+    /// What it depends on, when it is so heavy that it is worth to know.
+    fn inputs(self) -> Option<Inputs> {
+        let (manifests, paths): (&[&str], &[&str]) = match self {
+            Job::Minimal | Job::Package => (&["cli/Cargo.toml"], &["drives"]),
+            // The mutated crates are made of the sources of others.
+            Job::Verify => (&["tests/mutants/Cargo.toml", "tests/verify/Cargo.toml"], &["drives", "profibus"]),
+            // Where it is skipped it proves nothing.
+            Job::Firmware if crate::firmware::is_possible().is_err() => return None,
+            Job::Firmware => (&["examples/firmware/Cargo.toml", "cli/Cargo.toml"], &["examples/firmware"]),
+            Job::Fuzz => (&["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
+            Job::Interop => (&["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop", "README.md"]),
+            _ => return None,
+        };
+        Some(Inputs { manifests, paths })
+    }
+
+    /// Whether it has passed with just what is in the checkout; says so.
+    fn is_proved(self, root: &Path) -> bool {
+        let Some(inputs) = self.inputs() else { return false };
+        let name = self.name();
+        match inputs.hash(root) {
+            Ok(hash) if proved::is_right(root, &name, &hash) => {
+                println!("skipped: {name} has passed with these sources ({}/{name}): ci --all runs it", proved::FOLDER);
+                true
+            }
+            Ok(_) => false,
+            Err(error) => {
+                println!("skipped: whether {name} is proved already: {error}");
+                false
+            }
+        }
+    }
+
+    /// Runs it, and looks whether it has left the checkout as it was; if so, and it is a heavy one, that is recorded.
     fn run_and_look(self, root: &Path, is_clean: bool) -> Result<(), String> {
         let name = self.name();
         println!("== {name}");
+        let hash = || self.inputs().and_then(|inputs| inputs.hash(root).ok());
+        let before = hash();
         let outcome = self.run(root).and_then(|()| if is_clean { still_clean(root) } else { Ok(()) });
-        outcome.map_err(|error| format!("{error}\n{}run it again alone: cargo xtask ci {name}", short_of_space(root)))
+        outcome
+            .map_err(|error| format!("{error}\n{}run it again alone: cargo xtask ci {name}", short_of_space(root)))?;
+        match before.filter(|before| hash().as_ref() == Some(before)) {
+            Some(hash) => proved::write(root, &name, &hash),
+            None => Ok(()),
+        }
     }
 
     /// Runs it as a command of its own, and prints what it says when it is over.
@@ -323,6 +366,16 @@ fn command_for<'r>(readme: &'r str, purpose: &str) -> Option<Vec<&'r str>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_that_is_published_counts_for_the_jobs_that_publish_it() {
+        let root = workspace::root();
+        let paths = Job::Package.inputs().unwrap().paths(&root).unwrap();
+        for package in package::published(&root).unwrap() {
+            let folder = package.folder.strip_prefix(&root).unwrap();
+            assert!(paths.iter().any(|path| folder.starts_with(path)), "{} is not in {paths:?}", folder.display());
+        }
+    }
 
     #[test]
     fn the_readme_has_a_command_for_both_of_its_jobs() {

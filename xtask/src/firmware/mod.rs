@@ -53,8 +53,13 @@ const TESTS: [Test; 8] = [
     ("it passes the conformance test", conform),
 ];
 
+/// Whether it can be run here; where not, the reason.
+pub(crate) fn is_possible() -> Result<(), String> {
+    qemu::is_installed().and_then(|()| target_is_installed())
+}
+
 pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
-    if let Err(reason) = qemu::is_installed().and_then(|()| target_is_installed()) {
+    if let Err(reason) = is_possible() {
         println!("skipped: firmware on a microcontroller: {reason}");
         return Ok(());
     }
@@ -76,7 +81,7 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
 
 /// Has the conformance test write what it says of the firmware, as JSON. Cases may fail.
 pub(crate) fn report(root: &Path, lexican: PathBuf, path: &Path) -> Result<(), String> {
-    qemu::is_installed().and_then(|()| target_is_installed())?;
+    is_possible()?;
     on_bench(root, lexican, |bench| {
         get_a_node_id(bench)?;
         bench.test_conformance(&["--force", "--report", &path.to_string_lossy()]).map(drop)

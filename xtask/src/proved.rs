@@ -1,0 +1,176 @@
+//! What has been proved already: the heavy jobs of CI leave a record in the repository, `.ci/proved/<job>`, of
+//! everything that their outcome depends on. A job whose record is still right is not run again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::{command, workspace};
+
+/// Where the records are. They are made by jobs, and are no part of what jobs depend on.
+pub(crate) const FOLDER: &str = ".ci/proved";
+
+/// What every job depends on, whatever it builds: the job itself, the lock file, the profiles and lints.
+const COMMON: [&str; 6] = [".cargo", ".ci/run", "Cargo.lock", "Cargo.toml", "clippy.toml", "xtask"];
+
+/// What a job depends on.
+pub(crate) struct Inputs {
+    /// Manifests whose package, or workspace, counts with all packages of ours that it is made of.
+    pub(crate) manifests: &'static [&'static str],
+    /// Files and folders besides.
+    pub(crate) paths: &'static [&'static str],
+}
+
+impl Inputs {
+    /// The files and folders of this repository, from its root.
+    pub(crate) fn paths(&self, root: &Path) -> Result<BTreeSet<String>, String> {
+        let mut paths: BTreeSet<String> = COMMON.iter().chain(self.paths).map(ToString::to_string).collect();
+        for manifest in self.manifests {
+            paths.extend(packages(root, manifest)?);
+        }
+        Ok(paths)
+    }
+
+    /// One figure of all inputs as they are in the checkout, committed or not, and of the compiler.
+    ///
+    /// # Errors
+    ///
+    /// There is no git, this is no checkout, or cargo cannot read a manifest.
+    pub(crate) fn hash(&self, root: &Path) -> Result<String, String> {
+        // An index of its own: what is staged stays as it is, and files that are not yet added count, too.
+        let index = workspace::target_folder(root).join("proved-index");
+        let git = |arguments: &[&str]| {
+            let mut git = Command::new("git");
+            git.args(arguments).current_dir(root).env("GIT_INDEX_FILE", &index);
+            git
+        };
+        command::output(&mut git(&["add", "--all"]))?;
+        let mut list = git(&["ls-files", "--stage", "--"]);
+        let mut text = command::output(list.args(self.paths(root)?))?.stdout;
+        text.extend(command::output(Command::new("rustc").arg("-vV"))?.stdout);
+        let mut hash = git(&["hash-object", "--stdin"]);
+        let failed = |error: std::io::Error| format!("git hash-object: {error}");
+        let mut child = hash.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
+        child.stdin.take().map_or(Ok(()), |mut input| input.write_all(&text)).map_err(failed)?;
+        let output = child.wait_with_output().map_err(failed)?;
+        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+}
+
+/// Whether the record of a job is that of what is in the checkout.
+pub(crate) fn is_right(root: &Path, job: &str, hash: &str) -> bool {
+    std::fs::read_to_string(record(root, job)).is_ok_and(|text| text.trim() == hash)
+}
+
+/// Records that a job has passed.
+pub(crate) fn write(root: &Path, job: &str, hash: &str) -> Result<(), String> {
+    let path = record(root, job);
+    let folder = path.parent().unwrap_or(root);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, format!("{hash}\n")))
+        .map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn record(root: &Path, job: &str) -> PathBuf {
+    root.join(FOLDER).join(job)
+}
+
+/// The folders of a manifest's packages and of all packages of this repository that they depend on, for tests, too.
+fn packages(root: &Path, manifest: &str) -> Result<BTreeSet<String>, String> {
+    let mut cargo = command::cargo();
+    cargo.args(["metadata", "--format-version", "1", "--all-features", "--locked", "--manifest-path", manifest]);
+    let metadata: Metadata = serde_json::from_slice(&command::output(cargo.current_dir(root))?.stdout)
+        .map_err(|error| format!("cargo metadata of {manifest}: {error}"))?;
+    let depends: BTreeMap<&str, &[String]> =
+        metadata.resolve.nodes.iter().map(|node| (&*node.id, &*node.dependencies)).collect();
+    let of_manifest = |package: &&Package| Path::new(&package.manifest_path) == root.join(manifest);
+    // A manifest of a whole workspace has no package of its own: all its members count.
+    let mut open: Vec<&str> = match metadata.packages.iter().find(of_manifest) {
+        Some(package) => vec![&package.id],
+        None => metadata.workspace_members.iter().map(String::as_str).collect(),
+    };
+    let mut reached = BTreeSet::new();
+    while let Some(id) = open.pop() {
+        if reached.insert(id) {
+            open.extend(depends.get(id).into_iter().copied().flatten().map(String::as_str));
+        }
+    }
+    let ours = metadata.packages.iter().filter(|package| package.source.is_none() && reached.contains(&*package.id));
+    let folders = ours.filter_map(|package| Path::new(&package.manifest_path).parent()?.strip_prefix(root).ok());
+    Ok(folders.map(|folder| folder.to_string_lossy().into_owned()).collect())
+}
+
+/// What `cargo metadata` says, as far as it is wanted here.
+#[derive(serde::Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+    resolve: Resolve,
+    workspace_members: Vec<String>,
+}
+
+#[derive(serde::Deserialize)]
+struct Package {
+    id: String,
+    /// None for a package that lies in this repository.
+    source: Option<String>,
+    manifest_path: String,
+}
+
+#[derive(serde::Deserialize)]
+struct Resolve {
+    nodes: Vec<Node>,
+}
+
+#[derive(serde::Deserialize)]
+struct Node {
+    id: String,
+    dependencies: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_package_depends_on_what_it_is_made_of_and_on_nothing_else() {
+        let root = workspace::root();
+        let fuzz = packages(&root, "fuzz/Cargo.toml").unwrap();
+        for folder in ["fuzz", "eds", "runtime", "drives/siko-ag03-1"] {
+            assert!(fuzz.contains(folder), "{folder} is not in {fuzz:?}");
+        }
+        assert!(!fuzz.contains("cli"), "{fuzz:?}");
+        let firmware = packages(&root, "examples/firmware/Cargo.toml").unwrap();
+        assert!(firmware.contains("examples/firmware/mps2") && firmware.contains("runtime"), "{firmware:?}");
+    }
+
+    #[test]
+    fn an_edit_of_an_input_is_another_figure_and_an_edit_elsewhere_is_not() {
+        let root = std::env::temp_dir().join(format!("lexican-proved-{}", std::process::id()));
+        let file = |name: &str, text: &str| {
+            let path = root.join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        file("job/a.rs", "1");
+        file("elsewhere/b.rs", "1");
+        file("target/.gitignore", "*");
+        command::output(Command::new("git").arg("init").arg("--quiet").current_dir(&root)).unwrap();
+        // What a job depends on always is looked for, too: git refuses no path that is not there.
+        let inputs = Inputs { manifests: &[], paths: &["job"] };
+        let hash = || inputs.hash(&root).unwrap();
+        let first = hash();
+        file("elsewhere/b.rs", "2");
+        assert_eq!(hash(), first);
+        write(&root, "job", &first).unwrap();
+        assert!(is_right(&root, "job", &hash()), "the record itself is no input");
+        file("job/a.rs", "2");
+        assert_ne!(hash(), first);
+        assert!(!is_right(&root, "job", &hash()));
+        file("job/a.rs", "1");
+        assert_eq!(hash(), first);
+        file("job/new.rs", "");
+        assert_ne!(hash(), first, "a file that is not yet added counts");
+        std::fs::remove_dir_all(&root).unwrap();
+    }
+}
