@@ -3,10 +3,6 @@
 pub(crate) const OF_SERIAL: &[(&str, &str)] = &[
     ("answer fits: false => true", "an answer without content has no other bytes than those at its end"),
     ("client new: false => true #2", "each command sets it before it is read"),
-    (
-        "connection await_status: self.line.now () >= until => self.line.now () > until",
-        "to ask for the status takes time",
-    ),
 ];
 
 pub(crate) const OF_PROFIBUS: &[(&str, &str)] = &[

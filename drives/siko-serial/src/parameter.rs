@@ -63,15 +63,6 @@ pub fn answered(row: &Row, answer: Answer) -> Option<i64> {
     })
 }
 
-/// The parameter that decides what the number of another one stands for, if that depends on it, and whether it is that
-/// one when it has a number of the port.
-#[must_use]
-pub fn decided_by(row: &Row) -> Option<(&'static Row, impl Fn(i64) -> bool + use<>)> {
-    let when = row.when?;
-    let decides = TABLE.iter().find(|other| other.object == Some(when.address))?;
-    Some((decides, move |number| decides.in_object(number).is_some_and(|number| when.holds(number.cast_unsigned()))))
-}
-
 /// The object of the parameter that a command names.
 fn object_of(names: Command, mode: Mode) -> Address {
     let is = |row: &&Row| {

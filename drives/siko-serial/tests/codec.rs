@@ -1,13 +1,18 @@
 //! Commands and answers: each there and back, any bytes, and the time that bytes can take.
 
+mod bench;
+
+use bench::Bench;
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 use proptest::prelude::*;
 use proptest::sample::select;
+use siko_ag02::od::serial::TABLE;
 use siko_serial::answer::{Answer, Flags, Reading, Reply};
 use siko_serial::client::{Client, Event, Settings};
 use siko_serial::command::{Command, Decoder, Identity, Long, Mode, PosType, Setting, Short, Turning};
 use siko_serial::error::ErrorNumber;
+use siko_serial::parameter;
 use siko_serial::sim::SerialDrive;
 use siko_serial::telegram::Telegram;
 
@@ -267,4 +272,32 @@ fn a_hundred_thousand_damaged_telegrams_take_bounded_time() {
     let (event, _) = exchange(&mut client, &mut drive, &mut now, Command::Status);
     assert!(matches!(event, Event::Answered(Answer::Status(_))));
     assert!(now.since(begin) < Duration::from_secs(3), "in the time of the line");
+}
+
+/// Each row of the overlay has commands that the drive carries out, and their numbers there and back.
+#[test]
+fn every_parameter_has_commands_that_the_drive_carries_out() {
+    for row in TABLE {
+        let mut bench = Bench::new();
+        if row.when.is_some_and(|when| !when.holds(1)) {
+            bench.done(Command::SetMode(Mode::Velocity));
+        }
+        let number = match parameter::reading(row) {
+            Some(command) => parameter::answered(row, bench.drive.request(command).unwrap()).unwrap(),
+            None => row.codes[0].0,
+        };
+        assert_eq!(parameter::reading(row).is_some(), row.access.is_readable(), "{row:?}");
+        assert!(row.in_object(number).is_some(), "{row:?}");
+        // What is a few bits of the register of flags has few numbers.
+        let in_range = |number: i64| row.range.is_none_or(|(low, high)| (low..=high).contains(&number));
+        let few = |number: &i64| in_range(*number) && parameter::writing(row, *number).is_some();
+        let own = if row.number.starts_with('Q') { (0..10).filter(few).collect() } else { vec![number] };
+        for number in own {
+            bench.done(parameter::writing(row, number).unwrap_or_else(|| panic!("{row:?}")));
+            if let Some(command) = parameter::reading(row) {
+                let answer = bench.drive.request(command).unwrap();
+                assert_eq!(parameter::answered(row, answer), Some(number), "{row:?}");
+            }
+        }
+    }
 }

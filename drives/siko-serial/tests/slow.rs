@@ -48,7 +48,6 @@ fn a_drive_as_slow_as_its_settings_allow_is_driven() {
     }
 }
 
-#[cfg(feature = "tokio")]
 #[tokio::test]
 async fn the_tokio_driver_drives_it_too() {
     use lexican_runtime::host::tokio::Network;

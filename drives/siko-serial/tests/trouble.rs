@@ -4,14 +4,14 @@ mod bench;
 
 use std::io;
 
-use bench::Bench;
+use bench::{Bench, Connection, Error};
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 use siko_serial::answer::{Answer, Reply};
 use siko_serial::client::{Client, Event, PROBES, Trouble};
 use siko_serial::command::{Command, Long, Setting, Short};
 use siko_serial::sim::{SerialDrive, VirtualLine};
-use siko_serial::{Connection, Error, Line, Settings};
+use siko_serial::{Line, Settings};
 
 /// A line whose bytes go through a function on their way, each with its number.
 struct Damaged<F, G> {
@@ -66,7 +66,7 @@ where
 fn check<T>(result: Result<T, Error>, trouble: Trouble) {
     match result {
         Err(Error::Trouble(got)) => assert_eq!(got, trouble),
-        Err(other) => panic!("{other}"),
+        Err(other) => panic!("{other:?}"),
         Ok(_) => panic!("it has succeeded"),
     }
 }

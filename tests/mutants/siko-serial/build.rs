@@ -7,12 +7,11 @@ use mutator::Sources;
 
 static SERIAL: Sources = Sources {
     folder: "siko-serial/src",
-    modules: &["answer", "client", "command", "connection", "error", "gateway", "line", "parameter", "sim", "telegram"],
+    modules: &["answer", "client", "command", "error", "gateway", "line", "parameter", "sim", "telegram"],
     mutated: &[
         "answer",
         "client",
         "command",
-        "connection",
         "error",
         "gateway",
         "gateway/objects",
@@ -25,7 +24,7 @@ static SERIAL: Sources = Sources {
     prefix: "",
     others: &["parameter object"],
     spans: &[],
-    before: "use client::{Client, Settings}; use connection::{Connection, Error}; use line::{Line, Port};",
+    before: "use client::{Client, Settings}; use line::{Line, Port};",
     data: false,
 };
 

@@ -10,7 +10,6 @@ mod mutated {
 }
 
 pub use mutated::client::{Client, Settings};
-pub use mutated::connection::{Connection, Error};
 pub use mutated::line::{Line, Port};
 pub use mutated::{answer, client, command, error, gateway, parameter, sim, telegram};
 

@@ -1,19 +1,5 @@
 //! The AG02 behind its serial port as a CANopen node: a [`Door`] of [`siko::gateway`].
 //!
-//! ```
-//! use siko_ag02::driver::{Drive, Outcome};
-//! use siko_serial::Settings;
-//! use siko_serial::gateway::{self, NODE};
-//! use siko_serial::sim::{SerialDrive, VirtualLine};
-//!
-//! // On a machine it is `gateway::open("/dev/ttyUSB0", Settings::default(), NODE)`; everything else is the same, and as on CAN.
-//! let link = gateway::link(VirtualLine::new(SerialDrive::default()), Settings::default(), NODE);
-//! let mut drive = Drive::connect(link, NODE)?;
-//! drive.enable()?;
-//! assert_eq!(drive.move_to(5000)?, Outcome::Reached { position: 5000 });
-//! # Ok::<(), siko_ag02::driver::Error>(())
-//! ```
-//!
 //! # What becomes of what
 //!
 //! | on CAN | on the line |

@@ -1,13 +1,17 @@
 //! A simulated drive at the end of a line, and the client at the other.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
+mod connection;
+
 use lexican_runtime::Duration;
 use siko_ag02::sim::inputs::Inputs;
+use siko_serial::Settings;
 use siko_serial::answer::Answer;
 use siko_serial::command::Command;
 use siko_serial::error::ErrorNumber;
 use siko_serial::sim::{SerialDrive, VirtualLine};
-use siko_serial::{Connection, Error, Settings};
+
+pub(crate) use connection::{Connection, Error};
 
 pub(crate) struct Bench {
     pub(crate) drive: Connection<VirtualLine>,
