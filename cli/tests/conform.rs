@@ -52,6 +52,27 @@ fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     assert!(html.contains("by default 6") && !html.contains("{{"), "{html}");
 }
 
+/// Of hundreds of findings, ten lines are printed, and the command for the others: it is run as it is said.
+#[test]
+fn a_data_sheet_with_errors_says_which_in_ten_lines() {
+    let folder = folder("conform-unfit");
+    let device = include_str!("../../tests/conformance/device.eds");
+    let wrong = device.replace("[1000]", "[1F99]").replace("DataType=0x0007", "DataType=0x9999");
+    std::fs::write(folder.join("device.eds"), device).unwrap();
+    std::fs::write(folder.join("wrong.eds"), wrong).unwrap();
+    let args = ["conform", "--bus", "sim:device.eds?node=5", "--device", "wrong.eds", "--report", "r.json"];
+    let run = lexican_in(&folder, &args);
+    run.on_stderr(2, "wrong.eds: 1000h, the device type, cannot be read in it");
+    run.on_stderr(2, "wrong.eds:65:10: warning[eds::unknown-data-type]");
+    assert_eq!(run.stderr.lines().count(), 12, "{run}");
+    let json: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("r.json")).unwrap()).unwrap();
+    let said = json["ended_early"].as_str().unwrap();
+    let (_, command) = said.rsplit_once(": lexican ").unwrap();
+    assert!(said.lines().count() == 12 && run.stderr.contains(command), "{said}");
+    let lint = lexican_in(&folder, &command.split(' ').collect::<Vec<_>>());
+    assert!(lint.stdout.matches("unknown-data-type").count() > 10, "{lint}");
+}
+
 #[test]
 fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     let (_, run) = conform("conform-plan", None, &["--plan", "--allow", "manufacturer"]);

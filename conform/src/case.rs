@@ -82,6 +82,12 @@ impl Case {
         format!("CiA {}", clause.replacen('/', ", ", 1))
     }
 
+    /// The standard with up to three numbers of the clause: `301/7.2.4`.
+    pub(crate) fn chapter(&self) -> &'static str {
+        let clause = self.id.rsplit_once('/').map_or(self.id, |(clause, _)| clause);
+        clause.match_indices('.').nth(2).map_or(clause, |(end, _)| &clause[..end])
+    }
+
     /// Whether the case is meant by a name: its id or its number in the plan, a chapter or another beginning of either that
     /// ends before a dot or a slash.
     #[must_use]

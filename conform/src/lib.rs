@@ -14,6 +14,7 @@ mod known;
 mod lss;
 mod report;
 mod sdo;
+mod sheet;
 mod suite;
 mod tester;
 mod trace;
@@ -25,8 +26,9 @@ pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use known::Known;
 pub use report::{About, Document, Tally};
+pub use sheet::{Findings, Sheet};
 pub use suite::{CaseReport, Observer, Report, run};
-pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Sheet, Stimuli, Tester, Write};
+pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Stimuli, Tester, Write};
 pub use trace::{ChapterReport, StepReport, Trace, TraceReport, run_trace};
 pub use verdict::{Ended, Level, Outcome, Verdict};
 

@@ -14,7 +14,8 @@ use crate::cases::pdo_mapping::writing_order;
 use crate::cases::{cases, lss};
 use crate::hazard::Hazard;
 use crate::sdo;
-use crate::tester::{Record, Settings, Sheet, Tester, uncancelled};
+use crate::sheet::Sheet;
+use crate::tester::{Record, Settings, Tester, uncancelled};
 use crate::verdict::{Ended, Level, Outcome, Verdict};
 
 /// For how long others on the bus are listened to before the test.
@@ -48,6 +49,8 @@ pub struct Report {
     pub ended_early: Option<Ended>,
     /// What is not as it was before the test, or not known to be: a sentence for each entry.
     pub not_put_back: Vec<String>,
+    /// What has become of the device beside that: it did not come back, or its storage has grown. A sentence for each.
+    pub findings: Vec<String>,
 }
 
 /// Follows a test while it runs.
@@ -84,8 +87,11 @@ pub fn run(
         before: BTreeMap::new(),
         changed: BTreeSet::new(),
         stores: false,
+        has_grown: false,
         failed: BTreeMap::new(),
         moving: None,
+        gone: None,
+        findings: Vec::new(),
     };
     let mut cases = cases.to_vec();
     if sheet.is_unfit {
@@ -110,6 +116,7 @@ pub fn run(
         report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
     }
     report.not_put_back = suite.put_back();
+    report.findings = suite.what_has_become();
     report
 }
 
@@ -127,7 +134,17 @@ enum Presence {
     Here,
     /// Not at first.
     Back,
+    /// Not before this reset.
+    Reset(NmtCommand),
     Gone(Ended),
+}
+
+/// A device that does not come back.
+struct Gone {
+    /// The case that it was gone after.
+    by: &'static str,
+    /// The chapters in which it was looked for in vain.
+    chapters: BTreeSet<&'static str>,
 }
 
 struct Suite<'a> {
@@ -138,10 +155,15 @@ struct Suite<'a> {
     changed: BTreeSet<(u16, u8)>,
     /// A case has stored parameters.
     stores: bool,
+    /// They were stored again, so that they are what they were: the storage has more than before.
+    has_grown: bool,
     /// Whether cases that were run have failed.
     failed: BTreeMap<&'static str, bool>,
     /// The drive may move, and could not be stopped: why that is not known better.
     moving: Option<String>,
+    gone: Option<Gone>,
+    /// What has become of the device.
+    findings: Vec<String>,
 }
 
 impl Suite<'_> {
@@ -189,14 +211,33 @@ impl Suite<'_> {
     /// Runs a case, again if it may have failed without the device being wrong; and why the test ends with it.
     fn run(&mut self, case: &'static Case) -> (CaseReport, Option<Ended>) {
         let begun = self.tester.now();
+        if case.scope != Scope::DataSheet
+            && let Some((verdict, end)) = self.is_without_device(case)
+        {
+            let took = self.tester.now().since(begun);
+            let (outcome, frames) = (Err(verdict), self.tester.frames().to_vec());
+            let (known, measured, notes) = (None, Vec::new(), Vec::new());
+            return (CaseReport { case, outcome, took, frames, known, measured, notes }, end);
+        }
         let mut notes = Vec::new();
         let (mut outcome, mut frames) = self.once(case);
         let mut end = None;
         let repeats = match &outcome {
             Err(Verdict::Failed(_)) if case.scope != Scope::DataSheet => {
                 match (self.tester.disturbance(), self.looks_for_device(self.tester.settings.boot)) {
+                    (_, Presence::Gone(Ended::Silent(_))) => {
+                        notes.push("the device does not answer any more".to_owned());
+                        self.gone = Some(Gone { by: case.id, chapters: [case.chapter()].into() });
+                        None
+                    }
                     (_, Presence::Gone(gone)) => {
                         end = Some(gone);
+                        None
+                    }
+                    (_, Presence::Reset(command)) => {
+                        let what = if command == NmtCommand::ResetNode { "node" } else { "communication" };
+                        self.findings
+                            .push(format!("after {} the device answered only when its {what} was reset", case.id));
                         None
                     }
                     (Some(disturbance), _) => Some(disturbance),
@@ -208,7 +249,7 @@ impl Suite<'_> {
                 let lost = format!("the bus was lost ({why})");
                 match self.looks_for_device(self.tester.settings.bus) {
                     Presence::Gone(_) => None,
-                    Presence::Here | Presence::Back => Some(lost),
+                    Presence::Here | Presence::Back | Presence::Reset(_) => Some(lost),
                 }
             }
             Err(Verdict::NotDecidable(why)) => Some(why.clone()),
@@ -252,7 +293,7 @@ impl Suite<'_> {
         }
         end = self.moving.take().map(Ended::Moving).or(end);
         // The report of the whole test says what stays as it is.
-        notes.extend(self.put_back());
+        notes.extend(if self.gone.is_some() { self.left() } else { self.put_back() });
         (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
     }
 
@@ -310,12 +351,46 @@ impl Suite<'_> {
             }
             presence = Presence::Back;
         }
-        // What no longer serves SDO may still obey a reset.
-        match self.tester.reset(NmtCommand::ResetNode).and_then(|()| self.tester.upload(0x1000, 0)) {
-            Ok(_) => Presence::Here,
-            Err(Verdict::Unfinished(ended)) => Presence::Gone(ended),
-            Err(_) => Presence::Gone(Ended::Silent(self.tester.node)),
+        match self.is_back_by_reset() {
+            Ok(command) => Presence::Reset(command),
+            Err(ended) => Presence::Gone(ended),
         }
+    }
+
+    /// What no longer serves SDO may still obey a reset: of the node, or of its communication alone.
+    fn is_back_by_reset(&mut self) -> Result<NmtCommand, Ended> {
+        for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
+            self.tester.limit(STEP);
+            // In STOPPED, what does not obey a reset serves no SDO. Whether it has booted is not asked: it answers.
+            let _: Outcome = self.tester.reset(command);
+            let entered = self.tester.enter(NmtState::PreOperational);
+            match entered.and_then(|()| self.tester.upload(0x1000, 0)) {
+                Ok(_) => return Ok(command),
+                Err(Verdict::Unfinished(ended)) => return Err(ended),
+                Err(_) => {}
+            }
+        }
+        Err(Ended::Silent(self.tester.node))
+    }
+
+    /// Of a device that is gone: the verdict on a case, unless it is there again. It is looked for once in each chapter.
+    fn is_without_device(&mut self, case: &Case) -> Option<(Verdict, Option<Ended>)> {
+        let mut gone = self.gone.take()?;
+        let verdict = Verdict::Blocked(gone.by, "the device has not come back since".to_owned());
+        self.tester.begin();
+        if gone.chapters.insert(case.chapter()) {
+            match self.looks_for_device(Duration::ZERO) {
+                Presence::Gone(Ended::Silent(_)) => {}
+                Presence::Gone(ended) => return Some((Verdict::Unfinished(ended.clone()), Some(ended))),
+                _ => {
+                    self.findings
+                        .push(format!("after {} the device did not answer; with {} it did again", gone.by, case.id));
+                    return None;
+                }
+            }
+        }
+        self.gone = Some(gone);
+        Some((verdict, None))
     }
 
     /// Undoes what cases have done, also after Ctrl-C.
@@ -334,17 +409,33 @@ impl Suite<'_> {
             return Vec::from_iter(by_lss);
         }
         self.undo(|suite| {
-            let reset = suite.tester.reset(NmtCommand::ResetNode);
-            // In STOPPED, what does not obey a reset serves no SDO.
-            if reset.and_then(|()| suite.tester.enter(NmtState::PreOperational)).is_ok() {
+            if suite.is_back_by_reset().is_ok() {
                 suite.restore();
             }
         });
+        by_lss.into_iter().chain(self.left()).collect()
+    }
+
+    /// What is not known to be as it was: a sentence for each entry.
+    fn left(&self) -> Vec<String> {
         let was = |&(index, sub): &(u16, u8)| {
             let before = self.tester.shown((index, sub), &self.before[&(index, sub)]);
             format!("{index:04X}:{sub:02X} could not be put back to {before}")
         };
-        by_lss.into_iter().chain(self.changed.iter().map(was)).collect()
+        self.changed.iter().map(was).collect()
+    }
+
+    /// What has become of the device by the test, beside entries that are not as they were.
+    fn what_has_become(&mut self) -> Vec<String> {
+        let gone = self.gone.take().map(|Gone { by, .. }| {
+            format!("after {by} the device did not come back: switch it off and on, and run the cases that are blocked by it")
+        });
+        let grown = self.has_grown.then(|| {
+            "the storage has grown: its parameters are what they were, and all of them are stored now; \
+             writing \"load\" (64616F6Ch) to 1011h:01 makes them the defaults"
+                .to_owned()
+        });
+        std::mem::take(&mut self.findings).into_iter().chain(gone).chain(grown).collect()
     }
 
     fn restore(&mut self) {
@@ -356,7 +447,8 @@ impl Suite<'_> {
         }
         if self.stores && !order.is_empty() {
             // What has been stored comes back with each reset.
-            let _ = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
+            let stored = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
+            self.has_grown |= matches!(stored, Ok(Ok(_)));
         }
         self.changed.extend(order);
         self.keep_what_differs();

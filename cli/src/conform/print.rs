@@ -175,7 +175,7 @@ pub(super) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
     }
     let mut stdout = stdout();
     report.root_causes().iter().try_for_each(|text| writeln!(stdout, "root cause: {text}"))?;
-    report.not_put_back.iter().try_for_each(|text| writeln!(stdout, "{text}"))?;
+    report.not_put_back.iter().chain(&report.findings).try_for_each(|text| writeln!(stdout, "{text}"))?;
     if let Some(why) = &report.ended_early {
         writeln!(stdout, "the test ended early: {why}")?;
     }

@@ -59,7 +59,7 @@ fn page(document: &Document) -> String {
         };
         page.push_str("    </testcase>\n");
     }
-    for text in &document.sum.not_put_back {
+    for text in document.sum.not_put_back.iter().chain(&document.sum.findings) {
         let _ = writeln!(page, "    <system-err>{}</system-err>", escaped(text));
     }
     page.push_str("  </testsuite>\n</testsuites>\n");

@@ -10,9 +10,12 @@ use lexican_runtime::{Frame, Instant};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::cases::cases;
+use crate::cases::{cases, profile_cases};
 use crate::suite::{CaseReport, Report};
 use crate::verdict::{Level, Verdict};
+
+/// So many cases are named that one blocks.
+const BLOCKED: usize = 8;
 
 /// What was tested, for the head of a report.
 #[derive(Clone, Debug, Serialize)]
@@ -45,6 +48,8 @@ struct Sum {
     root_causes: Vec<String>,
     /// What is not as it was before the test.
     not_put_back: Vec<String>,
+    /// What has become of the device beside that.
+    findings: Vec<String>,
 }
 
 /// How many cases have which verdict.
@@ -166,8 +171,12 @@ impl Report {
         }
         let mut blocks: Vec<_> = blocks.into_iter().collect();
         blocks.sort_by_key(|(_, blocked)| Reverse(blocked.len()));
-        let title = |id| cases().find(|case| case.id == id).map_or("", |case| case.title);
-        blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), blocked.join(", "))).collect()
+        let title = |id| cases().chain(profile_cases()).find(|case| case.id == id).map_or("", |case| case.title);
+        let named = |blocked: &[&str]| match blocked.len().saturating_sub(BLOCKED) {
+            0 => blocked.join(", "),
+            more => format!("{} and {more} more", blocked[..BLOCKED].join(", ")),
+        };
+        blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), named(&blocked))).collect()
     }
 
     /// The report with its frames in words; `words` gets the frames of each case from its first one on.
@@ -191,7 +200,7 @@ impl Sum {
     fn new(report: &Report) -> Self {
         let ended_early = report.ended_early.as_ref().map(ToString::to_string);
         let (root_causes, not_put_back) = (report.root_causes(), report.not_put_back.clone());
-        Sum { tally: report.tally(), ended_early, root_causes, not_put_back }
+        Sum { tally: report.tally(), ended_early, root_causes, not_put_back, findings: report.findings.clone() }
     }
 }
 
