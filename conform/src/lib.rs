@@ -25,7 +25,7 @@ pub use case::Case;
 pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use known::Known;
-pub use report::{About, Document, Tally};
+pub use report::{About, Differences, Document, Earlier, Tally};
 pub use sheet::{Findings, Sheet};
 pub use suite::{CaseReport, Observer, Report, run};
 pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Stimuli, Tester, Write};

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::Entry;
+use lexican_eds::types::DataType;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
@@ -17,6 +18,17 @@ use crate::sdo;
 use crate::sheet::Sheet;
 use crate::tester::{Record, Settings, Tester, uncancelled};
 use crate::verdict::{Ended, Level, Outcome, Verdict};
+
+/// What a device says that it is.
+const IDENTITY: [((u16, u8), &str); 7] = [
+    ((0x1018, 1), "vendor-ID"),
+    ((0x1018, 2), "product code"),
+    ((0x1018, 3), "revision number"),
+    ((0x1018, 4), "serial number"),
+    ((0x1008, 0), "device name"),
+    ((0x1009, 0), "hardware version"),
+    ((0x100A, 0), "software version"),
+];
 
 /// For how long others on the bus are listened to before the test.
 const OTHERS: Duration = Duration::from_secs(2);
@@ -34,6 +46,8 @@ pub struct CaseReport {
     pub frames: Vec<Record>,
     /// Why it may fail as it does, where that is [known](Settings::known).
     pub known: Option<String>,
+    /// The sets of answers that are right, where there are several.
+    pub expected: Vec<String>,
     /// What was measured or observed, beside what is allowed.
     pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
@@ -51,6 +65,10 @@ pub struct Report {
     pub not_put_back: Vec<String>,
     /// What has become of the device beside that: it did not come back, or its storage has grown. A sentence for each.
     pub findings: Vec<String>,
+    /// What the device says that it is, before the first case: the name of each entry, and its value.
+    pub identity: Vec<(String, String)>,
+    /// How long the test took.
+    pub took: Duration,
 }
 
 /// Follows a test while it runs.
@@ -80,6 +98,7 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Report {
     let mut report = Report::default();
+    let begun = link.now();
     let tester = Tester::new(link, sheet, settings, cancelled);
     let mut suite = Suite {
         tester,
@@ -92,12 +111,14 @@ pub fn run(
         moving: None,
         gone: None,
         findings: Vec::new(),
+        identity: Vec::new(),
     };
     let mut cases = cases.to_vec();
     if sheet.is_unfit {
         cases.retain(|case| case.scope == Scope::DataSheet);
     } else {
         report.ended_early = suite.prepare().err();
+        report.identity = suite.identity.clone();
     }
     for (number, case) in (1..).zip(&cases) {
         if report.ended_early.is_none() && cancelled.load(Ordering::Relaxed) {
@@ -117,6 +138,7 @@ pub fn run(
     }
     report.not_put_back = suite.put_back();
     report.findings = suite.what_has_become();
+    report.took = suite.tester.now().since(begun);
     report
 }
 
@@ -164,6 +186,8 @@ struct Suite<'a> {
     gone: Option<Gone>,
     /// What has become of the device.
     findings: Vec<String>,
+    /// What the device says that it is.
+    identity: Vec<(String, String)>,
 }
 
 impl Suite<'_> {
@@ -179,6 +203,16 @@ impl Suite<'_> {
             Ok(_) => {}
             Err(Verdict::Unfinished(ended)) => return Err(ended),
             Err(_) => return Err(Ended::Silent(self.tester.node)),
+        }
+        for (at @ (index, sub), name) in IDENTITY {
+            if let Ok(entry) = self.tester.entry(index, sub)
+                && let Ok(Ok(bytes)) = self.tester.upload(index, sub)
+            {
+                let is_text = entry.data_type == DataType::VisibleString;
+                let text = || String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_owned();
+                let value = if is_text { text() } else { self.tester.shown(at, &bytes) };
+                self.identity.push((format!("{name} ({index:04X}h:{sub:02X})"), value));
+            }
         }
         // The error history is what happened, and nothing to be put back.
         let kept = |entry: &Entry| entry.access.readable() && entry.access.writable() && entry.index != 0x1003;
@@ -216,8 +250,8 @@ impl Suite<'_> {
         {
             let took = self.tester.now().since(begun);
             let (outcome, frames) = (Err(verdict), self.tester.frames().to_vec());
-            let (known, measured, notes) = (None, Vec::new(), Vec::new());
-            return (CaseReport { case, outcome, took, frames, known, measured, notes }, end);
+            let (known, expected, measured, notes) = (None, Vec::new(), Vec::new(), Vec::new());
+            return (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end);
         }
         let mut notes = Vec::new();
         let (mut outcome, mut frames) = self.once(case);
@@ -262,6 +296,7 @@ impl Suite<'_> {
             notes.push(format!("{why}, and the case was run again"));
             (outcome, frames) = self.once(case);
         }
+        let expected = self.tester.expected().to_vec();
         let (measured, missing) = (self.tester.measured().to_vec(), self.tester.missing);
         self.failed.insert(case.id, matches!(outcome, Err(Verdict::Failed(_))));
         let took = self.tester.now().since(begun);
@@ -294,7 +329,7 @@ impl Suite<'_> {
         end = self.moving.take().map(Ended::Moving).or(end);
         // The report of the whole test says what stays as it is.
         notes.extend(if self.gone.is_some() { self.left() } else { self.put_back() });
-        (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
+        (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end)
     }
 
     /// Whether a case fails: it is run for that, unless it was.

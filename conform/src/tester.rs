@@ -179,6 +179,8 @@ pub struct Tester<'a> {
     written: BTreeSet<(u16, u8)>,
     /// What has been measured in this case.
     measured: Vec<String>,
+    /// The sets that answers of this case have to be in.
+    expected: Vec<String>,
     /// What LSS has changed, and is not put back.
     pub(crate) lss: Changes,
     /// The frames that this computer has missed in this case.
@@ -215,6 +217,7 @@ impl<'a> Tester<'a> {
             frames,
             written,
             measured,
+            expected: Vec::new(),
             lss: Changes::default(),
             missed,
             late: Duration::ZERO,
@@ -231,6 +234,7 @@ impl<'a> Tester<'a> {
         self.frames.clear();
         self.written.clear();
         self.measured.clear();
+        self.expected.clear();
         (self.missed, self.has_booted) = (0, false);
         (self.late, self.returned, self.margin, self.missing) = (Duration::ZERO, None, None, None);
         self.limit(self.settings.case);
@@ -252,6 +256,18 @@ impl<'a> Tester<'a> {
     pub(crate) fn observe(&mut self, sentence: String) {
         if !self.measured.contains(&sentence) {
             self.measured.push(sentence);
+        }
+    }
+
+    /// The sets that answers of the last case have to be in, each once.
+    pub(crate) fn expected(&self) -> &[String] {
+        &self.expected
+    }
+
+    /// The report says what the answer has to be, whatever it is.
+    pub(crate) fn expect_one_of(&mut self, set: String) {
+        if !self.expected.contains(&set) {
+            self.expected.push(set);
         }
     }
 

@@ -5,10 +5,11 @@ use std::io::Write as _;
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
 use lexican_conform::{
-    Case, CaseReport, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
+    Case, CaseReport, Differences, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
+use serde_json::json;
 
 use crate::output::{Failure, plural, progress, stdout, styled};
 use lexican_toolbox::decode::{Decoded, Decoder};
@@ -180,6 +181,17 @@ pub(super) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
         writeln!(stdout, "the test ended early: {why}")?;
     }
     writeln!(stdout, "{}", last_line(report))?;
+    Ok(())
+}
+
+/// What is different from an earlier test.
+pub(super) fn differences(differences: &Differences, as_json: bool) -> Result<(), Failure> {
+    let mut stdout = stdout();
+    if as_json {
+        writeln!(stdout, "{}", json!({ "event": "against", "differences": differences }))?;
+    } else {
+        writeln!(stdout, "{differences}")?;
+    }
     Ok(())
 }
 
