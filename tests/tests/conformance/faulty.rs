@@ -284,7 +284,7 @@ impl<N: Node> Node for Faulty<N> {
     }
 }
 
-fn matches(pattern: &str, text: &str) -> bool {
+pub fn matches(pattern: &str, text: &str) -> bool {
     let (head, any_rest) = pattern.strip_suffix('*').map_or((pattern, false), |head| (head, true));
     let same = head.len() == text.len() || any_rest && head.len() < text.len();
     same && head.bytes().zip(text.bytes()).all(|(wanted, is)| wanted == b'.' || wanted == is)

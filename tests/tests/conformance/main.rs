@@ -9,6 +9,7 @@
 #![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 
 mod device;
+mod drawn;
 mod faults;
 mod faulty;
 mod late;
