@@ -37,7 +37,7 @@ pub(crate) fn uncancelled<T>(cancelled: &AtomicBool, work: impl FnOnce() -> T) -
 const LOOK: Duration = Duration::from_millis(1);
 
 /// The case that is about answers to guarding.
-const GUARDING: &str = "301/7.2.8.3.2.1/1";
+pub(crate) const GUARDING: &str = "301/7.2.8.3.2.1/1";
 
 /// How a device is tested.
 #[derive(Clone, Debug)]

@@ -1,9 +1,12 @@
 //! Beyond the plan: blocks of SDO whose segments are lost, or come one by one.
 
+use lexican_eds::model::Entry;
+
 use super::sdo::long_text;
 use crate::case::{Case, case};
 use crate::sdo::{initiate, message};
-use crate::verdict::{ensure, not_applicable};
+use crate::tester::Tester;
+use crate::verdict::{Outcome, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3.14/3", "", "segments of a block that were lost are sent again", |t| {
@@ -52,20 +55,10 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("A server sends no more segments in a block than the client has asked for."),
     case("301/7.2.4.3.10/1", "", "segments of a block that did not come are asked for", |t| {
-        let entries = t.some_to_write("of more than four bytes can be written", |entry| {
-            entry.access.readable() && entry.access.writable() && t.bits(entry).is_none_or(|bits| bits > 56)
-        })?;
-        for entry in entries {
-            let at = (entry.index, entry.sub);
-            let value = t.read_bytes(at.0, at.1)?;
-            if (8..=127 * 7).contains(&value.len()) {
-                t.download_block_without(at, &value, true, 1)?;
-                let after = t.read_bytes(at.0, at.1)?;
-                let shown = t.shown(at, &after);
-                return ensure(after == value, || format!("{:04X}:{:02X} is {shown} afterwards", at.0, at.1));
-            }
-        }
-        Err(not_applicable("no value that can be written has several segments"))
+        let (index, sub, value) = long_to_write(t)?;
+        t.download_block_without((index, sub), &value, true, 1)?;
+        let after = t.read_bytes(index, sub)?;
+        ensure(after == value, || format!("{index:04X}:{sub:02X} is {} afterwards", t.shown((index, sub), &after)))
     })
     .requires("A server confirms the last segment that came in sequence, and goes on from there."),
     case("301/7.2.4.3.9/3", "", "a segment whose number is not next is not taken", |t| {
@@ -80,3 +73,17 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("A server takes the segments of a block in sequence only."),
 ];
+
+/// A value of several segments that can be written, and what it is.
+pub(crate) fn long_to_write(t: &mut Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
+    let entries = t.some_to_write("of more than four bytes can be written", |entry| {
+        entry.access.readable() && entry.access.writable() && t.bits(entry).is_none_or(|bits| bits > 56)
+    })?;
+    for Entry { index, sub, .. } in entries {
+        let value = t.read_bytes(index, sub)?;
+        if (8..=127 * 7).contains(&value.len()) {
+            return Ok((index, sub, value));
+        }
+    }
+    Err(not_applicable("no value that can be written has several segments"))
+}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{Entry, ObjectKind, Value};
+use lexican_eds::model::{AccessType, Entry, ObjectKind, Value};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId};
 
@@ -155,6 +155,27 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("The data sheet names every object of the device.")
     .recommended(),
+    case("306-1/6.5.2/12", "", "OPERATIONAL: what is const or fixed has the same value", |t| {
+        let is_fixed = |entry: &Entry| {
+            let of_cia_301 = matches!(entry.index, 0x1000 | 0x1008..=0x100A | 0x1018 | 0x1200..=0x1BFF);
+            entry.access == AccessType::Const || of_cia_301 && entry.access == AccessType::Ro
+        };
+        let fixed = t.some("is const", is_fixed)?;
+        let before = fixed.iter().map(|entry| t.upload(entry.index, entry.sub)).collect::<Outcome<Vec<_>>>()?;
+        t.enter(NmtState::Operational)?;
+        for (Entry { index, sub, .. }, before) in fixed.into_iter().zip(before) {
+            let after = t.upload(index, sub)?;
+            ensure(before == after, || match [before, after] {
+                [Ok(before), Ok(after)] => {
+                    let [before, after] = [before, after].map(|bytes| t.shown((index, sub), &bytes));
+                    format!("{index:04X}:{sub:02X} was {before} and is {after}")
+                }
+                _ => format!("{index:04X}:{sub:02X} is read in one state only"),
+            })?;
+        }
+        Ok(())
+    })
+    .requires("An entry with the access type const never changes, nor does a communication parameter that is ro."),
 ];
 
 /// Behind each object and each highest sub-index, where the data sheet has nothing; and how reading there is refused.

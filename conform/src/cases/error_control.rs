@@ -5,7 +5,7 @@ use lexican_runtime::{CobId, Duration};
 
 use crate::answers;
 use crate::case::{Case, case};
-use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::tester::{self, Heard, PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, not_applicable};
 
 const GUARDING: &str = "A guarding request is answered with the NMT state and a toggle bit.";
@@ -180,6 +180,54 @@ pub(crate) const CASES: &[Case] = &[
         unanswered(t)
     })
     .requires(EITHER),
+    case("301/7.2.8.3.2.1/5", "", "in every state, a guarding request is answered once", |t| {
+        is_guarded(t)?;
+        let mut toggle = 0;
+        for state in [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped] {
+            t.enter(state)?;
+            for _ in 0..2 {
+                t.send_remote(t.error_control(), 1)?;
+                let answered = t.hears_once(t.error_control(), &[state.code() | toggle], PATIENCE_MS);
+                t.needs(tester::GUARDING, answered)?;
+                toggle ^= 0x80;
+            }
+        }
+        Ok(())
+    })
+    .requires("A guarding request is answered once, with the NMT state and the toggle bit."),
+    case("301/7.2.8.3.2.2/7", "", "the heartbeat goes on through the states, in its time", |t| {
+        heartbeat(t, 100)?;
+        for state in [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped] {
+            t.enter(state)?;
+            let beats = t.hears_every(t.error_control(), 100, 4);
+            let beats = t.needs(BEATS, beats)?;
+            let right = beats.iter().all(|(_, frame)| frame.data() == [state.code()]);
+            ensure(right, || format!("heartbeats {} in {state}", text(&beats)))?;
+        }
+        Ok(())
+    })
+    .requires("A heartbeat comes with the period of 1017h in every NMT state, and carries that state."),
+    case("301/7.2.7/2", "", "a heartbeat that is lost is reported each time, and its return by the code 0000h", |t| {
+        has_emergency(t)?;
+        let id = CobId::of_node(0x80, t.node);
+        for state in [NmtState::PreOperational, NmtState::Operational] {
+            t.enter(NmtState::PreOperational)?;
+            watch(t)?;
+            t.enter(state)?;
+            beat(t, 0x05)?;
+            for _ in 0..2 {
+                let heard = t.hear_id(id, 300)?;
+                let lost = is_one_emergency(&heard, LOST);
+                t.needs("301/7.2.8.3.2.2/4", lost)?;
+                beat(t, 0x05)?;
+                let heard = t.hear_id(id, 20)?;
+                is_one_emergency(&heard, 0)?;
+            }
+        }
+        Ok(())
+    })
+    .requires("An error is reported once when it occurs, and by the code 0000h when it is over.")
+    .recommended(),
 ];
 
 /// The case that is about heartbeats.
@@ -265,6 +313,11 @@ fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
     let right = matches!(&heard[..], [(_, frame)] if frame.data().len() == 8);
     ensure(right, || format!("the emergency 8130h was expected, {} came", text(&heard)))?;
     none_lost(t, 300)
+}
+
+fn is_one_emergency(heard: &[Heard], code: u16) -> Outcome {
+    let right = matches!(heard, [(_, frame)] if frame.dlc() == 8 && frame.data().starts_with(&code.to_le_bytes()));
+    ensure(right, || format!("one emergency {code:04X}h of eight bytes was expected, {} came", text(heard)))
 }
 
 /// The error code of a life guard or heartbeat error.

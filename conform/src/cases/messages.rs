@@ -76,6 +76,9 @@ pub(crate) const CASES: &[Case] = &[
         }
         emergency(t)?;
         let trouble = trouble(t)?;
+        // An error that lasts is not sent again, and one that is over may come again.
+        trouble.ends(t)?;
+        t.hear_ms(20)?;
         let cob_id = t.read(0x1014, 0)? as u32;
         t.write(0x1014, 0, cob_id | 1 << 31)?;
         trouble.makes(t)?;

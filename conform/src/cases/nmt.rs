@@ -1,6 +1,6 @@
 //! 9 and 10: the NMT states, and the ways from one to the other.
 
-use lexican_eds::model::{Direction, Pdo};
+use lexican_eds::model::{Direction, Mapped, Pdo};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
@@ -247,7 +247,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 /// Nothing, of what the device does not offer.
-fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
+pub(crate) fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
     match outcome {
         Err(Verdict::NotApplicable(_)) => Ok(None),
         outcome => outcome.map(Some),
@@ -262,19 +262,43 @@ pub(crate) fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
 /// The same, of those RPDOs that are wanted.
 pub(crate) fn received_by(t: &mut Tester<'_>, wanted: fn(&Tester<'_>, &Pdo) -> bool) -> Outcome<(CobId, Pdo)> {
     for pdo in t.sheet.device.pdos.clone() {
-        let readable = |mapped: &lexican_eds::model::Mapped| {
-            let whole = mapped.bits.is_multiple_of(8);
-            whole && t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable() && t.may_write(&entry))
-        };
-        let is_received = pdo.direction == Direction::Receive && !pdo.mapping.is_empty();
-        if is_received && wanted(t, &pdo) && pdo.mapping.iter().all(readable) {
-            let cob_id = t.read(0x13FF + pdo.number, 1)? as u32;
-            if cob_id >> 31 == 0 {
-                return Ok((CobId::from_parameter(cob_id), pdo));
-            }
+        if wanted(t, &pdo)
+            && let Some(id) = receives(t, &pdo)?
+        {
+            return Ok((id, pdo));
         }
     }
-    Err(not_applicable("no RPDO whose objects can be read"))
+    Err(not_applicable(NONE_READ))
+}
+
+/// All RPDOs whose objects can be read back.
+pub(crate) fn all_received(t: &mut Tester<'_>) -> Outcome<Vec<(CobId, Pdo)>> {
+    let mut all = Vec::new();
+    for pdo in t.sheet.device.pdos.clone() {
+        all.extend(receives(t, &pdo)?.map(|id| (id, pdo)));
+    }
+    if all.is_empty() { Err(not_applicable(NONE_READ)) } else { Ok(all) }
+}
+
+const NONE_READ: &str = "no RPDO whose objects can be read";
+
+/// The identifier of an RPDO that exists and whose objects can be read back.
+fn receives(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Option<CobId>> {
+    let is_received = pdo.direction == Direction::Receive && !pdo.mapping.is_empty();
+    let may_write = |mapped: &Mapped| t.entry(mapped.index, mapped.sub).is_ok_and(|entry| t.may_write(&entry));
+    if !is_received || !are_readable(t, pdo) || !pdo.mapping.iter().all(may_write) {
+        return Ok(None);
+    }
+    let cob_id = t.read(0x13FF + pdo.number, 1)? as u32;
+    Ok((cob_id >> 31 == 0).then(|| CobId::from_parameter(cob_id)))
+}
+
+/// Whether [`values`] of a PDO can be read.
+pub(crate) fn are_readable(t: &Tester<'_>, pdo: &Pdo) -> bool {
+    pdo.mapping.iter().all(|mapped| {
+        let readable = t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable());
+        mapped.bits.is_multiple_of(8) && readable
+    })
 }
 
 /// What the objects of a PDO have, in its order.

@@ -125,6 +125,10 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     })
     .requires("A data type mapped as a placeholder (0001h to 0007h) stands for bits of an RPDO that are not used."),
+    case("301/7.5.2.36/5", "", "what does not exist is not received", |t| maps_nothing(t, Direction::Receive))
+        .requires("An object that does not exist is not mapped into an RPDO."),
+    case("301/7.5.2.38/10", "", "what does not exist is not transmitted", |t| maps_nothing(t, Direction::Transmit))
+        .requires("An object that does not exist is not mapped into a TPDO."),
 ];
 
 fn sends(entry: &Entry) -> bool {
@@ -267,6 +271,16 @@ fn does_not_map(t: &mut Tester<'_>, direction: Direction, what: &str, wanted: fn
         t.is_refused(answer, &answers::NOT_MAPPABLE, "the mapping")?;
     }
     Ok(())
+}
+
+/// An object that the data sheet lacks is refused.
+fn maps_nothing(t: &mut Tester<'_>, direction: Direction) -> Outcome {
+    let pdo = dynamic(t, direction)?;
+    let lacks = |index: &u16| t.sheet.device.object(*index).is_none();
+    let index =
+        (0x2000..=0x5FFF).find(lacks).ok_or_else(|| not_applicable("every object of the manufacturer exists"))?;
+    let answer = map(t, &pdo, &[u32::from(index) << 16 | 8])?;
+    t.is_refused(answer, &answers::NOT_MAPPABLE, &format!("mapping {index:04X}h, which does not exist,"))
 }
 
 fn is_mapped_as_described(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {

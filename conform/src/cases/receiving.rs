@@ -3,16 +3,16 @@
 //! Devices need not send these emergencies (CiA 301, 7.2.7): a case that waits for one is recommended.
 
 use lexican_eds::model::Pdo;
-use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration};
 
 use super::error_control::{beat, guard, has_emergency, watch};
-use super::nmt::{received_by, values};
+use super::nmt::{received, received_by, values, where_it_applies};
 use super::pdo_mapping::switch_off;
 use super::sync::produce_nothing;
 use crate::case::{Case, case};
 use crate::tester::{Tester, text};
-use crate::verdict::{Outcome, ensure, not_applicable};
+use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
 const LONG_PDO: &str = "Of an RPDO with more bytes than are mapped the first ones are used, and 8220h may report it.";
 const DEADLINE: &str = "An RPDO with an event timer that does not come again within it is reported (8250h).";
@@ -109,6 +109,70 @@ pub(crate) const CASES: &[Case] = &[
         ensure(heard.is_empty(), || format!("{} came in STOPPED", text(&heard)))
     })
     .requires("In STOPPED no emergency is sent."),
+    case("301/7.5.2.2/3", "", "1001h shows the error register of each emergency", |t| {
+        t.has(&[0x1001])?;
+        has_emergency(t)?;
+        let mut lacks = Some(not_applicable("nothing is known that lets the device send an emergency"));
+        for brings in TROUBLES {
+            t.reset(NmtCommand::ResetNode)?;
+            let brought = brings(t);
+            if where_it_applies(brought)?.is_none() {
+                continue;
+            }
+            if let Some((_, frame)) = t.hear_id(emergency(t), LOST_MS)?.last() {
+                let &[_, _, register, ..] = frame.data() else {
+                    return Err(failed(format!("{frame} is no emergency")));
+                };
+                t.reads(0x1001, 0, u64::from(register))?;
+                lacks = None;
+            }
+        }
+        lacks.map_or(Ok(()), Err)
+    })
+    .requires("The error register of an emergency is that of 1001h."),
+];
+
+/// What is known to let devices send emergencies.
+const TROUBLES: [fn(&mut Tester<'_>) -> Outcome; 7] = [
+    |t| {
+        let (id, _) = received(t)?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &[])
+    },
+    |t| {
+        let (id, pdo) = received(t)?;
+        let whole = values(t, &pdo)?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &[])?;
+        // The error is over.
+        t.send(id, &whole)
+    },
+    |t| {
+        let (id, pdo) = with_room(t)?;
+        let mut sent = values(t, &pdo)?;
+        sent.push(0);
+        t.enter(NmtState::Operational)?;
+        t.send(id, &sent)
+    },
+    |t| {
+        let (id, sent) = with_deadline(t)?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &sent)
+    },
+    |t| {
+        t.has(&[0x1005])?;
+        produce_nothing(t)?;
+        t.enter(NmtState::Operational)?;
+        t.sync(Some(1))
+    },
+    |t| {
+        watch(t)?;
+        beat(t, 0x05)
+    },
+    |t| {
+        guard(t)?;
+        t.send_remote(t.error_control(), 1)
+    },
 ];
 
 /// How long an RPDO may take.
@@ -127,7 +191,8 @@ fn emergency(t: &Tester<'_>) -> CobId {
 /// An emergency with this code comes.
 fn is_reported(t: &mut Tester<'_>, code: u16) -> Outcome {
     let heard = t.emergencies(code, 3 * DEADLINE_MS)?;
-    ensure(!heard.is_empty(), || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
+    let right = matches!(&heard[..], [(_, frame)] if frame.dlc() == 8);
+    ensure(right, || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
 }
 
 /// An RPDO that a frame can be longer than.

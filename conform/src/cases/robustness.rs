@@ -1,16 +1,17 @@
 //! Beyond the plan: what breaks a protocol, comes at the wrong time or is meant for others leaves a device as it was.
 
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, CobId};
+use lexican_runtime::{AbortCode, CobId, Frame};
 
+use super::block::long_to_write;
 use super::error_control::{HEARTBEAT, has_emergency};
-use super::nmt::{received, reports, shows_its_state, values};
+use super::nmt::{received, reports, shows_its_state, values, where_it_applies};
 use super::sdo::long_text;
 use crate::answers;
 use crate::case::{Case, case};
 use crate::sdo::initiate;
-use crate::tester::{PATIENCE_MS, text};
-use crate::verdict::{ensure, failed};
+use crate::tester::{PATIENCE_MS, Record, text};
+use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
 const AVAILABLE: &str = "The server serves each request by itself, whatever came before.";
 
@@ -123,7 +124,7 @@ pub(crate) const CASES: &[Case] = &[
         t.enter(NmtState::Operational)?;
         t.send(id, &[])?;
         let heard = t.hear_id(emergency, PATIENCE_MS)?;
-        let right = matches!(&heard[..], [(_, frame)] if frame.data().starts_with(&[0x10, 0x82]));
+        let right = matches!(&heard[..], [(_, frame)] if frame.dlc() == 8 && frame.data().starts_with(&[0x10, 0x82]));
         ensure(right, || format!("the emergency 8210h was expected, {} came", text(&heard)))
     })
     .requires("An RPDO with fewer bytes than are mapped is reported by the emergency 8210h.")
@@ -143,4 +144,48 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires(HEARTBEAT)
     .recommended(),
+    case("301/7.2.4.3/6", "", "the bytes of SDO answers that are reserved are 0", |t| {
+        if let Ok(entry) = t.entry(0x1017, 0).and_then(|entry| t.allows(0x1017).map(|()| entry)) {
+            let value = t.read_bytes(0x1017, 0)?;
+            t.write_back(&entry, &value)?.ok();
+            t.download_segments((0x1017, 0), &value)?.ok();
+            for with_crc in [false, true] {
+                where_it_applies(blocks(t.download_block((0x1017, 0), &value, with_crc)))?;
+            }
+        }
+        if let Ok((index, sub, value)) = long_to_write(t) {
+            t.download_segments((index, sub), &value)?.ok();
+            where_it_applies(blocks(t.download_block((index, sub), &value, true)))?;
+        }
+        let answer = t.sdo_ids().1;
+        let of_server = |record: &Record| !record.sent && record.frame.id() == answer;
+        let written: Vec<Frame> =
+            t.frames().iter().filter(|record| of_server(record)).map(|record| record.frame).collect();
+        for frame in written {
+            // What is reserved begins behind the last thing that the answer says.
+            let first = match frame.data() {
+                [0x60, ..] => 4,
+                [0x20 | 0x30 | 0xA1, ..] => 1,
+                [0xA0 | 0xA4, ..] => 5,
+                [0xA2, ..] => 3,
+                _ => continue,
+            };
+            ensure(frame.data()[first..].iter().all(|&byte| byte == 0), || frame.to_string())?;
+        }
+        if let Ok((index, sub, _)) = long_text(t) {
+            where_it_applies(blocks(t.upload_block((index, sub), false)))?;
+            let end = t.frames().iter().rfind(|record| of_server(record)).map(|record| record.frame);
+            let right =
+                end.is_none_or(|end| end.data()[0] & 0xE3 != 0xC1 || end.data()[3..].iter().all(|&byte| byte == 0));
+            ensure(right, || end.map_or(String::new(), |end| end.to_string()))?;
+        }
+        Ok(())
+    })
+    .requires("The bytes of an SDO message that are not used or reserved are 0.")
+    .recommended(),
 ];
+
+/// Other cases judge blocks.
+fn blocks<T>(outcome: Outcome<T>) -> Outcome<T> {
+    outcome.map_err(|why| if let Verdict::Failed(why) = why { not_applicable(why) } else { why })
+}

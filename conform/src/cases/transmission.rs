@@ -3,11 +3,12 @@
 use lexican_eds::model::{Entry, Mapped, Pdo, Value};
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::nmt::{received, values};
+use super::nmt::{all_received, are_readable, received, received_by, values, where_it_applies};
 use super::pdo::{BY_TIMER, Tpdo, Transmission, comes_every, configure, tpdos, transmission, with_input};
 use super::sync::produce_nothing;
 use crate::answers;
 use crate::case::{Case, case};
+use crate::sdo::number;
 use crate::tester::{InputStimulus, PATIENCE, PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
@@ -178,6 +179,59 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     })
     .requires("What a synchronous RPDO has brought is used with the SYNC that follows."),
+    case("301/7.5.2.37/9", "", "the SYNC start value is not changed while the PDO exists", |t| {
+        let settable = |pdo: &Pdo| t.entry(parameter(pdo), 6).is_ok_and(|entry| entry.access.writable());
+        let pdo = tpdos(t)?.into_iter().find(settable);
+        let pdo = pdo.ok_or_else(|| not_applicable("no TPDO whose SYNC start value can be set"))?;
+        configure(t, &pdo, transmission(1))?;
+        t.refuses(parameter(&pdo), 6, 5, &answers::WHILE_IT_EXISTS)
+    })
+    .requires("The SYNC start value is not changed while the PDO exists (bit 31 of sub-index 1 is 0)."),
+    case("301/7.5.2.35/5", "", "the identifier of an RPDO is not changed while it exists", |t| {
+        let settable = |t: &Tester<'_>, pdo: &Pdo| t.entry(0x13FF + pdo.number, 1).is_ok_and(|it| it.access.writable());
+        let (id, pdo) = received_by(t, settable)?;
+        t.refuses(0x13FF + pdo.number, 1, id.raw() ^ 1, &answers::WHILE_IT_EXISTS)
+    })
+    .requires("The identifier of an RPDO is not changed while the RPDO exists (bit 31 of sub-index 1 is 0)."),
+    case("301/7.2.2.1/5", "", "OPERATIONAL: every RPDO is taken", |t| {
+        for (id, pdo) in all_received(t)? {
+            t.enter(NmtState::PreOperational)?;
+            let is_synchronous = matches!(t.upload(0x13FF + pdo.number, 2)?, Ok(kind) if number(&kind) <= 240);
+            let sent: Vec<u8> = values(t, &pdo)?.iter().map(|byte| byte ^ 1).collect();
+            t.enter(NmtState::Operational)?;
+            t.send(id, &sent)?;
+            if is_synchronous {
+                t.sync(None)?;
+            }
+            t.hear_ms(20)?;
+            t.enter(NmtState::PreOperational)?;
+            let after = values(t, &pdo)?;
+            ensure(after == sent, || format!("{id}#{sent:02X?}: the objects have {after:02X?}"))?;
+        }
+        Ok(())
+    })
+    .requires("What an RPDO carries is written to the objects that it maps, for each RPDO that exists."),
+    case("301/7.2.2.1/6", "", "OPERATIONAL: every TPDO has the values of its objects", |t| {
+        produce_nothing(t)?;
+        let mut lacks = Some(not_applicable("no TPDO whose objects can be read, and stay as they are"));
+        for pdo in tpdos(t)?.into_iter().filter(|pdo| are_readable(t, pdo)).collect::<Vec<_>>() {
+            let Some(tpdo) = where_it_applies(configure(t, &pdo, transmission(1)))? else { continue };
+            t.enter(NmtState::Operational)?;
+            for _ in 0..3 {
+                let before = values(t, &pdo)?;
+                t.sync(None)?;
+                let heard = t.hear_id(tpdo.id, 20)?;
+                // What changes meanwhile is not judged.
+                if values(t, &pdo)? == before {
+                    let right = matches!(&heard[..], [(_, frame)] if frame.data() == before);
+                    ensure(right, || format!("{} comes as {}, its objects have {before:02X?}", tpdo.id, text(&heard)))?;
+                    lacks = None;
+                }
+            }
+        }
+        lacks.map_or(Ok(()), Err)
+    })
+    .requires("A TPDO carries the values of the objects that it maps, in the order of its mapping."),
 ];
 
 const RESERVED: std::ops::RangeInclusive<u32> = 241..=251;

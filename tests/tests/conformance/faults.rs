@@ -1,5 +1,7 @@
 //! Devices that are wrong in one thing each, and the cases that notice. The device has node-ID 5.
 
+use lexican_conform::Case;
+
 use crate::faulty::State::{Operational, PreOperational, Stopped};
 use crate::faulty::{Fault, every_ms, fault, heard, sent};
 
@@ -65,7 +67,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1008h announces one byte too many",
         &[sent("585#410810000B*").becomes("585#410810000C*")],
-        "2.16 2.18 4.1 4.2 4.3 4.7 4.8 301/7.2.4.3/2",
+        "2.16 2.18 4.1 4.2 4.3 4.7 4.8 306-1/6.5.2/12 301/7.2.4.3/2",
     ),
     fault(
         "a wrong toggle bit is not noticed",
@@ -160,7 +162,11 @@ pub const FAULTS: &[Fault] = &[
         &[sent("185#*").comes_half_as_often().after(&["605#2F00180200*"])],
         "3.7",
     ),
-    fault("the SYNC start value does not matter", &[heard("605#2F00180605*").becomes("605#2F00180600*")], "3.8"),
+    fault(
+        "the SYNC start value does not matter",
+        &[heard("605#2F00180605*").becomes("605#2F00180600*")],
+        "3.8 301/7.5.2.37/9",
+    ),
     fault("STOPPED: a remote frame is answered", &[heard("185#R*").brings("185#3412").when(Stopped)], "3.9 9.4"),
     fault("STOPPED: an event is sent", &[every_ms(10, "185#3412").when(Stopped).after(&["605#2F001802FF*"])], "3.10"),
     fault(
@@ -258,7 +264,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1018h is not read in OPERATIONAL",
         &[heard("605#40181001*").is_answered("585#8018100122000008").when(Operational)],
-        "4.7",
+        "4.7 306-1/6.5.2/12",
     ),
     fault(
         "2000h:03, of eight bytes, is not written",
@@ -274,7 +280,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1001h shows an error that there is not",
         &[sent("585#4F01100000*").becomes("585#4F01100001*")],
-        "3.22 5.2 7.107",
+        "3.22 5.2 7.107 301/7.5.2.2/3",
     ),
     fault(
         "1003h has an error that has not occurred",
@@ -284,7 +290,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "an emergency is sent twice",
         &[sent("085#*").brings("085#*")],
-        "5.4 5.5 5.6 301/7.5.2.4/3 301/7.5.2.17/2 301/7.5.2.18/1 7.6 7.106 301/7.2.2.1/2",
+        "5.4 5.5 5.6 301/7.5.2.4/3 301/7.5.2.17/2 301/7.5.2.18/1 7.6 7.106 301/7.2.7/2 301/7.2.2.1/4 301/7.5.2.35/3 301/7.2.5/3 301/7.2.2.1/2",
     ),
     fault("1001h does not show what the emergency did", &[sent("585#4F01100005*").becomes("585#4F01100001*")], "5.5"),
     fault(
@@ -325,8 +331,12 @@ pub const FAULTS: &[Fault] = &[
         &[sent("585#4B0C100000000000").becomes("585#4B0C100001000000")],
         "4.2 4.8 7.1",
     ),
-    fault("a guarding request is not answered", &[heard("705#R*")], "7.2 7.3 7.4 7.6 7.203 9.2 9.3 9.4"),
-    fault("the toggle bit stays", &[sent("705#F.").becomes("705#7.")], "7.3 7.203"),
+    fault(
+        "a guarding request is not answered",
+        &[heard("705#R*")],
+        "7.2 7.3 7.4 7.6 7.203 301/7.2.8.3.2.1/5 9.2 9.3 9.4",
+    ),
+    fault("the toggle bit stays", &[sent("705#F.").becomes("705#7.")], "7.3 7.203 301/7.2.8.3.2.1/5"),
     fault(
         "the toggle bit goes on over a reset",
         &[sent("705#7F").becomes("705#FF").after(&["000#8205"])],
@@ -344,12 +354,12 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "the heartbeat comes half as often",
         &[sent("705#7F").comes_half_as_often().after(&["605#2B17100064*"])],
-        "7.102 7.103 7.204 7.206 9.2 301/7.2.8.3.2.2/6",
+        "7.102 7.103 7.204 7.206 301/7.2.8.3.2.2/7 9.2 301/7.2.8.3.2.2/6",
     ),
     fault(
         "the heartbeat has another state",
         &[sent("705#7F").becomes("705#05").after(&["605#2B17100064*"])],
-        "7.102 7.206 9.2 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1",
+        "7.102 7.206 301/7.2.8.3.2.2/7 9.2 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1",
     ),
     fault(
         "the heartbeat is not switched off",
@@ -390,7 +400,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "no heartbeat comes without guarding",
         &[sent("705#7F").when(PreOperational).after(&["605#2B17100064*"]).until("605#2F0D*")],
-        "7.102 7.103 7.204 7.205 7.206 7.207 9.2 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1 301/7.2.8.3.2.2/6",
+        "7.102 7.103 7.204 7.205 7.206 7.207 301/7.2.8.3.2.2/7 9.2 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1 301/7.2.8.3.2.2/6",
     ),
     fault(
         "with a heartbeat, guarding requests are answered",
@@ -449,7 +459,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "PRE-OPERATIONAL: an RPDO is taken",
         &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#8005", "205#*"]).until("000#02*")],
-        "9.2",
+        "9.2 301/7.2.2.1/5",
     ),
     fault(
         "STOPPED: an RPDO is taken",
@@ -459,7 +469,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "OPERATIONAL: an RPDO is not taken",
         &[heard("205#*")],
-        "9.3 301/7.2.2.2/5 301/7.2.2.1/3 301/7.2.2.1/4 301/7.5.2.35/3 301/7.2.2.1/2",
+        "9.3 301/7.2.2.2/5 301/7.2.2.1/5 301/7.2.2.1/3 301/7.2.2.1/4 301/7.5.2.35/3 301/7.2.2.1/2",
     ),
     fault("1029h:01 = 2 does not lead to STOPPED", &[heard("605#2F29100102*").becomes("605#2F29100100*")], "9.3"),
     fault("STOPPED: SYNC is produced", &[every_ms(10, "080#").when(Stopped).after(&["605#2305100080000040"])], "9.4"),
@@ -476,7 +486,11 @@ pub const FAULTS: &[Fault] = &[
     fault("OPERATIONAL is not entered with all nodes", &[heard("000#0100")], "10.3"),
     fault("OPERATIONAL is entered with another node", &[heard("000#0106").becomes("000#0105")], "10.3"),
     fault("STOPPED is not entered with all nodes", &[heard("000#0200")], "10.4"),
-    fault("STOPPED is reported as PRE-OPERATIONAL", &[sent("705#.4").becomes("705#7F")], "9.3 9.4 10.2 10.3 10.4"),
+    fault(
+        "STOPPED is reported as PRE-OPERATIONAL",
+        &[sent("705#.4").becomes("705#7F")],
+        "301/7.2.8.3.2.1/5 301/7.2.8.3.2.2/7 9.3 9.4 10.2 10.3 10.4",
+    ),
     // Beyond the plan.
     fault("a request of one byte is answered", &[heard("605#40").is_answered("585#4300100092010000")], "301/7.2.4.3/1"),
     fault(
@@ -587,7 +601,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "an RPDO in time is reported as late",
         &[heard("205#*").brings(LATE).after(DEADLINE).until(NO_DEADLINE)],
-        "301/7.5.2.35/2",
+        "301/7.5.2.35/2 301/7.5.2.35/3",
     ),
     fault(
         "an RPDO is late before the first one",
@@ -638,6 +652,22 @@ pub const FAULTS: &[Fault] = &[
         "301/7.5.2.17/2",
     ),
     fault(
+        "1003h has no entry of the emergency",
+        &[sent("585#4F031000*").becomes("585#4F03100000000000")],
+        "5.6 301/7.5.2.4/3",
+    ),
+    fault("1003h:00 takes 255", &[heard("605#2F031000FF*").is_answered("585#6003100000000000")], "301/7.5.2.4/3"),
+    fault(
+        "1008h, which is const, is written",
+        &[heard("605#23081000*").is_answered("585#6008100000000000")],
+        "4.3 4.7",
+    ),
+    fault(
+        "emergencies take an identifier of SDO",
+        &[heard("605#2314100081050000").is_answered("585#6014100000000000")],
+        "8.10",
+    ),
+    fault(
         "the inhibit time of emergencies is zero",
         &[heard("605#2B151000B80B*").becomes("605#2B1510000000*")],
         "301/7.5.2.18/1",
@@ -661,5 +691,94 @@ pub const FAULTS: &[Fault] = &[
         "SYNC is two percent too slow",
         &[heard("605#2306100010270000").becomes("605#23061000D8270000").after(&["605#40051000*", "605#40061000*"])],
         "301/7.2.5/2",
+    ),
+    // What faults drawn by chance have shown.
+    fault(
+        "an object that does not exist is received",
+        &[heard("605#2300160108000620").is_answered("585#6000160100000000")],
+        "301/7.5.2.36/5",
+    ),
+    fault(
+        "an object that does not exist is transmitted",
+        &[heard("605#23001A0108000620").is_answered("585#60001A0100000000")],
+        "301/7.5.2.38/10",
+    ),
+    fault(
+        "the SYNC start value changes while the PDO exists",
+        &[heard("605#2F00180605*").is_answered("585#6000180600000000").after(&["605#2F00180201*"])],
+        "301/7.5.2.37/9",
+    ),
+    fault(
+        "the identifier of an RPDO changes while it exists",
+        &[heard("605#2300140104020000").is_answered("585#6000140100000000")],
+        "301/7.5.2.35/5",
+    ),
+    fault("RPDO 2 is not taken", &[heard("305#*")], "301/7.2.2.1/5"),
+    fault("TPDO 3 has another value than its object", &[sent("385#*").with_other_bits(0, 1)], "301/7.2.2.1/6"),
+    fault(
+        "STOPPED: a guarding request is answered twice",
+        &[heard("705#R*").brings("705#84").when(Stopped)],
+        "301/7.2.8.3.2.1/5",
+    ),
+    fault(
+        "OPERATIONAL: a heartbeat that came in PRE-OPERATIONAL comes half as often",
+        &[sent("705#05").comes_half_as_often().after(&["705#7F"])],
+        "301/7.2.8.3.2.2/7",
+    ),
+    fault("no emergency says that an error is over", &[sent("085#0000*")], "301/7.2.7/2 301/7.5.2.2/3"),
+    fault(
+        "OPERATIONAL: an emergency is too short",
+        &[sent("085#3081*").when(Operational).lacks_its_last_byte()],
+        "301/7.2.7/2",
+    ),
+    fault(
+        "the emergency of a short RPDO has another error register than 1001h",
+        &[sent("085#1082*").with_other_bits(2, 0x80)],
+        "301/7.5.2.2/3",
+    ),
+    fault(
+        "OPERATIONAL: 1008h is another text",
+        &[sent("585#00*").with_other_bits(1, 1).when(Operational)],
+        "306-1/6.5.2/12",
+    ),
+    fault("a reserved byte of SDO is not 0", &[sent("585#60171000*").with_other_bits(7, 1)], "301/7.2.4.3/6"),
+    fault(
+        "SYNC is late every second time",
+        &[sent("080#*").every_second_comes_late(4)],
+        "6.2 301/7.2.5/2 6.6 6.7 6.10",
+    ),
+];
+
+/// The cases of emergencies.
+pub fn tests_without_stimulus(case: &&Case) -> bool {
+    ["5", "301/7.5.2.4", "301/7.5.2.17", "301/7.5.2.18", "301/7.2.2.1"].iter().any(|name| case.is_meant_by(name))
+}
+
+pub const WITHOUT_STIMULUS: &[Fault] = &[
+    fault(
+        "without stimulus: 1003h has no entry of the emergency",
+        &[sent("585#4F031000*").becomes("585#4F03100000000000")],
+        "5.6 301/7.5.2.4/3",
+    ),
+    fault(
+        "without stimulus: 1003h is not cleared",
+        &[heard("605#2F03100000*").is_answered("585#6003100000000000")],
+        "301/7.5.2.4/3",
+    ),
+    fault(
+        "without stimulus: the inhibit time of emergencies is zero",
+        &[heard("605#2B151000*").becomes("605#2B1510000000*")],
+        "301/7.5.2.18/1",
+    ),
+    fault("without stimulus: a short RPDO is not reported", &[sent("085#1082*")], "301/7.2.2.1/2"),
+    fault(
+        "without stimulus: an emergency is sent twice",
+        &[sent("085#1082*").brings("085#*")],
+        "5.4 5.5 5.6 301/7.5.2.4/3 301/7.5.2.17/2 301/7.5.2.18/1 301/7.2.2.1/2",
+    ),
+    fault(
+        "without stimulus: an emergency is sent although 1014h has none",
+        &[heard("605#2314100085000080").is_answered("585#6014100000000000")],
+        "301/7.5.2.17/2",
     ),
 ];

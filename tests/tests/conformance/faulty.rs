@@ -62,6 +62,12 @@ enum Act {
     Lose,
     /// Every second frame is lost.
     LoseEverySecond,
+    /// Every second frame comes later by so many milliseconds.
+    DelayEverySecond(u64),
+    /// A byte of the frame has other bits.
+    Flip(usize, u8),
+    /// The frame lacks its last byte.
+    Cut,
     /// The frame becomes another.
     Become(&'static str),
     /// The device does not hear the frame; this is its answer.
@@ -71,7 +77,7 @@ enum Act {
 }
 
 /// The NMT state that a manager has commanded.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     PreOperational,
     Operational,
@@ -107,6 +113,15 @@ impl Rule {
     pub const fn brings(self, frame: &'static str) -> Self {
         Rule { act: Act::Add(frame), ..self }
     }
+    pub const fn every_second_comes_late(self, ms: u64) -> Self {
+        Rule { act: Act::DelayEverySecond(ms), ..self }
+    }
+    pub const fn with_other_bits(self, byte: usize, bits: u8) -> Self {
+        Rule { act: Act::Flip(byte, bits), ..self }
+    }
+    pub const fn lacks_its_last_byte(self) -> Self {
+        Rule { act: Act::Cut, ..self }
+    }
     pub const fn comes_half_as_often(self) -> Self {
         Rule { act: Act::LoseEverySecond, ..self }
     }
@@ -139,13 +154,15 @@ pub struct Faulty<N> {
     progress: Vec<Progress>,
     state: State,
     extra: VecDeque<Frame>,
+    delayed: VecDeque<(Instant, Frame)>,
 }
 
 impl<N> Faulty<N> {
     pub fn new(inner: N, fault: Option<&'static Fault>) -> Self {
         let rules = fault.map_or(&[][..], |fault| fault.rules);
         let progress = vec![Progress { seen: 0, applied: 0, over: false, next: None }; rules.len()];
-        Faulty { inner, rules, progress, state: State::PreOperational, extra: VecDeque::new() }
+        let (extra, delayed) = (VecDeque::new(), VecDeque::new());
+        Faulty { inner, rules, progress, state: State::PreOperational, extra, delayed }
     }
 
     fn holds(&self, at: usize) -> bool {
@@ -169,7 +186,7 @@ impl<N> Faulty<N> {
     }
 
     /// What becomes of a frame: it passes on, perhaps as another.
-    fn alter(&mut self, frame: Frame, concerns: fn(&On) -> Option<&'static str>) -> Option<Frame> {
+    fn alter(&mut self, now: Instant, frame: Frame, concerns: fn(&On) -> Option<&'static str>) -> Option<Frame> {
         let text = frame.to_string();
         for at in 0..self.rules.len() {
             let applies = concerns(&self.rules[at].on).is_some_and(|pattern| matches(pattern, &text));
@@ -177,10 +194,21 @@ impl<N> Faulty<N> {
                 continue;
             }
             self.progress[at].applied += 1;
+            let is_second = self.progress[at].applied.is_multiple_of(2);
             match self.rules[at].act {
                 Act::Lose => return None,
-                Act::LoseEverySecond if self.progress[at].applied.is_multiple_of(2) => return None,
-                Act::LoseEverySecond => {}
+                Act::LoseEverySecond if is_second => return None,
+                Act::DelayEverySecond(ms) if is_second => {
+                    self.delayed.push_back((now + Duration::from_millis(ms), frame));
+                    return None;
+                }
+                Act::LoseEverySecond | Act::DelayEverySecond(_) => {}
+                Act::Flip(byte, bits) => {
+                    let mut data = frame.data().to_vec();
+                    data.iter_mut().skip(byte).take(1).for_each(|byte| *byte ^= bits);
+                    return Frame::new(frame.id(), &data);
+                }
+                Act::Cut => return Frame::new(frame.id(), frame.data().split_last().map_or(&[], |(_, rest)| rest)),
                 Act::Become(other) => return Some(filled(other, &text)),
                 Act::Answer(answer) => {
                     self.extra.push_back(filled(answer, &text));
@@ -197,7 +225,7 @@ impl<N: Node> Node for Faulty<N> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         let text = frame.to_string();
         let heard = |on: &On| if let On::Heard(pattern) = *on { Some(pattern) } else { None };
-        let altered = self.alter(*frame, heard);
+        let altered = self.alter(now, *frame, heard);
         self.take_note(now, &text);
         if let [command, node] = *frame.data()
             && frame.id() == CobId::NMT
@@ -234,9 +262,12 @@ impl<N: Node> Node for Faulty<N> {
         if let Some(extra) = self.extra.pop_front() {
             return Some(extra);
         }
+        if self.delayed.front().is_some_and(|(due, _)| *due <= now) {
+            return self.delayed.pop_front().map(|(_, frame)| frame);
+        }
         let sent = |on: &On| if let On::Sent(pattern) = *on { Some(pattern) } else { None };
         while let Some(frame) = self.inner.poll_transmit(now) {
-            let altered = self.alter(frame, sent);
+            let altered = self.alter(now, frame, sent);
             self.take_note(now, &frame.to_string());
             if altered.is_some() {
                 return altered;
@@ -248,11 +279,12 @@ impl<N: Node> Node for Faulty<N> {
     fn poll_timeout(&self) -> Option<Instant> {
         let own = self.rules.iter().zip(&self.progress);
         let own = own.filter(|(rule, _)| matches!(rule.on, On::EveryMs(_))).filter_map(|(_, progress)| progress.next);
-        own.chain(self.inner.poll_timeout()).min()
+        let delayed = self.delayed.front().map(|(due, _)| *due);
+        own.chain(delayed).chain(self.inner.poll_timeout()).min()
     }
 }
 
-fn matches(pattern: &str, text: &str) -> bool {
+pub fn matches(pattern: &str, text: &str) -> bool {
     let (head, any_rest) = pattern.strip_suffix('*').map_or((pattern, false), |head| (head, true));
     let same = head.len() == text.len() || any_rest && head.len() < text.len();
     same && head.bytes().zip(text.bytes()).all(|(wanted, is)| wanted == b'.' || wanted == is)

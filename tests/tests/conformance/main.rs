@@ -9,6 +9,7 @@
 #![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 
 mod device;
+mod drawn;
 mod faults;
 mod faulty;
 mod late;
@@ -26,7 +27,7 @@ use std::sync::atomic::AtomicBool;
 use device::DeviceUnderTest;
 use faults::FAULTS;
 use faulty::{Fault, Faulty};
-use lexican_conform::{Case, Hazard, Outcome, Settings, Sheet, Tester, Verdict, cases};
+use lexican_conform::{Case, Hazard, Outcome, Settings, Sheet, Stimuli, Tester, Verdict, cases};
 use lexican_eds::{Input, Source};
 use lexican_runtime::Duration;
 use lexican_runtime::host::{Node, VirtualBus};
@@ -35,20 +36,31 @@ use lexican_runtime::host::{Node, VirtualBus};
 struct Subject {
     data_sheet: &'static str,
     node: fn() -> Box<dyn Node + Send>,
+    stimuli: Stimuli,
     tests: fn(&&Case) -> bool,
     faults: &'static [Fault],
 }
 
-const SUBJECTS: [Subject; 2] = [
+const SUBJECTS: [Subject; 3] = [
     Subject {
         data_sheet: DATA_SHEET,
         node: || Box::new(DeviceUnderTest::new()),
+        stimuli: device::STIMULI,
         tests: |case| !lss::tests(case),
         faults: FAULTS,
+    },
+    // Any device can be tested so: an emergency is brought by an RPDO that is too short.
+    Subject {
+        data_sheet: DATA_SHEET,
+        node: || Box::new(DeviceUnderTest::new()),
+        stimuli: Stimuli { emergency: None, ..device::STIMULI },
+        tests: faults::tests_without_stimulus,
+        faults: faults::WITHOUT_STIMULUS,
     },
     Subject {
         data_sheet: lss::DATA_SHEET,
         node: || Box::new(lss::DeviceWithLss::new()),
+        stimuli: device::STIMULI,
         tests: lss::tests,
         faults: lss_faults::FAULTS,
     },
@@ -85,7 +97,8 @@ impl Subject {
     fn run(&self, case: &Case, sheet: &Sheet, fault: Option<&'static Fault>) -> (Outcome, Vec<String>) {
         let bus = VirtualBus::new();
         bus.attach(Faulty::new((self.node)(), fault));
-        let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
+        let settings = Settings { stimuli: self.stimuli, ..settings() };
+        let (mut link, cancelled) = (bus.link(), AtomicBool::new(false));
         let mut tester = Tester::new(&mut link, sheet, &settings, &cancelled);
         let outcome = tester.run(case);
         let frames = tester.frames().iter().map(|record| record.frame.to_string()).collect();
@@ -142,11 +155,10 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
 /// What that test has seen, for people.
 #[test]
 fn the_golden_page_of_faults_is_current() {
-    let rows = SUBJECTS.iter().flat_map(|subject| {
-        subject.cases().map(|case| {
-            let notices = |fault: &&Fault| fault.fails.split(' ').any(|id| id == name(case));
-            (case, subject.faults.iter().filter(notices).map(|fault| fault.title).collect())
-        })
+    let rows = cases().map(|case| {
+        let notices = |fault: &&Fault| fault.fails.split(' ').any(|id| id == name(case));
+        let faults = SUBJECTS.iter().flat_map(|subject| subject.faults).filter(notices);
+        (case, faults.map(|fault| fault.title).collect())
     });
     page::is_current("FAULTS.md", "Faults of devices, and the cases that notice them", rows);
 }

@@ -1,0 +1,248 @@
+//! Faults that are drawn: a seed alters one reaction of a right device, and some case notices.
+//!
+//! What is altered is drawn from all that the device hears and sends in the cases, service by service, so that every part of
+//! its state machine has its turn. No verdict is put by hand: a case whose frames stay as they were shows nothing, what
+//! CiA 301 leaves open is allowed, and what is left has to make a case fail.
+//!
+//! `LEXICAN_SEEDS=1000..2000 cargo test -p lexican-tests --test conformance drawn -- --nocapture` tries other seeds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::env;
+use std::ops::Range;
+
+use lexican_conform::{Case, Sheet, Verdict};
+
+use crate::faulty::{Fault, Rule, State, fault, heard, matches, sent};
+use crate::{SUBJECTS, Subject, lss, name, sheet};
+
+const SEEDS: Range<u64> = 0..200;
+
+/// The case that sends what no client does, and needs no answer to it.
+const NONSENSE: &str = "301/7.2.4.3/4";
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ mixed >> 31) % end as u64) as usize
+    }
+
+    fn one<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+        &of[self.below(of.len())]
+    }
+}
+
+/// The pattern of all frames that are the same reaction, or the same request.
+fn kind(text: &str) -> String {
+    let Some((id, data)) = text.split_once('#') else { return text.to_owned() };
+    let command = data.get(..2).and_then(|command| u8::from_str_radix(command, 16).ok());
+    let known = match (id, command) {
+        _ if data.starts_with('R') => 1,
+        // With the multiplexer, where there is one.
+        ("585" | "605", Some(0x21..=0x2F | 0x40..=0x4F | 0x80 | 0xA0 | 0xA4 | 0xC0 | 0xC2 | 0xC4 | 0xC6)) => 8,
+        ("585", Some(0x60)) => 8,
+        ("085", _) => 4,
+        ("585" | "605" | "7E4" | "7E5", _) => 2,
+        ("000" | "080" | "705", _) => data.len(),
+        _ => 0,
+    };
+    format!("{id}#{}*", &data[..known.min(data.len())])
+}
+
+/// What is drawn from: the kinds of frames of each service that come in the cases.
+struct Reactions {
+    plan: Vec<(&'static Case, Vec<String>)>,
+    services: Vec<Vec<String>>,
+}
+
+/// A fault that was drawn.
+struct Drawn {
+    fault: &'static Fault,
+    pattern: &'static str,
+    how: How,
+}
+
+/// What is wrong with a frame.
+#[derive(Clone, Copy, Debug)]
+enum How {
+    Lost,
+    LostEverySecondTime,
+    Twice,
+    WithoutLastByte,
+    EverySecondTimeLate,
+    /// Written, as the device says, and not kept.
+    Pretended,
+    Refused,
+    /// The number of the byte, and of the bit in it.
+    WithOtherBit(usize, usize),
+}
+
+impl Reactions {
+    fn of(subject: &Subject, sheet: &Sheet) -> Self {
+        let plan: Vec<_> = subject.cases().map(|case| (case, subject.run(case, sheet, None).1)).collect();
+        let cases = plan.iter().filter(|(case, _)| case.id != NONSENSE);
+        let kinds: BTreeSet<String> = cases.flat_map(|(_, frames)| frames).map(|text| kind(text)).collect();
+        let mut services: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        // What else the device with LSS does, the cases of LSS do not judge.
+        let has_to_do = |kind: &String| subject.cases().any(|case| !lss::tests(&case)) || kind.starts_with("7E");
+        for kind in kinds.into_iter().filter(has_to_do) {
+            services.entry(kind.chars().take(6).collect()).or_default().push(kind);
+        }
+        Reactions { plan, services: services.into_values().collect() }
+    }
+
+    fn draw(&self, seed: u64) -> Drawn {
+        let random = &mut Random(seed);
+        let service = random.one(&self.services);
+        let pattern: &'static str = random.one(service).clone().leak();
+        let places = self.plan.iter().flat_map(|(_, frames)| (0..frames.len()).map(move |at| (frames, at)));
+        let places: Vec<_> = places.filter(|(frames, at)| matches(pattern, &frames[*at])).collect();
+        let &(frames, at) = random.one(&places);
+        let is_sent = ["585#", "705#", "085#", "185#", "285#", "080#", "7E4#"].iter().any(|id| pattern.starts_with(id))
+            && !pattern.contains("#R");
+        let how = how(&frames[at], is_sent, random);
+        let rule = altered(if is_sent { sent(pattern) } else { heard(pattern) }, how, pattern);
+        let (rule, when) = match random.below(4) {
+            0 => {
+                let state = state(&frames[..at]);
+                (rule.when(state), format!(" in {state:?}"))
+            }
+            1 if at > 0 => {
+                let before: &'static str = kind(&frames[random.below(at)]).leak();
+                (rule.after(vec![before].leak()), format!(" after {before}"))
+            }
+            _ => (rule, String::new()),
+        };
+        let title = format!("{pattern} {how:?}{when}").leak();
+        Drawn { fault: Box::leak(Box::new(fault(title, vec![rule].leak(), ""))), pattern, how }
+    }
+}
+
+/// The NMT state that these frames lead to.
+fn state(frames: &[String]) -> State {
+    let commanded = frames.iter().rev().find_map(|text| match text.strip_prefix("000#")?.split_at_checked(2)? {
+        (command, "05" | "00") => Some(command),
+        _ => None,
+    });
+    match commanded {
+        Some("01") => State::Operational,
+        Some("02") => State::Stopped,
+        _ => State::PreOperational,
+    }
+}
+
+fn how(text: &str, is_sent: bool, random: &mut Random) -> How {
+    let bytes = if text.contains("#R") { 0 } else { text.split_once('#').map_or(0, |(_, data)| data.len() / 2) };
+    let begins = |heads: &[&str]| heads.iter().any(|head| text.starts_with(head));
+    let mut ways = vec![How::Lost];
+    if is_sent {
+        ways.extend([How::LostEverySecondTime, How::Twice]);
+    }
+    if begins(&["080#", "185#", "7057F"]) && is_sent {
+        ways.push(How::EverySecondTimeLate);
+    }
+    if begins(&["605#2"]) {
+        ways.extend([How::Pretended, How::Refused]);
+    } else if begins(&["605#4"]) {
+        ways.push(How::Refused);
+    }
+    if bytes > 0 {
+        ways.push(How::WithoutLastByte);
+        ways.extend([How::WithOtherBit(random.below(bytes), random.below(8)); 4]);
+    }
+    *random.one(&ways)
+}
+
+fn altered(rule: Rule, how: How, pattern: &'static str) -> Rule {
+    match how {
+        How::Lost => rule,
+        How::LostEverySecondTime => rule.comes_half_as_often(),
+        How::Twice => rule.brings(pattern),
+        How::WithoutLastByte => rule.lacks_its_last_byte(),
+        How::EverySecondTimeLate => rule.every_second_comes_late(40),
+        How::Pretended => rule.is_answered("585#60......00000000"),
+        How::Refused => rule.is_answered("585#80......22000008"),
+        How::WithOtherBit(byte, bit) => rule.with_other_bits(byte, 1 << bit),
+    }
+}
+
+/// Why a device may do so.
+fn allowed(drawn: &Drawn, sheet: &Sheet) -> Option<&'static str> {
+    let byte_of =
+        |at: usize| drawn.pattern.get(4 + 2 * at..6 + 2 * at).and_then(|byte| u8::from_str_radix(byte, 16).ok());
+    let How::WithOtherBit(byte, bit) = drawn.how else { return None };
+    if drawn.pattern.starts_with("085#") && byte >= 3 {
+        return Some("five bytes of an emergency are the manufacturer's (CiA 301, 7.2.7.3)");
+    }
+    if drawn.pattern.starts_with("7E4#17") && (byte, bit) == (1, 0) {
+        return Some("LSS need not store (CiA 305, 6.4.5)");
+    }
+    if drawn.pattern.starts_with("605#E0") && byte > 0 {
+        return Some("an unknown command has no multiplexer: of its abort the code counts (CCT 2.7)");
+    }
+    let command = byte_of(0).filter(|_| drawn.pattern.starts_with("585#"))?;
+    let used = match command {
+        0x00..=0x1F => 8 - usize::from(command >> 1 & 7),
+        0x42..=0x4F => 8 - usize::from(command >> 2 & 3),
+        // Both values that are read as blocks, of 4 and of 11 bytes, end with byte 4 of their last segment.
+        0x81.. if command & 0x60 == 0 => 5,
+        _ => 8,
+    };
+    if byte >= used {
+        return Some("bytes that hold no data may have any value (CiA 301, 7.2.4.3.6 and 7.2.4.3.7)");
+    }
+    if matches!(command, 0xA0 | 0xA4) && byte == 4 && bit < 7 {
+        return Some("the server decides how many segments a block has (CiA 301, 7.2.4.3.9)");
+    }
+    if matches!(command, 0x41 | 0x43) && (byte, bit) == (0, 0) {
+        return Some("the size of an upload need not be indicated (CiA 301, 7.2.4.3.6)");
+    }
+    let at = (u16::from_le_bytes([byte_of(1)?, byte_of(2)?]), byte_of(3)?);
+    let entry = sheet.device.entry(at.0, at.1)?;
+    let is_value = command & 0xF0 == 0x40 && (4..8 - usize::from(command >> 2 & 3)).contains(&byte);
+    let is_open = entry.default.is_none() || entry.pdo_mapping && !entry.access.writable();
+    (is_value && is_open).then_some("the value is the device's")
+}
+
+#[test]
+fn what_is_altered_by_chance_is_noticed() {
+    let seeds = env::var("LEXICAN_SEEDS").ok().and_then(|seeds| {
+        let (first, end) = seeds.split_once("..")?;
+        Some(first.parse().ok()?..end.parse().ok()?)
+    });
+    let (mut noticed, mut unchanged, mut may, mut unnoticed) = (0, 0, 0, Vec::new());
+    for subject in SUBJECTS.iter().step_by(2) {
+        let sheet = sheet(subject.data_sheet);
+        let reactions = Reactions::of(subject, &sheet);
+        for seed in seeds.clone().unwrap_or(SEEDS) {
+            let drawn = reactions.draw(seed);
+            let (mut failed, mut changed) = (None, Vec::new());
+            for (case, right) in reactions.plan.iter().filter(|(_, frames)| drawn.fault.concerns(frames)) {
+                let (outcome, frames) = subject.run(case, &sheet, Some(drawn.fault));
+                if matches!(outcome, Err(Verdict::Failed(_))) {
+                    failed = Some(case);
+                    break;
+                }
+                if frames != *right && case.id != NONSENSE {
+                    changed.push(name(case));
+                }
+            }
+            match (failed, allowed(&drawn, &sheet)) {
+                (Some(_), _) => noticed += 1,
+                (None, _) if changed.is_empty() => unchanged += 1,
+                (None, Some(_)) => may += 1,
+                (None, None) => unnoticed.push(format!("{seed}: {} ({})", drawn.fault.title, changed.join(" "))),
+            }
+        }
+    }
+    for fault in &unnoticed {
+        println!("{fault}");
+    }
+    println!("{noticed} are noticed, {unchanged} change nothing, {may} are allowed, {} are unnoticed", unnoticed.len());
+    // Every new case changes what is drawn. What goes unnoticed then becomes the next one.
+    assert!(noticed > 100 && unnoticed.len() * 50 <= noticed, "{} of {noticed}", unnoticed.len());
+}
