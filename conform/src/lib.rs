@@ -27,7 +27,7 @@ pub use known::Known;
 pub use report::{About, Document, Tally};
 pub use suite::{CaseReport, Observer, Report, run};
 pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Sheet, Stimuli, Tester, Write};
-pub use trace::{ChapterReport, StepReport, Trace, TraceReport, run_trace};
+pub use trace::{Asked, ChapterReport, Row, Step, StepReport, Trace, TraceReport, ask, run_trace};
 pub use verdict::{Ended, Level, Outcome, Verdict};
 
 /// The README, so that what it shows compiles.
