@@ -34,6 +34,8 @@ pub(super) enum Condition {
     Until(Duration),
     /// The number in these bytes may be 5 % from what is printed; without bytes, all of a frame, or the value of an SDO.
     About(Option<(usize, usize)>),
+    /// The value of an SDO, or what a frame carries, is not compared, only that it comes.
+    AnyValue,
     /// It may come at any time between its neighbours of the same identifier: nothing waits for it before the chapter's end.
     AnyTime,
     /// It does not come earlier after what was sent last.
@@ -160,6 +162,10 @@ impl Step {
             return false;
         }
         let mut mask = self.mask.clone();
+        if self.has(&Condition::AnyValue) {
+            let (first, last) = self.number();
+            mask.iter_mut().take(last + 1).skip(first).for_each(|mask| *mask = 0);
+        }
         for condition in &self.conditions {
             let Condition::About(bytes) = condition else { continue };
             let (first, last) = bytes.unwrap_or(self.number());
@@ -189,7 +195,7 @@ impl Step {
     pub(super) fn span(&self, answer: Duration) -> Duration {
         let spans = self.conditions.iter().map(|condition| match condition {
             Condition::Until(span) | Condition::NotBefore(span) | Condition::After(span) => *span,
-            Condition::About(_) | Condition::AnyTime | Condition::World(_) => Duration::ZERO,
+            Condition::About(_) | Condition::AnyValue | Condition::AnyTime | Condition::World(_) => Duration::ZERO,
         });
         spans.fold(answer, |sum, span| sum + span)
     }
@@ -264,6 +270,7 @@ impl Condition {
             "until" => Condition::Until(LONGEST),
             "about" => Condition::About(None),
             "any time" => Condition::AnyTime,
+            "any value" => Condition::AnyValue,
             other => Condition::World(other.to_owned()),
         })
     }
