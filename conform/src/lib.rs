@@ -29,7 +29,7 @@ pub use report::{About, Differences, Document, Earlier, Tally};
 pub use sheet::{Findings, Sheet};
 pub use suite::{CaseReport, Observer, Report, run};
 pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Stimuli, Tester, Write};
-pub use trace::{ChapterReport, StepReport, Trace, TraceReport, run_trace};
+pub use trace::{Asked, ChapterReport, Row, Step, StepReport, Trace, TraceReport, ask, run_trace};
 pub use verdict::{Ended, Level, Outcome, Verdict};
 
 /// The README, so that what it shows compiles.

@@ -349,7 +349,7 @@ impl<'a> Tester<'a> {
         self.put(&Frame::remote(id, len as u8).expect("cases ask for up to eight bytes"))
     }
 
-    fn put(&mut self, frame: &Frame) -> Outcome {
+    pub(crate) fn put(&mut self, frame: &Frame) -> Outcome {
         self.record(*frame, true);
         self.link.send(frame).map_err(lost)
     }
@@ -361,7 +361,7 @@ impl<'a> Tester<'a> {
     }
 
     /// The next frame of the device, no later than `until`.
-    fn receive(&mut self, until: Instant) -> Outcome<Option<Frame>> {
+    pub(crate) fn receive(&mut self, until: Instant) -> Outcome<Option<Frame>> {
         loop {
             if self.cancelled.load(Ordering::Relaxed) {
                 return Err(Verdict::Unfinished(Ended::Cancelled));

@@ -115,6 +115,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lexican-verify",
         &[
+            "lexican-conform",
             "lexican-eds",
             "lexican-runtime",
             "lexican-driver",

@@ -2,17 +2,18 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::atomic::Ordering;
 
 use indicatif::{DecimalBytes, ProgressBar};
 use lexican_runtime::Instant;
-use lexican_toolbox::log::{Format, Writer, parse_time};
+use lexican_toolbox::log::{Format, UnknownFormat, Writer, parse_time};
 use serde_json::json;
 
-use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, write_failure};
+use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, trace, write_failure};
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, fields, print_result, progress};
 
-/// Convert a log into another format
+/// Convert a log into another format, or into a trace for `conform`
 ///
 /// Reads candump -L (and what candump prints), pcap, pcapng, Vector ASC and BLF, and PEAK TRC, and writes any of them.
 /// The format of IN is recognised by what is in it, that of OUT by its extension. Frames of CAN FD and error frames are
@@ -37,9 +38,16 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FORMAT")]
     from: Option<Format>,
 
-    /// The format of OUT: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0
+    /// The format of OUT: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0; or trace, for `conform`
+    ///
+    /// A trace (OUT.csv) has what was sent to one device, and what the device answered: `lexican conform --trace` asks a device by it.
+    /// What cannot be the same again is left open (x): times, counters, and what --device says is measured, else what CiA 301
+    /// and 402 say is. Heartbeats, emergencies and PDOs may come at any time.
     #[arg(long, value_name = "FORMAT")]
-    to: Option<Format>,
+    to: Option<Target>,
+
+    #[command(flatten)]
+    traced: trace::Traced,
 
     #[command(flatten)]
     selection: SelectionArgs,
@@ -60,18 +68,47 @@ Examples:
     lexican convert bus.log bus.pcapng
     lexican convert bus.blf bus.asc --cob-id 185,705 --after 10s --before 20s
     candump -ta can0 | lexican convert - - --to pcap | wireshark -k -i -
-    lexican convert trace.trc bus.log --begin 2026-09-30T15:06:13Z";
+    lexican convert trace.trc bus.log --begin 2026-09-30T15:06:13Z
+    lexican convert bus.log acceptance.csv --to trace --node 5 --device siko/ag03-1";
+
+/// What a log becomes.
+#[derive(Clone, Copy, Debug)]
+enum Target {
+    Log(Format),
+    Trace,
+}
+
+impl FromStr for Target {
+    type Err = UnknownFormat;
+
+    fn from_str(text: &str) -> Result<Self, UnknownFormat> {
+        if text == "trace" { Ok(Target::Trace) } else { text.parse().map(Target::Log) }
+    }
+}
 
 /// How many frames are converted between two looks at the progress.
 const STEP: u64 = 1 << 14;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Args { input, output, .. } = args;
-    let to = format_of(output, args.to, "--to")?;
+    let is_csv = output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+    let to = match args.to {
+        Some(Target::Trace) => None,
+        None if is_csv => None,
+        None => Some(format_of(output, None, "--to")?),
+        Some(Target::Log(format)) => Some(format),
+    };
     if !is_pipe(output) {
         args.force.guard(output, [input.as_path()])?;
     }
     let (mut reader, size) = open(input, args.from)?;
+    let Some(to) = to else {
+        if args.begin.is_some() {
+            return Err(Failure::new("a trace has no times of day").help("leave --begin out"));
+        }
+        return trace::run(&args.traced, reader, &args.selection.selection(), output, &args.force, args.json);
+    };
+    args.traced.belong_to_a_trace()?;
     let mut writer = if is_pipe(output) {
         Writer::new(io::stdout(), to)
     } else {

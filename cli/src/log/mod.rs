@@ -3,6 +3,7 @@
 pub(crate) mod convert;
 pub(crate) mod record;
 pub(crate) mod replay;
+mod trace;
 
 use std::fs;
 use std::io;

@@ -9,7 +9,7 @@ mod sdo;
 
 use std::collections::BTreeMap;
 
-use lexican_eds::model::Device;
+use lexican_eds::model::{Device, Mapped};
 use lexican_runtime::cia301::connection;
 use lexican_runtime::wire::lss as wire;
 use lexican_runtime::{CobId, Frame, NodeId};
@@ -43,6 +43,12 @@ impl<'a> Decoder<'a> {
     #[must_use]
     pub fn values(&self, node: NodeId) -> Option<&DeviceValues<'a>> {
         self.nodes.get(&node)
+    }
+
+    /// What a PDO of a known device carries, in order, as the frames so far have configured it; empty for other frames.
+    #[must_use]
+    pub fn mapping(&self, frame: &Frame) -> Vec<Mapped> {
+        self.nodes.iter().find_map(|(node, device)| pdo::mapping_of(device, *node, frame)).unwrap_or_default()
     }
 
     /// Decodes the next frame of the bus.

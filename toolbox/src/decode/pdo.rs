@@ -43,6 +43,12 @@ pub(super) fn configured(nodes: &mut BTreeMap<NodeId, DeviceValues<'_>>, frame: 
     Some(decoded.with(parts.join(", "), Detail::Pdo(Pdo { number, received, fields })))
 }
 
+/// The mapping of the PDO that this frame is.
+pub(super) fn mapping_of(device: &DeviceValues<'_>, node: NodeId, frame: &Frame) -> Option<Vec<Mapped>> {
+    let pdo = device.device.pdos.iter().find(|pdo| cob_id(device, node, pdo) == Some(frame.id()))?;
+    Some(mapping(device, pdo))
+}
+
 /// A PDO of an unknown device, by the predefined connection set (CiA 301, 7.3.3).
 pub(super) fn predefined(base: u16, node: NodeId, frame: &Frame) -> Decoded {
     let number = (base - connection::TPDO_1) / 0x100 + 1;

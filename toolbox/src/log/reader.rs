@@ -78,6 +78,12 @@ impl Reader {
         self.format
     }
 
+    /// The line of the frame that was read last, counted from 1; `None` in formats without lines.
+    #[must_use]
+    pub fn line(&self) -> Option<u64> {
+        self.decode.is_text().then_some(self.input.lines)
+    }
+
     /// What was left out so far.
     #[must_use]
     pub const fn skipped(&self) -> Skipped {

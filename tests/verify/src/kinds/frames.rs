@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
+use lexican_conform::{Asked, Step, StepReport, Verdict, ask};
 use lexican_runtime::wire::sdo::{ClientRequest, ServerResponse};
-use lexican_runtime::{CobId, Frame};
+use lexican_runtime::{Duration, Frame};
 
 use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
@@ -37,6 +38,10 @@ pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], be
         };
         checker.cell(row, "cob_id", Against::Drive, format!("{id:X}"));
         checker.cell(row, "data", Against::Drive, print(&data));
+        if row.has("condition") {
+            let known = row.get("condition").is_empty() || is_any_value(row);
+            checker.that(row, "condition", Against::Manual, known, "no such condition");
+        }
     }
     checker.require(answers.is_empty(), || format!("{} answers more than rows", answers.len()));
 }
@@ -85,19 +90,9 @@ pub(crate) fn sent<S: Simulator>(
     }
 }
 
-/// A drive, and others of its kind, on a bus of their own.
-pub(crate) trait Asked {
-    fn send(&mut self, frame: &Frame);
-    /// What the drives send within so many milliseconds.
-    fn hear(&mut self, ms: u64) -> Vec<Frame>;
-    /// Makes the world such as a word of the column `condition` says, or, without the word, such as it is else. Returns
-    /// whether there is such a word.
-    fn world(&mut self, word: &str, holds: bool, data: &[u8]) -> bool;
-}
-
 /// What the drive of an example answers: every printed frame of the manager, or what is right in its place, goes to it in the
-/// order of the manual. The column `condition` says where the answer depends on time or world: `until` waits for it, and
-/// asks again where a question came before; `about` allows 5 %; other words are for [`Asked::world`].
+/// order of the manual. The column `condition` says where the answer depends on time or world: what is neither is for
+/// [`Asked::world`].
 pub(crate) fn answered<S: Simulator, A: Asked>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
@@ -106,73 +101,51 @@ pub(crate) fn answered<S: Simulator, A: Asked>(
 ) {
     let rows = case.manual.rows("frames.csv");
     let found = once::<S, _>(cells(rows), || answers(rows, &made(), start));
-    for (row, (known, answer)) in rows.iter().zip(found) {
+    for (row, (step, report)) in rows.iter().zip(found) {
+        let known = !matches!(report.outcome, Err(Verdict::NotApplicable(_)));
         checker.that(row, "condition", Against::Manual, known, "no such condition");
-        let (id, data) = printed(row);
-        if !is_of_drive(id) {
+        if report.is_sent {
             continue;
         }
-        let Some(frame) = answer else {
+        let Some(frame) = report.seen else {
             for column in ["cob_id", "data"] {
                 checker.that(row, column, Against::Drive, false, "nothing");
             }
             continue;
         };
         checker.cell(row, "cob_id", Against::Drive, format!("{:03X}", frame.id().raw()));
-        checker.that(row, "data", Against::Drive, is_like(row, &data, frame.data()), print(frame.data()));
+        checker.that(row, "data", Against::Drive, step.has_data_like(&frame), print(frame.data()));
     }
 }
 
-/// How long the slowest travel of an example may take.
-const LONGEST_MS: u32 = 120_000;
-
-/// For each row, whether its conditions are known, and what the drive answers.
-fn answers<A: Asked>(rows: &[Row], made: &[(&'static str, Frame)], start: fn(&str) -> A) -> Vec<(bool, Option<Frame>)> {
+/// For each row, what it is, and what came of it.
+fn answers<A: Asked>(rows: &[Row], made: &[(&'static str, Frame)], start: fn(&str) -> A) -> Vec<(Step, StepReport)> {
     let mut found = Vec::new();
     for chapter in rows.chunk_by(|a, b| a.get("chapter") == b.get("chapter")) {
+        let steps: Vec<Step> = chapter.iter().map(|row| step(row, made)).collect();
         let mut asked = start(chapter.first().map_or("", |row| row.get("chapter")));
-        let (mut heard, mut question) = (asked.hear(0), None);
-        for row in chapter {
-            let (id, data) = printed(row);
-            let own = made.iter().find(|(name, _)| *name == row.key).map(|(_, frame)| *frame);
-            let frame = own.or_else(|| Frame::new(CobId::standard(id as u16)?, &data));
-            let words: Vec<&str> = row.get("condition").split("; ").filter(|word| !word.is_empty()).collect();
-            let of_time = |word: &&str| ["until", "about"].contains(word);
-            let mut known = true;
-            for word in words.iter().filter(|word| !of_time(word)) {
-                known &= asked.world(word, true, &data);
-            }
-            heard.extend(asked.hear(0));
-            if is_of_drive(id) {
-                let like = |frame: &Frame| frame.id().raw() == id && is_like(row, &data, frame.data());
-                // Of another node rather than nothing.
-                let same = |mask: u32| heard.iter().position(|frame| frame.id().raw() & mask == id & mask);
-                let mut at = same(0x7FF).or_else(|| same(0x780));
-                if words.contains(&"until") {
-                    at = heard.iter().position(like);
-                    for _ in 0..if at.is_some() { 0 } else { LONGEST_MS / 10 } {
-                        question.iter().for_each(|question| asked.send(question));
-                        heard.extend(asked.hear(10));
-                        at = heard.iter().position(like);
-                        if at.is_some() {
-                            break;
-                        }
-                    }
-                }
-                found.push((known, at.map(|at| heard.remove(at))));
-            } else {
-                heard.clear();
-                frame.iter().for_each(|frame| asked.send(frame));
-                heard.extend(asked.hear(0));
-                question = frame.filter(is_question);
-                found.push((known, None));
-            }
-            for word in words.iter().filter(|word| !of_time(word)) {
-                asked.world(word, false, &data);
-            }
-        }
+        // A frame takes no time on this bus.
+        let reports = ask(&mut asked, &steps, Duration::ZERO, true);
+        found.extend(steps.into_iter().zip(reports));
     }
     found
+}
+
+/// Whether another device may have another value than the manual's example.
+fn is_any_value(row: &Row) -> bool {
+    row.get("condition") == "any value"
+}
+
+/// A row as it is asked; what cannot be read is a wait for what no bench knows.
+fn step(row: &Row, made: &[(&'static str, Frame)]) -> Step {
+    // Here the simulated drive answers, and errata say why it has another value.
+    let cell = |column: &str| if column == "condition" && is_any_value(row) { "" } else { row.get(column) };
+    let parsed = Step::parse(0, cell).or_else(|_| Step::parse(0, |_| ""));
+    let mut step = parsed.expect("an empty row is a wait");
+    if let Some((_, frame)) = made.iter().find(|(name, _)| *name == row.key) {
+        step.send_instead(frame);
+    }
+    step
 }
 
 fn printed(row: &Row) -> (u32, Vec<u8>) {
@@ -182,19 +155,6 @@ fn printed(row: &Row) -> (u32, Vec<u8>) {
 /// Whether drives send frames with this identifier.
 fn is_of_drive(id: u32) -> bool {
     id > 0x80 && (id >> 7 & 1 == 1 || id >= 0x700)
-}
-
-/// A read or SYNC, which can be repeated until the answer is as it is to be.
-fn is_question(frame: &Frame) -> bool {
-    frame.id() == CobId::SYNC || frame.id().raw() > 0x600 && frame.data().first().is_some_and(|code| code >> 5 == 2)
-}
-
-/// Whether an answer is the printed one: with `about`, the number that it is may be 5 % from it.
-fn is_like(row: &Row, printed: &[u8], found: &[u8]) -> bool {
-    let number = |data: &[u8]| data.iter().rev().fold(0_i128, |number, byte| number << 8 | i128::from(*byte));
-    let (a, b) = (number(printed), number(found));
-    let is_about = row.get("condition").split("; ").any(|word| word == "about");
-    printed == found || is_about && printed.len() == found.len() && (a - b).abs() * 20 <= a
 }
 
 /// What a frame is by its identifier and, of SDO, by what the runtime reads.

@@ -6,6 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 use kollmorgen_akd::driver::{AKD, AKD_BY_SDO, Description, HomingOutcome, Mode, Outcome};
 use kollmorgen_akd::sim::{Causes, Inputs, MODEL, Machine, ServoModel, SimulatedServo};
 use kollmorgen_akd::{ascii, od};
+use lexican_conform::{self as conform, Asked, Heard};
 use lexican_driver::description::{Outputs, Pdo, Signal};
 use lexican_driver::{Any, DriveContext, Error};
 use lexican_runtime::device::Behaviour;
@@ -17,7 +18,7 @@ use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use crate::kinds::frames::{Asked, Example as Chapter};
+use crate::kinds::frames::Example as Chapter;
 
 /// The chapters, and whether the driver does things in their order. Where it does not, that does not matter to the drive.
 pub(super) const CHAPTERS: &[Chapter] = &[
@@ -136,13 +137,19 @@ impl Drives {
 }
 
 impl Asked for Drives {
-    fn send(&mut self, frame: &Frame) {
-        self.link.send(frame).unwrap();
+    fn now(&self) -> Instant {
+        self.bus.now()
     }
 
-    fn hear(&mut self, ms: u64) -> Vec<Frame> {
-        let until = self.bus.now() + Duration::from_millis(ms);
-        std::iter::from_fn(|| self.link.receive_frame(until).unwrap()).collect()
+    fn send(&mut self, frame: &Frame) -> conform::Outcome {
+        // A virtual bus without faults takes every frame.
+        let _ = self.link.send(frame);
+        Ok(())
+    }
+
+    fn hear(&mut self, until: Instant) -> conform::Outcome<Option<Heard>> {
+        let frame = self.link.receive_frame(until).ok().flatten();
+        Ok(frame.map(|frame| (self.bus.now(), frame)))
     }
 
     fn world(&mut self, word: &str, holds: bool, data: &[u8]) -> bool {

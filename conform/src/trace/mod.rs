@@ -1,0 +1,236 @@
+//! Traces: frames of a manual with conditions, asked of a device.
+//!
+//! A CSV file with a row for each frame. The columns `cob_id` and `data` are hexadecimal, `chapter`, `direction`, `meaning`
+//! and `condition` may be left out, others are not looked at.
+
+mod ask;
+mod step;
+
+use std::sync::atomic::AtomicBool;
+
+use lexican_runtime::host::Link;
+use lexican_runtime::wire::nmt::NmtCommand;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::axis::make_safe;
+use crate::hazard::Hazard;
+use crate::sheet::Sheet;
+use crate::suite::STEP;
+use crate::tester::{Settings, Tester, uncancelled};
+use crate::verdict::{Ended, Outcome, Verdict, not_applicable};
+
+pub use ask::{Asked, StepReport, ask};
+use step::Condition;
+pub use step::Step;
+
+/// The frames of a file, in its order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trace(Vec<Step>);
+
+/// What a trace has led to.
+#[derive(Clone, Debug, Default)]
+pub struct TraceReport {
+    /// The chapters of the file, in its order.
+    pub chapters: Vec<ChapterReport>,
+    /// Why the test ended before its last chapter.
+    pub ended_early: Option<Ended>,
+}
+
+/// What a chapter has led to. It ends at the first step that fails.
+#[derive(Clone, Debug)]
+pub struct ChapterReport {
+    /// Its name, empty in a file without chapters.
+    pub chapter: String,
+    /// The steps that were carried out.
+    pub steps: Vec<StepReport>,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// A row of a trace to be written.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Row {
+    /// The identifier in hexadecimal.
+    pub cob_id: String,
+    /// `send` or `expect`.
+    pub direction: &'static str,
+    /// Bytes in hexadecimal, with `x` for digits that do not count, or `R8`.
+    pub data: String,
+    /// Conditions, with semicolons between them.
+    pub condition: String,
+    /// What it is, in words.
+    pub meaning: String,
+    /// Where it comes from.
+    pub source: String,
+}
+
+impl Trace {
+    /// Reads a file; `name` is for messages.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, with file, line and column.
+    pub fn parse(name: &str, text: &str) -> Result<Self, String> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let wrong = |error: csv::Error| format!("{name}: {error}");
+        let columns = reader.headers().map_err(wrong)?.clone();
+        if let Some(missing) = ["cob_id", "data"].iter().find(|column| columns.iter().all(|other| other != **column)) {
+            return Err(format!("{name}:1: there is no column {missing}; a trace has cob_id and data at least"));
+        }
+        let mut steps = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(wrong)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let cell = |column: &str| {
+                let at = columns.iter().position(|other| other == column);
+                at.and_then(|at| record.get(at)).unwrap_or_default().trim()
+            };
+            let step = Step::parse(line, cell)
+                .map_err(|(column, why)| format!("{name}:{line}: column {column}: {:?} {why}", cell(column)))?;
+            steps.push(step);
+        }
+        if steps.is_empty() { Err(format!("{name}: it has no frames")) } else { Ok(Trace(steps)) }
+    }
+
+    /// The text of a file with these rows.
+    ///
+    /// # Errors
+    ///
+    /// None that a memory does not have.
+    pub fn csv(rows: &[Row]) -> Result<String, String> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| error.to_string())?;
+        let text = writer.into_inner().map_err(|error| error.to_string())?;
+        String::from_utf8(text).map_err(|error| error.to_string())
+    }
+
+    fn chapters(&self) -> impl Iterator<Item = &[Step]> {
+        self.0.chunk_by(|a, b| a.chapter == b.chapter)
+    }
+}
+
+/// Asks a device by the frames of a trace: each chapter after a reset. A chapter is carried out only if all that it does is
+/// allowed, and every frame is of this device.
+///
+/// A drive is disabled after each chapter, also after Ctrl-C, and the device is reset at the end: what the trace has written
+/// and not stored is gone then.
+pub fn run_trace(
+    link: &mut dyn Link,
+    sheet: &Sheet,
+    settings: &Settings,
+    trace: &Trace,
+    cancelled: &AtomicBool,
+) -> TraceReport {
+    let mut report = TraceReport::default();
+    if sheet.is_unfit {
+        report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
+        return report;
+    }
+    let mut tester = Tester::new(link, sheet, settings, cancelled);
+    let mut has_sent = false;
+    for steps in trace.chapters() {
+        let mut done = Vec::new();
+        let outcome = is_for(steps, sheet, settings).and_then(|()| {
+            has_sent = true;
+            let outcome = chapter(&mut tester, steps, &mut done);
+            tester.decided(outcome)
+        });
+        if let (Err(verdict), Some(step)) = (&outcome, done.last_mut())
+            && step.outcome.is_err()
+        {
+            step.outcome = Err(verdict.clone());
+        }
+        let moves = steps.iter().any(|step| step.hazard(sheet) == Some(Hazard::Motion));
+        if moves && !done.is_empty() {
+            report.ended_early = uncancelled(cancelled, || {
+                tester.limit(STEP);
+                make_safe(&mut tester).err().map(Ended::Moving)
+            });
+        }
+        if let (Err(Verdict::Unfinished(ended)), None) = (&outcome, &report.ended_early) {
+            report.ended_early = Some(ended.clone());
+        }
+        let name = steps.first().map(|step| step.chapter.clone()).unwrap_or_default();
+        report.chapters.push(ChapterReport { chapter: name, steps: done, outcome });
+        if report.ended_early.is_some() {
+            break;
+        }
+    }
+    if has_sent && !matches!(report.ended_early, Some(Ended::BusLost(_))) {
+        // What does not boot again is what the next test will say.
+        let _ = uncancelled(cancelled, || {
+            tester.limit(STEP);
+            tester.reset(NmtCommand::ResetNode)
+        });
+    }
+    report
+}
+
+/// Whether a chapter can be carried out and is allowed.
+fn is_for(steps: &[Step], sheet: &Sheet, settings: &Settings) -> Outcome {
+    for step in steps {
+        let place = step.place();
+        if let Some(node) = step.other_node(settings.node) {
+            let (of, tested) = (if node == 0 { "all nodes".into() } else { format!("node {node}") }, settings.node);
+            return Err(not_applicable(format!("{place}: {} is of {of}, and node {tested} is tested", step.printed())));
+        }
+        for condition in &step.conditions {
+            if let Condition::World(word) = condition {
+                return Err(not_applicable(format!("{place}: no frame brings about {word:?}")));
+            }
+        }
+    }
+    let missing = steps.iter().find_map(|step| step.hazard(sheet).filter(|hazard| !settings.allow.contains(hazard)));
+    missing.map_or(Ok(()), |hazard| Err(Verdict::NotAllowed(hazard)))
+}
+
+fn chapter(t: &mut Tester<'_>, steps: &[Step], done: &mut Vec<StepReport>) -> Outcome {
+    t.begin();
+    let answer = t.settings.answer;
+    let spans = steps.iter().fold(STEP, |sum, step| sum + step.span(answer));
+    t.limit(spans);
+    t.reset(NmtCommand::ResetNode)?;
+    *done = ask(t, steps, answer, false);
+    done.iter().find_map(|step| step.outcome.clone().err()).map_or(Ok(()), Err)
+}
+
+impl TraceReport {
+    /// How many chapters have passed, failed or were not finished, and were not carried out.
+    #[must_use]
+    pub fn tally(&self) -> (usize, usize, usize) {
+        let (mut passed, mut failed, mut left_out) = (0, 0, 0);
+        for chapter in &self.chapters {
+            *match &chapter.outcome {
+                Ok(()) => &mut passed,
+                Err(Verdict::NotApplicable(_) | Verdict::NotAllowed(_)) => &mut left_out,
+                Err(_) => &mut failed,
+            } += 1;
+        }
+        (passed, failed, left_out)
+    }
+}
+
+impl ChapterReport {
+    /// In words: `passed`, or the verdict with its reason.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        verdict(&self.outcome)
+    }
+
+    /// As one JSON object: `"event": "chapter"`, its verdict, and its steps.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let steps = self.steps.iter().map(|step| {
+            json!({ "line": step.line, "source": step.source, "sent": step.is_sent, "printed": step.printed, "meaning": step.meaning,
+                "seen": step.seen.map(|frame| frame.to_string()), "seconds": step.at.as_secs_f64(),
+                "verdict": verdict(&step.outcome) })
+        });
+        let steps: Vec<Value> = steps.collect();
+        json!({ "event": "chapter", "chapter": self.chapter, "verdict": self.verdict(), "steps": steps })
+    }
+}
+
+fn verdict(outcome: &Outcome) -> String {
+    outcome.as_ref().err().map_or("passed".to_owned(), Verdict::to_string)
+}
