@@ -52,6 +52,100 @@ fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     assert!(html.contains("by default 6") && !html.contains("{{"), "{html}");
 }
 
+/// Of hundreds of findings, ten lines are printed, and the command for the others: it is run as it is said.
+#[test]
+fn a_data_sheet_with_errors_says_which_in_ten_lines() {
+    let folder = folder("conform-unfit");
+    let device = include_str!("../../tests/conformance/device.eds");
+    let wrong = device.replace("[1000]", "[1F99]").replace("DataType=0x0007", "DataType=0x9999");
+    std::fs::write(folder.join("device.eds"), device).unwrap();
+    std::fs::write(folder.join("wrong.eds"), wrong).unwrap();
+    let args = ["conform", "--bus", "sim:device.eds?node=5", "--device", "wrong.eds", "--report", "r.json"];
+    let run = lexican_in(&folder, &args);
+    run.on_stderr(2, "wrong.eds: 1000h, the device type, cannot be read in it");
+    run.on_stderr(2, "wrong.eds:65:10: warning[eds::unknown-data-type]");
+    assert_eq!(run.stderr.lines().count(), 12, "{run}");
+    let json: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("r.json")).unwrap()).unwrap();
+    let said = json["ended_early"].as_str().unwrap();
+    let (_, command) = said.rsplit_once(": lexican ").unwrap();
+    assert!(said.lines().count() == 12 && run.stderr.contains(command), "{said}");
+    let lint = lexican_in(&folder, &command.split(' ').collect::<Vec<_>>());
+    assert!(lint.stdout.matches("unknown-data-type").count() > 10, "{lint}");
+}
+
+/// What stands at the head of a report, in each format: who, when, with what, on what, and what comes to be signed.
+#[test]
+fn a_report_says_what_was_tested_by_whom_and_against_which_text() {
+    let args = [
+        "--only",
+        "2.7,2.27",
+        "--allow",
+        "store",
+        "--bit-rate",
+        "500",
+        "--tester",
+        "A. Smith",
+        "--remark",
+        "2nd <try>",
+    ];
+    let files = ["--report", "r.json", "--report", "r.xml", "--report", "r.html"];
+    let (folder, run) = conform("conform-head", None, &[&args[..], &files[..]].concat());
+    assert_eq!(run.code, Some(0), "{run}");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let json: Value = serde_json::from_str(&read("r.json")).unwrap();
+    let fact = |name: &str| {
+        let facts = json["facts"].as_array().unwrap();
+        let found = facts.iter().find(|fact| fact[0] == name);
+        found.unwrap_or_else(|| panic!("{name}: {facts:?}"))[1].as_str().unwrap().to_owned()
+    };
+    assert_eq!((&json["overall"], &json["tester"]), (&"passed".into(), &"A. Smith".into()));
+    assert_eq!(fact("version"), format!("lexican {}", env!("CARGO_PKG_VERSION")));
+    assert!(fact("date").starts_with("20") && fact("date").ends_with(" UTC"));
+    assert_eq!((fact("bit rate"), fact("allowed")), ("500 kbit/s".to_owned(), "store".to_owned()));
+    assert!(fact("bus").starts_with("sim:sensor.eds") && fact("duration").ends_with(" s"));
+    assert!(fact("vendor-ID (1018h:01)").starts_with(|first: char| first.is_ascii_digit()));
+    // As `sha256sum` prints it.
+    let sum = std::process::Command::new("sha256sum").arg(folder.join("tested.eds")).output();
+    let sum = String::from_utf8(sum.unwrap().stdout).unwrap();
+    assert_eq!(sum.split(' ').next(), Some(&*fact("SHA-256 of tested.eds")));
+    let case = &json["cases"][0];
+    assert_eq!((&case["clause"], &case["id"]), (&"CiA 301, 7.2.4.3.17".into(), &"301/7.2.4.3.17/5".into()));
+    assert!(case["requirement"].as_str().unwrap().starts_with("A server aborts a request"), "{case}");
+    assert!(case["expected"][0].as_str().unwrap().contains("(CCT 2.7)"), "{case}");
+    let xml = read("r.xml");
+    assert!(xml.contains("<property name=\"verdict\" value=\"passed\"/>"), "{xml}");
+    assert!(xml.contains("<property name=\"remark\" value=\"2nd &lt;try&gt;\"/>"), "{xml}");
+    let html = read("r.html");
+    assert!(
+        html.contains("A. Smith") && !html.contains("<try>") && !html.contains("http:") && !html.contains("https:"),
+        "{html}"
+    );
+}
+
+#[test]
+fn a_report_is_compared_with_an_earlier_one() {
+    let (folder, run) = conform("conform-against", None, &["--only", "2.7,4.2", "--report", "right.json"]);
+    assert_eq!(run.code, Some(0), "{run}");
+    let sheet = SHEET.replacen("DefaultValue=5\n", "DefaultValue=6\n", 1);
+    std::fs::write(folder.join("wrong.eds"), sheet).unwrap();
+    let test = |device: &str, args: &[&str]| {
+        let base = ["conform", "--bus", "sim:sensor.eds?node=7", "--device", device, "--only"];
+        lexican_in(&folder, &[&base[..], args].concat())
+    };
+    let run = test("wrong.eds", &["2.8,4.2", "--against", "right.json", "--report", "wrong.json"]);
+    run.on_stdout(1, "worse: 306-1/6.5.2/2 values are the defaults: failed, was passed");
+    run.on_stdout(1, "new: 301/7.2.4.3.17/6 ");
+    run.on_stdout(1, "gone: 301/7.2.4.3.17/5: was passed");
+    run.on_stdout(1, "against right.json: 1 worse, 0 better, 1 new, 1 gone");
+    let run = test("tested.eds", &["2.8,4.2", "--against", "wrong.json"]);
+    run.on_stdout(0, "better: 306-1/6.5.2/2 values are the defaults: passed, was failed");
+    // A case that is not tested any more is worse, and nothing fails by it.
+    test("tested.eds", &["4.6", "--report", "all.json", "--allow", "all"]).on_stdout(0, "1 passed");
+    test("tested.eds", &["4.6", "--against", "all.json"]).on_stdout(1, "not allowed, was passed");
+    test("tested.eds", &["2.7", "--against", "tested.eds"]).on_stderr(2, "is no report of a test");
+    test("tested.eds", &["2.7", "--against", "none.json"]).on_stderr(2, "cannot read none.json");
+}
+
 #[test]
 fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     let (_, run) = conform("conform-plan", None, &["--plan", "--allow", "manufacturer"]);

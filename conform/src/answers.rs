@@ -3,6 +3,8 @@
 //! A refusal with a code of the set is right. With one that only stacks in use send, where CiA 301 names none, it is right as
 //! well, and stands in the report as an observation. Any other code fails the case.
 
+use std::fmt::{self, Display};
+
 use lexican_runtime::AbortCode;
 
 /// The codes that answer one kind of mistake.
@@ -19,6 +21,14 @@ impl Accepted {
     /// Whether a code is in the set, or among those that stacks send.
     pub(crate) fn takes(&self, code: AbortCode) -> bool {
         self.codes.contains(&code) || self.observed.contains(&code)
+    }
+}
+
+impl Display for Accepted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = |codes: &[AbortCode]| codes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; or ");
+        write!(f, "an abort with {} ({})", named(self.codes), self.source)?;
+        if self.observed.is_empty() { Ok(()) } else { write!(f, "; also seen, and taken: {}", named(self.observed)) }
     }
 }
 

@@ -26,6 +26,8 @@ pub struct Case {
     pub plan: &'static str,
     /// What has to hold.
     pub title: &'static str,
+    /// What the clause asks for, in one sentence of ours.
+    pub requirement: &'static str,
     /// Whether it has to hold, or only should.
     pub level: Level,
     /// What the case does in any case that needs to be allowed.
@@ -40,7 +42,7 @@ pub(crate) const fn case(
     title: &'static str,
     run: fn(&mut Tester<'_>) -> Outcome,
 ) -> Case {
-    Case { id, plan, title, level: Level::Must, needs: &[], scope: Scope::Device, run }
+    Case { id, plan, title, requirement: "", level: Level::Must, needs: &[], scope: Scope::Device, run }
 }
 
 /// A case of a drive, which moves.
@@ -54,6 +56,10 @@ impl Case {
     pub fn judged_elsewhere(id: String, title: String, level: Level) -> &'static Self {
         let case = case(id.leak(), "", title.leak(), |_| Ok(()));
         Box::leak(Box::new(Case { level, scope: Scope::DataSheet, ..case }))
+    }
+
+    pub(crate) const fn requires(self, requirement: &'static str) -> Self {
+        Case { requirement, ..self }
     }
 
     pub(crate) const fn recommended(self) -> Self {
@@ -74,6 +80,19 @@ impl Case {
     pub fn profile(&self) -> Option<u16> {
         let standard = self.id.split('/').next()?.parse().ok();
         standard.filter(|standard| (400..500).contains(standard))
+    }
+
+    /// The standard and the clause, or the object, that the case is about: `CiA 301, 7.2.4.3.7`.
+    #[must_use]
+    pub fn clause(&self) -> String {
+        let clause = self.id.rsplit_once('/').map_or(self.id, |(clause, _)| clause);
+        format!("CiA {}", clause.replacen('/', ", ", 1))
+    }
+
+    /// The standard with up to three numbers of the clause: `301/7.2.4`.
+    pub(crate) fn chapter(&self) -> &'static str {
+        let clause = self.id.rsplit_once('/').map_or(self.id, |(clause, _)| clause);
+        clause.match_indices('.').nth(2).map_or(clause, |(end, _)| &clause[..end])
     }
 
     /// Whether the case is meant by a name: its id or its number in the plan, a chapter or another beginning of either that
@@ -119,6 +138,7 @@ impl Tester<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::{cases, profile_cases};
 
     #[test]
     fn a_case_is_meant_by_its_number_its_id_and_their_chapters() {
@@ -129,6 +149,15 @@ mod tests {
         for name in ["", "2.1", "301/7.2.4.3.7/", "7.2.4.3.7", "301/7.2.4.3.7/21", "3"] {
             assert!(!toggle.is_meant_by(name), "{name}");
         }
+    }
+
+    #[test]
+    fn each_case_names_its_clause_and_what_that_asks_for_in_one_sentence() {
+        for case in cases().chain(profile_cases()) {
+            let one = case.requirement.trim_end_matches('.');
+            assert!(one.len() + 1 == case.requirement.len() && !one.contains(". "), "{}: {one}", case.id);
+        }
+        assert_eq!(case("301/7.2.4.3.7/2", "", "", |_| Ok(())).clause(), "CiA 301, 7.2.4.3.7");
     }
 
     #[test]

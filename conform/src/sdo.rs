@@ -365,6 +365,7 @@ impl Tester<'_> {
 
     /// Whether something was refused by a code that is accepted; one that is only observed stands in the report.
     pub(crate) fn is_refused(&mut self, answer: Answer, accepted: &Accepted, what: &str) -> Outcome {
+        self.expect_one_of(accepted.to_string());
         match answer {
             Ok(()) => Err(failed(format!("{what} is taken"))),
             Err(code) if accepted.takes(code) => {

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::Entry;
+use lexican_eds::types::DataType;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
@@ -14,8 +15,20 @@ use crate::cases::pdo_mapping::writing_order;
 use crate::cases::{cases, lss};
 use crate::hazard::Hazard;
 use crate::sdo;
-use crate::tester::{Record, Settings, Sheet, Tester, uncancelled};
+use crate::sheet::Sheet;
+use crate::tester::{Record, Settings, Tester, uncancelled};
 use crate::verdict::{Ended, Level, Outcome, Verdict};
+
+/// What a device says that it is.
+const IDENTITY: [((u16, u8), &str); 7] = [
+    ((0x1018, 1), "vendor-ID"),
+    ((0x1018, 2), "product code"),
+    ((0x1018, 3), "revision number"),
+    ((0x1018, 4), "serial number"),
+    ((0x1008, 0), "device name"),
+    ((0x1009, 0), "hardware version"),
+    ((0x100A, 0), "software version"),
+];
 
 /// For how long others on the bus are listened to before the test.
 const OTHERS: Duration = Duration::from_secs(2);
@@ -33,6 +46,8 @@ pub struct CaseReport {
     pub frames: Vec<Record>,
     /// Why it may fail as it does, where that is [known](Settings::known).
     pub known: Option<String>,
+    /// The sets of answers that are right, where there are several.
+    pub expected: Vec<String>,
     /// What was measured or observed, beside what is allowed.
     pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
@@ -48,6 +63,12 @@ pub struct Report {
     pub ended_early: Option<Ended>,
     /// What is not as it was before the test, or not known to be: a sentence for each entry.
     pub not_put_back: Vec<String>,
+    /// What has become of the device beside that: it did not come back, or its storage has grown. A sentence for each.
+    pub findings: Vec<String>,
+    /// What the device says that it is, before the first case: the name of each entry, and its value.
+    pub identity: Vec<(String, String)>,
+    /// How long the test took.
+    pub took: Duration,
 }
 
 /// Follows a test while it runs.
@@ -77,6 +98,7 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Report {
     let mut report = Report::default();
+    let begun = link.now();
     let tester = Tester::new(link, sheet, settings, cancelled);
     let mut suite = Suite {
         tester,
@@ -84,14 +106,19 @@ pub fn run(
         before: BTreeMap::new(),
         changed: BTreeSet::new(),
         stores: false,
+        has_grown: false,
         failed: BTreeMap::new(),
         moving: None,
+        gone: None,
+        findings: Vec::new(),
+        identity: Vec::new(),
     };
     let mut cases = cases.to_vec();
     if sheet.is_unfit {
         cases.retain(|case| case.scope == Scope::DataSheet);
     } else {
         report.ended_early = suite.prepare().err();
+        report.identity = suite.identity.clone();
     }
     for (number, case) in (1..).zip(&cases) {
         if report.ended_early.is_none() && cancelled.load(Ordering::Relaxed) {
@@ -110,6 +137,8 @@ pub fn run(
         report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
     }
     report.not_put_back = suite.put_back();
+    report.findings = suite.what_has_become();
+    report.took = suite.tester.now().since(begun);
     report
 }
 
@@ -127,7 +156,17 @@ enum Presence {
     Here,
     /// Not at first.
     Back,
+    /// Not before this reset.
+    Reset(NmtCommand),
     Gone(Ended),
+}
+
+/// A device that does not come back.
+struct Gone {
+    /// The case that it was gone after.
+    by: &'static str,
+    /// The chapters in which it was looked for in vain.
+    chapters: BTreeSet<&'static str>,
 }
 
 struct Suite<'a> {
@@ -138,10 +177,17 @@ struct Suite<'a> {
     changed: BTreeSet<(u16, u8)>,
     /// A case has stored parameters.
     stores: bool,
+    /// They were stored again, so that they are what they were: the storage has more than before.
+    has_grown: bool,
     /// Whether cases that were run have failed.
     failed: BTreeMap<&'static str, bool>,
     /// The drive may move, and could not be stopped: why that is not known better.
     moving: Option<String>,
+    gone: Option<Gone>,
+    /// What has become of the device.
+    findings: Vec<String>,
+    /// What the device says that it is.
+    identity: Vec<(String, String)>,
 }
 
 impl Suite<'_> {
@@ -157,6 +203,16 @@ impl Suite<'_> {
             Ok(_) => {}
             Err(Verdict::Unfinished(ended)) => return Err(ended),
             Err(_) => return Err(Ended::Silent(self.tester.node)),
+        }
+        for (at @ (index, sub), name) in IDENTITY {
+            if let Ok(entry) = self.tester.entry(index, sub)
+                && let Ok(Ok(bytes)) = self.tester.upload(index, sub)
+            {
+                let is_text = entry.data_type == DataType::VisibleString;
+                let text = || String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_owned();
+                let value = if is_text { text() } else { self.tester.shown(at, &bytes) };
+                self.identity.push((format!("{name} ({index:04X}h:{sub:02X})"), value));
+            }
         }
         // The error history is what happened, and nothing to be put back.
         let kept = |entry: &Entry| entry.access.readable() && entry.access.writable() && entry.index != 0x1003;
@@ -189,14 +245,33 @@ impl Suite<'_> {
     /// Runs a case, again if it may have failed without the device being wrong; and why the test ends with it.
     fn run(&mut self, case: &'static Case) -> (CaseReport, Option<Ended>) {
         let begun = self.tester.now();
+        if case.scope != Scope::DataSheet
+            && let Some((verdict, end)) = self.is_without_device(case)
+        {
+            let took = self.tester.now().since(begun);
+            let (outcome, frames) = (Err(verdict), self.tester.frames().to_vec());
+            let (known, expected, measured, notes) = (None, Vec::new(), Vec::new(), Vec::new());
+            return (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end);
+        }
         let mut notes = Vec::new();
         let (mut outcome, mut frames) = self.once(case);
         let mut end = None;
         let repeats = match &outcome {
             Err(Verdict::Failed(_)) if case.scope != Scope::DataSheet => {
                 match (self.tester.disturbance(), self.looks_for_device(self.tester.settings.boot)) {
+                    (_, Presence::Gone(Ended::Silent(_))) => {
+                        notes.push("the device does not answer any more".to_owned());
+                        self.gone = Some(Gone { by: case.id, chapters: [case.chapter()].into() });
+                        None
+                    }
                     (_, Presence::Gone(gone)) => {
                         end = Some(gone);
+                        None
+                    }
+                    (_, Presence::Reset(command)) => {
+                        let what = if command == NmtCommand::ResetNode { "node" } else { "communication" };
+                        self.findings
+                            .push(format!("after {} the device answered only when its {what} was reset", case.id));
                         None
                     }
                     (Some(disturbance), _) => Some(disturbance),
@@ -208,7 +283,7 @@ impl Suite<'_> {
                 let lost = format!("the bus was lost ({why})");
                 match self.looks_for_device(self.tester.settings.bus) {
                     Presence::Gone(_) => None,
-                    Presence::Here | Presence::Back => Some(lost),
+                    Presence::Here | Presence::Back | Presence::Reset(_) => Some(lost),
                 }
             }
             Err(Verdict::NotDecidable(why)) => Some(why.clone()),
@@ -221,6 +296,7 @@ impl Suite<'_> {
             notes.push(format!("{why}, and the case was run again"));
             (outcome, frames) = self.once(case);
         }
+        let expected = self.tester.expected().to_vec();
         let (measured, missing) = (self.tester.measured().to_vec(), self.tester.missing);
         self.failed.insert(case.id, matches!(outcome, Err(Verdict::Failed(_))));
         let took = self.tester.now().since(begun);
@@ -252,8 +328,8 @@ impl Suite<'_> {
         }
         end = self.moving.take().map(Ended::Moving).or(end);
         // The report of the whole test says what stays as it is.
-        notes.extend(self.put_back());
-        (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
+        notes.extend(if self.gone.is_some() { self.left() } else { self.put_back() });
+        (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end)
     }
 
     /// Whether a case fails: it is run for that, unless it was.
@@ -310,12 +386,46 @@ impl Suite<'_> {
             }
             presence = Presence::Back;
         }
-        // What no longer serves SDO may still obey a reset.
-        match self.tester.reset(NmtCommand::ResetNode).and_then(|()| self.tester.upload(0x1000, 0)) {
-            Ok(_) => Presence::Here,
-            Err(Verdict::Unfinished(ended)) => Presence::Gone(ended),
-            Err(_) => Presence::Gone(Ended::Silent(self.tester.node)),
+        match self.is_back_by_reset() {
+            Ok(command) => Presence::Reset(command),
+            Err(ended) => Presence::Gone(ended),
         }
+    }
+
+    /// What no longer serves SDO may still obey a reset: of the node, or of its communication alone.
+    fn is_back_by_reset(&mut self) -> Result<NmtCommand, Ended> {
+        for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
+            self.tester.limit(STEP);
+            // In STOPPED, what does not obey a reset serves no SDO. Whether it has booted is not asked: it answers.
+            let _: Outcome = self.tester.reset(command);
+            let entered = self.tester.enter(NmtState::PreOperational);
+            match entered.and_then(|()| self.tester.upload(0x1000, 0)) {
+                Ok(_) => return Ok(command),
+                Err(Verdict::Unfinished(ended)) => return Err(ended),
+                Err(_) => {}
+            }
+        }
+        Err(Ended::Silent(self.tester.node))
+    }
+
+    /// Of a device that is gone: the verdict on a case, unless it is there again. It is looked for once in each chapter.
+    fn is_without_device(&mut self, case: &Case) -> Option<(Verdict, Option<Ended>)> {
+        let mut gone = self.gone.take()?;
+        let verdict = Verdict::Blocked(gone.by, "the device has not come back since".to_owned());
+        self.tester.begin();
+        if gone.chapters.insert(case.chapter()) {
+            match self.looks_for_device(Duration::ZERO) {
+                Presence::Gone(Ended::Silent(_)) => {}
+                Presence::Gone(ended) => return Some((Verdict::Unfinished(ended.clone()), Some(ended))),
+                _ => {
+                    self.findings
+                        .push(format!("after {} the device did not answer; with {} it did again", gone.by, case.id));
+                    return None;
+                }
+            }
+        }
+        self.gone = Some(gone);
+        Some((verdict, None))
     }
 
     /// Undoes what cases have done, also after Ctrl-C.
@@ -334,17 +444,33 @@ impl Suite<'_> {
             return Vec::from_iter(by_lss);
         }
         self.undo(|suite| {
-            let reset = suite.tester.reset(NmtCommand::ResetNode);
-            // In STOPPED, what does not obey a reset serves no SDO.
-            if reset.and_then(|()| suite.tester.enter(NmtState::PreOperational)).is_ok() {
+            if suite.is_back_by_reset().is_ok() {
                 suite.restore();
             }
         });
+        by_lss.into_iter().chain(self.left()).collect()
+    }
+
+    /// What is not known to be as it was: a sentence for each entry.
+    fn left(&self) -> Vec<String> {
         let was = |&(index, sub): &(u16, u8)| {
             let before = self.tester.shown((index, sub), &self.before[&(index, sub)]);
             format!("{index:04X}:{sub:02X} could not be put back to {before}")
         };
-        by_lss.into_iter().chain(self.changed.iter().map(was)).collect()
+        self.changed.iter().map(was).collect()
+    }
+
+    /// What has become of the device by the test, beside entries that are not as they were.
+    fn what_has_become(&mut self) -> Vec<String> {
+        let gone = self.gone.take().map(|Gone { by, .. }| {
+            format!("after {by} the device did not come back: switch it off and on, and run the cases that are blocked by it")
+        });
+        let grown = self.has_grown.then(|| {
+            "the storage has grown: its parameters are what they were, and all of them are stored now; \
+             writing \"load\" (64616F6Ch) to 1011h:01 makes them the defaults"
+                .to_owned()
+        });
+        std::mem::take(&mut self.findings).into_iter().chain(gone).chain(grown).collect()
     }
 
     fn restore(&mut self) {
@@ -356,7 +482,8 @@ impl Suite<'_> {
         }
         if self.stores && !order.is_empty() {
             // What has been stored comes back with each reset.
-            let _ = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
+            let stored = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
+            self.has_grown |= matches!(stored, Ok(Ok(_)));
         }
         self.changed.extend(order);
         self.keep_what_differs();

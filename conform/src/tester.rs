@@ -5,9 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{iter, mem};
 
-use lexican_eds::model::{Device, Entry, Value};
+use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::DataType;
-use lexican_eds::{Diagnostics, Input, Severity, load};
 use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -15,6 +14,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use crate::hazard::Hazard;
 use crate::known::Known;
 use crate::lss::Changes;
+use crate::sheet::Sheet;
 use crate::verdict::{Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
 
 /// For how long the tester listens for what is to come at once.
@@ -149,36 +149,6 @@ pub struct InputStimulus {
     pub shown_by: (u16, u8),
 }
 
-/// The data sheet of the device, and what the linter finds in it.
-#[derive(Debug)]
-pub struct Sheet {
-    /// What the data sheet says.
-    pub device: Device,
-    /// Errors and warnings of the linter, with their places.
-    pub findings: String,
-    /// Nothing correct can be made of the data sheet, so that a test by it would mean nothing.
-    pub is_unfit: bool,
-}
-
-impl Sheet {
-    /// Reads a data sheet and its overlays.
-    #[must_use]
-    pub fn of(input: &Input) -> Self {
-        let (mut device, diagnostics) = load(input);
-        // Some drives say what they are in 1000h, and their data sheets do not.
-        let is_drive = [0x6040, 0x6041, 0x6060].iter().all(|index| device.object(*index).is_some());
-        if device.profile.is_none() && is_drive {
-            device.profile = Some(402);
-        }
-        let has_errors = diagnostics.iter().any(|finding| finding.severity == Severity::Error);
-        let is_unfit = has_errors || device.entry(0x1000, 0).is_none();
-        let mut grave = Diagnostics::default();
-        grave.extend(diagnostics.into_iter().filter(|finding| finding.severity > Severity::Note));
-        let findings = grave.render(input);
-        Sheet { device, findings, is_unfit }
-    }
-}
-
 /// A frame that was heard.
 pub type Heard = (Instant, Frame);
 
@@ -209,6 +179,8 @@ pub struct Tester<'a> {
     written: BTreeSet<(u16, u8)>,
     /// What has been measured in this case.
     measured: Vec<String>,
+    /// The sets that answers of this case have to be in.
+    expected: Vec<String>,
     /// What LSS has changed, and is not put back.
     pub(crate) lss: Changes,
     /// The frames that this computer has missed in this case.
@@ -245,6 +217,7 @@ impl<'a> Tester<'a> {
             frames,
             written,
             measured,
+            expected: Vec::new(),
             lss: Changes::default(),
             missed,
             late: Duration::ZERO,
@@ -261,6 +234,7 @@ impl<'a> Tester<'a> {
         self.frames.clear();
         self.written.clear();
         self.measured.clear();
+        self.expected.clear();
         (self.missed, self.has_booted) = (0, false);
         (self.late, self.returned, self.margin, self.missing) = (Duration::ZERO, None, None, None);
         self.limit(self.settings.case);
@@ -282,6 +256,18 @@ impl<'a> Tester<'a> {
     pub(crate) fn observe(&mut self, sentence: String) {
         if !self.measured.contains(&sentence) {
             self.measured.push(sentence);
+        }
+    }
+
+    /// The sets that answers of the last case have to be in, each once.
+    pub(crate) fn expected(&self) -> &[String] {
+        &self.expected
+    }
+
+    /// The report says what the answer has to be, whatever it is.
+    pub(crate) fn expect_one_of(&mut self, set: String) {
+        if !self.expected.contains(&set) {
+            self.expected.push(set);
         }
     }
 

@@ -13,8 +13,9 @@ use serde_json::{Value, json};
 
 use crate::axis::make_safe;
 use crate::hazard::Hazard;
+use crate::sheet::Sheet;
 use crate::suite::STEP;
-use crate::tester::{Heard, PATIENCE, Settings, Sheet, Tester, uncancelled};
+use crate::tester::{Heard, PATIENCE, Settings, Tester, uncancelled};
 use crate::verdict::{Ended, Outcome, Verdict, failed, not_applicable};
 
 /// How long `until` waits where it names no time: the slowest travel of a manual's example.

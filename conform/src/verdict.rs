@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 use lexican_runtime::NodeId;
 
 use crate::hazard::Hazard;
+use crate::sheet::Findings;
 
 /// Why a case was not passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub enum Verdict {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// By this data sheet no device can be tested: what the linter finds in it.
-    Unfit(String),
+    Unfit(Findings),
     /// The device does not answer, or not any more.
     Silent(NodeId),
     /// A case failed, and the test was to end [then](crate::Settings::fail_fast).

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Ended, Hazard, InputStimulus, Known, Level, Settings, Sheet, Stimuli, Write, cases,
+    About, Case, Document, Earlier, Ended, Hazard, InputStimulus, Known, Level, Settings, Sheet, Stimuli, Write, cases,
     profile_cases, run as test,
 };
 use lexican_eds::model::Device;
@@ -21,9 +21,11 @@ use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
 use crate::device::guard;
 use crate::duration::time;
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c};
+use crate::send::time::now;
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::object::resolve;
+use lexican_toolbox::time_of_day;
 use print::Screen;
 
 /// Test whether a device does what CANopen asks for
@@ -32,7 +34,8 @@ use print::Screen;
 /// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
 /// test, is run only with --allow. A drive (CiA 402) is also tested as such, with --allow motion: it moves.
 ///
-/// Exit code 1 if a case fails that a standard requires, or something could not be put back; 2 if the bus is lost or a drive
+/// Exit code 1 if a case fails that a standard requires, something could not be put back, or a case is worse than in the
+/// report of --against; 2 if the bus is lost or a drive
 /// does not stop.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -57,7 +60,7 @@ pub(crate) struct Args {
     /// A row is a frame: cob_id and data (hexadecimal, x for any digit), and if wanted chapter, direction (send or expect), meaning
     /// and condition: until, until 5s, about (5 %), not before 100ms, after 2s; several with ; between. A chapter with
     /// frames of other nodes, or with what is not allowed, is left out
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "report", "known"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "report", "known", "against"])]
     trace: Option<PathBuf>,
 
     #[command(flatten)]
@@ -153,6 +156,18 @@ struct Reports {
     #[arg(long, value_name = "FILE", value_parser = ReportFile::new)]
     report: Vec<ReportFile>,
 
+    /// Compare with an earlier report (JSON): what is worse, better, new or gone; exit code 1 if a case is worse
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["list", "plan"])]
+    against: Option<PathBuf>,
+
+    /// Who tests, for the report; else it has an empty line for the name
+    #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+    tester: String,
+
+    /// A remark for the report; may be given several times
+    #[arg(long, value_name = "TEXT")]
+    remark: Vec<String>,
+
     #[command(flatten)]
     force: ForceArgs,
 
@@ -185,6 +200,7 @@ const EXAMPLES: &str = "\
 Examples:
     lexican conform --bus can0 5 --device FILE.eds --plan
     lexican conform --bus can0 5 --device FILE.eds --report report.html
+    lexican conform --bus can0 5 --device FILE.eds --report new.json --against report.json
     lexican conform --bus can0 5 --device FILE.eds --only 2,301/7.5.2 --allow store,restore
     lexican conform --bus can0 5 --device DRIVE.eds --only 402 --allow motion --velocity 200
     lexican conform --bus can0 5 --device DRIVE.eds --trace frames.csv --allow motion";
@@ -238,14 +254,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.selection.plan {
         return Ok(Outcome::Clean);
     }
-    let about = About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet };
+    let about =
+        About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet, ..args.reports.signed() };
+    let about = About { facts: args.facts(&sheet, &settings, &cases), ..about };
+    let earlier = args.reports.against.as_deref().map(earlier).transpose()?;
     let mut screen = Screen::new(node, &sheet.device, args.reports.json);
     let report = test(&mut link, &sheet, &settings, &cases, &*ctrl_c()?, &mut screen);
     screen.finish();
-    if !args.reports.report.is_empty() {
+    let mut is_worse = false;
+    if !args.reports.report.is_empty() || earlier.is_some() {
         let mut decoder = Decoder::new();
         decoder.introduce(node, &sheet.device);
-        let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        let mut document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        if let Some((name, earlier)) = &earlier {
+            let differences = document.compare(name, earlier);
+            is_worse = !differences.worse.is_empty();
+            print::differences(differences, args.reports.json)?;
+        }
         for ReportFile { path, format } in &args.reports.report {
             args.reports.force.write(path, format(&document).as_bytes())?;
         }
@@ -257,9 +282,53 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     match &report.ended_early {
         Some(end @ (Ended::BusLost(_) | Ended::Moving(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
         Some(end @ Ended::Silent(_)) if report.cases.is_empty() => Err(Failure::new(end)),
-        None if counted == 0 && report.not_put_back.is_empty() => Ok(Outcome::Clean),
+        None if counted == 0 && report.not_put_back.is_empty() && !is_worse => Ok(Outcome::Clean),
         _ => Ok(Outcome::Found),
     }
+}
+
+impl Args {
+    /// What the head of a report says beside the device.
+    fn facts(&self, sheet: &Sheet, settings: &Settings, cases: &[&Case]) -> Vec<(String, String)> {
+        let bus = self.bus.as_ref();
+        let rate = match (bus, settings.bit_rate_kbit) {
+            (Some(BusUrl::Slcan { bit_rate: Some(rate), .. }), _) => format!("{} kbit/s", rate / 1000),
+            (_, Some(rate)) => format!("{rate} kbit/s"),
+            (Some(BusUrl::SocketCan { .. }), None) => "that of the interface".to_owned(),
+            _ => "not known".to_owned(),
+        };
+        let allowed: Vec<_> = settings.allow.iter().map(|hazard| hazard.name()).collect();
+        let allowed = if allowed.is_empty() { "nothing".to_owned() } else { allowed.join(", ") };
+        let date = now().map_or_else(|| "not known".to_owned(), |time| format!("{} UTC", time_of_day::text(time)));
+        let facts = [
+            ("date", date),
+            ("version", format!("lexican {}", env!("CARGO_PKG_VERSION"))),
+            ("plan", format!("CCT 3.0.3.10 and beyond, {} cases", cases.len())),
+            ("bus", bus.map(ToString::to_string).unwrap_or_default()),
+            ("bit rate", rate),
+            ("allowed", allowed),
+        ];
+        let facts = facts.into_iter().map(|(name, text)| (name.to_owned(), text));
+        let checksums = sheet.checksums.iter().map(|(file, sum)| (format!("SHA-256 of {file}"), sum.clone()));
+        facts.chain(checksums).collect()
+    }
+}
+
+impl Reports {
+    /// Who answers for the report.
+    fn signed(&self) -> About {
+        About { tester: self.tester.clone(), remarks: self.remark.clone(), ..About::default() }
+    }
+}
+
+/// The name of an earlier report, and what it says.
+fn earlier(path: &Path) -> Result<(String, Earlier), Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let earlier = Earlier::parse(&text).map_err(|error| {
+        Failure::new(format_args!("{} is no report of a test: {error}", path.display()))
+            .help("`lexican conform --report FILE.json` writes one")
+    })?;
+    Ok((path.display().to_string(), earlier))
 }
 
 impl Selection {

@@ -5,10 +5,11 @@ use std::io::Write as _;
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
 use lexican_conform::{
-    Case, CaseReport, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
+    Case, CaseReport, Differences, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
+use serde_json::json;
 
 use crate::output::{Failure, plural, progress, stdout, styled};
 use lexican_toolbox::decode::{Decoded, Decoder};
@@ -175,11 +176,22 @@ pub(crate) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
     }
     let mut stdout = stdout();
     report.root_causes().iter().try_for_each(|text| writeln!(stdout, "root cause: {text}"))?;
-    report.not_put_back.iter().try_for_each(|text| writeln!(stdout, "{text}"))?;
+    report.not_put_back.iter().chain(&report.findings).try_for_each(|text| writeln!(stdout, "{text}"))?;
     if let Some(why) = &report.ended_early {
         writeln!(stdout, "the test ended early: {why}")?;
     }
     writeln!(stdout, "{}", last_line(report))?;
+    Ok(())
+}
+
+/// What is different from an earlier test.
+pub(super) fn differences(differences: &Differences, as_json: bool) -> Result<(), Failure> {
+    let mut stdout = stdout();
+    if as_json {
+        writeln!(stdout, "{}", json!({ "event": "against", "differences": differences }))?;
+    } else {
+        writeln!(stdout, "{differences}")?;
+    }
     Ok(())
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// The time of this machine.
 #[expect(clippy::disallowed_methods, reason = "the date is nowhere else")]
-fn now() -> Option<TimeOfDay> {
+pub(crate) fn now() -> Option<TimeOfDay> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
     time_of_day::of_unix(u64::try_from(since.as_millis()).ok()?)
 }

@@ -26,7 +26,8 @@ pub(crate) const CASES: &[Case] = &[
         ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
         t.send_request(message(&[0xA1], &[]))?;
         t.read(0x1000, 0).map(|_| ())
-    }),
+    })
+    .requires("A server sends again the segments behind the one that the client confirmed last."),
     case("301/7.2.4.3.14/4", "", "blocks have as few segments as the client wants", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request(initiate(0xA0, (index, sub), &[1]))?;
@@ -48,7 +49,8 @@ pub(crate) const CASES: &[Case] = &[
         t.send_request(message(&[0xA1], &[]))?;
         bytes.truncate(bytes.len() - usize::from(end[0] >> 2 & 7));
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))
-    }),
+    })
+    .requires("A server sends no more segments in a block than the client has asked for."),
     case("301/7.2.4.3.10/1", "", "segments of a block that did not come are asked for", |t| {
         let entries = t.some_to_write("of more than four bytes can be written", |entry| {
             entry.access.readable() && entry.access.writable() && t.bits(entry).is_none_or(|bits| bits > 56)
@@ -64,7 +66,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Err(not_applicable("no value that can be written has several segments"))
-    }),
+    })
+    .requires("A server confirms the last segment that came in sequence, and goes on from there."),
     case("301/7.2.4.3.9/3", "", "a segment whose number is not next is not taken", |t| {
         t.has(&[0x1017])?;
         let value = t.read(0x1017, 0)?;
@@ -74,5 +77,6 @@ pub(crate) const CASES: &[Case] = &[
         ensure(answer[..2] == [0xA2, 0], || format!("{answer:02X?} confirms segment 2, which came first"))?;
         t.abort((0x1017, 0))?;
         t.reads(0x1017, 0, value)
-    }),
+    })
+    .requires("A server takes the segments of a block in sequence only."),
 ];

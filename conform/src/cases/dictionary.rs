@@ -13,26 +13,31 @@ use crate::hazard::Hazard;
 use crate::tester::Tester;
 use crate::verdict::{Outcome, Verdict, ensure, failed};
 
+const DEFAULTS: &str = "After a reset an entry has the default value that the data sheet gives.";
+
 pub(crate) const CASES: &[Case] = &[
     case("306-1/6.5.2/1", "4.1", "all that may be read is read, and has its size", |t| {
         for entry in t.entries(|entry| entry.access.readable()) {
             is_read(t, &entry)?;
         }
         Ok(())
-    }),
-    case("306-1/6.5.2/2", "4.2", "values are the defaults", |t| are_defaults(t, |_| true)),
+    })
+    .requires("Each entry that the data sheet lets be read exists, and has the size of its data type."),
+    case("306-1/6.5.2/2", "4.2", "values are the defaults", |t| are_defaults(t, |_| true)).requires(DEFAULTS),
     case("306-1/6.5.2/3", "4.3", "what is read-only is not written", |t| {
         for entry in t.some_to_write("is read-only", |entry| !entry.access.writable())? {
             is_not_written(t, &entry)?;
         }
         Ok(())
-    }),
+    })
+    .requires("An entry that the data sheet calls ro or const is not written."),
     case("306-1/6.5.2/4", "4.4", "what is write-only is not read", |t| {
         for entry in t.some("is write-only", |entry| !entry.access.readable())? {
             is_not_read(t, &entry)?;
         }
         Ok(())
-    }),
+    })
+    .requires("An entry that the data sheet calls wo is not read."),
     case("306-1/6.5.2/5", "4.5", "sub-index FFh has object type and data type", |t| {
         let described = t.some("has sub-index FFh", |entry| entry.sub == 0xFF)?;
         for entry in described {
@@ -46,7 +51,8 @@ pub(crate) const CASES: &[Case] = &[
             ensure(right, || format!("{structure:08X}h, the elements are of type {element:04X}h"))?;
         }
         Ok(())
-    }),
+    })
+    .requires("Sub-index FFh, where the device has it, names the object type and data type of the data sheet."),
     case("306-1/6.5.2/6", "4.6", "limits hold", |t| {
         for (entry, low, high) in limited(t)? {
             let (index, sub) = (entry.index, entry.sub);
@@ -67,7 +73,8 @@ pub(crate) const CASES: &[Case] = &[
             t.write_back(&entry, &before)?.ok();
         }
         Ok(())
-    }),
+    })
+    .requires("A value within the limits of the data sheet is taken, and one beyond them is not."),
     case(
         "306-1/6.5.2/7",
         "4.7",
@@ -86,10 +93,12 @@ pub(crate) const CASES: &[Case] = &[
             }
             Ok(())
         },
-    ),
+    )
+    .requires("The access type of an entry holds in OPERATIONAL as well, while PDOs are transferred."),
     case("306-1/6.5.2/8", "4.8", "values that a scan may read are the defaults", |t| {
         are_defaults(t, |flags| flags & NO_READ_ON_SCAN == 0)
-    }),
+    })
+    .requires(DEFAULTS),
     case("306-1/6.5.2/9", "4.9", "what was read may be written", |t| {
         let both = |entry: &Entry| entry.access.readable() && entry.access.writable();
         let mut values = BTreeMap::new();
@@ -124,7 +133,8 @@ pub(crate) const CASES: &[Case] = &[
             })?;
         }
         Ok(())
-    }),
+    })
+    .requires("The value that an entry has is one that it takes, unless the data sheet says otherwise."),
     case("306-1/6.5.2/10", "", "what does not exist is refused with the abort code for it", |t| {
         for (index, sub, accepted) in missing(t) {
             if let Err(refused) = t.upload(index, sub)? {
@@ -132,7 +142,10 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires(
+        "Objects and sub-indices that the data sheet lacks do not exist, and the abort code says which is missing.",
+    ),
     case("306-1/6.5.2/11", "", "nothing exists that the data sheet lacks", |t| {
         for (index, sub, _) in missing(t) {
             let answer = t.upload(index, sub)?;
@@ -140,6 +153,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     })
+    .requires("The data sheet names every object of the device.")
     .recommended(),
 ];
 

@@ -8,6 +8,12 @@ use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, not_applicable};
 
+const GUARDING: &str = "A guarding request is answered with the NMT state and a toggle bit.";
+pub(super) const HEARTBEAT: &str = "A heartbeat with the NMT state comes with the period of 1017h.";
+const CONSUMER: &str =
+    "A heartbeat that does not come within the time of 1016h is an error (8130h), and one in time is none.";
+const EITHER: &str = "Heartbeat takes the place of guarding: a device does not use both at once.";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.11/1", "7.1", "100Ch and 100Dh are the defaults", |t| {
         guarded(t)?;
@@ -16,12 +22,14 @@ pub(crate) const CASES: &[Case] = &[
             t.is_default(&entry)?;
         }
         Ok(())
-    }),
+    })
+    .requires("100Ch and 100Dh have the values of the data sheet after a reset."),
     case("301/7.2.8.3.2.1/1", "7.2", "a guarding request is answered with the state", |t| {
         is_guarded(t)?;
         t.send_remote(t.error_control(), 1)?;
         t.hears_once(t.error_control(), &[0x7F], PATIENCE_MS)
-    }),
+    })
+    .requires(GUARDING),
     case("301/7.2.8.3.2.1/2", "7.3", "the toggle bit begins with 0, and toggles", |t| {
         // Again after a reset, in the midst of the sequence.
         for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
@@ -33,7 +41,8 @@ pub(crate) const CASES: &[Case] = &[
             t.reset(NmtCommand::ResetCommunication)?;
         }
         Ok(())
-    }),
+    })
+    .requires("The toggle bit of guarding is 0 in the first answer after a reset of communication, and alternates."),
     case("301/7.2.8.3.2.1/3", "7.4", "requests to other nodes are not answered", |t| {
         is_guarded(t)?;
         let own = u16::from(t.node.get());
@@ -43,12 +52,14 @@ pub(crate) const CASES: &[Case] = &[
             t.silence_of(id, 5)?;
         }
         t.is_in(NmtState::PreOperational)
-    }),
+    })
+    .requires("A device answers guarding requests with its own identifier only."),
     case("301/7.5.2.11/2", "7.5", "100Ch and 100Dh are written", |t| {
         guard(t)?;
         t.reads(0x100C, 0, 100)?;
         t.reads(0x100D, 0, 2)
-    }),
+    })
+    .requires("100Ch and 100Dh take other values, and show them."),
     case("301/7.2.8.3.2.1/4", "7.6", "life guarding notices that guarding stops", |t| {
         has_emergency(t)?;
         is_silent(t)?;
@@ -61,31 +72,36 @@ pub(crate) const CASES: &[Case] = &[
             t.depends_on(Duration::from_millis(50));
         }
         lost(t, 80)
-    }),
+    })
+    .requires("Life guarding notices that no request came within 100Ch times 100Dh, and that one came again."),
     case("301/7.5.2.20/1", "7.101", "1017h is written", |t| {
         t.has(&[0x1017])?;
         t.write(0x1017, 0, 100)?;
         t.reads(0x1017, 0, 100)
-    }),
+    })
+    .requires("1017h takes another period, and shows it."),
     case("301/7.2.8.3.2.2/1", "7.102", "heartbeats come in their time, with the state", |t| {
         heartbeat(t, 100)?;
         let beats = t.hears_every(t.error_control(), 100, 10)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
-    }),
+    })
+    .requires(HEARTBEAT),
     case("301/7.2.8.3.2.2/2", "7.103", "the heartbeat is switched off", |t| {
         heartbeat(t, 100)?;
         let beats = t.hears_every(t.error_control(), 100, 3);
         t.needs(BEATS, beats)?;
         t.write(0x1017, 0, 0)?;
         t.silence_of(t.error_control(), 1000)
-    }),
+    })
+    .requires("With 0 in 1017h no heartbeat is sent."),
     case("301/7.5.2.19/1", "7.104", "a node has one heartbeat consumer", |t| {
         t.entry(0x1016, 2)?;
         t.write(0x1016, 1, WATCH)?;
         t.refuses(0x1016, 2, WATCH, &answers::CONSUMED_TWICE)?;
         // The same again is no second one.
         t.write(0x1016, 1, WATCH)
-    }),
+    })
+    .requires("A node is monitored by one entry of 1016h; a second one with it is refused."),
     case("301/7.2.8.3.2.2/3", "7.105", "heartbeats in time are no error", |t| {
         watch(t)?;
         for _ in 0..20 {
@@ -93,7 +109,8 @@ pub(crate) const CASES: &[Case] = &[
             none_lost_before(t, 90)?;
         }
         Ok(())
-    }),
+    })
+    .requires(CONSUMER),
     case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
         has_emergency(t)?;
         watch(t)?;
@@ -102,7 +119,8 @@ pub(crate) const CASES: &[Case] = &[
         beat(t, 0x05)?;
         none_lost_before(t, 90)?;
         lost(t, 20)
-    }),
+    })
+    .requires(CONSUMER),
     case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
         watch(t)?;
         beat(t, 0x05)?;
@@ -110,19 +128,22 @@ pub(crate) const CASES: &[Case] = &[
         none_lost(t, 500)?;
         t.reads(0x1016, 1, 0)?;
         t.reads(0x1001, 0, 0)
-    }),
+    })
+    .requires("Monitoring begins with the first heartbeat that comes, so none is missed before it."),
     case("301/7.2.8.2.2/1", "7.201", "heartbeat and guarding have their objects", |t| {
         both(t)?;
         for index in [0x100C, 0x100D, 0x1017] {
             t.read(index, 0)?;
         }
         Ok(())
-    }),
+    })
+    .requires("A device has error control: heartbeat (1017h), guarding (100Ch and 100Dh), or both."),
     case("301/7.2.8.2.2/2", "7.202", "heartbeat off: none comes", |t| {
         both(t)?;
         heartbeat(t, 0)?;
         t.silence_of(t.error_control(), 1000)
-    }),
+    })
+    .requires("With 0 in 1017h no heartbeat is sent."),
     case("301/7.2.8.2.2/3", "7.203", "heartbeat off, guarding on: requests are answered", |t| {
         both(t)?;
         heartbeat(t, 0)?;
@@ -132,28 +153,33 @@ pub(crate) const CASES: &[Case] = &[
             t.hears_once(t.error_control(), &[answer], PATIENCE_MS)?;
         }
         Ok(())
-    }),
+    })
+    .requires(GUARDING),
     case("301/7.2.8.2.2/4", "7.204", "guarding off, heartbeat on: heartbeats come", |t| {
         both(t)?;
         heartbeat(t, 100)?;
         let beats = t.hears_every(t.error_control(), 100, 10);
         t.needs(BEATS, beats).map(|_| ())
-    }),
+    })
+    .requires(HEARTBEAT),
     case("301/7.2.8.2.2/5", "7.205", "guarding off, heartbeat on: requests are not answered", |t| {
         both(t)?;
         heartbeat(t, 100)?;
         unanswered(t)
-    }),
+    })
+    .requires(EITHER),
     case("301/7.2.8.2.2/6", "7.206", "both on: heartbeats come", |t| {
         both_on(t)?;
         let beats = t.hears_every(t.error_control(), 100, 10);
         let beats = t.needs(BEATS, beats)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
-    }),
+    })
+    .requires(EITHER),
     case("301/7.2.8.2.2/7", "7.207", "both on: requests are not answered", |t| {
         both_on(t)?;
         unanswered(t)
-    }),
+    })
+    .requires(EITHER),
 ];
 
 /// The case that is about heartbeats.

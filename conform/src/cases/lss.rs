@@ -26,6 +26,13 @@ const fn lss(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> 
     case(id, "", title, run).about(Scope::Lss)
 }
 
+const SELECTIVE: &str =
+    "Switch state selective selects the one device whose vendor, product, revision and serial number it has.";
+const WAITING: &str = "In LSS waiting a device configures nothing, and does not answer inquiries.";
+const IDENTIFY: &str = "A device answers to identify remote slave if its identity lies in the ranges, and only then.";
+const UNCONFIGURED: &str = "Only a device without node-ID answers to identify non-configured remote slave.";
+const FASTSCAN: &str = "Fastscan finds devices without node-ID bit by bit, each part of the identity in its turn.";
+
 pub(crate) const CASES: &[Case] = &[
     lss("305/6.3.2/1", "switch state global leads to LSS configuration and back to LSS waiting", |t| {
         let lss = begin(t)?;
@@ -34,7 +41,8 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))?;
         switch(t, LssState::Waiting)?;
         is_silent(t, LssRequest::InquireNode.frame())
-    }),
+    })
+    .requires("All devices with LSS obey switch state global, in both directions."),
     lss("305/6.3.2/2", "LSS is there in every NMT state", |t| {
         begin(t)?;
         for state in [NmtState::Stopped, NmtState::Operational, NmtState::PreOperational] {
@@ -44,12 +52,14 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     })
+    .requires("LSS does not depend on the NMT state.")
     .recommended(),
     lss("305/6.3.3/1", "switch state selective selects the device by its identity", |t| {
         let lss = begin(t)?;
         select(t)?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
-    }),
+    })
+    .requires(SELECTIVE),
     lss("305/6.3.3/2", "switch state selective does not select the device by another identity", |t| {
         let lss = begin(t)?;
         for other in Part::ALL {
@@ -60,7 +70,8 @@ pub(crate) const CASES: &[Case] = &[
             is_silent(t, LssRequest::InquireNode.frame())?;
         }
         Ok(())
-    }),
+    })
+    .requires(SELECTIVE),
     lss("305/6.4.2/1", "configure node-ID: the device has it after its communication is reset", |t| {
         let lss = begin(t)?;
         let other = free_node(t)?;
@@ -73,6 +84,7 @@ pub(crate) const CASES: &[Case] = &[
         ensure(is_there(t, other)?, || format!("node {other} does not answer"))?;
         ensure(!is_there(t, lss.node)?, || format!("node {} still answers", lss.node))
     })
+    .requires("The node-ID that was configured is active after the communication was reset.")
     .needs(NODE_ID),
     lss("305/6.4.2/2", "configure node-ID: 0 and 128 to 254 are refused", |t| {
         begin(t)?;
@@ -85,6 +97,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     })
+    .requires("Node-IDs are 1 to 127, or 255 for none; others are refused with error code 1.")
     .needs(NODE_ID),
     lss("305/6.4.2/3", "configuring and inquiring are left unanswered in LSS waiting", |t| {
         let lss = begin(t)?;
@@ -96,7 +109,8 @@ pub(crate) const CASES: &[Case] = &[
             is_silent(t, request.frame())?;
         }
         Ok(())
-    }),
+    })
+    .requires(WAITING),
     lss("305/6.4.2/4", "a device without node-ID has LSS and nothing else", |t| {
         let lss = lose_node_id(t)?;
         ensure(!is_there(t, lss.node)?, || "it answers SDO")?;
@@ -109,6 +123,7 @@ pub(crate) const CASES: &[Case] = &[
         select(t)?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })
+    .requires("A device without a valid node-ID has LSS, and no other service.")
     .needs(NODE_ID),
     lss("305/6.4.3/1", "configure bit timing: the bit rates of the data sheet are taken", |t| {
         begin(t)?;
@@ -117,6 +132,7 @@ pub(crate) const CASES: &[Case] = &[
         let supported: Vec<u8> = INDICES.filter(|&index| supports(t, index)).collect();
         supported.into_iter().try_for_each(|index| configure_bit_timing(t, index, 0))
     })
+    .requires("Bit rates of table 0 that the device supports are taken by configure bit timing.")
     .needs(NODE_ID),
     lss("305/6.4.3/2", "configure bit timing: other bit rates and tables are refused", |t| {
         begin(t)?;
@@ -127,6 +143,7 @@ pub(crate) const CASES: &[Case] = &[
         let of_reserved_table = LssRequest::ConfigureBitTiming { table: 1, index: 0 };
         answers(t, of_reserved_table, LssResponse::ConfigureBitTiming { error: 1, specific: 0 })
     })
+    .requires("Bit rates and tables that the device does not support are refused with error code 1.")
     .needs(NODE_ID),
     lss("305/6.4.5/1", "store configuration succeeds, or says that it is not supported", |t| {
         // What is stored is what the device has.
@@ -138,11 +155,13 @@ pub(crate) const CASES: &[Case] = &[
             answer => Err(failed(format!("store configuration is answered by {}", text(answer)))),
         }
     })
+    .requires("Store configuration is answered by success, or by an error code.")
     .needs(STORE),
     lss("305/6.4.5/2", "store configuration is left unanswered in LSS waiting", |t| {
         begin(t)?;
         is_silent(t, LssRequest::Store.frame())
     })
+    .requires(WAITING)
     .needs(STORE),
     lss("305/6.5.2/1", "inquire identity has what 1018h has", |t| {
         let lss = begin(t)?;
@@ -151,7 +170,8 @@ pub(crate) const CASES: &[Case] = &[
             answers(t, LssRequest::Inquire(part), LssResponse::Inquired(part, lss.identity.part(part)))?;
         }
         Ok(())
-    }),
+    })
+    .requires("Each part of the LSS address is that of 1018h."),
     lss("305/6.5.3/1", "inquire node-ID has the active node-ID, and not the one that was configured", |t| {
         let lss = begin(t)?;
         let other = free_node(t)?;
@@ -159,6 +179,7 @@ pub(crate) const CASES: &[Case] = &[
         configure_node(t, Some(other))?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
     })
+    .requires("Inquire node-ID has the node-ID that is active.")
     .needs(NODE_ID),
     lss("305/6.6.2/1", "identify remote slave: the device answers to a range that has its identity", |t| {
         let lss = begin(t)?;
@@ -167,7 +188,8 @@ pub(crate) const CASES: &[Case] = &[
             ensure(asked.is_some(), || format!("it does not answer to serial numbers {low:X}h to {high:X}h"))?;
         }
         Ok(())
-    }),
+    })
+    .requires(IDENTIFY),
     lss("305/6.6.2/2", "identify remote slave: the device is silent if the range lacks its identity", |t| {
         let lss = begin(t)?;
         let Identity { vendor, product, revision, serial } = lss.identity;
@@ -187,15 +209,18 @@ pub(crate) const CASES: &[Case] = &[
             ensure(answer.is_none(), || format!("it answers to {low:X?}, serial numbers up to {high:X}h"))?;
         }
         Ok(())
-    }),
+    })
+    .requires(IDENTIFY),
     lss("305/6.6.4/1", "identify non-configured remote slave: a device with node-ID is silent", |t| {
         begin(t)?;
         is_silent(t, LssRequest::IdentifyUnconfigured.frame())
-    }),
+    })
+    .requires(UNCONFIGURED),
     lss("305/6.6.4/2", "identify non-configured remote slave: a device without node-ID answers", |t| {
         lose_node_id(t)?;
         answers(t, LssRequest::IdentifyUnconfigured, LssResponse::Unconfigured)
     })
+    .requires(UNCONFIGURED)
     .needs(NODE_ID),
     lss("305/6.7/1", "fastscan: a device without node-ID is found bit by bit, and selected", |t| {
         let lss = lose_node_id(t)?;
@@ -215,6 +240,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })
+    .requires(FASTSCAN)
     .needs(NODE_ID),
     lss("305/6.7/2", "fastscan: each part is answered in its turn, and 80h begins anew", |t| {
         let lss = lose_node_id(t)?;
@@ -231,11 +257,13 @@ pub(crate) const CASES: &[Case] = &[
         is_silent(t, step(Part::Product).frame())?;
         answers(t, step(Part::Vendor), LssResponse::Identified)
     })
+    .requires(FASTSCAN)
     .needs(NODE_ID),
     lss("305/6.7/3", "fastscan: a device with node-ID is silent", |t| {
         begin(t)?;
         is_silent(t, RESTART.frame())
-    }),
+    })
+    .requires(FASTSCAN),
 ];
 
 /// Begins a fastscan, whatever was scanned before.

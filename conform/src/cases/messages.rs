@@ -13,12 +13,16 @@ use crate::case::{Case, case};
 use crate::tester::{Heard, Tester, Write, text};
 use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
+const SYNC_PERIOD: &str = "A producer sends SYNC with the period of 1006h.";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.17/1", "5.1", "1014h is 80h + node-ID", |t| {
         t.has(&[0x1014])?;
         t.reads(0x1014, 0, 0x80 + u64::from(t.node.get()))
-    }),
-    case("301/7.5.2.2/1", "5.2", "1001h shows no error", |t| t.reads(0x1001, 0, 0)),
+    })
+    .requires("1014h has 80h + node-ID by default."),
+    case("301/7.5.2.2/1", "5.2", "1001h shows no error", |t| t.reads(0x1001, 0, 0))
+    .requires("1001h is 0 while the device has no error."),
     case("301/7.5.2.4/1", "5.3", "1003h:01 has no error", |t| {
         t.has(&[0x1003])?;
         t.reads(0x1003, 0, 0)?;
@@ -29,19 +33,23 @@ pub(crate) const CASES: &[Case] = &[
             Err(code) if answers::NO_ERROR.takes(code) => Ok(()),
             Err(code) => Err(failed(format!("1003:01: {code}"))),
         }
-    }),
-    case("301/7.2.7/1", "5.4", "an emergency is sent, once", |t| emergency(t).map(|_| ())),
+    })
+    .requires("1003h:00 is 0 while no error has been recorded, and the fields behind it have no data."),
+    case("301/7.2.7/1", "5.4", "an emergency is sent, once", |t| emergency(t).map(|_| ()))
+    .requires("An emergency is sent once for each error, with its code and the error register."),
     case("301/7.5.2.2/2", "5.5", "1001h shows the error that was sent", |t| {
         let [_, _, register, ..] = emergency(t)?;
         ensure(register & 1 != 0, || format!("error register {register:02X}h without the generic bit"))?;
         t.reads(0x1001, 0, u64::from(register))
-    }),
+    })
+    .requires("The error register of an emergency is that of 1001h."),
     case("301/7.5.2.4/2", "5.6", "1003h:01 has what was sent", |t| {
         t.has(&[0x1003])?;
         let [low, high, ..] = emergency(t)?;
         t.reads(0x1003, 0, 1)?;
         is_kept(t, 1, u16::from_le_bytes([low, high]))
-    }),
+    })
+    .requires("1003h records the errors that were sent, the newest at sub-index 1."),
     case("301/7.5.2.4/3", "", "1003h keeps errors until it is cleared by 0, and takes nothing else", |t| {
         t.has(&[0x1003])?;
         let mut errors = vec![emergency(t)?];
@@ -60,7 +68,8 @@ pub(crate) const CASES: &[Case] = &[
         t.refuses(0x1003, 0, 0xFF, &answers::ERROR_HISTORY)?;
         t.write(0x1003, 0, 0)?;
         t.reads(0x1003, 0, 0)
-    }),
+    })
+    .requires("Writing 0 to 1003h:00 clears the history; no other value is taken."),
     case("301/7.5.2.17/2", "", "no emergency is sent while 1014h has none", |t| {
         if !t.entry(0x1014, 0)?.access.writable() {
             return Err(not_applicable("1014h cannot be written"));
@@ -72,7 +81,8 @@ pub(crate) const CASES: &[Case] = &[
         trouble.makes(t)?;
         let heard = t.hear_id(CobId::from_parameter(cob_id), 100)?;
         ensure(heard.is_empty(), || format!("{} come", text(&heard)))
-    }),
+    })
+    .requires("No emergency is sent while bit 31 of 1014h is set."),
     case("301/7.5.2.18/1", "", "the inhibit time keeps emergencies away from each other", |t| {
         const INHIBIT_MS: u64 = 300;
         t.has(&[0x1014, 0x1015])?;
@@ -88,21 +98,25 @@ pub(crate) const CASES: &[Case] = &[
         let come = ensure(heard.len() >= 2, || format!("two emergencies were expected, {} came", text(&heard)));
         t.needs("301/7.2.7/1", come)?;
         t.are_apart(id, &heard, INHIBIT_MS)
-    }),
+    })
+    .requires("Emergencies are at least the inhibit time of 1015h apart (multiples of 100 µs)."),
     case("301/7.5.2.5/1", "6.1", "SYNC has 080h", |t| {
         t.has(&[0x1005])?;
         let cob_id = t.read(0x1005, 0)?;
         ensure(cob_id & 0x3FFF_FFFF == 0x80, || format!("1005h is {cob_id:08X}h"))
-    }),
+    })
+    .requires("1005h has the identifier 080h by default."),
     case("301/7.2.5/1", "6.2", "SYNC is produced in its period", |t| {
         produce(t)?;
         t.hears_every(CobId::SYNC, 10, 20).map(|_| ())
-    }),
+    })
+    .requires(SYNC_PERIOD),
     case("301/7.2.5/2", "", "SYNC is right in the mean", |t| {
         produce(t)?;
         let heard = t.hears_in_the_mean(CobId::SYNC, 10, 100);
         t.needs(PRODUCED, heard)
     })
+    .requires(SYNC_PERIOD)
     .recommended(),
     case("301/7.2.2.2/3", "6.3", "a TPDO comes with every second SYNC that the device produces", |t| {
         let pdo = tpdos(t)?.remove(0);
@@ -115,7 +129,8 @@ pub(crate) const CASES: &[Case] = &[
         let are_produced = (19..=21).contains(&syncs);
         t.needs(PRODUCED, ensure(are_produced, || format!("{tpdos} TPDOs with {syncs} SYNCs")))?;
         ensure(tpdos.abs_diff(syncs / 2) <= 1, || format!("{tpdos} TPDOs with {syncs} SYNCs"))
-    }),
+    })
+    .requires("The producer of SYNC sends its own synchronous TPDOs by it."),
     case("301/7.5.2.6/1", "6.4", "a consumer needs no period, and produces nothing", |t| {
         consumes(t)?;
         let pdo = tpdos(t)?.remove(0);
@@ -131,7 +146,8 @@ pub(crate) const CASES: &[Case] = &[
             ensure(heard.len() == 1, || format!("{} came after SYNC", text(&heard)))?;
         }
         Ok(())
-    }),
+    })
+    .requires("A device that does not produce SYNC sends none, whatever 1006h has."),
     case("301/7.5.2.22/1", "6.5", "the counter overflow has a range", |t| {
         without_period(t)?;
         for bad in [1, 241, 255] {
@@ -141,12 +157,14 @@ pub(crate) const CASES: &[Case] = &[
             t.write(0x1019, 0, good)?;
         }
         Ok(())
-    }),
+    })
+    .requires("1019h takes 0 and 2 to 240, and nothing else."),
     case("301/7.5.2.22/2", "6.6", "with overflow 0, SYNC has no counter", |t| {
         counts(t, 0)?;
         let syncs = t.hears_every(CobId::SYNC, 10, 4)?;
         ensure(syncs.iter().all(|(_, frame)| frame.dlc() == 0), || text(&syncs))
-    }),
+    })
+    .requires("With 0 in 1019h, SYNC has no data."),
     case("301/7.5.2.22/3", "6.7", "the counter counts to its overflow", |t| {
         counts(t, 3)?;
         let syncs = t.hears_every(CobId::SYNC, 10, 7);
@@ -154,7 +172,8 @@ pub(crate) const CASES: &[Case] = &[
         // Whichever was the first to be heard.
         let counts = |two: &[Heard]| matches!([two[0].1.data(), two[1].1.data()], [&[one @ 1..=3], &[next]] if next == one % 3 + 1);
         ensure(syncs.windows(2).all(counts), || text(&syncs))
-    }),
+    })
+    .requires("With another value in 1019h, SYNC has a counter from 1 to that value."),
     case("301/7.5.2.22/4", "6.8", "the counter overflow is stored", |t| {
         t.entry(0x1010, 1)?;
         without_period(t)?;
@@ -165,13 +184,15 @@ pub(crate) const CASES: &[Case] = &[
         t.needs(STORED, stored)?;
         storing::forget(t)
     })
+    .requires("The value of 1019h is among those that 1010h stores.")
     .needs(BOTH),
     case("301/7.5.2.22/5", "6.9", "the counter overflow stays while there is a period", |t| {
         t.entry(0x1019, 0)?;
         consumes(t)?;
         t.write(0x1006, 0, 10_000)?;
         t.refuses(0x1019, 0, 10, &answers::COUNTER_OVERFLOW_IN_USE)
-    }),
+    })
+    .requires("1019h is not changed while 1006h is not 0."),
     case("301/7.5.2.5/2", "6.10", "SYNC is stored, and produced after a reset", |t| {
         t.entry(0x1010, 1)?;
         produce(t)?;
@@ -182,6 +203,7 @@ pub(crate) const CASES: &[Case] = &[
         t.write(0x1005, 0, 0x80)?;
         storing::forget(t)
     })
+    .requires("A producer of SYNC that was stored produces it after a reset.")
     .needs(BOTH),
 ];
 

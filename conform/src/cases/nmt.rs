@@ -10,6 +10,8 @@ use crate::case::{Case, case};
 use crate::tester::{PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
 
+const COMMANDS: &str = "Each NMT command leads to its state from every other one.";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.3.2.2.1/1", "9.1", "the device boots up, with its defaults", |t| {
         for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
@@ -28,7 +30,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("After both resets the device sends its boot-up message, and has its power-on values."),
     case("301/7.3.2.2.5/1", "9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         boots(t)?;
@@ -36,7 +39,8 @@ pub(crate) const CASES: &[Case] = &[
             t.enter(NmtState::PreOperational)?;
         }
         has_services(t, NmtState::PreOperational)
-    }),
+    })
+    .requires("In PRE-OPERATIONAL there are SDO, SYNC, EMCY, NMT and error control, and no PDO."),
     case("301/7.3.2.2.5/2", "9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
         has_services(t, NmtState::Operational)?;
         if t.has(&[0x100C, 0x100D]).is_err() {
@@ -56,10 +60,12 @@ pub(crate) const CASES: &[Case] = &[
             t.is_in(state)?;
         }
         Ok(())
-    }),
+    })
+    .requires("In OPERATIONAL all services are there; a communication error leads to the state of 1029h:01."),
     case("301/7.3.2.2.5/3", "9.4", "STOPPED has NMT and error control, and nothing else", |t| {
         has_services(t, NmtState::Stopped)
-    }),
+    })
+    .requires("In STOPPED there are NMT and error control alone."),
     case("301/7.2.8.2.1/1", "10.1", "both resets lead to PRE-OPERATIONAL from every state", |t| {
         for state in STATES {
             for node in [t.node.get(), 0] {
@@ -93,16 +99,20 @@ pub(crate) const CASES: &[Case] = &[
         ensure([default, low as u64].contains(&value), || {
             format!("{:04X}:{:02X} is {value:X}h after a reset, and was {default:X}h before", entry.index, entry.sub)
         })
-    }),
+    })
+    .requires("Reset node and reset communication are obeyed in every state, and lead to PRE-OPERATIONAL."),
     case("301/7.2.8.2.1/2", "10.2", "PRE-OPERATIONAL is entered from every state", |t| {
         transitions(t, NmtCommand::EnterPreOperational, NmtState::PreOperational)
-    }),
+    })
+    .requires(COMMANDS),
     case("301/7.2.8.2.1/3", "10.3", "OPERATIONAL is entered from every state", |t| {
         transitions(t, NmtCommand::Start, NmtState::Operational)
-    }),
+    })
+    .requires(COMMANDS),
     case("301/7.2.8.2.1/4", "10.4", "STOPPED is entered from every state", |t| {
         transitions(t, NmtCommand::Stop, NmtState::Stopped)
-    }),
+    })
+    .requires(COMMANDS),
 ];
 
 /// The boot-up message comes once.

@@ -10,45 +10,68 @@ use crate::case::{Case, case};
 use crate::tester::{InputStimulus, Tester};
 use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
+const STOPPED: &str = "In STOPPED a device sends no PDO.";
+const PRE_OPERATIONAL: &str = "In PRE-OPERATIONAL a device sends no PDO.";
+
 pub(crate) const CASES: &[Case] = &[
-    case("301/7.5.2.35/1", "3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),
-    case("301/7.5.2.37/1", "3.2", "the parameters of TPDOs are read", |t| are_read(t, 0x1800..=0x19FF)),
-    case("301/7.2.2.3/1", "3.3", "OPERATIONAL: a remote frame asks for a TPDO", |t| remote(t, NmtState::Operational)),
-    case("301/7.2.2.3/2", "3.4", "OPERATIONAL: an event sends a TPDO", |t| event(t, NmtState::Operational)),
-    case("301/7.2.2.3/3", "3.5", "OPERATIONAL: the event timer sends a TPDO", |t| timer(t, NmtState::Operational)),
-    case("301/7.2.2.2/1", "3.6", "OPERATIONAL: every third SYNC sends a TPDO", |t| cyclic(t, NmtState::Operational)),
+    case("301/7.5.2.35/1", "3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF))
+        .requires("The communication parameters of an RPDO can be read, and are those of the data sheet."),
+    case("301/7.5.2.37/1", "3.2", "the parameters of TPDOs are read", |t| are_read(t, 0x1800..=0x19FF))
+        .requires("The communication parameters of a TPDO can be read, and are those of the data sheet."),
+    case("301/7.2.2.3/1", "3.3", "OPERATIONAL: a remote frame asks for a TPDO", |t| remote(t, NmtState::Operational))
+        .requires("In OPERATIONAL a TPDO that allows remote frames answers them."),
+    case("301/7.2.2.3/2", "3.4", "OPERATIONAL: an event sends a TPDO", |t| event(t, NmtState::Operational))
+        .requires("In OPERATIONAL an event-driven TPDO (254, 255) is sent when what it maps changes."),
+    case("301/7.2.2.3/3", "3.5", "OPERATIONAL: the event timer sends a TPDO", |t| timer(t, NmtState::Operational))
+        .requires("In OPERATIONAL an event-driven TPDO is sent whenever its event timer has elapsed."),
+    case("301/7.2.2.2/1", "3.6", "OPERATIONAL: every third SYNC sends a TPDO", |t| cyclic(t, NmtState::Operational))
+        .requires("A TPDO with transmission type n is sent with every nth SYNC (1 to 240)."),
     case("301/7.2.2.2/2", "3.7", "OPERATIONAL: the SYNC after an event sends a TPDO", |t| {
         acyclic(t, NmtState::Operational)
-    }),
+    })
+    .requires("A TPDO with transmission type 0 is sent with the SYNC that follows an event."),
     case("301/7.5.2.37/2", "3.8", "OPERATIONAL: counting begins with the SYNC start value", |t| {
         sync_start(t, NmtState::Operational)
-    }),
-    case("301/7.3.2.2.4/1", "3.9", "STOPPED: a remote frame asks in vain", |t| remote(t, NmtState::Stopped)),
-    case("301/7.3.2.2.4/2", "3.10", "STOPPED: an event sends nothing", |t| event(t, NmtState::Stopped)),
-    case("301/7.3.2.2.4/3", "3.11", "STOPPED: the event timer sends nothing", |t| timer(t, NmtState::Stopped)),
-    case("301/7.3.2.2.4/4", "3.12", "STOPPED: every third SYNC sends nothing", |t| cyclic(t, NmtState::Stopped)),
+    })
+    .requires("With a SYNC start value, a TPDO counts from the SYNC whose counter has that value."),
+    case("301/7.3.2.2.4/1", "3.9", "STOPPED: a remote frame asks in vain", |t| remote(t, NmtState::Stopped))
+        .requires(STOPPED),
+    case("301/7.3.2.2.4/2", "3.10", "STOPPED: an event sends nothing", |t| event(t, NmtState::Stopped))
+        .requires(STOPPED),
+    case("301/7.3.2.2.4/3", "3.11", "STOPPED: the event timer sends nothing", |t| timer(t, NmtState::Stopped))
+        .requires(STOPPED),
+    case("301/7.3.2.2.4/4", "3.12", "STOPPED: every third SYNC sends nothing", |t| cyclic(t, NmtState::Stopped))
+        .requires(STOPPED),
     case("301/7.3.2.2.4/5", "3.13", "STOPPED: the SYNC after an event sends nothing", |t| {
         acyclic(t, NmtState::Stopped)
-    }),
+    })
+    .requires(STOPPED),
     case("301/7.3.2.2.4/6", "3.14", "STOPPED: the SYNC start value sends nothing", |t| {
         sync_start(t, NmtState::Stopped)
-    }),
+    })
+    .requires(STOPPED),
     case("301/7.3.2.2.2/1", "3.15", "PRE-OPERATIONAL: a remote frame asks in vain", |t| {
         remote(t, NmtState::PreOperational)
-    }),
-    case("301/7.3.2.2.2/2", "3.16", "PRE-OPERATIONAL: an event sends nothing", |t| event(t, NmtState::PreOperational)),
+    })
+    .requires(PRE_OPERATIONAL),
+    case("301/7.3.2.2.2/2", "3.16", "PRE-OPERATIONAL: an event sends nothing", |t| event(t, NmtState::PreOperational))
+        .requires(PRE_OPERATIONAL),
     case("301/7.3.2.2.2/3", "3.17", "PRE-OPERATIONAL: the event timer sends nothing", |t| {
         timer(t, NmtState::PreOperational)
-    }),
+    })
+    .requires(PRE_OPERATIONAL),
     case("301/7.3.2.2.2/4", "3.18", "PRE-OPERATIONAL: every third SYNC sends nothing", |t| {
         cyclic(t, NmtState::PreOperational)
-    }),
+    })
+    .requires(PRE_OPERATIONAL),
     case("301/7.3.2.2.2/5", "3.19", "PRE-OPERATIONAL: the SYNC after an event sends nothing", |t| {
         acyclic(t, NmtState::PreOperational)
-    }),
+    })
+    .requires(PRE_OPERATIONAL),
     case("301/7.3.2.2.2/6", "3.20", "PRE-OPERATIONAL: the SYNC start value sends nothing", |t| {
         sync_start(t, NmtState::PreOperational)
-    }),
+    })
+    .requires(PRE_OPERATIONAL),
 ];
 
 /// The case that is about remote frames, and the one about the event timer.

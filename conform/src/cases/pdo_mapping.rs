@@ -14,13 +14,17 @@ use crate::sdo::Answer;
 use crate::tester::Tester;
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
+const ROOM: &str = "A mapping of more than fits into eight bytes, or into its entries, is refused.";
+const UNMAPPABLE: &str = "An object that may not be mapped, or not in this direction, is refused by the mapping.";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.38/1", "3.21", "the mappings are those of the data sheet, and what they map exists", |t| {
         for pdo in t.sheet.device.pdos.clone() {
             is_mapped_as_described(t, &pdo)?;
         }
         Ok(())
-    }),
+    })
+    .requires("A mapping names objects of the device that may be mapped, each with its length in bits."),
     case("301/7.5.2.38/2", "3.22", "a mapping by the procedure is sent", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
@@ -31,7 +35,8 @@ pub(crate) const CASES: &[Case] = &[
         let value = t.read_bytes(entry.index, entry.sub)?;
         t.sync(None)?;
         t.hears_once(tpdo.id, &value, 20)
-    }),
+    })
+    .requires("A mapping changes while the PDO is off and sub-index 0 is 0; the PDO then has what was mapped."),
     case("301/7.5.2.38/3", "3.23", "a mapping is not changed while it counts", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
@@ -41,7 +46,8 @@ pub(crate) const CASES: &[Case] = &[
         }
         let other = parameter(t, &entry);
         t.refuses(mapping_index(&pdo), 1, other, &answers::MAPPED)
-    }),
+    })
+    .requires("A mapping is not changed while sub-index 0 says that it counts."),
     case("301/7.5.2.38/4", "3.24", "a mapping is not changed while the PDO exists", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         if t.read(mapping_index(&pdo), 0)? == 0 {
@@ -52,7 +58,8 @@ pub(crate) const CASES: &[Case] = &[
             t.write(parameter_index(&pdo), 1, cob_id & !(1 << 31))?;
         }
         t.refuses(mapping_index(&pdo), 0, 0, &answers::MAPPED)
-    }),
+    })
+    .requires("A mapping is not changed while the PDO exists (bit 31 of its identifier is 0)."),
     case("301/7.5.2.38/5", "3.25", "more objects than there are entries are not mapped", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         switch_off(t, &pdo)?;
@@ -63,7 +70,8 @@ pub(crate) const CASES: &[Case] = &[
             t.refuses(index, 0, too_many, &answers::NO_ROOM)?;
         }
         Ok(())
-    }),
+    })
+    .requires(ROOM),
     case("301/7.5.2.38/6", "3.26", "objects of more than eight bytes together are not mapped", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entries = mappable(t, "of eight bytes together", |t, entry| sends(entry) && t.bits(entry) >= Some(8))?;
@@ -77,25 +85,32 @@ pub(crate) const CASES: &[Case] = &[
         }
         let answer = map(t, &pdo, &longest)?;
         t.is_refused(answer, &answers::NO_ROOM, "the mapping")
-    }),
+    })
+    .requires(ROOM),
     case("301/7.5.2.36/1", "3.27", "an output is received", |t| {
         maps(t, Direction::Receive, "is an output", receives_only)
-    }),
+    })
+    .requires("An object that may be mapped into RPDOs is taken by the mapping of one."),
     case("301/7.5.2.36/2", "3.28", "an input is not received", |t| {
         does_not_map(t, Direction::Receive, "is an input", sends_only)
-    }),
+    })
+    .requires(UNMAPPABLE),
     case("301/7.5.2.36/3", "3.29", "what no PDO maps is not received", |t| {
         does_not_map(t, Direction::Receive, "no PDO maps", |entry| !entry.pdo_mapping)
-    }),
+    })
+    .requires(UNMAPPABLE),
     case("301/7.5.2.38/7", "3.30", "an input is transmitted", |t| {
         maps(t, Direction::Transmit, "is an input", sends_only)
-    }),
+    })
+    .requires("An object that may be mapped into TPDOs is taken by the mapping of one."),
     case("301/7.5.2.38/8", "3.31", "an output is not transmitted", |t| {
         does_not_map(t, Direction::Transmit, "is an output", receives_only)
-    }),
+    })
+    .requires(UNMAPPABLE),
     case("301/7.5.2.38/9", "3.32", "what no PDO maps is not transmitted", |t| {
         does_not_map(t, Direction::Transmit, "no PDO maps", |entry| !entry.pdo_mapping)
-    }),
+    })
+    .requires(UNMAPPABLE),
     case("301/7.5.2.36/4", "3.33", "a placeholder is received", |t| {
         let pdo = dynamic(t, Direction::Receive)?;
         let dummies = t.sheet.device.dummies.clone();
@@ -108,7 +123,8 @@ pub(crate) const CASES: &[Case] = &[
             is_mapped(t, &pdo, dummy)?;
         }
         Ok(())
-    }),
+    })
+    .requires("A data type mapped as a placeholder (0001h to 0007h) stands for bits of an RPDO that are not used."),
 ];
 
 fn sends(entry: &Entry) -> bool {

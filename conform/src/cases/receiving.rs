@@ -14,6 +14,9 @@ use crate::case::{Case, case};
 use crate::tester::{Tester, text};
 use crate::verdict::{Outcome, ensure, not_applicable};
 
+const LONG_PDO: &str = "Of an RPDO with more bytes than are mapped the first ones are used, and 8220h may report it.";
+const DEADLINE: &str = "An RPDO with an event timer that does not come again within it is reported (8250h).";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.2.1/3", "", "of an RPDO with too many bytes, the first ones are taken", |t| {
         let (id, pdo) = with_room(t)?;
@@ -27,6 +30,7 @@ pub(crate) const CASES: &[Case] = &[
         let after = values(t, &pdo)?;
         ensure(after == expected, || format!("{id}#{sent:02X?}: the objects have {after:02X?}"))
     })
+    .requires(LONG_PDO)
     .recommended(),
     case("301/7.2.2.1/4", "", "an RPDO with too many bytes is reported by the emergency 8220h", |t| {
         has_emergency(t)?;
@@ -37,6 +41,7 @@ pub(crate) const CASES: &[Case] = &[
         t.send(id, &sent)?;
         is_reported(t, 0x8220)
     })
+    .requires(LONG_PDO)
     .recommended(),
     case("301/7.5.2.35/2", "", "an RPDO in time is no error of its event timer, nor is one before the first", |t| {
         let (id, sent) = with_deadline(t)?;
@@ -48,7 +53,8 @@ pub(crate) const CASES: &[Case] = &[
             t.depends_on(Duration::from_millis(DEADLINE_MS / 2));
         }
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
-    }),
+    })
+    .requires(DEADLINE),
     case("301/7.5.2.35/3", "", "an RPDO that is late is reported by the emergency 8250h", |t| {
         has_emergency(t)?;
         let (id, sent) = with_deadline(t)?;
@@ -56,6 +62,7 @@ pub(crate) const CASES: &[Case] = &[
         t.send(id, &sent)?;
         is_reported(t, LATE)
     })
+    .requires(DEADLINE)
     .recommended(),
     case("301/7.5.2.35/4", "", "with its event timer switched off, no RPDO is late", |t| {
         let (id, sent) = with_deadline(t)?;
@@ -65,7 +72,8 @@ pub(crate) const CASES: &[Case] = &[
         t.send(id, &sent)?;
         let heard = t.emergencies(LATE, 3 * DEADLINE_MS)?;
         ensure(heard.is_empty(), || format!("{} came", text(&heard)))
-    }),
+    })
+    .requires("With 0 in its event timer no RPDO is waited for."),
     case("301/7.2.5/3", "", "a SYNC with a counter is reported by the emergency 8240h, if 1019h has none", |t| {
         t.has(&[0x1005, 0x1014, 0x1019])?;
         produce_nothing(t)?;
@@ -78,6 +86,7 @@ pub(crate) const CASES: &[Case] = &[
         t.sync(Some(1))?;
         is_reported(t, 0x8240)
     })
+    .requires("A SYNC with other data than 1019h asks for is reported by the emergency 8240h.")
     .recommended(),
     case("301/7.3.2.2.4/7", "", "STOPPED: no emergency is sent", |t| {
         let contact = if t.entry(0x1016, 1).is_ok() {
@@ -98,7 +107,8 @@ pub(crate) const CASES: &[Case] = &[
         t.enter(NmtState::Stopped)?;
         let heard = t.hear_id(emergency(t), LOST_MS)?;
         ensure(heard.is_empty(), || format!("{} came in STOPPED", text(&heard)))
-    }),
+    })
+    .requires("In STOPPED no emergency is sent."),
 ];
 
 /// How long an RPDO may take.

@@ -3,7 +3,7 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
-use super::error_control::has_emergency;
+use super::error_control::{HEARTBEAT, has_emergency};
 use super::nmt::{received, reports, shows_its_state, values};
 use super::sdo::long_text;
 use crate::answers;
@@ -11,6 +11,8 @@ use crate::case::{Case, case};
 use crate::sdo::initiate;
 use crate::tester::{PATIENCE_MS, text};
 use crate::verdict::{ensure, failed};
+
+const AVAILABLE: &str = "The server serves each request by itself, whatever came before.";
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3/1", "", "a request of other than eight bytes is not carried out", |t| {
@@ -24,7 +26,8 @@ pub(crate) const CASES: &[Case] = &[
             t.read(0x1000, 0)?;
         }
         Ok(())
-    }),
+    })
+    .requires("A frame of an SDO has eight bytes."),
     case("301/7.2.4.3/2", "", "a transfer that begins while another is under way is served or aborted", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request(initiate(0x40, (index, sub), &[]))?;
@@ -35,7 +38,8 @@ pub(crate) const CASES: &[Case] = &[
         t.abort((index, sub))?;
         let bytes = t.read_bytes(index, sub)?;
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {} afterwards", t.shown((index, sub), &bytes)))
-    }),
+    })
+    .requires("A request that begins a transfer is answered by that transfer, or by an abort."),
     case("301/7.2.4.3.17/10", "", "an abort by the client ends a transfer, and is not answered", |t| {
         let (index, sub, _) = long_text(t)?;
         t.request(initiate(0x40, (index, sub), &[]))?;
@@ -43,7 +47,8 @@ pub(crate) const CASES: &[Case] = &[
         let heard = t.hear_id(t.sdo_ids().1, 50)?;
         ensure(heard.is_empty(), || format!("{} answers an abort", text(&heard)))?;
         t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)
-    }),
+    })
+    .requires("An abort by either side ends a transfer, and is not confirmed."),
     case("301/7.2.4.3/3", "", "after a flood of requests the server answers as before", |t| {
         let (request, answer) = t.sdo_ids();
         for _ in 0..100 {
@@ -52,7 +57,8 @@ pub(crate) const CASES: &[Case] = &[
         let heard = t.hear_id(answer, 500)?;
         ensure(heard.len() <= 100, || format!("{} answers to 100 requests", heard.len()))?;
         t.read(0x1000, 0).map(|_| ())
-    }),
+    })
+    .requires(AVAILABLE),
     case("301/7.2.4.3/4", "", "after any first byte of a request the server answers as before", |t| {
         let (request, answer) = t.sdo_ids();
         // What begins a download is left out: it would write.
@@ -68,7 +74,8 @@ pub(crate) const CASES: &[Case] = &[
             t.read(0x1000, 0)?;
         }
         Ok(())
-    }),
+    })
+    .requires(AVAILABLE),
     case("301/7.2.4.3/5", "", "a remote frame of an SDO is not answered", |t| {
         let (request, answer) = t.sdo_ids();
         for id in [request, answer] {
@@ -76,7 +83,8 @@ pub(crate) const CASES: &[Case] = &[
             t.silence_of(answer, 50)?;
         }
         Ok(())
-    }),
+    })
+    .requires("SDOs are data frames; a remote frame of their identifier asks for nothing."),
     case("301/7.2.8.3.1/1", "", "an NMT command that is unknown or of another length is ignored", |t| {
         let node = t.node.get();
         shows_its_state(t)?;
@@ -85,13 +93,15 @@ pub(crate) const CASES: &[Case] = &[
             reports(t, NmtState::PreOperational)?;
         }
         Ok(())
-    }),
+    })
+    .requires("An NMT command has two bytes, and one of five command specifiers; anything else has no effect."),
     case("301/7.3.2.2.2/7", "", "an SDO request right behind the boot-up message is answered", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         let booted = t.boot_up()?;
         t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
         t.read(0x1000, 0).map(|_| ())
-    }),
+    })
+    .requires("In PRE-OPERATIONAL, which the boot-up message announces, there is SDO."),
     case("301/7.2.2.1/1", "", "an RPDO with too few bytes is not taken", |t| {
         let (id, pdo) = received(t)?;
         let before = values(t, &pdo)?;
@@ -104,7 +114,8 @@ pub(crate) const CASES: &[Case] = &[
         t.enter(NmtState::PreOperational)?;
         let after = values(t, &pdo)?;
         ensure(after == before, || format!("the objects were {before:02X?} and are {after:02X?}"))
-    }),
+    })
+    .requires("An RPDO with fewer bytes than are mapped is not processed."),
     case("301/7.2.2.1/2", "", "an RPDO with too few bytes is reported by the emergency 8210h", |t| {
         let (id, _) = received(t)?;
         let emergency = CobId::of_node(0x80, t.node);
@@ -115,6 +126,7 @@ pub(crate) const CASES: &[Case] = &[
         let right = matches!(&heard[..], [(_, frame)] if frame.data().starts_with(&[0x10, 0x82]));
         ensure(right, || format!("the emergency 8210h was expected, {} came", text(&heard)))
     })
+    .requires("An RPDO with fewer bytes than are mapped is reported by the emergency 8210h.")
     .recommended(),
     case("301/7.2.4.3.17/12", "", "what is refused is refused by another code than the general error", |t| {
         let answers = [t.download(0x1000, 0, &[0; 4])?, t.upload(0x1000, 1)?.map(drop), t.upload(0x1004, 0)?.map(drop)];
@@ -122,11 +134,13 @@ pub(crate) const CASES: &[Case] = &[
         let refused = answers.into_iter().filter_map(Result::err).find(|code| general.contains(code));
         refused.map_or(Ok(()), |code| Err(failed(format!("writing 1000h, reading 1000:01 or 1004h: {code}"))))
     })
+    .requires("The abort code says why a transfer is refused, where there is a code for it.")
     .recommended(),
     case("301/7.2.8.3.2.2/6", "", "the heartbeat is right in the mean", |t| {
         t.has(&[0x1017])?;
         t.write(0x1017, 0, PATIENCE_MS as u32)?;
         t.hears_in_the_mean(t.error_control(), PATIENCE_MS, 40)
     })
+    .requires(HEARTBEAT)
     .recommended(),
 ];

@@ -19,19 +19,32 @@ pub(crate) const STORED: &str = "301/7.5.2.13/2";
 pub(crate) const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
+const BY_SAVE: &str = "1010h stores with the signature \"save\" only.";
+const BY_LOAD: &str = "1011h restores with the signature \"load\" only.";
+const STORES: &str = "What was stored by 1010h is there after a reset.";
+const RESTORES: &str = "What was restored by 1011h has its defaults after the next reset.";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.13/1", "8.1", "1010h:01 wants its signature", |t| refuses_signatures(t, 0x1010, 1, LOAD))
+        .requires(BY_SAVE)
         .needs(STORE),
-    case("301/7.5.2.13/2", "8.2", "1010h:01 stores", |t| stores(t, 1)).needs(BOTH),
+    case("301/7.5.2.13/2", "8.2", "1010h:01 stores", |t| stores(t, 1)).requires(STORES).needs(BOTH),
     case("301/7.5.2.14/1", "8.3", "1011h:01 wants its signature", |t| refuses_signatures(t, 0x1011, 1, SAVE))
+        .requires(BY_LOAD)
         .needs(RESTORE),
-    case("301/7.5.2.14/2", "8.4", "1011h:01 restores with the next reset", |t| restores(t, 1)).needs(BOTH),
+    case("301/7.5.2.14/2", "8.4", "1011h:01 restores with the next reset", |t| restores(t, 1))
+        .requires(RESTORES)
+        .needs(BOTH),
     case("301/7.5.2.13/3", "8.5", "1010h:02 wants its signature", |t| refuses_signatures(t, 0x1010, 2, LOAD))
+        .requires(BY_SAVE)
         .needs(STORE),
-    case("301/7.5.2.13/4", "8.6", "1010h:02 stores", |t| stores(t, 2)).needs(BOTH),
+    case("301/7.5.2.13/4", "8.6", "1010h:02 stores", |t| stores(t, 2)).requires(STORES).needs(BOTH),
     case("301/7.5.2.14/3", "8.7", "1011h:02 wants its signature", |t| refuses_signatures(t, 0x1011, 2, SAVE))
+        .requires(BY_LOAD)
         .needs(RESTORE),
-    case("301/7.5.2.14/4", "8.8", "1011h:02 restores with the next reset", |t| restores(t, 2)).needs(BOTH),
+    case("301/7.5.2.14/4", "8.8", "1011h:02 restores with the next reset", |t| restores(t, 2))
+        .requires(RESTORES)
+        .needs(BOTH),
     case("301/7.5.2.23/1", "8.9", "1020h is stored", |t| {
         t.entry(0x1020, 1)?;
         t.entry(0x1010, 1)?;
@@ -46,6 +59,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         forget(t)
     })
+    .requires("1020h keeps the date and the time of the configuration when they are stored.")
     .needs(BOTH),
     case("301/7.5.2.14/5", "", "1011h:01 restores all communication parameters", |t| {
         t.entry(0x1011, 1)?;
@@ -61,6 +75,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         forget(t)
     })
+    .requires(RESTORES)
     .needs(BOTH),
     case("301/7.3.2.2.1/2", "", "without being stored, communication parameters last until a reset", |t| {
         if t.entry(0x1010, 1).is_ok() && t.read(0x1010, 1)? & 2 != 0 {
@@ -76,7 +91,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("A reset brings back the values that were stored, or the defaults."),
     case("301/7.3.5/1", "8.10", "no service takes a restricted identifier", |t| {
         // CiA 301, 7.3.5: the first and the last of each range, and this node's own.
         let node = u32::from(t.node.get());
@@ -100,7 +116,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("Restricted identifiers are used by no object that can be configured."),
 ];
 
 /// Leaves the device with its defaults, as it was.

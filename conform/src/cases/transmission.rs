@@ -11,6 +11,9 @@ use crate::case::{Case, case};
 use crate::tester::{InputStimulus, PATIENCE, PATIENCE_MS, Tester, text};
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
+const SAMPLED: &str = "A TPDO with transmission type 252 is sampled by SYNC, and sent when a remote frame asks for it.";
+const EVENT_TIMER: &str = "An event-driven TPDO is sent whenever its event timer has elapsed (in ms).";
+
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.37/3", "", "each transmission type is taken, or refused as a value", |t| {
         let pdo = switched_off(t)?;
@@ -23,11 +26,13 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("A transmission type that the device does not support is refused, and all others are taken."),
     case("301/7.5.2.37/4", "", "reserved transmission types, 241 to 251, are refused", |t| {
         let pdo = switched_off(t)?;
         RESERVED.into_iter().try_for_each(|code| t.refuses(parameter(&pdo), 2, code, &answers::TRANSMISSION_TYPE))
-    }),
+    })
+    .requires("Transmission types 241 to 251 are reserved, and refused."),
     case("301/7.2.2.2/4", "", "a TPDO comes with every nth SYNC", |t| {
         let pdo = tpdos(t)?.remove(0);
         produce_nothing(t)?;
@@ -37,7 +42,8 @@ pub(crate) const CASES: &[Case] = &[
             comes_every(t, &tpdo, every, 1)?;
         }
         Ok(())
-    }),
+    })
+    .requires("A TPDO with transmission type n is sent with every nth SYNC (1 to 240)."),
     case("301/7.2.2.3/4", "", "type 252: a remote frame asks for what SYNC has sampled", |t| {
         produce_nothing(t)?;
         let pdo = tpdos(t)?.remove(0);
@@ -52,7 +58,8 @@ pub(crate) const CASES: &[Case] = &[
             ensure(heard.len() == 1, || format!("{} answers a remote frame", text(&heard)))?;
         }
         Ok(())
-    }),
+    })
+    .requires(SAMPLED),
     case("301/7.2.2.3/7", "", "type 252: what is answered is from the last SYNC", |t| {
         let (pdo, source) = with_source(t)?;
         produce_nothing(t)?;
@@ -73,19 +80,22 @@ pub(crate) const CASES: &[Case] = &[
         ensure(first == second, || format!("without SYNC between them, {first:02X?} and {second:02X?} come"))?;
         let third = sampled(t, &tpdo)?;
         ensure(second != third, || format!("{third:02X?} comes again after a change and SYNC"))
-    }),
+    })
+    .requires(SAMPLED),
     case("301/7.2.2.3/5", "", "type 255: the event timer sends a TPDO", |t| {
         let pdo = with_event_timer(t)?;
         let tpdo = configure(t, &pdo, Transmission { code: 255, event_timer_ms: 100, sync_start: 0 })?;
         t.enter(NmtState::Operational)?;
         t.hears_every(tpdo.id, 100, 10).map(|_| ())
-    }),
+    })
+    .requires(EVENT_TIMER),
     case("301/7.2.2.3/6", "", "the event timer is right in the mean", |t| {
         let pdo = with_event_timer(t)?;
         let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
         t.enter(NmtState::Operational)?;
         t.hears_in_the_mean(tpdo.id, 50, 40)
     })
+    .requires(EVENT_TIMER)
     .recommended(),
     case("301/7.5.2.37/5", "", "the event timer is switched off", |t| {
         let pdo = with_event_timer(t)?;
@@ -103,7 +113,8 @@ pub(crate) const CASES: &[Case] = &[
         t.hear_ms(PATIENCE_MS)?;
         let heard = t.hear_id(tpdo.id, 500)?;
         ensure(heard.is_empty(), || format!("{} come without event timer", text(&heard)))
-    }),
+    })
+    .requires("With 0 in its event timer a TPDO is not sent by time."),
     case("301/7.5.2.37/6", "", "the inhibit time keeps TPDOs away from each other", |t| {
         const INHIBIT_MS: u64 = 100;
         let pdo = with_event_timer(t)?;
@@ -123,7 +134,8 @@ pub(crate) const CASES: &[Case] = &[
         let come = ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()));
         t.needs(BY_TIMER, come)?;
         t.are_apart(tpdo.id, &heard, INHIBIT_MS)
-    }),
+    })
+    .requires("TPDOs are at least their inhibit time apart (multiples of 100 µs)."),
     case("301/7.5.2.37/7", "", "the inhibit time is not changed while the PDO exists", |t| {
         let pdo = tpdos(t)?.remove(0);
         let index = parameter(&pdo);
@@ -132,13 +144,15 @@ pub(crate) const CASES: &[Case] = &[
         }
         configure(t, &pdo, transmission(254))?;
         t.refuses(index, 3, 100, &answers::WHILE_IT_EXISTS)
-    }),
+    })
+    .requires("The inhibit time is not changed while the PDO exists."),
     case("301/7.5.2.37/8", "", "the identifier is not changed while the PDO exists", |t| {
         let pdo = tpdos(t)?.remove(0);
         let tpdo = configure(t, &pdo, transmission(254))?;
         let other = tpdo.id.raw() ^ 1;
         t.refuses(parameter(&pdo), 1, other, &answers::WHILE_IT_EXISTS)
-    }),
+    })
+    .requires("Bits 0 to 29 of a PDO's identifier are not changed while the PDO exists."),
     case("301/7.2.2.2/5", "", "a synchronous RPDO acts with the next SYNC", |t| {
         let (id, pdo) = received(t)?;
         let index = 0x13FF + pdo.number;
@@ -162,7 +176,8 @@ pub(crate) const CASES: &[Case] = &[
             t.hear_ms(20)?;
         }
         Ok(())
-    }),
+    })
+    .requires("What a synchronous RPDO has brought is used with the SYNC that follows."),
 ];
 
 const RESERVED: std::ops::RangeInclusive<u32> = 241..=251;

@@ -29,6 +29,15 @@ fn page(document: &Document) -> String {
         tally.failed,
         tally.unfinished,
     );
+    let about = &document.about;
+    page.push_str("    <properties>\n");
+    let head = [("verdict", document.sum.overall), ("data sheet", &about.data_sheet), ("tester", &about.tester)];
+    let facts = about.facts.iter().map(|(name, text)| (&**name, &**text));
+    let remarks = about.remarks.iter().map(|text| ("remark", &**text));
+    for (name, text) in head.into_iter().chain(facts).chain(remarks) {
+        let _ = writeln!(page, "      <property name=\"{}\" value=\"{}\"/>", escaped(name), escaped(text));
+    }
+    page.push_str("    </properties>\n");
     for row in cases {
         let (clause, number) = row.id.rsplit_once('/').unwrap_or(("", row.id));
         let _ = write!(
@@ -55,15 +64,25 @@ fn page(document: &Document) -> String {
         let _ = match element {
             "" => writeln!(page, "      <system-out>recommended: {reason}</system-out>"),
             "skipped" => writeln!(page, "      <skipped message=\"{reason}\"/>"),
-            element => writeln!(page, "      <{element} message=\"{reason}\">{}</{element}>", escaped(&excerpt(row))),
+            element => writeln!(
+                page,
+                "      <{element} message=\"{reason}\">{}</{element}>",
+                escaped(&requirement(row)) + &escaped(&excerpt(row))
+            ),
         };
         page.push_str("    </testcase>\n");
     }
-    for text in &document.sum.not_put_back {
+    for text in document.sum.not_put_back.iter().chain(&document.sum.findings) {
         let _ = writeln!(page, "    <system-err>{}</system-err>", escaped(text));
     }
     page.push_str("  </testsuite>\n</testsuites>\n");
     page
+}
+
+/// What the clause asks for, and the answers that are right.
+fn requirement(row: &Row) -> String {
+    let expected: String = row.expected.iter().map(|set| format!("expected: {set}\n")).collect();
+    format!("{}: {}\n{expected}", row.clause, row.requirement)
 }
 
 fn excerpt(row: &Row) -> String {

@@ -1,7 +1,10 @@
 //! Reports in files: JSON, JUnit's XML, and one HTML page.
 
+mod against;
 mod html;
 mod junit;
+
+pub use against::{Differences, Earlier};
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -10,12 +13,15 @@ use lexican_runtime::{Frame, Instant};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::cases::cases;
+use crate::cases::{cases, profile_cases};
 use crate::suite::{CaseReport, Report};
 use crate::verdict::{Level, Verdict};
 
+/// So many cases are named that one blocks.
+const BLOCKED: usize = 8;
+
 /// What was tested, for the head of a report.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct About {
     /// The device.
     pub device: String,
@@ -23,6 +29,13 @@ pub struct About {
     pub node: u8,
     /// The file of its data sheet.
     pub data_sheet: String,
+    /// What else a reader has to know: a name and a text each, such as the date, the versions and the bus. The report adds
+    /// what the device says that it is, and how long the test took.
+    pub facts: Vec<(String, String)>,
+    /// Who has tested; empty to be filled in on paper.
+    pub tester: String,
+    /// The tester's remarks.
+    pub remarks: Vec<String>,
 }
 
 /// A report, with every frame in words.
@@ -32,11 +45,15 @@ pub struct Document {
     about: About,
     #[serde(flatten)]
     sum: Sum,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    against: Option<Differences>,
     cases: Vec<Row>,
 }
 
 #[derive(Clone, Debug, Serialize)]
 struct Sum {
+    /// Of the whole test.
+    overall: &'static str,
     #[serde(flatten)]
     tally: Tally,
     /// Why the test ended before its last case.
@@ -45,6 +62,8 @@ struct Sum {
     root_causes: Vec<String>,
     /// What is not as it was before the test.
     not_put_back: Vec<String>,
+    /// What has become of the device beside that.
+    findings: Vec<String>,
 }
 
 /// How many cases have which verdict.
@@ -76,6 +95,10 @@ struct Row {
     #[serde(skip_serializing_if = "str::is_empty")]
     plan: &'static str,
     title: &'static str,
+    clause: String,
+    requirement: &'static str,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    expected: Vec<String>,
     level: &'static str,
     verdict: &'static str,
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -135,6 +158,19 @@ impl Report {
         event("summary", Sum::new(self))
     }
 
+    /// The verdict on the device: `failed`, if a case did that a standard requires, or was blocked; else `incomplete`, if the
+    /// test did not come to its end, could not decide a case or left something changed; else `passed`.
+    #[must_use]
+    pub fn overall(&self) -> &'static str {
+        let tally = self.tally();
+        let is_whole = self.ended_early.is_none() && self.not_put_back.is_empty();
+        match tally {
+            _ if tally.failed + tally.blocked > 0 => "failed",
+            _ if !is_whole || tally.unfinished + tally.not_decidable > 0 || tally.passed == 0 => "incomplete",
+            _ => "passed",
+        }
+    }
+
     /// How many cases have which verdict.
     #[must_use]
     pub fn tally(&self) -> Tally {
@@ -166,12 +202,16 @@ impl Report {
         }
         let mut blocks: Vec<_> = blocks.into_iter().collect();
         blocks.sort_by_key(|(_, blocked)| Reverse(blocked.len()));
-        let title = |id| cases().find(|case| case.id == id).map_or("", |case| case.title);
-        blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), blocked.join(", "))).collect()
+        let title = |id| cases().chain(profile_cases()).find(|case| case.id == id).map_or("", |case| case.title);
+        let named = |blocked: &[&str]| match blocked.len().saturating_sub(BLOCKED) {
+            0 => blocked.join(", "),
+            more => format!("{} and {more} more", blocked[..BLOCKED].join(", ")),
+        };
+        blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), named(&blocked))).collect()
     }
 
     /// The report with its frames in words; `words` gets the frames of each case from its first one on.
-    pub fn document(&self, about: About, mut words: impl FnMut(&Frame) -> String) -> Document {
+    pub fn document(&self, mut about: About, mut words: impl FnMut(&Frame) -> String) -> Document {
         let row = |report: &CaseReport| {
             let begun = report.frames.first().map_or(Instant::ZERO, |record| record.at);
             let frames = report.frames.iter().map(|record| Line {
@@ -183,7 +223,9 @@ impl Report {
             Row::new(report, frames.collect())
         };
         let cases = self.cases.iter().map(row).collect();
-        Document { about, sum: Sum::new(self), cases }
+        about.facts.push(("duration".to_owned(), format!("{:.1} s", seconds(self.took))));
+        about.facts.extend(self.identity.iter().cloned());
+        Document { about, sum: Sum::new(self), against: None, cases }
     }
 }
 
@@ -191,7 +233,14 @@ impl Sum {
     fn new(report: &Report) -> Self {
         let ended_early = report.ended_early.as_ref().map(ToString::to_string);
         let (root_causes, not_put_back) = (report.root_causes(), report.not_put_back.clone());
-        Sum { tally: report.tally(), ended_early, root_causes, not_put_back }
+        Sum {
+            overall: report.overall(),
+            tally: report.tally(),
+            ended_early,
+            root_causes,
+            not_put_back,
+            findings: report.findings.clone(),
+        }
     }
 }
 
@@ -201,6 +250,9 @@ impl Row {
             id: report.case.id,
             plan: report.case.plan,
             title: report.case.title,
+            clause: report.case.clause(),
+            requirement: report.case.requirement,
+            expected: report.expected.clone(),
             level: if report.case.level == Level::Must { "must" } else { "should" },
             verdict: report.verdict(),
             reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),

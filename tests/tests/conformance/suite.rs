@@ -38,8 +38,8 @@ const RIGHT: Fault = fault("none", &[], "");
 
 /// What happens to a device once, when 1015h is written.
 enum Event {
-    /// It hears nothing for two seconds.
-    Dozes,
+    /// It hears nothing for so many seconds.
+    Dozes(u64),
     /// It resets itself.
     Resets,
 }
@@ -54,7 +54,7 @@ impl Node for Disturbed {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         let is_written = frame.to_string().starts_with("605#2B151000");
         match self.event.take_if(|_| is_written) {
-            Some(Event::Dozes) => self.deaf_until = now + Duration::from_secs(2),
+            Some(Event::Dozes(seconds)) => self.deaf_until = now + Duration::from_secs(seconds),
             Some(Event::Resets) => {
                 let reset = Frame::new(CobId::NMT, &[0x81, NODE.get()]).unwrap();
                 self.inner.handle_frame(now, &reset);
@@ -358,7 +358,7 @@ fn a_case_that_fails_otherwise_than_known_fails() {
 #[test]
 fn a_case_in_which_the_device_was_away_is_run_again() {
     for (event, note) in [
-        (Event::Dozes, "the device was away, and the case was run again"),
+        (Event::Dozes(2), "the device was away, and the case was run again"),
         (Event::Resets, "the device has booted without being reset, and the case was run again"),
     ] {
         let inner = DeviceUnderTest::new();
@@ -391,14 +391,51 @@ fn a_bus_that_was_lost_is_waited_for() {
     }
 }
 
-/// A device that is gone after a request, as after a crash.
+/// A device that is gone after a request, as after a crash: for ever, or until something brings it back.
 #[test]
-fn a_device_that_does_not_come_back_ends_the_test() {
+fn a_device_that_does_not_come_back_ends_no_other_chapter() {
     const CRASHES: Fault = fault("it crashes", &[heard("*").after(&["605#2B151000*"])], "");
-    let report = Bench::of(&CRASHES).test(&settings(), &["2.2", "2.3"]);
-    assert_eq!((report.cases.len(), report.tally().failed), (1, 1));
-    assert_eq!(report.ended_early, Some(Ended::Silent(NODE)));
+    const ALIVE_BY_RESET: Fault = fault(
+        "it crashes until its communication is reset",
+        &[heard("*").after(&["605#2B15100064*"]).until("000#8205")],
+        "",
+    );
+    let names = ["2.2", "2.3", "2.4", "7.101", "10.1"];
+    let verdicts = |report: &Report| report.cases.iter().map(CaseReport::verdict).collect::<Vec<_>>();
+    let report = Bench::of(&CRASHES).test(&settings(), &names);
+    assert_eq!(verdicts(&report), ["failed", "blocked", "blocked", "blocked", "blocked"]);
+    assert_eq!((report.ended_early.as_ref(), report.root_causes().len()), (None, 1));
+    assert!(report.findings[0].starts_with("after 301/7.5.2/1 the device did not come back"), "{:?}", report.findings);
     assert!(!report.not_put_back.is_empty());
+
+    let report = Bench::of(&ALIVE_BY_RESET).test(&settings(), &names);
+    assert_eq!(verdicts(&report), ["failed", "passed", "passed", "passed", "passed"]);
+    assert_eq!(report.findings, ["after 301/7.5.2/1 the device answered only when its communication was reset"]);
+    assert_eq!(report.not_put_back, [""; 0]);
+
+    let bench = Bench::with(Disturbed {
+        inner: DeviceUnderTest::new(),
+        event: Some(Event::Dozes(4)),
+        deaf_until: Instant::ZERO,
+    });
+    let report = bench.test(&settings(), &names);
+    assert_eq!(verdicts(&report), ["failed", "blocked", "blocked", "blocked", "passed"]);
+    assert_eq!(report.findings, ["after 301/7.5.2/1 the device did not answer; with 301/7.2.8.2.1/1 it did again"]);
+    assert_eq!(report.not_put_back, [""; 0]);
+}
+
+/// A device that forgets nothing has its old values by being stored again.
+#[test]
+fn storage_that_has_grown_is_named() {
+    const KEEPS_STORED: Fault =
+        fault("1011h does nothing", &[heard("605#2311100*").is_answered("585#60....0000000000")], "");
+    let bench = Bench::of(&KEEPS_STORED);
+    let before = bench.values();
+    let report = bench.test(&settings(), &["8.2"]);
+    assert_eq!(report.not_put_back, [""; 0]);
+    assert!(report.findings[0].starts_with("the storage has grown: "), "{:?}", report.findings);
+    assert_eq!(bench.values(), before);
+    assert_eq!(Bench::of(&RIGHT).test(&settings(), &["8.2"]).findings, [""; 0]);
 }
 
 #[test]
@@ -410,7 +447,7 @@ fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
     let report = test(&mut bench.bus.link(), &unfit, &settings(), &all, &stop, &mut ());
     let verdicts: Vec<_> = report.cases.iter().map(|case| (crate::name(case.case), case.verdict())).collect();
     assert_eq!(verdicts, [("1.0", "failed"), ("306-1/6/2", "not applicable")]);
-    assert!(matches!(report.ended_early, Some(Ended::Unfit(findings)) if findings.contains("device.eds:")));
+    assert!(matches!(report.ended_early, Some(Ended::Unfit(findings)) if findings.to_string().contains("device.eds:")));
     assert_eq!(*bench.frames.lock().unwrap(), [""; 0], "not a frame is sent");
 
     let settings = Settings { node: NodeId::literal(9), ..settings() };

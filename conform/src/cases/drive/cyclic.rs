@@ -12,6 +12,9 @@ use crate::cases::sync::produce_nothing;
 use crate::tester::Tester;
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
+const CYCLIC: &str = "In the cyclic synchronous modes the drive follows the target that is valid with each SYNC.";
+const INTERPOLATED: &str = "In interpolated position mode the drive follows 60C1h:01 while bit 4 enables it.";
+
 pub(crate) const CASES: &[Case] = &[
     drive("402/607Ah/9", "mode 8: the position follows 607Ah with SYNC", |t| {
         let mut axis = cyclic(t, CYCLIC_POSITION, &[0x607A, 0x6064])?;
@@ -33,7 +36,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.is_near(from + way * travel, "after 50 cycles")?;
         }
         Ok(())
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/60FFh/5", "mode 9: the velocity follows 60FFh with SYNC", |t| {
         let mut axis = cyclic(t, CYCLIC_VELOCITY, &[0x60FF, 0x6064])?;
         let velocity = axis.motion.velocity;
@@ -59,7 +63,8 @@ pub(crate) const CASES: &[Case] = &[
             ensure(right, || format!("with 60FFh = {target} the position changes by {by}"))?;
         }
         Ok(())
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/607Ah/11", "mode 8: the position follows a synchronous RPDO", |t| {
         let (mut axis, rpdo) = by_rpdo(t, CYCLIC_POSITION, TARGET_POSITION)?;
         for way in [1, -1] {
@@ -74,7 +79,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.is_near(target, "after 50 cycles")?;
         }
         Ok(())
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/607Ah/12", "mode 8: a synchronous RPDO moves nothing without SYNC", |t| {
         let (mut axis, rpdo) = by_rpdo(t, CYCLIC_POSITION, TARGET_POSITION)?;
         let from = axis.position()?;
@@ -82,7 +88,8 @@ pub(crate) const CASES: &[Case] = &[
             rpdo.cycle(&mut axis, target, false)?;
         }
         axis.is_near(from, "without SYNC")
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/60FFh/6", "mode 9: the velocity follows a synchronous RPDO", |t| {
         let (mut axis, rpdo) = by_rpdo(t, CYCLIC_VELOCITY, TARGET_VELOCITY)?;
         for target in [axis.motion.velocity, -axis.motion.velocity] {
@@ -91,13 +98,15 @@ pub(crate) const CASES: &[Case] = &[
             ensure(right, || format!("with 60FFh = {target} by RPDO the position changes by {by}"))?;
         }
         Ok(())
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/60FFh/7", "mode 9: a synchronous RPDO turns nothing without SYNC", |t| {
         let (mut axis, rpdo) = by_rpdo(t, CYCLIC_VELOCITY, TARGET_VELOCITY)?;
         let velocity = axis.motion.velocity;
         let by = turns_by(&mut axis, &rpdo, velocity, false)?;
         ensure(by.abs() <= axis.noise(), || format!("without SYNC the position changes by {by}"))
-    }),
+    })
+    .requires(CYCLIC),
     drive("402/60C1h/1", "mode 7: while bit 4 is set, the position follows 60C1h:01 with SYNC", |t| {
         let (mut axis, start) = interpolated(t)?;
         axis.order(ENABLE | control::NEW_SET_POINT)?;
@@ -107,7 +116,8 @@ pub(crate) const CASES: &[Case] = &[
             cycle(&mut axis)?;
         }
         axis.is_near(target, "after 50 cycles")
-    }),
+    })
+    .requires(INTERPOLATED),
     drive("402/60C1h/2", "mode 7: without bit 4, 60C1h:01 moves nothing", |t| {
         let (mut axis, start) = interpolated(t)?;
         for set_point in ramp(start, axis.motion.travel) {
@@ -115,7 +125,8 @@ pub(crate) const CASES: &[Case] = &[
             cycle(&mut axis)?;
         }
         axis.is_near(start, "without bit 4")
-    }),
+    })
+    .requires(INTERPOLATED),
 ];
 
 const INTERPOLATION_DATA: u16 = 0x60C1;

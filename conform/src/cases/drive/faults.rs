@@ -12,6 +12,8 @@ use crate::case::{Case, drive};
 use crate::tester::Tester;
 use crate::verdict::{Outcome, ensure, failed, not_applicable};
 
+const LOST: &str = "6007h says what the drive does when it loses its connection.";
+
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.1/13", "a fault stops the drive, and leads to FAULT (13, 14)", |t| {
         let mut axis = Axis::of(t)?;
@@ -19,17 +21,20 @@ pub(crate) const CASES: &[Case] = &[
         axis.stops(loses_heartbeat)?;
         is_faulty(&mut axis)?;
         axis.stays(State::Fault, "a fault")
-    }),
+    })
+    .requires("A fault leads by FAULT REACTION ACTIVE to FAULT, in which the drive stands."),
     drive("402/8.1/15", "fault reset leads out of FAULT (15)", |t| {
         let mut axis = faulty(t)?;
         axis.order(0)?;
         axis.leads_to(Command::FaultReset.apply(0), &[State::SwitchOnDisabled])?;
         axis.stays(State::SwitchOnDisabled, "fault reset")
-    }),
+    })
+    .requires("Fault reset leads from FAULT to SWITCH ON DISABLED once the fault is gone."),
     drive("402/8.4.1/7", "no command but fault reset leads out of FAULT", |t| {
         let mut axis = faulty(t)?;
         [0x00, 0x02, 0x06, 0x07, 0x0F].into_iter().try_for_each(|word| axis.ignores(word, State::Fault))
-    }),
+    })
+    .requires("In FAULT the control word has no command but fault reset."),
     drive("402/8.4.1/8", "a fault is reset by the rising edge of bit 7, not by its level", |t| {
         let mut axis = Axis::of(t)?;
         consumes_heartbeat(&mut axis)?;
@@ -48,7 +53,8 @@ pub(crate) const CASES: &[Case] = &[
         loses_heartbeat(&mut axis)?;
         is_faulty(&mut axis)?;
         [0x8F, 0x80].into_iter().try_for_each(|word| axis.ignores(word, State::Fault))
-    }),
+    })
+    .requires("Fault reset is the change of bit 7 from 0 to 1."),
     drive("402/603Fh/1", "a fault has a code in 603Fh, and an emergency with it comes", |t| {
         t.has(&[0x603F])?;
         let mut axis = faulty(t)?;
@@ -56,13 +62,15 @@ pub(crate) const CASES: &[Case] = &[
         let code = axis.number(0x603F, 0)?;
         ensure(code != 0, || "603Fh is 0 in FAULT")?;
         ensure(emergencies(&axis).contains(&(code as u16)), || format!("no emergency with {code:04X}h came"))
-    }),
+    })
+    .requires("603Fh has the code of the last error, which an emergency carries as well."),
     drive("402/603Fh/2", "when no fault and no error is left, an emergency says so (0000h)", |t| {
         let mut axis = faulty(t)?;
         resets(&mut axis)?;
         axis.t.hear_ms(100)?;
         ensure(emergencies(&axis).last() == Some(&0), || "no emergency 0000h came")
-    }),
+    })
+    .requires("The emergency 0000h says that no error is left."),
     drive("402/605Eh/1", "the fault reaction stops the drive with each value of 605Eh", |t| {
         let mut axis = Axis::of(t)?;
         for code in axis.options(0x605E, 0..=4)? {
@@ -73,7 +81,8 @@ pub(crate) const CASES: &[Case] = &[
             resets(&mut axis)?;
         }
         Ok(())
-    }),
+    })
+    .requires("605Eh says how the drive is brought to rest when a fault comes."),
     drive("402/605Eh/2", "the fault reaction has the ramp that 605Eh asks for", |t| {
         // Before anything moves.
         consumes_heartbeat(&mut Axis::of(t)?)?;
@@ -83,7 +92,8 @@ pub(crate) const CASES: &[Case] = &[
             }
             loses_heartbeat(axis)
         })
-    }),
+    })
+    .requires(options::RAMPS),
     drive("402/6007h/1", "a lost heartbeat does with each value of 6007h what it asks for", |t| {
         let mut axis = Axis::of(t)?;
         for code in axis.options(0x6007, 0..=3)? {
@@ -100,7 +110,8 @@ pub(crate) const CASES: &[Case] = &[
             resets(&mut axis)?;
         }
         Ok(())
-    }),
+    })
+    .requires(LOST),
     drive("402/6007h/2", "NMT stop is a lost connection, too", |t| {
         let mut axis = Axis::of(t)?;
         axis.options(0x6007, 1..=1)?;
@@ -109,7 +120,8 @@ pub(crate) const CASES: &[Case] = &[
         axis.t.hear_ms(100)?;
         axis.t.enter(NmtState::Operational)?;
         is_faulty(&mut axis)
-    }),
+    })
+    .requires(LOST),
     drive("402/6065h/1", "a set-point of mode 8 beyond 6065h is a following error", |t| {
         t.has(&[0x6065])?;
         let mut axis = cyclic(t, CYCLIC_POSITION, &[0x607A, 0x6064])?;
@@ -125,7 +137,8 @@ pub(crate) const CASES: &[Case] = &[
         }
         let state = axis.state()?;
         ensure(state == State::Fault || state == State::FaultReactionActive, || format!("the drive is in {state}"))
-    }),
+    })
+    .requires("A following error larger than 6065h, for longer than 6066h, is shown by bit 13."),
 ];
 
 /// Who is missed.

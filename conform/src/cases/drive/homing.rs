@@ -37,14 +37,16 @@ pub(crate) const CASES: &[Case] = &[
             return axis.is_near(home, "after homing");
         }
         Err(not_applicable("neither 35 nor 37 is a method of the drive"))
-    }),
+    })
+    .requires("Methods 35 and 37 make the present position the home position, and move nothing."),
     drive("402/6098h/2", "homing is not attained before it was started", |t| {
         let mut axis = homing(t)?;
         axis.bring(State::OperationEnabled)?;
         axis.order(ENABLE)?;
         axis.stands("in homing mode")?;
         ensure(!axis.shows(status::HOMING_ATTAINED)?, || "homing is attained (bit 12) without having been started")
-    }),
+    })
+    .requires("Homing begins with bit 4 of the control word, and bit 12 says that it is attained."),
     drive("402/6098h/3", "a reserved homing method is refused, or leads to an error (bit 13)", |t| {
         let mut axis = homing(t)?;
         for method in [15, 31] {
@@ -60,7 +62,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.bring(State::SwitchOnDisabled)?;
         }
         Ok(())
-    }),
+    })
+    .requires("Methods that are reserved do not home the drive."),
     drive("402/60E3h/1", "6098h takes each method of 60E3h", |t| {
         t.has(&[0x60E3])?;
         let mut axis = homing(t)?;
@@ -72,7 +75,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("60E3h lists the homing methods of the drive."),
 ];
 
 fn homing<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<Axis<'t, 'a>> {

@@ -7,21 +7,26 @@ use crate::axis::Axis;
 use crate::case::{Case, drive};
 use crate::verdict::{Outcome, Verdict, ensure, not_applicable};
 
+const MODES: &str = "6060h takes the modes that 6502h lists, and 6061h shows the one that is active.";
+
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.3/1", "each mode of 6502h can be chosen, and is shown in 6061h", |t| {
         let mut axis = Axis::of(t)?;
         each(&mut axis, true)?.into_iter().try_for_each(|mode| axis.mode(mode, &[]))
-    }),
+    })
+    .requires(MODES),
     drive("402/8.3/2", "a mode that 6502h lacks is refused, or not shown", |t| {
         let mut axis = Axis::of(t)?;
         each(&mut axis, false)?.into_iter().try_for_each(|mode| is_not_taken(&mut axis, mode))
     })
+    .requires(MODES)
     .recommended(),
     drive("402/8.3/3", "a mode with a number that is reserved is refused, or not shown", |t| {
         let mut axis = Axis::of(t)?;
         axis.t.has(&[0x6060, 0x6061])?;
         [5, 60, 100].into_iter().try_for_each(|mode| is_not_taken(&mut axis, mode))
-    }),
+    })
+    .requires(MODES),
     drive("402/8.3/4", "another mode does not move a drive that stands, nor does it change the state", |t| {
         let mut axis = Axis::of(t)?;
         axis.t.has(&[0x6064])?;
@@ -37,7 +42,8 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
-    }),
+    })
+    .requires("A change of the mode alone moves nothing, and leaves the state as it is."),
     drive("402/6071h/1", "modes 4 and 10: a torque turns nothing before OPERATION ENABLED", |t| {
         let mut axis = Axis::of(t)?;
         let (mut is_tried, mut lacks) = (false, String::new());
@@ -61,7 +67,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.bring(State::SwitchOnDisabled)?;
         }
         if is_tried { Ok(()) } else { Err(not_applicable(lacks)) }
-    }),
+    })
+    .requires("A target torque acts in OPERATION ENABLED only."),
 ];
 
 /// The modes of the standard that 6502h has or lacks.

@@ -8,6 +8,9 @@ use crate::case::{Case, drive};
 use crate::tester::Tester;
 use crate::verdict::{Outcome, Verdict, ensure};
 
+const VELOCITY: &str =
+    "In profile velocity mode the drive turns with 60FFh, in OPERATION ENABLED only, and bit 10 says that it does.";
+
 pub(crate) const CASES: &[Case] = &[
     drive("402/60FFh/1", "the drive turns in the direction of 60FFh, and bit 10 says when at its velocity", |t| {
         running(t, |axis, velocity| {
@@ -24,7 +27,8 @@ pub(crate) const CASES: &[Case] = &[
             }
             Ok(())
         })
-    }),
+    })
+    .requires(VELOCITY),
     drive("402/60FFh/2", "60FFh stops the drive when it is 0", |t| {
         running(t, |axis, velocity| {
             axis.set(0x60FF, 0, velocity)?;
@@ -33,14 +37,16 @@ pub(crate) const CASES: &[Case] = &[
             axis.comes_to_rest()?;
             axis.stays(State::OperationEnabled, "a velocity of 0")
         })
-    }),
+    })
+    .requires(VELOCITY),
     drive("402/60FFh/3", "nothing turns before OPERATION ENABLED", |t| {
         let mut axis = Axis::of(t)?;
         axis.mode(PROFILE_VELOCITY, &[0x60FF, 0x6064])?;
         axis.bring(State::SwitchedOn)?;
         axis.set(0x60FF, 0, axis.motion.velocity)?;
         axis.stands("in SWITCHED ON")
-    }),
+    })
+    .requires(VELOCITY),
     drive("402/606Ch/1", "606Ch is the velocity that 60FFh asks for", |t| {
         t.has(&[0x606C])?;
         running(t, |axis, velocity| {
@@ -53,6 +59,7 @@ pub(crate) const CASES: &[Case] = &[
             ensure(right, || format!("606Ch is {shown}, and 60FFh {velocity}"))
         })
     })
+    .requires("606Ch has the actual velocity.")
     .recommended(),
     drive("402/606Fh/1", "bit 12 says that the drive stands", |t| {
         running(t, |axis, velocity| {
@@ -62,7 +69,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.set(0x60FF, 0, 0)?;
             axis.until(Duration::from_secs(5), "speed is zero (bit 12)", Axis::acknowledges)
         })
-    }),
+    })
+    .requires("Bit 12 of profile velocity mode is set while the drive is slower than 606Fh."),
     drive("402/60FFh/4", "halt stops the drive, and its end lets it turn again (bit 8)", |t| {
         running(t, |axis, velocity| {
             axis.set(0x60FF, 0, velocity)?;
@@ -73,7 +81,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.order(ENABLE)?;
             begins_to_turn(axis, 1)
         })
-    }),
+    })
+    .requires("Halt interrupts a motion, and without it the motion goes on."),
     drive("402/607Eh/2", "bit 6 of 607Eh inverts velocities", |t| {
         t.has(&[0x607E])?;
         running(t, |axis, velocity| {
@@ -84,7 +93,8 @@ pub(crate) const CASES: &[Case] = &[
             axis.set(0x60FF, 0, velocity)?;
             begins_to_turn(axis, -1)
         })
-    }),
+    })
+    .requires("Bit 6 of 607Eh multiplies velocities by -1."),
 ];
 
 /// Runs `check` in profile velocity mode, and stops the drive.

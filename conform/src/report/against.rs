@@ -1,0 +1,107 @@
+//! What is different from an earlier test.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Display};
+
+use serde::{Deserialize, Serialize};
+
+use super::Document;
+
+/// What is known of an earlier test: its [`Document::json`].
+#[derive(Clone, Debug, Deserialize)]
+pub struct Earlier {
+    cases: Vec<EarlierCase>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct EarlierCase {
+    id: String,
+    verdict: String,
+}
+
+/// What is different from an earlier test: a sentence for each case whose verdict is another.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Differences {
+    /// The earlier report.
+    pub with: String,
+    /// Cases with a verdict that is worse, such as one that is not tested any more.
+    pub worse: Vec<String>,
+    /// Cases with a better one.
+    pub better: Vec<String>,
+    /// Cases that the earlier test has not run.
+    pub new: Vec<String>,
+    /// Cases that this test has not run.
+    pub gone: Vec<String>,
+}
+
+/// How bad a verdict is.
+fn rank(verdict: &str) -> u8 {
+    match verdict {
+        "passed" | "known" => 0,
+        "not applicable" | "not allowed" => 1,
+        "advised" => 2,
+        "not decidable" => 3,
+        "blocked" | "unfinished" => 4,
+        _ => 5,
+    }
+}
+
+/// The worst verdict on each case, which may have been run several times.
+fn worst<'a>(cases: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeMap<&'a str, &'a str> {
+    let mut worst = BTreeMap::new();
+    for (id, verdict) in cases {
+        let known = worst.entry(id).or_insert(verdict);
+        if rank(verdict) > rank(known) {
+            *known = verdict;
+        }
+    }
+    worst
+}
+
+impl Earlier {
+    /// Reads a report in JSON.
+    ///
+    /// # Errors
+    ///
+    /// What is no such report, in words of the parser.
+    pub fn parse(json: &str) -> Result<Self, String> {
+        serde_json::from_str(json).map_err(|error| error.to_string())
+    }
+}
+
+impl Document {
+    /// Compares with an earlier test, whose report has this name; the differences become part of the report.
+    pub fn compare(&mut self, with: &str, earlier: &Earlier) -> &Differences {
+        let before = worst(earlier.cases.iter().map(|case| (&*case.id, &*case.verdict)));
+        let now = worst(self.cases.iter().map(|row| (row.id, row.verdict)));
+        let title = |id: &str| self.cases.iter().find(|row| row.id == id).map_or("", |row| row.title);
+        let mut found = Differences { with: with.to_owned(), ..Differences::default() };
+        for (id, verdict) in &now {
+            let Some(was) = before.get(id) else {
+                found.new.push(format!("{id} {}: {verdict}", title(id)));
+                continue;
+            };
+            let sentence = || format!("{id} {}: {verdict}, was {was}", title(id));
+            match rank(verdict).cmp(&rank(was)) {
+                std::cmp::Ordering::Greater => found.worse.push(sentence()),
+                std::cmp::Ordering::Less => found.better.push(sentence()),
+                std::cmp::Ordering::Equal => {}
+            }
+        }
+        let gone = before.iter().filter(|(id, _)| !now.contains_key(*id));
+        found.gone = gone.map(|(id, was)| format!("{id}: was {was}")).collect();
+        self.against.insert(found)
+    }
+}
+
+impl Display for Differences {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (what, cases) in
+            [("worse", &self.worse), ("better", &self.better), ("new", &self.new), ("gone", &self.gone)]
+        {
+            cases.iter().try_for_each(|case| writeln!(f, "{what}: {case}"))?;
+        }
+        let [worse, better, new, gone] = [&self.worse, &self.better, &self.new, &self.gone].map(Vec::len);
+        write!(f, "against {}: {worse} worse, {better} better, {new} new, {gone} gone", self.with)
+    }
+}
