@@ -7,6 +7,8 @@ mod access;
 mod bench;
 mod boot;
 mod bus;
+#[cfg(unix)]
+mod chaos;
 mod check;
 mod completions;
 mod conform;
@@ -102,6 +104,8 @@ enum Command {
     Check(check::Args),
     Conform(Box<conform::Args>),
     Simulate(simulate::Args),
+    #[cfg(unix)]
+    Chaos(Box<chaos::Args>),
     /// List the devices that lexican knows
     Devices,
     Completions(completions::CompletionsArgs),
@@ -145,6 +149,8 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Conform(args) => conform::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        #[cfg(unix)]
+        Command::Chaos(args) => chaos::run(&args),
         Command::Devices => devices::run(),
         Command::Completions(args) => completions::completions(&args),
         Command::Man(args) => completions::man(&args, Cli::command()),

@@ -8,9 +8,11 @@
 //! keeps them, and a [`chart`] shows them.
 //! [`check`] compares a device with its data sheet, and [`parameters`] keeps, restores and compares what it is set to, through a
 //! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
+//! what a program leaves behind that ends at any moment is judged by [`chaos`],
 //! [`time_of_day`] reads and writes dates; [`node_id`], [`files`] and [`toml_text`] read what people name and write.
 
 pub mod changes;
+pub mod chaos;
 pub mod chart;
 pub mod check;
 pub mod cob_ids;

@@ -66,6 +66,11 @@ impl Transfers {
         if transfer.end == End::Unanswered { unanswered } else { self.open.remove(&node) }
     }
 
+    /// The transfers that have begun and not ended.
+    pub fn open(&self) -> impl Iterator<Item = &Transfer> {
+        self.open.values()
+    }
+
     /// A transfer of which nothing was heard for ten seconds.
     pub fn forget(&mut self, now: Instant) -> Option<Transfer> {
         let (node, _) = self.open.iter().find(|(_, transfer)| now.since(transfer.ended) >= FORGOTTEN)?;

@@ -42,6 +42,8 @@ pub(crate) enum Job {
     Verify,
     /// devices of many kinds, simulated: what `lexican conform` says of them
     Conform,
+    /// our own programs, disturbed by `lexican chaos` at a few moments
+    Chaos,
     /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,
     /// what generated code costs, but for times
@@ -250,6 +252,7 @@ impl Job {
                 command::run_cargo(root, &tests, &[("LEXICAN_VERIFY_ALL", "1")])
             }
             Job::Conform => crate::conform::run(root, true),
+            Job::Chaos => crate::chaos::run(root),
             Job::Corpus => {
                 let folder = root.join("eds/tests/golden");
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))

@@ -4,6 +4,7 @@
 
 mod api;
 mod bench;
+mod chaos;
 mod checkout;
 mod ci;
 mod command;

@@ -1,6 +1,6 @@
 //! `lexican conform`: the conformance test of a device.
 
-mod print;
+pub(crate) mod print;
 mod trace;
 
 use std::collections::BTreeMap;
@@ -178,13 +178,13 @@ struct Reports {
 
 /// A file to write a report to.
 #[derive(Clone, Debug)]
-struct ReportFile {
-    path: PathBuf,
-    format: fn(&Document) -> String,
+pub(crate) struct ReportFile {
+    pub(crate) path: PathBuf,
+    pub(crate) format: fn(&Document) -> String,
 }
 
 impl ReportFile {
-    fn new(text: &str) -> Result<Self, String> {
+    pub(crate) fn new(text: &str) -> Result<Self, String> {
         let path = PathBuf::from(text);
         let format = match path.extension().and_then(|extension| extension.to_str()) {
             Some("html") => Document::html,

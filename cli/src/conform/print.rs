@@ -142,7 +142,7 @@ impl Observer for Screen<'_> {
     }
 }
 
-fn style(report: &CaseReport) -> Style {
+pub(crate) fn style(report: &CaseReport) -> Style {
     match report.verdict() {
         "passed" => AnsiColor::Green.on_default(),
         "failed" | "unfinished" => AnsiColor::Red.on_default().bold(),
@@ -159,13 +159,13 @@ fn line(record: &Record, decoded: &Decoded) -> String {
     format!("({}.{:06}) {way} {frame:<21} {}", at / 1_000_000, at % 1_000_000, words(decoded))
 }
 
-pub(super) fn words(decoded: &Decoded) -> String {
+pub(crate) fn words(decoded: &Decoded) -> String {
     let separator = if decoded.text.is_empty() { "" } else { ": " };
     format!("{}{separator}{}", decoded.name, decoded.text)
 }
 
 /// What the test has led to; the last line has all of it in short.
-pub(super) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
+pub(crate) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
     if as_json {
         writeln!(stdout(), "{}", report.json())?;
         return Ok(());

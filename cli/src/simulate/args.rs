@@ -34,7 +34,7 @@ use crate::output::Failure;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    device: DeviceArgs,
+    pub(super) plant: PlantArgs,
 
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
@@ -42,18 +42,6 @@ pub(crate) struct Args {
     /// drive speaks the protocol of its own serial interface, if it has one: siko/ag02 does.
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
-
-    /// The node-ID, 1 to 127; none for a device that gets one by LSS; 1 by default
-    #[arg(long, value_name = "NODE")]
-    node: Option<NodeOrNone>,
-
-    /// The file for stored parameters, as the EEPROM of a device
-    #[arg(long, value_name = "FILE")]
-    eeprom: Option<PathBuf>,
-
-    /// A script of events for a drive, such as faults, supply and a blocked shaft (TOML)
-    #[arg(long, value_name = "FILE")]
-    script: Option<PathBuf>,
 
     /// Stop after this time
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
@@ -66,6 +54,25 @@ pub(crate) struct Args {
     /// Print one JSON object per line, including reads and PDOs
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// What is simulated.
+#[derive(clap::Args, Debug)]
+pub(crate) struct PlantArgs {
+    #[command(flatten)]
+    device: DeviceArgs,
+
+    /// The node-ID, 1 to 127; none for a device that gets one by LSS; 1 by default
+    #[arg(long, value_name = "NODE")]
+    node: Option<NodeOrNone>,
+
+    /// The file for stored parameters, as the EEPROM of a device
+    #[arg(long, value_name = "FILE")]
+    eeprom: Option<PathBuf>,
+
+    /// A script of events for a drive, such as faults, supply and a blocked shaft (TOML)
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -105,9 +112,14 @@ A plant (TOML; times in ms; only id and device have to be there; paths are relat
     in-a-row = 4                   # and the three before it
     # delay = 20                   # by how much they are delayed";
 
-impl Args {
+impl PlantArgs {
+    /// How it is called.
+    pub(crate) fn name(&self) -> &str {
+        self.device.name()
+    }
+
     /// The devices to simulate.
-    pub(super) fn plant(&self) -> Result<Plant, Failure> {
+    pub(crate) fn plant(&self) -> Result<Plant, Failure> {
         let name = self.device.name();
         if !is_plant(name) {
             let node = self.node.map_or(Some(NodeId::literal(1)), |node| node.0);

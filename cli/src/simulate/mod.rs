@@ -15,15 +15,15 @@ use crate::bus::BusArgs;
 use crate::bus::serial;
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, Outcome, ctrl_c};
-pub(crate) use args::Args;
 use args::Place;
+pub(crate) use args::{Args, PlantArgs};
 use input::lines;
 use report::Report;
 use session::Session;
 use station::Station;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let plant = args.plant()?;
+    let plant = args.plant.plant()?;
     let is_known = |device: &PlantDevice| serial::is_known(&device.device);
     if matches!(args.bus, Place::Serial) && !matches!(plant.devices.as_slice(), [device] if is_known(device)) {
         return Err(Failure::new("this device has no serial interface that lexican knows")

@@ -16,7 +16,7 @@ use siko_serial::sim::SerialDrive;
 use simulator::eeprom::EepromError;
 use simulator::script::{FromToml, Input, Script, ScriptError};
 use simulator::servo::{self, Servo, ServoModel};
-use simulator::{Memory, SimulatedServo};
+use simulator::{Memory, SimulatedServo, trajectory};
 
 use super::command::{Command, Power, Refusal};
 use super::virtual_device::{VirtualDevice, keeps};
@@ -283,6 +283,16 @@ impl SimulatedDevice {
                 format!(", {}, position {}, {} rev/min", drive.state(), drive.position(now), drive.velocity(now))
             }
             Kind::Drive(_) | Kind::Servo(_) => String::new(),
+        }
+    }
+
+    /// Position and velocity of the shaft of a drive as they are, in units of its simulator; `None` if it is none.
+    #[must_use]
+    pub fn shaft(&self, now: Instant) -> Option<trajectory::State> {
+        match &self.kind {
+            Kind::Sheet(device) => device.servo().map(|servo| servo.shaft(now)),
+            Kind::Servo(servo) => Some(servo.servo().shaft(now)),
+            Kind::Drive(serial) => Some(serial.drive().shaft(now)),
         }
     }
 

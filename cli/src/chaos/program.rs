@@ -1,0 +1,110 @@
+//! The program as a process group: what it prints, how it ends, and that nothing of it is left.
+
+use std::io::Read;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration as StdDuration;
+
+use lexican_toolbox::chaos::{End, Signal};
+use nix::errno::Errno;
+use nix::sys::signal::{Signal as Unix, killpg};
+use nix::sys::wait::{Id, WaitPidFlag, WaitStatus, waitid};
+use nix::unistd::Pid;
+
+use crate::output::{Failure, reason};
+
+/// So much of its output is kept: the end.
+const KEPT: usize = 1 << 16;
+/// How long its output may take to end when it has ended itself.
+const FLUSHED: StdDuration = StdDuration::from_millis(500);
+
+pub(super) struct Program {
+    child: Child,
+    /// Its process group, which has the number of the process as long as that is not waited for.
+    group: Pid,
+    stdout: Receiver<Vec<u8>>,
+    stderr: Receiver<Vec<u8>>,
+    code: Option<i32>,
+}
+
+impl Program {
+    /// Starts it in a process group of its own, with the bus in place of `{bus}` and in its environment.
+    pub(super) fn start(command: &[String], bus: &str) -> Result<Self, Failure> {
+        let mut words = command.iter().map(|word| word.replace("{bus}", bus));
+        let name = words.next().unwrap_or_default();
+        let mut child = Command::new(&name)
+            .args(words)
+            .env(crate::bus::BUS, bus)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .spawn()
+            .map_err(|error| Failure::new(format_args!("cannot run {name}: {}", reason(&error))))?;
+        let group = Pid::from_raw(child.id() as i32);
+        let (stdout, stderr) = (follow(child.stdout.take()), follow(child.stderr.take()));
+        Ok(Program { child, group, stdout, stderr, code: None })
+    }
+
+    pub(super) fn signal(&self, signal: Signal) {
+        let signal = match signal {
+            Signal::Terminate => Unix::SIGTERM,
+            Signal::Interrupt => Unix::SIGINT,
+            Signal::Kill => Unix::SIGKILL,
+            Signal::Stop => Unix::SIGSTOP,
+            Signal::Continue => Unix::SIGCONT,
+        };
+        // All of the group may have ended by now.
+        let _ = killpg(self.group, signal);
+    }
+
+    /// Whether it has ended. Its number stays its own until it is dropped.
+    pub(super) fn has_ended(&mut self) -> Result<bool, Failure> {
+        let flags = WaitPidFlag::WEXITED | WaitPidFlag::WNOHANG | WaitPidFlag::WNOWAIT;
+        match waitid(Id::Pid(self.group), flags) {
+            Ok(WaitStatus::Exited(_, code)) => {
+                self.code = Some(code);
+                Ok(true)
+            }
+            Ok(WaitStatus::Signaled(..)) => Ok(true),
+            Ok(_) | Err(Errno::EINTR) => Ok(false),
+            Err(error) => Err(Failure::new(format_args!("cannot wait for the program: {error}"))),
+        }
+    }
+
+    /// Ends what is left of it; returns how it has ended and what it has printed on stderr.
+    pub(super) fn finish(self) -> (End, String) {
+        self.signal(Signal::Kill);
+        let text = |from: &Receiver<Vec<u8>>| {
+            String::from_utf8_lossy(&from.recv_timeout(FLUSHED).unwrap_or_default()).into_owned()
+        };
+        let stdout = text(&self.stdout);
+        let last_line = stdout.lines().map(str::trim).rfind(|line| !line.is_empty()).unwrap_or_default().to_owned();
+        (End { code: self.code, last_line }, text(&self.stderr))
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        self.signal(Signal::Kill);
+        let _ = self.child.wait();
+    }
+}
+
+/// The end of an output, once it is complete.
+fn follow(output: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        let (mut kept, mut buffer) = (Vec::new(), [0; 4096]);
+        let Some(mut output) = output else { return };
+        while let Ok(len @ 1..) = output.read(&mut buffer) {
+            kept.extend_from_slice(&buffer[..len]);
+            let over = kept.len().saturating_sub(KEPT);
+            kept.drain(..over);
+        }
+        // Nobody may want it any more.
+        let _ = sender.send(kept);
+    });
+    receiver
+}

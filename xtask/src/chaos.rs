@@ -1,0 +1,90 @@
+//! What `lexican chaos` finds in our own commands, the bench and an example: a few seeds of each.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::outside::{empty_folder, write};
+use crate::{command, workspace};
+
+const RECIPE: &str = "name = \"Disturbed\"\n\n[[drive]]\nname = \"rail\"\nnode = 5\nkind = \"siko/ag03-1\"\n\
+    position.increments = 3000\nsimulated.limits = [-500, 200000]\n";
+const SETTINGS: &str = "[node.5]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2.5 mm\"\n";
+/// A drive that is set otherwise than at power-on, so that restoring its parameters has to write.
+const PLANT: &str = "[[node]]\nid = 5\ndevice = \"siko/ag03-1\"\nsettings = [\"Motor Parameter Set/v-Pos = 35\"]\n";
+
+/// A program, what it is run against, and which seeds.
+struct Subject {
+    name: &'static str,
+    options: &'static [&'static str],
+    /// `L` is the command.
+    program: &'static [&'static str],
+}
+
+const SUBJECTS: &[Subject] = &[
+    Subject {
+        name: "drive, AG03/1",
+        options: &["siko/ag03-1", "--seed", "1", "--runs", "5"],
+        program: &["L", "drive", "5", "move-to", "2000", "--enable"],
+    },
+    Subject {
+        name: "drive, AKD",
+        options: &["kollmorgen/akd", "--seed", "20", "--runs", "5"],
+        program: &["L", "drive", "5", "move-to", "20000", "--enable"],
+    },
+    Subject {
+        name: "backup",
+        options: &["siko/ag03-1", "--seed", "3", "--runs", "5", "--writes", "kept.dcf"],
+        program: &["L", "backup", "5", "-o", "kept.dcf", "--force"],
+    },
+    Subject {
+        name: "restore",
+        options: &["siko/ag03-1", "--seed", "3", "--runs", "5"],
+        program: &["L", "restore", "5", "changed.dcf"],
+    },
+    Subject {
+        name: "apply",
+        options: &["siko/ag03-1", "--seed", "8", "--runs", "5"],
+        program: &["L", "apply", "settings.toml"],
+    },
+    Subject {
+        name: "changeover",
+        options: &["siko/ag03-1", "--seed", "2", "--runs", "5"],
+        program: &["changeover", "recipe.toml", "--bus", "{bus}"],
+    },
+    Subject {
+        name: "bench",
+        options: &["siko/ag03-1", "--seed", "2", "--runs", "5", "--for", "3s"],
+        program: &["L", "bench", "--no-open", "--bus", "{bus}", "--device", "5=siko/ag03-1"],
+    },
+];
+
+/// Disturbs each of them, all at the same time: they mostly wait.
+pub(crate) fn run(root: &Path) -> Result<(), String> {
+    command::run_cargo(root, &["build", "-p", "lexican", "-p", "changeover"], &[])?;
+    let built = workspace::target_folder(root).join("debug");
+    let folder = empty_folder(root, "chaos")?;
+    for (name, text) in [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("plant.toml", PLANT)] {
+        write(&folder.join(name), text)?;
+    }
+    let lexican = |args: &[&str]| {
+        let mut lexican = Command::new(built.join("lexican"));
+        lexican.args(args).current_dir(&folder).stdin(Stdio::null()).env_remove("LEXICAN_BUS");
+        lexican
+    };
+    command::output(&mut lexican(&["backup", "--bus", "sim:plant.toml", "5", "-o", "changed.dcf"]))?;
+    let disturb = |subject: &Subject| {
+        let program = built.join(if subject.program[0] == "L" { "lexican" } else { subject.program[0] });
+        let program = program.to_string_lossy();
+        let args = [&["chaos", "--node", "5"], subject.options, &["--", &program], &subject.program[1..]].concat();
+        let output = lexican(&args).output().map_err(|error| format!("{}: {error}", subject.name))?;
+        let text = [output.stdout, output.stderr].concat();
+        println!("{}:\n{}", subject.name, String::from_utf8_lossy(&text));
+        if output.status.success() { Ok(()) } else { Err(format!("{}: {}", subject.name, output.status)) }
+    };
+    std::thread::scope(|scope| {
+        let running: Vec<_> = SUBJECTS.iter().map(|subject| scope.spawn(|| disturb(subject))).collect();
+        let panicked = |_| Err("a thread has panicked".to_owned());
+        let ended: Vec<_> = running.into_iter().map(|it| it.join().unwrap_or_else(panicked)).collect();
+        ended.into_iter().collect()
+    })
+}
