@@ -154,6 +154,9 @@ fn the_history_keeps_the_newest_and_is_erased_by_0_only() {
     }
     assert_eq!([0, 1, 2, 3].map(|sub| bench.read(0x1003, sub)), [Ok(3), Ok(5), Ok(4), Ok(3)]);
     assert_eq!(bench.write(0x1003, 0, 1, 1), Err(AbortCode::INVALID_VALUE.0));
+    // Nor by the number that is there.
+    assert_eq!(bench.write(0x1003, 0, 1, 3), Err(AbortCode::INVALID_VALUE.0));
+    assert_eq!(bench.read(0x1003, 1), Ok(5));
     bench.write(0x1003, 0, 1, 0).unwrap();
     assert_eq!([0, 1].map(|sub| bench.read(0x1003, sub)), [Ok(0), Err(AbortCode::NO_DATA.0)]);
 }
