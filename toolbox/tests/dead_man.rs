@@ -2,10 +2,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use kollmorgen_akd::driver::AKD;
+use kollmorgen_akd::driver::{AKD, AKD_BY_SDO};
 use kollmorgen_akd::sim::SimulatedServo;
-use lexican_driver::{Any, Description, Drive, Mode, Protection};
+use lexican_driver::cyclic::{AxisSettings, Follower, Settings, Supply, follow};
+use lexican_driver::{Any, CancelHandle, Description, Drive, Mode, Protection};
 use lexican_runtime::host::{Fate, VirtualBus};
+use lexican_runtime::object::{Object, Rw};
 use lexican_runtime::{CobId, Duration, NodeId};
 use siko_ag02::driver::AG02;
 use siko_ag03_1::driver::AG03_1;
@@ -66,4 +68,27 @@ fn each_drive_stands_within_its_dead_man_time() {
         servo.lock().unwrap().with_servo(bus.now(), |servo, _| servo.shaft(bus.now()).velocity)
     });
     assert!(matches!(protection, Protection::Heartbeat { .. }) && (1100..1300).contains(&ms), "{ms} ms, {protection}");
+}
+
+/// A follower disarms as a drive does: what another tool has set up is there again.
+#[test]
+fn an_axis_that_stands_at_the_end_of_its_path_holds_what_it_held_before() {
+    // A node without a time, which watches over nothing.
+    const BEFORE: u32 = 0x0005_0000;
+    let consumer = Object::<u32, Rw>::new(0x1016, 0x01);
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(SimulatedServo::new(bus.now(), &kollmorgen_akd::sim::MODEL, NODE));
+    let connect = || Drive::<_, Any>::connect_described_unprotected(bus.link(), NODE, &AKD_BY_SDO).unwrap();
+    let mut drive = connect();
+    drive.write(consumer, BEFORE).unwrap();
+    let settings = AxisSettings::new(Mode::InterpolatedPosition, Duration::from_millis(4), 100);
+    let axis = drive.prepare_cyclic(settings).unwrap();
+    assert!(matches!(axis.protection(), Protection::Heartbeat { entry: 1, .. }), "{}", axis.protection());
+    assert_ne!(drive.read(consumer).unwrap(), BEFORE);
+    drop(drive);
+    let path = |cycle: u64, _: &mut [i32]| if cycle < 100 { Supply::Ready } else { Supply::End };
+    let mut follower = Follower::new(vec![axis], path, Settings::default()).unwrap();
+    let report = follow(&mut bus.link(), &mut follower, &CancelHandle::default()).unwrap();
+    assert_eq!(report.reason, None, "{report}");
+    assert_eq!(connect().read(consumer).unwrap(), BEFORE);
 }
