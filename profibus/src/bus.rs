@@ -10,6 +10,7 @@ use lexican_runtime::{Duration, Instant, Measured};
 use profirust::dp::{PeripheralEvent, PeripheralHandle, PeripheralOptions};
 
 use crate::dp::Lengths;
+use crate::fdl::BROADCAST;
 use crate::master::Segment;
 use crate::trouble::Trouble;
 
@@ -35,6 +36,11 @@ struct State<S> {
     segment: S,
     places: Vec<Place>,
 }
+
+/// An address that no slave has: there are 0 to 126, and 127 is that of all stations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0} is no address of a slave: that is 0 to 126, and all of them listen to 127")]
+pub struct AddressError(pub u8);
 
 /// What is between the master and one slave.
 #[derive(Debug)]
@@ -81,7 +87,19 @@ impl<S: Segment> Bus<S> {
     }
 
     /// The side of the master of one slave, with outputs of zero.
-    pub fn station(&self, address: u8, options: PeripheralOptions<'static>, lengths: Lengths) -> Station<S> {
+    ///
+    /// # Errors
+    ///
+    /// When no slave can have the address.
+    pub fn station(
+        &self,
+        address: u8,
+        options: PeripheralOptions<'static>,
+        lengths: Lengths,
+    ) -> Result<Station<S>, AddressError> {
+        if address >= BROADCAST {
+            return Err(AddressError(address));
+        }
         let mut state = self.0.lock();
         let handle = state.segment.add(address, options, lengths);
         let zeros = vec![0; lengths.outputs];
@@ -96,7 +114,7 @@ impl<S: Segment> Bus<S> {
             exchanged: None,
             trouble: None,
         });
-        Station { bus: self.clone(), place: state.places.len() - 1 }
+        Ok(Station { bus: self.clone(), place: state.places.len() - 1 })
     }
 
     /// Looks at the segment, or changes it.

@@ -46,7 +46,7 @@ fn data_is_exchanged_over_a_pseudo_terminal() {
             config: Some(IDENTITY.configuration),
             ..PeripheralOptions::default()
         };
-        let mut station = bus.station(7, options, Lengths { inputs: 4, outputs: 4 });
+        let mut station = bus.station(7, options, Lengths { inputs: 4, outputs: 4 }).expect("an address");
         station.set_outputs(&[1, 2, 3, 4]);
         // A machine under load takes its time; one that takes a minute has lost the telegrams.
         let end = station.now() + Duration::from_secs(60);
@@ -82,7 +82,8 @@ fn a_port_that_fails_ends_its_segment() {
     }
     let bus = Bus::new(SerialSegment::new(Gone, ParametersBuilder::new(2, Baudrate::B19200).build()));
     bus.keep(Duration::from_millis(1)).expect("there are threads");
-    let mut station = bus.station(7, PeripheralOptions::default(), Lengths { inputs: 0, outputs: 0 });
+    let mut station =
+        bus.station(7, PeripheralOptions::default(), Lengths { inputs: 0, outputs: 0 }).expect("an address");
     let end = station.now() + Duration::from_secs(60);
     assert_eq!(station.wait(end), Err(ErrorKind::BrokenPipe));
 }

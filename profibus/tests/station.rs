@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 
-use lexican_profibus::bus::{Bus, Exchange, Notice, Station};
+use lexican_profibus::bus::{AddressError, Bus, Exchange, Notice, Station};
 use lexican_profibus::dp::Lengths;
 use lexican_profibus::master::{Master, Segment};
 use lexican_profibus::virtual_line::VirtualLine;
@@ -84,7 +84,7 @@ impl Bench {
             looks: Cell::new(0),
             is_real_time: false,
         });
-        let stations = [7, 8].map(|address| bus.station(address, PeripheralOptions::default(), LENGTHS));
+        let stations = [7, 8].map(|address| bus.station(address, PeripheralOptions::default(), LENGTHS).unwrap());
         Bench { bus, stations }
     }
 
@@ -207,4 +207,15 @@ fn a_wait_in_real_time_leaves_it_to_a_thread_to_poll() {
     bench.bus.keep(Duration::from_millis(1)).unwrap();
     let until = at + Duration::from_millis(400);
     assert!(matches!(bench.stations[0].wait(until), Ok(Some(Notice::Exchanged(_)))));
+}
+
+/// It would write to all slaves.
+#[test]
+fn an_address_that_no_slave_has_is_refused() {
+    let bench = Bench::new();
+    let station = |address| bench.bus.station(address, PeripheralOptions::default(), LENGTHS);
+    assert!(station(126).is_ok());
+    for address in [127, 128, 255] {
+        assert_eq!(station(address).err(), Some(AddressError(address)));
+    }
 }

@@ -33,7 +33,7 @@ impl Bench {
             sync_mode: true,
             ..PeripheralOptions::default()
         };
-        let station = bus.station(7, options, lengths);
+        let station = bus.station(7, options, lengths).unwrap();
         Bench { bus, id, station }
     }
 

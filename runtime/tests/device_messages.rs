@@ -154,6 +154,9 @@ fn the_history_keeps_the_newest_and_is_erased_by_0_only() {
     }
     assert_eq!([0, 1, 2, 3].map(|sub| bench.read(0x1003, sub)), [Ok(3), Ok(5), Ok(4), Ok(3)]);
     assert_eq!(bench.write(0x1003, 0, 1, 1), Err(AbortCode::INVALID_VALUE.0));
+    // Nor by the number that is there.
+    assert_eq!(bench.write(0x1003, 0, 1, 3), Err(AbortCode::INVALID_VALUE.0));
+    assert_eq!(bench.read(0x1003, 1), Ok(5));
     bench.write(0x1003, 0, 1, 0).unwrap();
     assert_eq!([0, 1].map(|sub| bench.read(0x1003, sub)), [Ok(0), Err(AbortCode::NO_DATA.0)]);
 }
@@ -234,6 +237,28 @@ fn an_error_that_the_device_still_has_is_not_reported_as_over() {
     assert_eq!(bench.read(0x1001, 0), Ok(0x11));
     assert_eq!(bench.send("710#05"), ["085#0000000000000000"]);
     assert_eq!(bench.read(0x1001, 0), Ok(0));
+}
+
+/// A drive whose lost manager is a fault (6007h) raises the code that the device has reported by itself.
+#[test]
+fn a_lost_heartbeat_is_reported_once_though_the_application_has_a_fault_for_it() {
+    let mut bench = Bench::full();
+    bench.write(0x1016, 1, 4, 0x0010_0064).unwrap();
+    bench.send("710#05");
+    assert_eq!(bench.pass_ms(110), ["100000 085#3081110000000000"]);
+    let raise = |bench: &mut Bench| {
+        bench.device.emergency(ErrorCode::LIFE_GUARD, ErrorRegister::COMMUNICATION, [0; 5], &mut bench.od);
+        bench.sent()
+    };
+    assert_eq!(raise(&mut bench), NOTHING);
+    assert_eq!([0, 1].map(|sub| bench.read(0x1003, sub)), [Ok(1), Ok(0x8130)]);
+    // The fault is left when the heartbeat is back.
+    assert_eq!(bench.send("710#05"), NOTHING);
+    assert_eq!(bench.read(0x1001, 0), Ok(0x11));
+    bench.device.clear(ErrorRegister(0xFF), &mut bench.od);
+    assert_eq!((bench.sent(), bench.read(0x1001, 0)), (vec!["085#0000000000000000".into()], Ok(0)));
+    // One that the device does not have is the application's own.
+    assert_eq!(raise(&mut bench), ["085#3081110000000000"]);
 }
 
 #[test]

@@ -2,10 +2,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use kollmorgen_akd::driver::AKD;
+use kollmorgen_akd::driver::{AKD, AKD_BY_SDO};
 use kollmorgen_akd::sim::SimulatedServo;
-use lexican_driver::{Any, Description, Drive, Mode, Protection};
+use lexican_driver::cyclic::{AxisSettings, Follower, Settings, Supply, follow};
+use lexican_driver::{Any, CancelHandle, Description, Drive, Mode, Protection};
 use lexican_runtime::host::{Fate, VirtualBus};
+use lexican_runtime::object::{Object, Rw};
 use lexican_runtime::{CobId, Duration, NodeId};
 use lexican_toolbox::chaos::{STANDS_WITHIN, stands_within};
 use siko_ag02::driver::AG02;
@@ -80,4 +82,27 @@ fn the_page_has_the_dead_man_time_of_each_drive() {
         let row = row.unwrap_or_else(|| panic!("drives/README.md has no row with (`{id}`)"));
         assert!(row.contains(&format!("| {within} |")), "{id}: {within}, and the page has {row}");
     }
+}
+
+/// A follower disarms as a drive does: what another tool has set up is there again.
+#[test]
+fn an_axis_that_stands_at_the_end_of_its_path_holds_what_it_held_before() {
+    // A node without a time, which watches over nothing.
+    const BEFORE: u32 = 0x0005_0000;
+    let consumer = Object::<u32, Rw>::new(0x1016, 0x01);
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(SimulatedServo::new(bus.now(), &kollmorgen_akd::sim::MODEL, NODE));
+    let connect = || Drive::<_, Any>::connect_described_unprotected(bus.link(), NODE, &AKD_BY_SDO).unwrap();
+    let mut drive = connect();
+    drive.write(consumer, BEFORE).unwrap();
+    let settings = AxisSettings::new(Mode::InterpolatedPosition, Duration::from_millis(4), 100);
+    let axis = drive.prepare_cyclic(settings).unwrap();
+    assert!(matches!(axis.protection(), Protection::Heartbeat { entry: 1, .. }), "{}", axis.protection());
+    assert_ne!(drive.read(consumer).unwrap(), BEFORE);
+    drop(drive);
+    let path = |cycle: u64, _: &mut [i32]| if cycle < 100 { Supply::Ready } else { Supply::End };
+    let mut follower = Follower::new(vec![axis], path, Settings::default()).unwrap();
+    let report = follow(&mut bus.link(), &mut follower, &CancelHandle::default()).unwrap();
+    assert_eq!(report.reason, None, "{report}");
+    assert_eq!(connect().read(consumer).unwrap(), BEFORE);
 }

@@ -26,6 +26,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-kollmorgen-akd",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
+            "lexican-profibus",
+            "lexican-siko-profibus",
             "lexican-siko-serial",
         ],
     ),

@@ -3,7 +3,7 @@
 pub(crate) mod failure;
 mod node;
 mod node_id;
-mod profibus;
+pub(crate) mod profibus;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use lexican_profibus::bus::{Bus, Station};
-use lexican_profibus::fdl::BROADCAST;
+use lexican_profibus::bus::{AddressError, Bus, Station};
 use lexican_profibus::gsd::{Configuration, GsdError};
 use lexican_profibus::master::Segment;
 use lexican_profibus::serial_line::{self, SerialSegment};
@@ -28,6 +27,16 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How often the master is polled.
 const POLL: Duration = Duration::from_micros(500);
+
+/// A device that is known on PROFIBUS: its name in the library, and what it is there.
+pub(crate) fn known(device: &str) -> Result<(&'static str, &'static Model), Failure> {
+    let shipped = lexican_eds::library::find(device);
+    let known = DEVICES.into_iter().find(|(id, _)| shipped.is_some_and(|shipped| shipped.id == *id));
+    known.ok_or_else(|| {
+        Failure::new(format_args!("lexican does not know {device} on PROFIBUS"))
+            .help(format!("it knows {}", DEVICES.map(|(id, _)| id).join(" and ")))
+    })
+}
 
 /// Opens a port by the parameters of its URL: the link, and the node on it, whose node-ID is its address.
 pub(super) fn open(
@@ -59,21 +68,12 @@ pub(super) fn open(
         return Err(Failure::new("which drive, and at which address of the PROFIBUS?")
             .help(format!("profibus:{port}?device={}&address=5", DEVICES[0].0)));
     };
-    if address.get() == BROADCAST {
-        return Err(Failure::new("127 is no address of a slave: all of them listen to it")
-            .help("drives whose switches say 127 have the address 126"));
-    }
     if let (None, Some(module)) = (gsd, module) {
         return Err(Failure::new(format_args!("of which GSD file is {module:?} a module?"))
             .help(format!("gsd=FILE&module={module}")));
     }
     let sheet = load(device, &[])?;
-    let shipped = lexican_eds::library::find(device);
-    let known = DEVICES.into_iter().find(|(id, _)| shipped.is_some_and(|shipped| shipped.id == *id));
-    let (_, model) = known.ok_or_else(|| {
-        Failure::new(format_args!("lexican does not know {device} on PROFIBUS"))
-            .help(format!("it knows {}", DEVICES.map(|(id, _)| id).join(" and ")))
-    })?;
+    let (_, model) = known(device)?;
     let options = match gsd {
         Some(file) => Configuration::read(file, module, PPO.lengths(), bit_rate)?.into_options(),
         None => bus::options(model),
@@ -81,7 +81,7 @@ pub(super) fn open(
     let cannot = |error: std::io::Error| Failure::new(format_args!("cannot open {port}: {}", reason(&error)));
     let bus = Bus::new(SerialSegment::open(port, serial_line::parameters(bit_rate)).map_err(cannot)?);
     bus.keep(POLL).map_err(cannot)?;
-    let mut link = line::link_with(&bus, model, address, options);
+    let mut link = line::link_with(&bus, model, address, options)?;
     await_data(link.carrier()).map_err(|error| cannot(error.into()))?;
     match link.carrier().trouble() {
         Some(trouble) => Err(Failure::new(trouble).help(trouble.remedy())),
@@ -96,6 +96,12 @@ fn await_data<S: Segment>(station: &mut Station<S>) -> Result<(), std::io::Error
         station.wait(end)?;
     }
     Ok(())
+}
+
+impl From<AddressError> for Failure {
+    fn from(error: AddressError) -> Self {
+        Failure::new(error).help("drives whose switches say 127 have the address 126")
+    }
 }
 
 impl From<GsdError> for Failure {

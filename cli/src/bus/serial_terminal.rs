@@ -1,7 +1,7 @@
-//! `simulate --bus serial`: a pseudo-terminal that is the serial interface of a simulated drive.
+//! `simulate --bus serial` and `--bus profibus`: a pseudo-terminal that is the other interface of a simulated drive.
 
 #[cfg(unix)]
-pub(crate) use unix::SerialTerminal;
+pub(crate) use unix::{Alone, SerialTerminal};
 
 /// There is none on other systems.
 #[cfg(not(unix))]
@@ -26,11 +26,14 @@ mod unix {
     use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
     use std::time::Duration;
 
+    use lexican_runtime::host::{Incoming, Link, LinkError};
+    use lexican_runtime::{Frame, Instant};
+
     use crate::bus::pty::pair;
     use crate::output::Failure;
 
     /// How long the session waits for bytes, by which a deadline of the drive can be late.
-    const PATIENCE: Duration = Duration::from_millis(2);
+    const PATIENCE: Duration = Duration::from_millis(1);
     /// How many pieces of bytes wait to be handled, and to be read: a program that sends more is blocked, and answers to one
     /// that does not read are lost, as on a line without handshake.
     const PIECES: usize = 64;
@@ -77,6 +80,32 @@ mod unix {
                 Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
                 Err(TrySendError::Disconnected(_)) => Err(ErrorKind::BrokenPipe.into()),
             }
+        }
+    }
+
+    /// The bus of such a drive, in real time: nobody hears what it sends.
+    pub(crate) struct Alone(std::time::Instant);
+
+    impl Alone {
+        #[expect(clippy::disallowed_methods, reason = "a link has the clock of the machine")]
+        pub(crate) fn new() -> Self {
+            Alone(std::time::Instant::now())
+        }
+    }
+
+    impl Link for Alone {
+        fn now(&self) -> Instant {
+            Instant::ZERO + self.0.elapsed().into()
+        }
+
+        fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+            Ok(())
+        }
+
+        #[expect(clippy::disallowed_methods, reason = "nothing else wakes it")]
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            std::thread::sleep(until.since(self.now()).into());
+            Ok(None)
         }
     }
 

@@ -39,7 +39,8 @@ pub(crate) struct Args {
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
     /// pty makes two, one for a monitor and one for another command; pty:4 makes four. serial makes one at which the
-    /// drive speaks the protocol of its own serial interface, if it has one: siko/ag02 does.
+    /// drive speaks the protocol of its own serial interface, if it has one: siko/ag02 does. profibus makes one at which
+    /// siko/ag02 or siko/ag03-1 is a PROFIBUS-DP slave, whose address is the node-ID.
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
 
@@ -81,6 +82,7 @@ Examples:
     lexican read --bus slcan:/dev/pts/3 --node 5 6041      (in another terminal)
     lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt
     lexican simulate siko/ag02 --bus serial
+    lexican simulate siko/ag03-1 --bus profibus --node 5
     lexican simulate plant.toml
     lexican scan --bus sim:plant.toml                      (the same plant for one command)
 
@@ -152,6 +154,8 @@ pub(super) enum Place {
     Ptys(usize),
     /// A pseudo-terminal that is the serial interface of a drive.
     Serial,
+    /// A pseudo-terminal that is the PROFIBUS of a drive.
+    Profibus,
     Url(BusUrl),
 }
 
@@ -160,8 +164,10 @@ impl FromStr for Place {
 
     fn from_str(text: &str) -> Result<Self, String> {
         const MOST: usize = 16;
-        match text.split_once(':').unwrap_or((text, "2")) {
-            ("serial", "2") if text == "serial" => Ok(Place::Serial),
+        match text.split_once(':').unwrap_or((text, "")) {
+            ("serial", "") => Ok(Place::Serial),
+            ("profibus", "") => Ok(Place::Profibus),
+            ("pty", "") => Ok(Place::Ptys(2)),
             ("pty", count) => match count.parse() {
                 Ok(count @ 1..=MOST) => Ok(Place::Ptys(count)),
                 _ => Err(format!("{count:?} is not a number of pseudo-terminals: that is 1 to {MOST}")),

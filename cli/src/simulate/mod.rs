@@ -6,14 +6,15 @@ mod report;
 mod session;
 mod station;
 
-#[cfg(unix)]
-use lexican_runtime::host::VirtualBus;
 use lexican_runtime::host::{BusUrl, Link, Pace};
-use lexican_toolbox::simulation::PlantDevice;
+use lexican_toolbox::simulation::{Plant, PlantDevice};
+use siko_profibus::Model;
 
 use crate::bus::BusArgs;
-use crate::bus::serial;
+#[cfg(unix)]
+use crate::bus::serial_terminal::Alone;
 use crate::bus::serial_terminal::SerialTerminal;
+use crate::bus::{profibus, serial};
 use crate::output::{Failure, Outcome, ctrl_c};
 use args::Place;
 pub(crate) use args::{Args, PlantArgs};
@@ -24,19 +25,18 @@ use station::Station;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let plant = args.plant.plant()?;
-    let is_known = |device: &PlantDevice| serial::is_known(&device.device);
-    if matches!(args.bus, Place::Serial) && !matches!(plant.devices.as_slice(), [device] if is_known(device)) {
-        return Err(Failure::new("this device has no serial interface that lexican knows")
-            .help(format!("that of {} is known", serial::DEVICE)));
-    }
-    let (link, serial, urls) = open(&args.bus)?;
+    let (link, serial, urls) = open(&args.bus, &plant)?;
     let now = link.now();
     let several = plant.devices.len() > 1;
     let mut stations = Vec::new();
     for device in &plant.devices {
         let report = Report::new(&device.sheet.device, args.json, args.json || args.verbose);
         let report = if several { report.among_others(device.node, device.name.as_deref()) } else { report };
-        stations.push(Station::new(device, device.simulate(now)?, report));
+        let mut simulated = device.simulate(now)?;
+        if matches!(args.bus, Place::Profibus) {
+            simulated = simulated.on_profibus(now, profibus::known(&device.device)?.1);
+        }
+        stations.push(Station::new(device, simulated, report));
     }
     let mut session = Session::new((link, serial), plant.wire(stations), args.json);
     session.introduce(&urls, args)?;
@@ -50,15 +50,28 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 /// The bus, the serial interface if that is what the device is on, and the URLs for other commands.
 type Opened = (Box<dyn Link + Send>, Option<SerialTerminal>, Vec<String>);
 
-fn open(place: &Place) -> Result<Opened, Failure> {
+fn open(place: &Place, plant: &Plant) -> Result<Opened, Failure> {
     match place {
         Place::Ptys(count) => open_ptys(*count),
-        Place::Serial => open_serial(),
+        Place::Serial => match plant.devices.as_slice() {
+            [device] if serial::is_known(&device.device) => open_terminal("serial", serial::DEVICE, ""),
+            _ => Err(Failure::new("this device has no serial interface that lexican knows")
+                .help(format!("that of {} is known", serial::DEVICE))),
+        },
+        Place::Profibus => match plant.devices.as_slice() {
+            [PlantDevice { device, node: Some(node), .. }] => {
+                let address = Model::address(node.get());
+                open_terminal("profibus", profibus::known(device)?.0, &format!("&address={address}"))
+            }
+            _ => Err(Failure::new("one drive at a time is simulated on PROFIBUS, with an address: --node 5")),
+        },
         Place::Url(BusUrl::Serial { .. }) => {
             Err(Failure::new("a simulated drive makes the terminal of its serial interface itself")
                 .help("--bus serial"))
         }
-        Place::Url(BusUrl::Profibus { .. }) => Err(Failure::new("a simulated drive is not put on PROFIBUS")),
+        Place::Url(BusUrl::Profibus { .. }) => {
+            Err(Failure::new("a simulated drive makes the terminal of its PROFIBUS itself").help("--bus profibus"))
+        }
         Place::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: there is no bus for the device")),
         Place::Url(BusUrl::Simulation { .. }) => {
             Err(Failure::new("a simulated bus is inside the command: no other command could reach the device")
@@ -75,14 +88,12 @@ fn open_ptys(count: usize) -> Result<Opened, Failure> {
     Ok((Box::new(ptys), None, urls))
 }
 
-/// The bus of a drive whose serial interface is used: nothing else is on it.
+/// The bus of a drive whose other interface is used: nothing else is on it.
 #[cfg(unix)]
-fn open_serial() -> Result<Opened, Failure> {
-    let bus = VirtualBus::new();
-    bus.set_pace(Pace::RealTime);
+fn open_terminal(scheme: &str, device: &str, parameters: &str) -> Result<Opened, Failure> {
     let terminal = SerialTerminal::open()?;
-    let url = format!("serial:{}?device={}", terminal.path(), serial::DEVICE);
-    Ok((Box::new(bus.link()), Some(terminal), vec![url]))
+    let url = format!("{scheme}:{}?device={device}{parameters}", terminal.path());
+    Ok((Box::new(Alone::new()), Some(terminal), vec![url]))
 }
 
 #[cfg(not(unix))]
@@ -91,7 +102,7 @@ fn open_ptys(_: usize) -> Result<Opened, Failure> {
 }
 
 #[cfg(not(unix))]
-fn open_serial() -> Result<Opened, Failure> {
+fn open_terminal(_: &str, _: &str, _: &str) -> Result<Opened, Failure> {
     Err(no_terminals())
 }
 

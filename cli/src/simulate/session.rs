@@ -24,9 +24,6 @@ with several devices, each line begins with the node-ID or the name of one: 5: g
 
 /// How often stdin and Ctrl-C are checked: that much later than it is written, a line takes effect.
 const LOOK: Duration = Duration::from_millis(10);
-
-/// The same beside a serial interface: time passes on the bus alone, so this is more than the wait for bytes takes.
-const SERIAL_LOOK: Duration = Duration::from_millis(3);
 /// The most lines that are carried out between two frames.
 const LINES: usize = 64;
 
@@ -37,7 +34,7 @@ const OTHER_ADAPTER: &str = "another adapter on the same bus";
 
 pub(super) struct Session<'a> {
     participant: Participant<Box<dyn Link + Send>, Segment<Station<'a>>>,
-    /// The serial interface of the only device, if that is what it is on.
+    /// The serial interface or the PROFIBUS of the only device, if that is what it is on.
     serial: Option<SerialTerminal>,
     json: bool,
 }
@@ -158,7 +155,8 @@ impl<'a> Session<'a> {
                 }
                 self.stations().for_each(|station| station.follow(now));
             }
-            let look = if self.serial.is_some() { SERIAL_LOOK } else { LOOK };
+            // A drive behind another interface waits for its bytes below.
+            let look = if self.serial.is_some() { Duration::ZERO } else { LOOK };
             let until = end.map_or(now + look, |end| end.min(now + look));
             match self.participant.run(until) {
                 Ok(Some(Notice::State(state))) => {
@@ -177,7 +175,7 @@ impl<'a> Session<'a> {
                 let bytes = serial.receive();
                 let now = self.participant.now();
                 for station in self.participant.node().nodes_mut() {
-                    serial.send(&station.device.serial(now, &bytes))?;
+                    serial.send(&station.device.answer(now, &bytes))?;
                 }
             }
             let now = self.participant.now();

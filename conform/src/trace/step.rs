@@ -6,7 +6,6 @@ use lexican_runtime::{CobId, Duration, Frame, NodeId};
 
 use crate::hazard::Hazard;
 use crate::sheet::Sheet;
-use crate::tester::Sheet;
 
 /// How long `until` waits where it names no time: the slowest travel of a manual's example.
 const LONGEST: Duration = Duration::from_secs(120);

@@ -54,7 +54,8 @@ pub struct Drive<L: Link, K> {
 }
 
 impl<L: Link, K: Kind> Drive<L, K> {
-    /// Connects as [`Drive::connect`] does, and changes nothing in the drive.
+    /// Connects as [`Drive::connect`] does, and arms nothing in the drive: for a program that only looks, or whose drive something
+    /// else protects.
     ///
     /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
     /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.

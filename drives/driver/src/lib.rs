@@ -91,7 +91,8 @@
 //! A drive that goes on ends a travel at its target; inching and velocity mode do not end. One that is
 //! protected notices that its manager is gone, by life guarding or a missing heartbeat, and does what its manual says.
 //! [`Drive::connect`] protects each drive that can notice, within a second ([`Supervision::default`]), and
-//! [`Drive::protection`] says how; [`Drive::connect_unprotected`] leaves it out. A thread of the blocking driver, or the task
+//! [`Drive::protection`] says how. [`Drive::connect_unprotected`] leaves it out: for a program that only looks at a drive, or whose
+//! drive something else protects. A thread of the blocking driver, or the task
 //! of a network, sends four signs of life in that time while the program does something else. A program that ends as it
 //! should, with a drive at rest, disarms it: by dropping or releasing the blocking `Drive`, or by `unprotect` of the tokio one.
 //!

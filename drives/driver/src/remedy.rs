@@ -112,9 +112,9 @@ rows! { Error, WORDS:
     "not-stopped" Error::NotStopped { .. } => "stop it by its emergency stop or its supply";
     "unknown-state" Error::UnknownState(_) => "see whether its data sheet is that of this drive";
     "not-this-drive" Error::NotThisDrive { .. } => "name what it is";
-    "other-cob-id" Error::OtherCobId { .. } => "restore its communication parameters (1011h), and reset the node";
-    "other-mapping" Error::OtherMapping { .. } => "restore its communication parameters (1011h), and reset the node";
-    "pdo-in-use" Error::PdoInUse { .. } => "take another PDO";
+    "other-cob-id" Error::OtherCobId { .. } => "give its PDO the COB-ID that the driver goes by; if it has 1011h, that restores it, before a reset of the node";
+    "other-mapping" Error::OtherMapping { .. } => "map its PDO as the driver goes by it; if it has 1011h, that restores it, before a reset of the node";
+    "pdo-in-use" Error::PdoInUse { .. } => "take another PDO; if there is none, a description that goes by SDO leaves all of them free";
     "no-pdo" Error::NoPdo { .. } => "see whether the PDO is switched on, and what it waits for";
     "short-pdo" Error::ShortPdo { .. } => "map the PDO as the program has it";
     "heartbeat" Error::HeartbeatExcludesGuarding { .. } => "switch its heartbeats off: write 0 to 1017h";

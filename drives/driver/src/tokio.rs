@@ -64,7 +64,8 @@ impl<K: Kind> Drive<K> {
         Self::connect_as(network, node, K::DESCRIPTION).await?.protected_if_possible().await
     }
 
-    /// Connects as [`Drive::connect`] does, and changes nothing in the drive.
+    /// Connects as [`Drive::connect`] does, and arms nothing in the drive: for a program that only looks, or whose drive something
+    /// else protects.
     ///
     /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
     /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.

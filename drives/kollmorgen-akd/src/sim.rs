@@ -27,7 +27,7 @@
 //! | the position of the index pulse, which comes in 20A0h | the one of 6064h when it is passed, regardless of CAP0.MODE |
 //! | the read codes of 20A4h (bits 8 to 12) and their acknowledgement in 20A5h | 0: where the value comes is not said |
 //! | which SYNC is the first that an RPDO of type n counts (6.3.1.1) | the first one in OPERATIONAL |
-//! | 6063h, in increments | counts as 6064h, as 60C1h does |
+//! | 60C1h, in increments (7.2.2.1) | counts as 6064h, and 6063h by 608Fh, 6091h and 6092h |
 //! | 6073h, which is 0 by default | no limit while it is 0 |
 //! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
 //! | 1003h:01 to 0Ah while they are empty | 0 |

@@ -28,7 +28,8 @@ pub fn attach_unknown(bus: &mut VirtualBus<Door>, model: &'static Model, address
 }
 
 fn slave(bus: &VirtualBus<Door>, model: &'static Model, address: u8) -> Slave<Door> {
-    Slave::new(address, model.identity, bus.bit_rate(), Door::new(bus.now(), model, address))
+    let door = Door::new(bus.now(), model, address);
+    Slave::new(door.address(), model.identity, bus.bit_rate(), door)
 }
 
 /// What a master has to know of a drive.

@@ -65,10 +65,16 @@ impl Door {
     /// The same with a setup, which says what is in the EEPROM, which gear there is, and so on.
     #[must_use]
     pub fn power_on(now: Instant, model: &'static Model, setup: Setup, address: u8) -> Self {
+        Door::of(now, model, SimulatedDrive::power_on(now, setup), address)
+    }
+
+    /// The door of a drive that is there.
+    #[must_use]
+    pub fn of(now: Instant, model: &'static Model, drive: SimulatedDrive, address: u8) -> Self {
         let mut door = Door {
             model,
             address: Model::address(address),
-            drive: SimulatedDrive::power_on(now, setup),
+            drive,
             tasks: PkwServer::new(),
             reply: Pkw::default(),
             control: 0,

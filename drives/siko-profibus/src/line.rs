@@ -1,6 +1,6 @@
 //! Gateways on a bus: what carries the telegrams of a [`ProfibusDoor`] (feature `master`).
 
-use lexican_profibus::bus::{Bus, Notice, Station};
+use lexican_profibus::bus::{AddressError, Bus, Notice, Station};
 use lexican_profibus::master::Segment;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::{Duration, Instant, NodeId};
@@ -16,26 +16,46 @@ const LOOKS: Duration = Duration::from_millis(1);
 
 /// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address, up to 126. Further drives
 /// on the same bus have links of their own.
-pub fn link<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayLink<ProfibusDoor, Station<S>> {
+///
+/// # Errors
+///
+/// When no drive can have the address.
+pub fn link<S: Segment>(
+    bus: &Bus<S>,
+    model: &'static Model,
+    address: NodeId,
+) -> Result<GatewayLink<ProfibusDoor, Station<S>>, AddressError> {
     link_with(bus, model, address, options(model))
 }
 
 /// The same with options of its own, such as those of its GSD file (`lexican_profibus::gsd`), whose configuration has to carry
 /// the data of [`PPO`].
+///
+/// # Errors
+///
+/// As [`link`].
 pub fn link_with<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,
     address: NodeId,
     options: PeripheralOptions<'static>,
-) -> GatewayLink<ProfibusDoor, Station<S>> {
-    let (gateway, station) = parts(bus, model, address, options);
-    GatewayLink::new(gateway, station)
+) -> Result<GatewayLink<ProfibusDoor, Station<S>>, AddressError> {
+    let (gateway, station) = parts(bus, model, address, options)?;
+    Ok(GatewayLink::new(gateway, station))
 }
 
 /// The same as a node of a virtual CAN bus, beside others.
-pub fn node<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayNode<ProfibusDoor, Station<S>> {
-    let (gateway, station) = parts(bus, model, address, options(model));
-    GatewayNode::new(gateway, station)
+///
+/// # Errors
+///
+/// As [`link`].
+pub fn node<S: Segment>(
+    bus: &Bus<S>,
+    model: &'static Model,
+    address: NodeId,
+) -> Result<GatewayNode<ProfibusDoor, Station<S>>, AddressError> {
+    let (gateway, station) = parts(bus, model, address, options(model))?;
+    Ok(GatewayNode::new(gateway, station))
 }
 
 fn parts<S: Segment>(
@@ -43,9 +63,9 @@ fn parts<S: Segment>(
     model: &'static Model,
     address: NodeId,
     options: PeripheralOptions<'static>,
-) -> (Gateway<ProfibusDoor>, Station<S>) {
+) -> Result<(Gateway<ProfibusDoor>, Station<S>), AddressError> {
     let gateway = Gateway::new(model.drive, address, ProfibusDoor::new(model));
-    (gateway, bus.station(address.get(), options, PPO.lengths()))
+    Ok((gateway, bus.station(address.get(), options, PPO.lengths())?))
 }
 
 impl<S: Segment> Carrier<ProfibusDoor> for Station<S> {

@@ -22,7 +22,7 @@ impl Bench {
         let mut line = VirtualBus::new();
         let drives = [7, 8].map(|address| bus::attach_unknown(&mut line, &AG02, address));
         let bus = Bus::new(line);
-        let stations = [7, 8].map(|address| bus.station(address, bus::options(&AG02), PPO.lengths()));
+        let stations = [7, 8].map(|address| bus.station(address, bus::options(&AG02), PPO.lengths()).unwrap());
         Bench { bus, drives, stations, door: ProfibusDoor::new(&AG02) }
     }
 

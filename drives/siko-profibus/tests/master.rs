@@ -26,7 +26,7 @@ impl Bench {
         let mut line = VirtualBus::new();
         let drive = bus::attach_unknown(&mut line, model, 7);
         let bus = Bus::new(line);
-        let station = bus.station(7, bus::options(model), PPO.lengths());
+        let station = bus.station(7, bus::options(model), PPO.lengths()).unwrap();
         let mut bench = Bench { bus, drive, station, master: DriveMaster::new() };
         bench.until(Duration::from_secs(1), |bench| bench.master.facts().is_some());
         bench

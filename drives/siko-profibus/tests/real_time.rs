@@ -76,7 +76,7 @@ fn a_drive_travels_over_a_pseudo_terminal_and_is_lost_with_the_thread_that_runs_
             serial_line::parameters(Baudrate::B500000),
         ));
         bus.keep(Duration::from_micros(500)).expect("there are threads");
-        let mut link = line::link(&bus, &AG02, NODE);
+        let mut link = line::link(&bus, &AG02, NODE).expect("an address");
         let end = link.now() + Duration::from_secs(60);
         let travelled = loop {
             let travelled = travel(&mut link);

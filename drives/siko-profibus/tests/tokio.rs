@@ -17,8 +17,8 @@ async fn drives_behind_two_doors_travel_at_once() {
     bus::attach_unknown(&mut segment, &AG03_1, six.get());
     let segment = Bus::new(segment);
     let can = host::VirtualBus::with_bit_rate(500);
-    can.attach(line::node(&segment, &AG02, five));
-    can.attach(line::node(&segment, &AG03_1, six));
+    can.attach(line::node(&segment, &AG02, five).unwrap());
+    can.attach(line::node(&segment, &AG03_1, six).unwrap());
     can.attach(SimulatedDrive::new(AG02.drive, seven));
     let network = Network::spawn(can.link()).unwrap();
     let ag02 = async |node| {
@@ -50,7 +50,7 @@ async fn a_drive_travels_on_a_link_of_its_own() {
     let mut segment = VirtualBus::new();
     let id = bus::attach_unknown(&mut segment, &AG02, node.get());
     let segment = Bus::new(segment);
-    let network = Network::spawn(line::link(&segment, &AG02, node)).unwrap();
+    let network = Network::spawn(line::link(&segment, &AG02, node).unwrap()).unwrap();
     let mut drive = siko_ag02::driver::tokio::Drive::connect_unprotected(network, node).await.unwrap();
     drive.enable().await.unwrap();
     drive.start_moving_to(5000).await.unwrap();

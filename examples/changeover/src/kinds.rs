@@ -104,7 +104,7 @@ fn at_serial_port(lines: &Lines, node: NodeId) -> Fail {
 fn on_profibus(Lines { can, profibus }: &Lines, node: NodeId) -> Fail {
     let model = &siko_profibus::AG03_1;
     let slave = profibus.with(|segment| attach_unknown(segment, model, node.get()));
-    can.attach(line::node(profibus, model, node));
+    can.attach(line::node(profibus, model, node).expect("the machine's addresses are below 127"));
     let segment = profibus.clone();
     Box::new(move |_| {
         segment.with(|segment| {

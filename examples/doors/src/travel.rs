@@ -79,7 +79,7 @@ fn through_profibus() -> Result<Run, Error> {
     let mut segment = virtual_bus::VirtualBus::with_parameters(parameters);
     let drive = bus::attach_unknown(&mut segment, &AG02, NODE.get());
     let segment = Bus::new(segment);
-    let (outcome, positions, link) = travel(line::link(&segment, &AG02, NODE))?;
+    let (outcome, positions, link) = travel(line::link(&segment, &AG02, NODE).expect("below 127"))?;
     let exchanges = segment.with(|line| line.exchanges(drive));
     let each_ms = link.now().as_micros() as f64 / 1e3 / exchanges as f64;
     let traffic = format!("{exchanges} exchanges of data, one in {each_ms:.2} ms at 1500 kbit/s");

@@ -96,14 +96,17 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
 
 impl<'a, const MAPPED: usize, S: Selection> Checked<'a, MAPPED, S> {
     /// Whether a parameter has the value already, as with a client that writes back what it has read: CiA 301 (7.5.2) forbids
-    /// to change some, not to write them. A mapping is written step by step, and no step is left out.
+    /// to change some, not to write them. A mapping is written step by step, and no step is left out; 1003h:00 shows a number
+    /// and takes an order (7.5.2.2).
     fn changes_nothing(&mut self, entry: &Entry, data: &[u8]) -> bool {
-        let is_mapping = matches!(
+        let is_order = matches!(
             entry.address.index(),
-            cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 | cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512
+            cia301::PREDEFINED_ERROR_FIELD
+                | cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512
+                | cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512
         );
         self.behaviour().changes == ChangeRule::WhileInvalid
-            && !is_mapping
+            && !is_order
             && objects::read_at(self.od, entry.address) == Some(number(data))
     }
 

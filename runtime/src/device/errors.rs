@@ -19,7 +19,8 @@ impl<
 > Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// An error occurred: `register` is set in the error register, the code goes into the history
-    /// (1003h), and an EMCY is sent.
+    /// (1003h), and an EMCY is sent. That of a lost heartbeat or life guarding (8130h) is not sent again for what the device
+    /// has noticed and reported by itself.
     pub fn emergency(
         &mut self,
         code: ErrorCode,
@@ -88,7 +89,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let specific = register & !ErrorRegister::GENERIC;
         let errors = if specific.is_empty() { ErrorRegister::GENERIC } else { specific };
         self.application_errors = self.application_errors | errors;
-        self.report_error(code, vendor, record, od);
+        let has_reported = !self.behaviour().unreported.contains(&code);
+        if code == ErrorCode::LIFE_GUARD && self.has_lost_a_node() && has_reported {
+            self.show_errors(od);
+        } else {
+            self.report_error(code, vendor, record, od);
+        }
     }
 
     fn report_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
@@ -163,10 +169,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         }
     }
 
+    fn has_lost_a_node(&self) -> bool {
+        self.guarding.is_some_and(|guarding| guarding.is_lost())
+            || self.consumers.iter().flatten().any(|consumer| consumer.heartbeat() == Heartbeat::Lost)
+    }
+
     fn has_communication_error(&self) -> bool {
         self.sync_consumer.has_length_error()
-            || self.guarding.is_some_and(|guarding| guarding.is_lost())
-            || self.consumers.iter().flatten().any(|consumer| consumer.heartbeat() == Heartbeat::Lost)
+            || self.has_lost_a_node()
             || self.rpdos.iter().any(|slot| slot.pdo.length_error().is_some() || slot.pdo.has_timed_out())
     }
 }

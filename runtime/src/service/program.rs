@@ -262,16 +262,25 @@ impl<F: Flash> Program<F> {
 pub struct Programming<'a, O: ?Sized, F> {
     od: &'a mut O,
     program: &'a mut Program<F>,
+    /// Read from `od` nevertheless.
+    held: &'a [Address],
 }
 
 impl<'a, O: ObjectDictionary + ?Sized, F: Flash> Programming<'a, O, F> {
     /// `od`, with `program` behind its entries.
     pub fn new(od: &'a mut O, program: &'a mut Program<F>) -> Self {
-        Programming { od, program }
+        Programming { od, program, held: &[] }
+    }
+
+    /// The same, with entries that are read from `od` as before: what it says of a program that the device came with.
+    #[must_use]
+    pub fn with_held(self, held: &'a [Address]) -> Self {
+        Programming { held, ..self }
     }
 
     fn value(&self, address: Address) -> Option<u32> {
-        self.program.value(address.index()).filter(|_| address.sub() == FIRST)
+        let is_held = self.held.contains(&address);
+        self.program.value(address.index()).filter(|_| address.sub() == FIRST && !is_held)
     }
 }
 

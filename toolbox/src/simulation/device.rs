@@ -19,6 +19,7 @@ use simulator::servo::{self, Servo, ServoModel};
 use simulator::{Memory, SimulatedServo, trajectory};
 
 use super::command::{Command, Power, Refusal};
+use super::interface::Interface;
 use super::virtual_device::{VirtualDevice, keeps};
 use crate::data_sheet::DataSheet;
 use crate::node_id::node_id;
@@ -68,8 +69,7 @@ pub struct SimulatedDevice {
 
 enum Kind {
     Sheet(Box<VirtualDevice>),
-    /// With its serial interface, which nothing is connected to on CAN.
-    Drive(Box<SerialDrive>),
+    Drive(Interface),
     Servo(Box<SimulatedServo>),
 }
 
@@ -205,7 +205,7 @@ impl Kind {
             Some(path) => SimulatedDrive::with_eeprom(now, setup, path)?,
             None => SimulatedDrive::power_on(now, setup),
         };
-        Ok(Kind::Drive(Box::new(SerialDrive::new(drive))))
+        Ok(Kind::Drive(Interface::Serial(Box::new(SerialDrive::new(drive)))))
     }
 
     fn servo(
@@ -230,8 +230,8 @@ impl SimulatedDevice {
     /// The first line that cannot be understood, or that the device is no drive.
     pub fn follow(&mut self, now: Instant, script: &str) -> Result<(), ScriptError> {
         match &mut self.kind {
-            Kind::Drive(serial) => {
-                let drive = serial.drive_mut();
+            Kind::Drive(siko) => {
+                let drive = siko.drive_mut();
                 drive.follow(now, Script::from_toml(drive.model(), script)?);
             }
             Kind::Servo(servo) => servo.follow(now, Script::from_toml(servo.model(), script)?),
@@ -258,7 +258,7 @@ impl SimulatedDevice {
     pub fn node_id(&self) -> Option<NodeId> {
         match &self.kind {
             Kind::Sheet(device) => device.node(),
-            Kind::Drive(serial) => serial.drive().is_on().then(|| serial.drive().node()),
+            Kind::Drive(siko) => siko.drive().is_on().then(|| siko.drive().node()),
             Kind::Servo(servo) => servo.is_on().then(|| servo.node()),
         }
     }
@@ -268,7 +268,7 @@ impl SimulatedDevice {
     pub fn nmt_state(&self) -> Option<NmtState> {
         match &self.kind {
             Kind::Sheet(device) => device.nmt_state(),
-            Kind::Drive(serial) => serial.drive().is_on().then(|| serial.drive().nmt_state()),
+            Kind::Drive(siko) => siko.drive().is_on().then(|| siko.drive().nmt_state()),
             Kind::Servo(servo) => servo.is_on().then(|| servo.nmt_state()),
         }
     }
@@ -278,8 +278,8 @@ impl SimulatedDevice {
         match &self.kind {
             Kind::Sheet(device) => device.servo().map_or_else(String::new, |servo| axis(servo, now)),
             Kind::Servo(servo) if servo.is_on() => axis(servo.servo(), now),
-            Kind::Drive(serial) if serial.drive().is_on() => {
-                let drive = serial.drive();
+            Kind::Drive(siko) if siko.drive().is_on() => {
+                let drive = siko.drive();
                 format!(", {}, position {}, {} rev/min", drive.state(), drive.position(now), drive.velocity(now))
             }
             Kind::Drive(_) | Kind::Servo(_) => String::new(),
@@ -315,7 +315,7 @@ impl SimulatedDevice {
     pub fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.value(now, address),
-            Kind::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| simulator::read(od, address)),
+            Kind::Drive(siko) => siko.drive_mut().with_dictionary(now, |od| simulator::read(od, address)),
             Kind::Servo(servo) => servo.with_servo(now, |_, od| simulator::read(od, address)),
         }
     }
@@ -328,7 +328,7 @@ impl SimulatedDevice {
     pub fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.set_value(now, address, data),
-            Kind::Drive(serial) => serial.drive_mut().write(now, address, data),
+            Kind::Drive(siko) => siko.drive_mut().write(now, address, data),
             Kind::Servo(servo) => servo.write(now, address, data),
         }
     }
@@ -379,9 +379,14 @@ impl SimulatedDevice {
                 servo.set_power(now, false);
                 servo.set_power(now, true);
             }
-            (Kind::Drive(drive), Power::On) => drive.drive_mut().switch_on(now),
-            (Kind::Drive(drive), Power::Off) => drive.drive_mut().switch_off(now),
-            (Kind::Drive(drive), Power::Cycle) => drive.drive_mut().power_cycle(now),
+            (Kind::Drive(siko), power) => {
+                match power {
+                    Power::On => siko.drive_mut().switch_on(now),
+                    Power::Off => siko.drive_mut().switch_off(now),
+                    Power::Cycle => siko.drive_mut().power_cycle(now),
+                }
+                siko.follow_supply(now);
+            }
         }
     }
 
@@ -392,8 +397,8 @@ impl SimulatedDevice {
     /// [`Refusal::NoInputs`], [`Refusal::Input`].
     pub fn input(&mut self, now: Instant, line: &str) -> Result<(), Refusal> {
         match &mut self.kind {
-            Kind::Drive(serial) => {
-                let drive = serial.drive_mut();
+            Kind::Drive(siko) => {
+                let drive = siko.drive_mut();
                 changes(drive.model(), line)?.into_iter().for_each(|change| drive.apply(now, change));
             }
             Kind::Servo(servo) => {
@@ -412,20 +417,30 @@ impl SimulatedDevice {
     #[must_use]
     pub fn inputs(&self) -> Vec<Input> {
         match &self.kind {
-            Kind::Drive(serial) => siko_ag03_1::sim::script::inputs(serial.drive()),
+            Kind::Drive(siko) => siko_ag03_1::sim::script::inputs(siko.drive()),
             Kind::Servo(servo) => servo::script::inputs(servo.servo().inputs()),
             Kind::Sheet(device) => device.world().map(servo::script::inputs).unwrap_or_default(),
         }
     }
 
-    /// Takes bytes of its serial interface, and returns what it answers.
-    pub fn serial(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
-        let Kind::Drive(serial) = &mut self.kind else { return Vec::new() };
-        if serial.poll_timeout().is_some_and(|deadline| deadline <= now) {
-            serial.handle_timeout(now);
+    /// The same behind PROFIBUS, with its node-ID as its address, and not on CAN. What is no drive of the model stays as it is.
+    #[must_use]
+    pub fn on_profibus(mut self, now: Instant, model: &'static siko_profibus::Model) -> Self {
+        self.kind = match self.kind {
+            Kind::Drive(interface) if std::ptr::eq(interface.drive().model(), model.drive) => {
+                Kind::Drive(interface.into_profibus(now, model))
+            }
+            kind => kind,
+        };
+        self
+    }
+
+    /// Takes bytes of its serial interface, or of PROFIBUS, and returns what it answers.
+    pub fn answer(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
+        match &mut self.kind {
+            Kind::Drive(interface) => interface.answer(now, bytes),
+            Kind::Sheet(_) | Kind::Servo(_) => Vec::new(),
         }
-        serial.handle_bytes(now, bytes);
-        std::iter::from_fn(|| serial.poll_transmit()).flat_map(|telegram| telegram.as_bytes().to_vec()).collect()
     }
 
     /// What of its dictionary the device cannot serve; reported once.
@@ -441,7 +456,7 @@ impl SimulatedDevice {
     pub fn trouble(&self) -> Option<&EepromError> {
         match &self.kind {
             Kind::Sheet(device) => device.trouble(),
-            Kind::Drive(serial) => serial.drive().eeprom_trouble(),
+            Kind::Drive(siko) => siko.drive().eeprom_trouble(),
             Kind::Servo(servo) => servo.eeprom_trouble(),
         }
     }
@@ -449,7 +464,7 @@ impl SimulatedDevice {
     fn as_node(&self) -> &dyn Node {
         match &self.kind {
             Kind::Sheet(device) => &**device,
-            Kind::Drive(serial) => serial.drive(),
+            Kind::Drive(siko) => siko.drive(),
             Kind::Servo(servo) => &**servo,
         }
     }
@@ -457,7 +472,7 @@ impl SimulatedDevice {
     fn as_node_mut(&mut self) -> &mut dyn Node {
         match &mut self.kind {
             Kind::Sheet(device) => &mut **device,
-            Kind::Drive(serial) => serial.drive_mut(),
+            Kind::Drive(siko) => siko.drive_mut(),
             Kind::Servo(servo) => &mut **servo,
         }
     }

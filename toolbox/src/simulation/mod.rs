@@ -24,6 +24,7 @@
 
 pub mod command;
 mod device;
+mod interface;
 pub mod plant;
 mod segment;
 mod virtual_device;

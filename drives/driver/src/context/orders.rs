@@ -100,12 +100,11 @@ impl DriveContext {
     }
 
     /// What disarms what protects the drive: 0 ends it, and then the objects hold again what they held before.
-    pub(crate) fn disarming(&self, protection: Protection) -> impl Iterator<Item = (Number, i64)> + use<> {
-        let before = std::mem::take(&mut self.lock().before);
-        protection.switch().into_iter().flat_map(move |switch| {
-            let back = before.clone().into_iter().filter(move |(object, value)| *value != 0 || *object != switch);
-            [(switch, 0)].into_iter().chain(back)
-        })
+    pub(crate) fn disarming(&self, protection: Protection) -> Vec<(Number, i64)> {
+        let Some(switch) = protection.switch() else { return Vec::new() };
+        let before = self.lock().before.clone();
+        let back = before.into_iter().filter(|(object, value)| *value != 0 || *object != switch);
+        [(switch, 0)].into_iter().chain(back).collect()
     }
 
     pub(crate) fn send(&self, frame: Frame) {

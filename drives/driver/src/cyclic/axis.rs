@@ -8,7 +8,8 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use super::report::{AxisReport, End, Reason};
 use super::settings::AxisSettings;
-use crate::description::Description;
+use crate::context::DriveContext;
+use crate::description::{Description, Number};
 use crate::fault::Cause;
 use crate::mode::Mode;
 use crate::protection::Protection;
@@ -29,7 +30,12 @@ pub struct Axis {
     pub(super) position: i32,
     pub(super) limits: Option<[i32; 2]>,
     pub(super) protection: Protection,
+    /// What disarms it, in this order.
+    pub(super) disarming: [Option<(Number, i64)>; DISARMING],
 }
+
+/// The most objects that are written to disarm a drive: life guarding is ended, and both of its objects put back.
+pub(super) const DISARMING: usize = 3;
 
 impl Axis {
     /// A drive at `node` that something else has set up, by its DCF say: the PDOs of `settings` have the COB-IDs of the
@@ -38,7 +44,15 @@ impl Axis {
     /// OPERATIONAL.
     #[must_use]
     pub const fn new(node: NodeId, description: &'static Description, settings: AxisSettings, position: i32) -> Self {
-        Axis { node, description, settings, position, limits: None, protection: Protection::None }
+        Axis {
+            node,
+            description,
+            settings,
+            position,
+            limits: None,
+            protection: Protection::None,
+            disarming: [None; DISARMING],
+        }
     }
 
     /// With limits of travel: no set-point is sent beyond them.
@@ -48,10 +62,22 @@ impl Axis {
     }
 
     /// With what [`sequence::protect`](crate::sequence::protect) has armed: the follower keeps it going, and disarms it when
-    /// the axis stands at the end.
+    /// the axis stands at the end, by 0.
     #[must_use]
     pub const fn protected_by(self, protection: Protection) -> Self {
-        Axis { protection, ..self }
+        let disarming = match protection.switch() {
+            Some(switch) => [Some((switch, 0)), None, None],
+            None => [None; DISARMING],
+        };
+        Axis { protection, disarming, ..self }
+    }
+
+    /// The same, which is disarmed as a drive that is not handed over: the objects hold again what they held before.
+    pub(crate) fn protected_in(self, drive: &DriveContext, protection: Protection) -> Self {
+        let mut axis = self.protected_by(protection);
+        let steps = drive.disarming(protection).into_iter().map(Some);
+        axis.disarming.iter_mut().zip(steps).for_each(|(to, step)| *to = step);
+        axis
     }
 
     /// How the drive notices that its follower is gone.

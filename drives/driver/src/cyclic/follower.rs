@@ -1,11 +1,13 @@
 //! The state machine of a path: the cycle, and the stop of all axes.
 
+use std::collections::VecDeque;
+
 use lexican_runtime::host::StateMachine;
 use lexican_runtime::profile::cia402::Command;
 use lexican_runtime::service::sync_producer::SyncProducer;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use super::axis::{Axis, Member};
+use super::axis::{Axis, DISARMING, Member};
 use super::path::{Path, Supply};
 use super::report::{Reason, Report};
 use super::settings::{Settings, Stop, SyncSource};
@@ -61,8 +63,10 @@ pub struct Follower<P> {
     /// Which axis is sent its set-point next; `None` when all have been.
     sending: Option<usize>,
     keep_alive: Vec<KeepAlive>,
-    /// What disarms the axes that stand at the end.
-    disarming: Vec<Frame>,
+    /// What disarms the axes that stand at the end, each cycle the next of each: a node has answered the one before by then.
+    disarming: VecDeque<Vec<Frame>>,
+    /// What is sent of that in this cycle.
+    disarms: Vec<Frame>,
     /// The first thing that has gone wrong.
     reason: Option<Reason>,
     /// The path is asked for more set-points.
@@ -121,7 +125,8 @@ impl<P: Path> Follower<P> {
             cycle_began: None,
             sending: None,
             keep_alive: Vec::new(),
-            disarming: Vec::new(),
+            disarming: VecDeque::new(),
+            disarms: Vec::new(),
             reason: None,
             has_more: true,
             cycle: 0,
@@ -393,8 +398,10 @@ impl<P: Path> Follower<P> {
             Stage::Release => {
                 self.members.iter_mut().for_each(|member| member.command(Command::DisableVoltage));
                 let tolerated = self.settings.tolerance.pdos;
+                self.disarms.extend(self.disarming.pop_front().unwrap_or_default());
+                let is_disarmed = self.disarming.is_empty() && self.disarms.is_empty();
                 let released = |member: &Member| member.is_gone() || member.is_heard(tolerated) && !member.has_torque();
-                if is_late || !waited.is_zero() && self.members.iter().all(released) {
+                if is_late || !waited.is_zero() && is_disarmed && self.members.iter().all(released) {
                     self.sync.suspend();
                     self.expects = None;
                     return Some(Event::Over);
@@ -434,9 +441,12 @@ impl<P: Path> Follower<P> {
 
     /// An end as it should be is none that the drives have to notice.
     fn disarm(&mut self) {
-        let axes = self.members.iter().filter(|member| !member.is_gone()).map(|member| member.axis);
-        let setting = |axis: Axis, switch| DriveContext::new(axis.node, axis.description).setting_frame(switch, 0);
-        self.disarming = axes.filter_map(|axis| Some(setting(axis, axis.protection.switch()?))).collect();
+        let axes: Vec<_> = self.members.iter().filter(|member| !member.is_gone()).map(|member| member.axis).collect();
+        let setting =
+            |axis: &Axis, (object, value)| DriveContext::new(axis.node, axis.description).setting_frame(object, value);
+        let step =
+            |step: usize| axes.iter().filter_map(move |axis| Some(setting(axis, axis.disarming[step]?))).collect();
+        self.disarming = (0..DISARMING).map(step).filter(|frames: &Vec<_>| !frames.is_empty()).collect();
     }
 
     fn settle(&mut self) {
@@ -496,7 +506,7 @@ impl<P: Path> StateMachine for Follower<P> {
             }
         }
         let keep_alive = self.keep_alive.iter_mut().find_map(|it| it.poll_transmit(now));
-        keep_alive.or_else(|| self.disarming.pop())
+        keep_alive.or_else(|| self.disarms.pop())
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

@@ -100,7 +100,7 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     drive.command(NmtCommand::Start);
     let mut axis = Axis::new(drive.node(), description, settings, position);
     if let Some(supervision) = settings.protection {
-        axis = axis.protected_by(Protection::or_none(drive.node(), protect(drive, supervision).await)?);
+        axis = axis.protected_in(drive, Protection::or_none(drive.node(), protect(drive, supervision).await)?);
         drive.lock().is_handed_over = axis.protection() != Protection::None;
     }
     Ok(limits.map_or(axis, |(low, high)| axis.within(low, high)))

@@ -60,7 +60,9 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
 ///
 /// As [`DriveContext::write`].
 pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
-    for (object, value) in drive.disarming(protection) {
+    let disarming = drive.disarming(protection);
+    drive.lock().before.clear();
+    for (object, value) in disarming {
         drive.set(object, value).await?;
     }
     Ok(())

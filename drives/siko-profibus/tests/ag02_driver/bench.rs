@@ -22,7 +22,7 @@ impl Bench {
         let id = bus::attach_unknown(&mut segment, &AG02, NODE.get());
         let segment = Bus::new(segment);
         let can = VirtualBus::with_bit_rate(500);
-        can.attach(line::node(&segment, &AG02, NODE));
+        can.attach(line::node(&segment, &AG02, NODE).unwrap());
         let drive = Drive::connect_unprotected(can.link(), NODE).unwrap();
         Bench { segment, id, drive }
     }

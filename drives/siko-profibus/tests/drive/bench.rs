@@ -70,7 +70,7 @@ impl Segment {
     }
 
     pub(crate) fn link<K: Sold>(&self) -> impl Link + use<K> {
-        line::link(&self.bus, K::MODEL, NODE)
+        line::link(&self.bus, K::MODEL, NODE).unwrap()
     }
 
     pub(crate) fn simulated(&self, change: Change<'_>) {

@@ -98,11 +98,11 @@ fn a_program_that_slept_finds_its_drive<K: Sold>() {
 fn a_drive_that_is_not_there_is_not_connected_to<K: Sold>() {
     let segment = Segment::new::<K>();
     let other = NodeId::literal(9);
-    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, other), other);
+    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, other).unwrap(), other);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
     // Another kind of drive refuses the ident number.
     let segment = if K::MODEL.name == AG02.name { Segment::new::<Ag03_1>() } else { Segment::new::<Ag02>() };
-    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, NODE), NODE);
+    let result = Drive::<_, K>::connect_unprotected(line::link(&segment.bus, K::MODEL, NODE).unwrap(), NODE);
     assert!(matches!(result.err(), Some(Error::Sdo(_))));
 }
 
@@ -161,8 +161,8 @@ fn drives_behind_several_doors_share_a_bus() {
     }
     let segment = lexican_profibus::bus::Bus::new(segment);
     let can = host::VirtualBus::with_bit_rate(500);
-    can.attach(line::node(&segment, &AG02, five));
-    can.attach(line::node(&segment, &AG03_1, six));
+    can.attach(line::node(&segment, &AG02, five).unwrap());
+    can.attach(line::node(&segment, &AG03_1, six).unwrap());
     can.attach(siko_ag02::sim::SimulatedDrive::new(AG02.drive, seven));
     let mut first = Drive::<_, Ag02>::connect_unprotected(can.link(), five).unwrap();
     let mut second = Drive::<_, Ag03_1>::connect_unprotected(can.link(), six).unwrap();

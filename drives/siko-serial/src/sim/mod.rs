@@ -87,6 +87,12 @@ impl SerialDrive {
         &mut self.drive
     }
 
+    /// The drive without its serial port.
+    #[must_use]
+    pub fn into_drive(self) -> SimulatedDrive {
+        self.drive
+    }
+
     /// Takes bytes of the line. A drive that is off takes none.
     pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
         for byte in bytes {

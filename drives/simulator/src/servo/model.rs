@@ -213,15 +213,20 @@ impl FaultCodes {
     };
 }
 
+/// What two objects say of a revolution; none if one of them is not there, or 0.
+pub(super) fn ratio(od: &dyn Storage, numerator: Address, denominator: Address) -> Option<f64> {
+    match (od.number(numerator), od.number(denominator)) {
+        (Some(a), Some(b)) if a > 0 && b > 0 => Some(a as f64 / b as f64),
+        _ => None,
+    }
+}
+
 impl Scales {
     /// As 60A9h and 60AAh say: revolutions per minute or per second of what 6092h or 608Fh counts. Otherwise position
     /// units per second, as CiA 402 has it without factors.
     #[must_use]
     pub fn of_units(od: &dyn Storage) -> Scales {
-        let ratio = |numerator, denominator| match (od.number(numerator), od.number(denominator)) {
-            (Some(a), Some(b)) if a > 0 && b > 0 => Some(a as f64 / b as f64),
-            _ => None,
-        };
+        let ratio = |numerator, denominator| ratio(od, numerator, denominator);
         let gear = ratio(GEAR_MOTOR, GEAR_SHAFT).unwrap_or(1.0);
         let feed = ratio(FEED, FEED_REVOLUTIONS).map(|feed| feed / gear);
         let revolution = feed.or_else(|| ratio(ENCODER_INCREMENTS, ENCODER_REVOLUTIONS)).unwrap_or(1.0);

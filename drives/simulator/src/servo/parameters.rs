@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use lexican_runtime::Duration;
 use lexican_runtime::object::Address;
 
-use super::model::{Scales, ServoModel};
+use super::model::{Scales, ServoModel, ratio};
 use super::objects::*;
 use super::parts::TINY;
 use crate::storage::Storage;
@@ -73,6 +73,15 @@ impl<'a> Parameters<'a> {
 
     pub(super) fn velocity_scale(&self) -> f64 {
         self.scales().velocity
+    }
+
+    /// Increments of the encoder (608Fh) in a position unit, by gear and feed (6091h, 6092h): 1 without them.
+    pub(super) fn increments(&self) -> f64 {
+        let ratio = |numerator, denominator| ratio(self.od, numerator, denominator);
+        let encoder = ratio(ENCODER_INCREMENTS, ENCODER_REVOLUTIONS);
+        let feed = ratio(FEED, FEED_REVOLUTIONS);
+        let gear = ratio(GEAR_MOTOR, GEAR_SHAFT).unwrap_or(1.0);
+        encoder.zip(feed).map_or(1.0, |(encoder, feed)| encoder * gear / feed)
     }
 
     /// An acceleration in position units/s²: of the first object that exists, no more than its maximum (60C5h, 60C6h).

@@ -94,6 +94,8 @@ impl Servo {
         let (shaft, demand) = (self.shaft(self.now), self.demanded());
         let velocity = |velocity: f64| velocity / parameters.velocity_scale() * parameters.velocity_sign();
         let [position, wanted] = [shaft, demand].map(|state| self.shown(state.position, &parameters));
+        let increments = parameters.increments();
+        let [internal, wanted_internal] = [position, wanted].map(|position| (position * increments).round());
         let [speed, wanted_speed] = [shaft, demand].map(|state| velocity(state.velocity).round());
         let torque = self.torque().round();
         let values = [
@@ -101,9 +103,9 @@ impl Servo {
             f64::from(self.mode_code),
             f64::from(self.faults.last().copied().unwrap_or_default()),
             position,
-            position,
+            internal,
             wanted,
-            wanted,
+            wanted_internal,
             wanted - position,
             speed,
             speed,

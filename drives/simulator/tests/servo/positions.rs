@@ -1,8 +1,9 @@
 //! Profile position mode: set-points, ramps, limits, following error.
 
+use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 
-use crate::support::{Rig, SERVO};
+use crate::support::{Rig, Row, SERVO};
 use simulator::servo::ServoModel;
 
 const POSITION: i64 = 1;
@@ -381,4 +382,23 @@ fn the_machine_may_change_during_a_travel() {
         rig.inputs(|inputs| inputs.machine.positive_limit = Some(5000.0)).pass(2000);
         assert_eq!((rig.position(), rig.velocity()), (stands, 0), "{word:#X}");
     }
+}
+
+/// CiA 402-2: an internal position is in increments of the encoder, another one in what the axis does by them.
+#[test]
+fn internal_positions_are_in_increments_of_the_encoder() {
+    let factors = |rows: &[Row]| {
+        let internal = [(0x6063, 0, DataType::Integer32, 0), (0x60FC, 0, DataType::Integer32, 0)];
+        let mut rig = Rig::of(&ServoModel::CIA_402, &[SERVO, &internal, rows].concat());
+        rig.set(0x6060, 0, POSITION).enable().travel(-300, 0).pass(2000);
+        [0x6064, 0x6063, 0x60FC].map(|index| rig.get(index, 0))
+    };
+    let of = |index, numerator, denominator| {
+        [(index, 1, DataType::Unsigned32, numerator), (index, 2, DataType::Unsigned32, denominator)]
+    };
+    assert_eq!(factors(&[]), [-300, -300, -300]);
+    // Without a feed, units are increments.
+    assert_eq!(factors(&of(0x608F, 4096, 1)), [-300, -300, -300]);
+    let scaled = [of(0x608F, 8192, 2), of(0x6091, 5, 1), of(0x6092, 200, 2)].concat();
+    assert_eq!(factors(&scaled), [-300, -61440, -61440]);
 }

@@ -24,7 +24,7 @@ use simulator::servo::{self, Inputs, Servo, ServoModel};
 use simulator::{Memory, Storage};
 
 use dictionary::SheetDictionary;
-use program::{BOOT_LOADER, Loader, Loading};
+use program::{BOOT_LOADER, Loader};
 
 /// What makes a device a drive that moves: 6040h, 6041h, 6060h.
 const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
@@ -263,14 +263,14 @@ impl VirtualDevice {
         self.dictionary.state = device.nmt_state();
         let mut storing = Storing::new(&mut self.dictionary, &mut self.memory);
         Some(match &mut self.loader {
-            Some(loader) => call(device, &mut Loading { od: &mut storing, loader }),
+            Some(loader) => call(device, &mut loader.of(&mut storing)),
             None => call(device, &mut storing),
         })
     }
 
     fn follow(&mut self, now: Instant, event: Option<Event>) {
         if let Some(loader) = &mut self.loader {
-            loader.obey();
+            loader.obey(event);
         }
         if let (Some(servo), Some(device)) = (&mut self.servo, &self.device) {
             servo::follow(servo, now, device, &mut self.dictionary, event);

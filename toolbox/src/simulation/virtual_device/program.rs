@@ -1,8 +1,8 @@
 //! A simulated boot loader and its flash.
 
-use lexican_runtime::AbortCode;
 use lexican_runtime::cia301::{PROGRAM_CONTROL, PROGRAM_DATA, PROGRAM_FLASH_STATUS, PROGRAM_SOFTWARE_IDENTIFICATION};
-use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::device::Event;
+use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::program::{Order, Program, Programming};
 use lexican_runtime::service::snapshot::{Flash, FlashError};
 
@@ -68,45 +68,18 @@ impl Loader {
         Loader { program: Program::new(Ram::default()), declared: declared.collect() }
     }
 
+    /// `od` with the entries of the program.
+    pub(super) fn of<'a, O: ObjectDictionary>(&'a mut self, od: &'a mut O) -> Programming<'a, O, Ram> {
+        Programming::new(od, &mut self.program).with_held(&self.declared)
+    }
+
     /// Carries out what a client has ordered.
-    pub(super) fn obey(&mut self) {
+    pub(super) fn obey(&mut self, event: Option<Event>) {
+        if matches!(event, Some(Event::Written(address)) if BOOT_LOADER.contains(&address)) {
+            self.declared.clear();
+        }
         if let Some(order) = self.program.take_order() {
             self.program.set_started(order != Order::Stop);
         }
-    }
-}
-
-/// A dictionary with the entries of a [`Loader`].
-pub(super) struct Loading<'a, O> {
-    pub(super) od: &'a mut O,
-    pub(super) loader: &'a mut Loader,
-}
-
-impl<O: ObjectDictionary> ObjectDictionary for Loading<'_, O> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.od.entry(address)
-    }
-
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.od.entry_again(address, row)
-    }
-
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.od.len(entry)
-    }
-
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
-        match self.loader.declared.contains(&entry.address) {
-            true => self.od.read(entry, offset, buffer),
-            false => Programming::new(self.od, &mut self.loader.program).read(entry, offset, buffer),
-        }
-    }
-
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
-        Programming::new(self.od, &mut self.loader.program).write(entry, offset, data, last)?;
-        if BOOT_LOADER.contains(&entry.address) {
-            self.loader.declared.clear();
-        }
-        Ok(())
     }
 }

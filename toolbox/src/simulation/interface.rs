@@ -1,0 +1,74 @@
+//! A simulated drive of SIKO behind one of its interfaces besides CAN.
+
+use lexican_profibus::{BitRate, Slave};
+use lexican_runtime::{Duration, Instant};
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_profibus::{Door, Model};
+use siko_serial::sim::SerialDrive;
+
+/// Bit rate of the slave, which a terminal does not have: the silence before an answer is made of it.
+const BIT_RATE: BitRate = BitRate(500_000);
+
+/// The pause that ends a telegram: longer than those within one that comes through an operating system.
+const IDLE: Duration = Duration::from_millis(2);
+
+/// Nothing is connected to it while the drive is on CAN.
+pub(super) enum Interface {
+    Serial(Box<SerialDrive>),
+    Profibus(Box<Slave<Door>>),
+}
+
+impl Interface {
+    pub(super) fn drive(&self) -> &SimulatedDrive {
+        match self {
+            Interface::Serial(serial) => serial.drive(),
+            Interface::Profibus(slave) => slave.application().drive(),
+        }
+    }
+
+    pub(super) fn drive_mut(&mut self) -> &mut SimulatedDrive {
+        match self {
+            Interface::Serial(serial) => serial.drive_mut(),
+            Interface::Profibus(slave) => slave.application_mut().drive_mut(),
+        }
+    }
+
+    /// The drive as a slave, whose address is its node-ID.
+    pub(super) fn into_profibus(self, now: Instant, model: &'static Model) -> Self {
+        let drive = match self {
+            Interface::Serial(serial) => serial.into_drive(),
+            Interface::Profibus(_) => return self,
+        };
+        let node = drive.node().get();
+        let door = Door::of(now, model, drive, node);
+        let slave = Slave::new(door.address(), model.identity, BIT_RATE, door);
+        Interface::Profibus(Box::new(slave.with_idle(IDLE)))
+    }
+
+    /// The slave has the supply of its drive, and has lost what its master has told it.
+    pub(super) fn follow_supply(&mut self, now: Instant) {
+        if let Interface::Profibus(slave) = self {
+            let address = slave.address();
+            slave.restart(now, address);
+        }
+    }
+
+    /// Takes bytes of the interface, and returns what it answers.
+    pub(super) fn answer(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
+        match self {
+            Interface::Serial(serial) => {
+                if serial.poll_timeout().is_some_and(|deadline| deadline <= now) {
+                    serial.handle_timeout(now);
+                }
+                serial.handle_bytes(now, bytes);
+                std::iter::from_fn(|| serial.poll_transmit()).flat_map(|it| it.as_bytes().to_vec()).collect()
+            }
+            Interface::Profibus(slave) if slave.application().drive().is_on() => {
+                slave.handle_bytes(now, bytes);
+                slave.handle_timeout(now);
+                slave.poll_transmit(now).map(<[u8]>::to_vec).unwrap_or_default()
+            }
+            Interface::Profibus(_) => Vec::new(),
+        }
+    }
+}
