@@ -133,7 +133,7 @@ fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
     if able & 1 == 0 {
         return Err(failed("1010h says that it does not store on command"));
     }
-    if able & 2 != 0 {
+    if able & 2 != 0 || stores_by_itself(t)? {
         return Err(not_applicable("1010h says that the device stores by itself"));
     }
     t.write(0x1017, 0, 1000)?;

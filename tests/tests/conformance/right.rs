@@ -102,7 +102,7 @@ const RIGHT: &[Fault] = &[
     right(
         "a parameter is stored as it is written",
         &[
-            sent("585#4310100.01000000").becomes("585#4310100.03000000"),
+            sent("585#4310100101000000").becomes("585#4310100103000000"),
             heard("605#40171000*").is_answered("585#4B171000D0070000").after(&["605#2B171000D007*"]),
         ],
     ),
