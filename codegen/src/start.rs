@@ -148,13 +148,12 @@ fn nearest_to_zero(data_type: DataType, range: Range) -> Number {
     }
 }
 
-/// A character beyond ISO 8859-1 has no byte.
 fn text_or_bytes(value: &Value, data_type: DataType) -> Option<Vec<u8>> {
     match value {
         Value::Text(text) if data_type == DataType::UnicodeString => {
             Some(text.encode_utf16().flat_map(u16::to_le_bytes).collect())
         }
-        Value::Text(text) => Some(text.chars().map(|c| u8::try_from(c).unwrap_or(b'?')).collect()),
+        Value::Text(text) => Some(Value::visible_string(text)),
         Value::Bytes(bytes) => Some(bytes.clone()),
         _ => None,
     }

@@ -183,6 +183,8 @@ pub struct Tester<'a> {
     expected: Vec<String>,
     /// What LSS has changed, and is not put back.
     pub(crate) lss: Changes,
+    /// What 1014h has been read to say in this case.
+    pub(crate) emergency: Option<CobId>,
     /// The frames that this computer has missed in this case.
     missed: u32,
     /// By how much this computer was late in this case, at most.
@@ -219,6 +221,7 @@ impl<'a> Tester<'a> {
             measured,
             expected: Vec::new(),
             lss: Changes::default(),
+            emergency: None,
             missed,
             late: Duration::ZERO,
             returned: None,
@@ -235,7 +238,7 @@ impl<'a> Tester<'a> {
         self.written.clear();
         self.measured.clear();
         self.expected.clear();
-        (self.missed, self.has_booted) = (0, false);
+        (self.missed, self.has_booted, self.emergency) = (0, false, None);
         (self.late, self.returned, self.margin, self.missing) = (Duration::ZERO, None, None, None);
         self.limit(self.settings.case);
     }
@@ -271,12 +274,14 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// Resets the device, and waits until it has booted. Whether it boots as it should is for some of the cases to judge.
+    /// Resets the device, waits until it has booted, and lets it be PRE-OPERATIONAL. Whether it boots as it should is for some
+    /// of the cases to judge.
     pub(crate) fn reset(&mut self, command: NmtCommand) -> Outcome {
         self.nmt(command)?;
         self.boot_up()?;
         self.hear(PATIENCE)?;
-        if self.starts_itself()? { self.enter(NmtState::PreOperational) } else { Ok(()) }
+        // Some go on to OPERATIONAL by themselves.
+        self.enter(NmtState::PreOperational)
     }
 
     /// From now on, what is done may take so long.
@@ -512,9 +517,19 @@ impl<'a> Tester<'a> {
         Ok(false)
     }
 
+    /// The identifier of emergencies: what 1014h says, where it was not read what its data sheet says, and without it that of
+    /// the predefined connection set.
+    pub(crate) fn emergency_id(&self) -> CobId {
+        let described = || {
+            let entry = self.entry(0x1014, 0).ok()?;
+            Some(CobId::from_parameter(u32::from_le_bytes(self.power_on_value(&entry)?.try_into().ok()?)))
+        };
+        self.emergency.or_else(described).unwrap_or(CobId::of_node(0x80, self.node))
+    }
+
     /// The emergencies of a code that come within `ms`.
     pub(crate) fn emergencies(&mut self, code: u16, ms: u64) -> Outcome<Vec<Heard>> {
-        let mut heard = self.hear_id(CobId::of_node(0x80, self.node), ms)?;
+        let mut heard = self.hear_id(self.emergency_id(), ms)?;
         heard.retain(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
         Ok(heard)
     }
@@ -659,7 +674,9 @@ impl<'a> Tester<'a> {
         let number = match value {
             Value::Integer(number) => *number,
             Value::NodeIdPlus(base) => i128::from(*base) + i128::from(self.node.get()),
-            Value::Text(text) if entry.data_type == DataType::VisibleString => return Some(text.as_bytes().to_vec()),
+            Value::Text(text) if entry.data_type == DataType::VisibleString => {
+                return Some(Value::visible_string(text));
+            }
             Value::Text(_) => return None,
             Value::Bytes(bytes) => return Some(bytes.clone()),
             Value::Real(_) => return None,

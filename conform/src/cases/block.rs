@@ -66,7 +66,8 @@ pub(crate) const CASES: &[Case] = &[
         let value = t.read(0x1017, 0)?;
         let answer = t.request(initiate(0xC2, (0x1017, 0), &[2]))?;
         ensure(answer[0] & 0xFB == 0xA0, || format!("{answer:02X?} does not begin a block"))?;
-        let answer = t.request(message(&[0x82, 0x10, 0x27], &[]))?;
+        t.send_request(message(&[0x82, 0x10, 0x27], &[]))?;
+        let answer = t.answer_of_block()?;
         ensure(answer[..2] == [0xA2, 0], || format!("{answer:02X?} confirms segment 2, which came first"))?;
         t.abort((0x1017, 0))?;
         t.reads(0x1017, 0, value)

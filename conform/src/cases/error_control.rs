@@ -122,11 +122,12 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires(CONSUMER),
     case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
+        let power_on = t.entry(0x1016, 1).and_then(|_| t.read(0x1016, 1))?;
         watch(t)?;
         beat(t, 0x05)?;
         t.nmt(NmtCommand::ResetNode)?;
         none_lost(t, 500)?;
-        t.reads(0x1016, 1, 0)?;
+        t.reads(0x1016, 1, power_on)?;
         t.reads(0x1001, 0, 0)
     })
     .requires("Monitoring begins with the first heartbeat that comes, so none is missed before it."),
@@ -264,9 +265,11 @@ pub(crate) fn is_guarded(t: &mut Tester<'_>) -> Outcome {
 /// Emergencies are optional: a device without 1014h, or with none in it, sends none.
 pub(crate) fn has_emergency(t: &mut Tester<'_>) -> Outcome {
     t.has(&[0x1014])?;
-    if t.read(0x1014, 0)? >> 31 & 1 != 0 {
+    let cob_id = t.read(0x1014, 0)? as u32;
+    if cob_id >> 31 != 0 {
         return Err(not_applicable("1014h says that there are no emergencies"));
     }
+    t.emergency = Some(CobId::from_parameter(cob_id));
     Ok(())
 }
 

@@ -90,7 +90,7 @@ pub(crate) const CASES: &[Case] = &[
         const INHIBIT_MS: u64 = 300;
         t.has(&[0x1014, 0x1015])?;
         t.write(0x1015, 0, INHIBIT_MS as u32 * 10)?;
-        let (trouble, id) = (trouble(t)?, CobId::of_node(0x80, t.node));
+        let (trouble, id) = (trouble(t)?, t.emergency_id());
         trouble.makes(t)?;
         trouble.ends(t)?;
         trouble.makes(t)?;
@@ -253,10 +253,9 @@ fn is_kept(t: &mut Tester<'_>, sub: u8, code: u16) -> Outcome {
 
 /// Has the device send an emergency: the eight bytes of it.
 fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
-    let id = CobId::of_node(0x80, t.node);
     let trouble = trouble(t)?;
     trouble.makes(t)?;
-    let heard = t.hear_id(id, 100)?;
+    let heard = t.hear_id(t.emergency_id(), 100)?;
     if heard.is_empty() && matches!(trouble, Trouble::ShortRpdo(..)) {
         return Err(not_applicable("nothing is known that lets the device send an emergency: a short RPDO does not"));
     }

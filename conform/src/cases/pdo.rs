@@ -159,7 +159,13 @@ pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Out
         match t.entry(index, sub) {
             // A device may have no value for "never".
             Ok(entry) if value == 0 && entry.low.as_ref().and_then(Value::as_integer) > Some(0) => {}
-            Ok(entry) if !entry.access.writable() && t.read(index, sub)? == u64::from(value) => {}
+            Ok(entry) if !entry.access.writable() => {
+                if t.read(index, sub)? != u64::from(value) {
+                    return Err(not_applicable(format!(
+                        "{index:04X}:{sub:02X} is another than {value}, and read-only"
+                    )));
+                }
+            }
             Ok(_) => t.write(index, sub, value)?,
             Err(_) if value == 0 => {}
             Err(lacks) => return Err(lacks),

@@ -75,7 +75,8 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("With 0 in its event timer no RPDO is waited for."),
     case("301/7.2.5/3", "", "a SYNC with a counter is reported by the emergency 8240h, if 1019h has none", |t| {
-        t.has(&[0x1005, 0x1014, 0x1019])?;
+        t.has(&[0x1005, 0x1019])?;
+        has_emergency(t)?;
         produce_nothing(t)?;
         if t.read(0x1019, 0)? != 0 {
             t.write(0x1019, 0, 0)?;
@@ -98,14 +99,14 @@ pub(crate) const CASES: &[Case] = &[
         };
         // An emergency that is not sent in any state shows nothing.
         contact(t)?;
-        if t.hear_id(emergency(t), LOST_MS)?.is_empty() {
+        if t.hear_id(t.emergency_id(), LOST_MS)?.is_empty() {
             return Err(not_applicable("a heartbeat or guarding that is lost brings no emergency"));
         }
         t.enter(NmtState::PreOperational)?;
         contact(t)?;
         t.hear_ms(20)?;
         t.enter(NmtState::Stopped)?;
-        let heard = t.hear_id(emergency(t), LOST_MS)?;
+        let heard = t.hear_id(t.emergency_id(), LOST_MS)?;
         ensure(heard.is_empty(), || format!("{} came in STOPPED", text(&heard)))
     })
     .requires("In STOPPED no emergency is sent."),
@@ -119,7 +120,7 @@ pub(crate) const CASES: &[Case] = &[
             if where_it_applies(brought)?.is_none() {
                 continue;
             }
-            if let Some((_, frame)) = t.hear_id(emergency(t), LOST_MS)?.last() {
+            if let Some((_, frame)) = t.hear_id(t.emergency_id(), LOST_MS)?.last() {
                 let &[_, _, register, ..] = frame.data() else {
                     return Err(failed(format!("{frame} is no emergency")));
                 };
@@ -183,10 +184,6 @@ const LATE: u16 = 0x8250;
 
 /// In this time, a heartbeat or guarding that has ended is lost.
 const LOST_MS: u64 = 400;
-
-fn emergency(t: &Tester<'_>) -> CobId {
-    CobId::of_node(0x80, t.node)
-}
 
 /// An emergency with this code comes.
 fn is_reported(t: &mut Tester<'_>, code: u16) -> Outcome {

@@ -206,6 +206,11 @@ pub(crate) const CASES: &[Case] = &[
             return Err(not_applicable("no object 1280h to 12FFh"));
         }
         t.entry(0x1010, 1)?;
+        for &index in &clients {
+            for sub in [1, 2] {
+                can_be_put_back(t, index, sub)?;
+            }
+        }
         for (number, &index) in clients.iter().enumerate() {
             configure_channel(t, index, number as u32)?;
         }
@@ -310,6 +315,19 @@ fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
         ensure(right, || format!("the server at {index:04X}h does not answer"))?;
     }
     Ok(())
+}
+
+/// What is stored stays if 1011h does not restore it, and the device does not take what it has had: a default that no service
+/// may have, as 0.
+fn can_be_put_back(t: &mut Tester<'_>, index: u16, sub: u8) -> Outcome {
+    let before = t.read(index, sub)? as u32;
+    let restores = t.entry(0x1011, 1).is_ok();
+    let is_taken = restores || before >> 31 != 0 || !CobId::from_parameter(before).is_restricted();
+    if is_taken {
+        Ok(())
+    } else {
+        Err(not_applicable(format!("{index:04X}:{sub:02X} is {before:03X}h, and could not be put back")))
+    }
 }
 
 fn channel_is_default(t: &mut Tester<'_>, index: u16) -> Outcome {

@@ -78,7 +78,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires(RESTORES)
     .needs(BOTH),
     case("301/7.3.2.2.1/2", "", "without being stored, communication parameters last until a reset", |t| {
-        if t.entry(0x1010, 1).is_ok() && t.read(0x1010, 1)? & 2 != 0 {
+        if stores_by_itself(t)? {
             return Err(not_applicable("1010h says that the device stores by itself"));
         }
         for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
@@ -137,6 +137,11 @@ fn refuses_signatures(t: &mut Tester<'_>, index: u16, group: u8, of_the_other: u
     Ok(())
 }
 
+/// Whether the device stores parameters without being told to: what is written lasts then (CiA 301, 7.5.2.13, bit 1).
+pub(crate) fn stores_by_itself(t: &mut Tester<'_>) -> Outcome<bool> {
+    Ok(t.entry(0x1010, 1).is_ok() && t.read(0x1010, 1)? & 2 != 0)
+}
+
 /// A value is stored, another is not.
 fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.entry(0x1010, group)?;
@@ -144,6 +149,9 @@ fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
     let able = t.read(0x1010, group)?;
     if able & 1 == 0 {
         return Err(failed("1010h says that it does not store on command"));
+    }
+    if able & 2 != 0 || stores_by_itself(t)? {
+        return Err(not_applicable("1010h says that the device stores by itself"));
     }
     t.write(0x1017, 0, 1000)?;
     t.write(0x1010, group, SAVE)?;

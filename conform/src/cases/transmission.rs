@@ -144,7 +144,9 @@ pub(crate) const CASES: &[Case] = &[
             return Err(not_applicable("the inhibit time cannot be written"));
         }
         configure(t, &pdo, transmission(254))?;
-        t.refuses(index, 3, 100, &answers::WHILE_IT_EXISTS)
+        // The same again is no change.
+        let other = if t.read(index, 3)? == 100 { 200 } else { 100 };
+        t.refuses(index, 3, other, &answers::WHILE_IT_EXISTS)
     })
     .requires("The inhibit time is not changed while the PDO exists."),
     case("301/7.5.2.37/8", "", "the identifier is not changed while the PDO exists", |t| {

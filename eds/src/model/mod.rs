@@ -188,6 +188,16 @@ pub enum Value {
     NodeIdPlus(i64),
 }
 
+impl Value {
+    /// The bytes of a VISIBLE_STRING. CiA 301 has those of ASCII alone; other characters are sent in ISO 8859-1 here, or all
+    /// in UTF-8 where that lacks one.
+    #[must_use]
+    pub fn visible_string(text: &str) -> Vec<u8> {
+        let single: Option<Vec<u8>> = text.chars().map(|letter| u8::try_from(letter).ok()).collect();
+        single.unwrap_or_else(|| text.as_bytes().to_vec())
+    }
+}
+
 /// `AccessType` (CiA 306-1, 6.5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum AccessType {

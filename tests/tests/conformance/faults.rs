@@ -275,7 +275,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1014h has another identifier",
         &[sent("585#4314100085000000").becomes("585#4314100086000000")],
-        "4.2 4.8 4.9 5.1",
+        "4.2 4.8 4.9 5.1 5.4 5.5 5.6 301/7.5.2.4/3 301/7.5.2.17/2 301/7.5.2.18/1 7.6 7.106 301/7.2.2.1/4 301/7.5.2.35/3 301/7.2.5/3 301/7.2.2.1/2",
     ),
     fault(
         "1001h shows an error that there is not",
@@ -359,7 +359,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "the heartbeat has another state",
         &[sent("705#7F").becomes("705#05").after(&["605#2B17100064*"])],
-        "7.102 7.206 301/7.2.8.3.2.2/7 9.2 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1",
+        "7.102 7.206 301/7.2.8.3.2.2/7 9.2 10.2 10.3 10.4 301/7.2.8.3.1/1",
     ),
     fault(
         "the heartbeat is not switched off",
@@ -450,6 +450,11 @@ pub const FAULTS: &[Fault] = &[
         "8.10",
     ),
     // NMT.
+    fault(
+        "emergencies are those of node 1",
+        &[sent("085#*").becomes("081#*"), sent("585#4314100085*").becomes("585#4314100081*")],
+        "4.2 4.8 4.9 5.1",
+    ),
     fault("there is no boot-up message", &[sent("705#00")], "9.1 9.2 10.1 301/7.3.2.2.2/7"),
     fault(
         "1017h has not its default after a reset",
@@ -458,7 +463,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault(
         "PRE-OPERATIONAL: an RPDO is taken",
-        &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#8005", "205#*"]).until("000#02*")],
+        &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#8005", "205#*"]).until("000#0*")],
         "9.2 301/7.2.2.1/5",
     ),
     fault(

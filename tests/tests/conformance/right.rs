@@ -62,6 +62,51 @@ const RIGHT: &[Fault] = &[
     ),
     right("guarding is not answered before it is configured", &[heard("705#R*").until("605#2F0D1000*")]),
     Fault {
+        sheet: Some((
+            "[1800sub5]\nParameterName=Event timer\nObjectType=0x7\nDataType=0x0006\nAccessType=rw\nDefaultValue=0",
+            "[1800sub5]\nParameterName=Event timer\nObjectType=0x7\nDataType=0x0006\nAccessType=ro\nDefaultValue=70",
+        )),
+        ..right(
+            "the event timer is fixed",
+            &[
+                heard("605#40001805*").is_answered("585#4B00180546000000"),
+                heard("605#2B001805*").is_answered("585#8000180502000106"),
+                heard("605#2F001805*").is_answered("585#8000180502000106"),
+            ],
+        )
+    },
+    Fault {
+        sheet: Some((
+            "[1800sub3]\nParameterName=Inhibit time\nObjectType=0x7\nDataType=0x0006\nAccessType=rw\nDefaultValue=0",
+            "[1800sub3]\nParameterName=Inhibit time\nObjectType=0x7\nDataType=0x0006\nAccessType=rw\nDefaultValue=100",
+        )),
+        ..right(
+            "an inhibit time that stays what it is is taken",
+            &[
+                heard("605#40001803*").is_answered("585#4B00180364000000"),
+                heard("605#2B0018036400*").is_answered("585#6000180300000000"),
+            ],
+        )
+    },
+    Fault {
+        sheet: Some((
+            "[1016sub1]\nParameterName=Consumer heartbeat time 1\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\nDefaultValue=0",
+            "[1016sub1]\nParameterName=Consumer heartbeat time 1\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\nDefaultValue=0x100BB8",
+        )),
+        ..right("a node is waited for by default", &[sent("585#4316100100000000").becomes("585#43161001B80B1000")])
+    },
+    right(
+        "a transfer that is under way is aborted for another",
+        &[heard("605#4000100000000000").is_answered("585#8008100001000405").after(&["585#41081000*"]).until("605#.0*")],
+    ),
+    right(
+        "a parameter is stored as it is written",
+        &[
+            sent("585#4310100101000000").becomes("585#4310100103000000"),
+            heard("605#40171000*").is_answered("585#4B171000D0070000").after(&["605#2B171000D007*"]),
+        ],
+    ),
+    Fault {
         sheet: Some(("1014", "1F99")),
         ..right(
             "there are no emergencies, nor 1014h",
@@ -129,13 +174,39 @@ fn no_case_fails_on_a_device_that_starts_itself() {
     let (count, rest) = rest.split_once('\n').unwrap();
     let number: u32 = count.split_once('=').unwrap().1.trim().parse().unwrap();
     let more = number + 1;
-    let sheet = sheet(&format!("{list}[OptionalObjects]\nSupportedObjects={more}\n{more}=0x1F80\n{rest}"));
-    assert!(!sheet.is_unfit, "{}", sheet.findings);
-    for case in SUBJECTS[0].cases().filter(|case| case.id != "306-1/6/2") {
-        let bus = VirtualBus::new();
-        bus.attach(StartsItself(Faulty::new(DeviceUnderTest::new(), Some(&STARTUP))));
-        let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
-        let outcome = Tester::new(&mut link, &sheet, &settings, &cancelled).run(case);
-        assert!(!matches!(outcome, Err(Verdict::Failed(_))), "{}: {outcome:?}", name(case));
+    let says_so = format!("{list}[OptionalObjects]\nSupportedObjects={more}\n{more}=0x1F80\n{rest}");
+    // It does so by local control otherwise.
+    for (text, startup) in [(&*says_so, Some(&STARTUP)), (SUBJECTS[0].data_sheet, None)] {
+        let sheet = sheet(text);
+        assert!(!sheet.is_unfit, "{}", sheet.findings);
+        for case in SUBJECTS[0].cases().filter(|case| case.id != "306-1/6/2") {
+            let bus = VirtualBus::new();
+            bus.attach(StartsItself(Faulty::new(DeviceUnderTest::new(), startup)));
+            let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
+            let outcome = Tester::new(&mut link, &sheet, &settings, &cancelled).run(case);
+            assert!(!matches!(outcome, Err(Verdict::Failed(_))), "{}: {outcome:?}", name(case));
+        }
     }
+}
+
+#[test]
+fn a_client_whose_identifiers_could_not_be_put_back_is_not_stored() {
+    const NO_RESTORE: Fault = Fault {
+        sheet: Some(("1011", "1F98")),
+        ..right(
+            "1280h has what no service may have, and there is no 1011h",
+            &[
+                heard("605#..981F*").becomes("605#..1110*"),
+                sent("585#..1110*").becomes("585#..981F*"),
+                heard("605#40801201*").is_answered("585#4380120100000000").until("605#23801201*"),
+                heard("605#2380120100000000").is_answered("585#8080120130000906"),
+            ],
+        )
+    };
+    let subject = &SUBJECTS[0];
+    let sheet = sheet(&NO_RESTORE.data_sheet(subject.data_sheet));
+    let case = subject.cases().find(|case| case.plan == "2.30").unwrap();
+    let (outcome, frames) = subject.run(case, &sheet, Some(&NO_RESTORE));
+    assert!(matches!(outcome, Err(Verdict::NotApplicable(_))), "{outcome:?}");
+    assert!(!frames.iter().any(|frame| frame.ends_with("73617665")), "stored: {frames:?}");
 }

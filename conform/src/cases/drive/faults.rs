@@ -195,7 +195,7 @@ fn resets(axis: &mut Axis<'_, '_>) -> Outcome {
 
 /// The codes of the emergencies that have come in this case.
 fn emergencies(axis: &Axis<'_, '_>) -> Vec<u16> {
-    let id = CobId::of_node(0x080, axis.t.node);
+    let id = axis.t.emergency_id();
     let come = axis.t.frames().iter().filter(|record| !record.sent && record.frame.id() == id);
     come.filter_map(|record| record.frame.data().first_chunk().copied()).map(u16::from_le_bytes).collect()
 }
