@@ -1,5 +1,6 @@
 //! What is different from an earlier test.
 
+use std::cmp::{Ordering, Reverse};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
@@ -76,16 +77,19 @@ impl Document {
         let now = worst(self.cases.iter().map(|row| (row.id, row.verdict)));
         let title = |id: &str| self.cases.iter().find(|row| row.id == id).map_or("", |row| row.title);
         let mut found = Differences { with: with.to_owned(), ..Differences::default() };
-        for (id, verdict) in &now {
+        // What is worst comes first.
+        let mut order: Vec<_> = now.iter().collect();
+        order.sort_by_key(|(_, verdict)| Reverse(rank(verdict)));
+        for (id, verdict) in order {
             let Some(was) = before.get(id) else {
                 found.new.push(format!("{id} {}: {verdict}", title(id)));
                 continue;
             };
             let sentence = || format!("{id} {}: {verdict}, was {was}", title(id));
             match rank(verdict).cmp(&rank(was)) {
-                std::cmp::Ordering::Greater => found.worse.push(sentence()),
-                std::cmp::Ordering::Less => found.better.push(sentence()),
-                std::cmp::Ordering::Equal => {}
+                Ordering::Greater => found.worse.push(sentence()),
+                Ordering::Less => found.better.push(sentence()),
+                Ordering::Equal => {}
             }
         }
         let gone = before.iter().filter(|(id, _)| !now.contains_key(*id));
