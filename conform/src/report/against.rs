@@ -6,9 +6,7 @@ use std::fmt::{self, Display};
 
 use serde::{Deserialize, Serialize};
 
-use super::Document;
-
-/// What is known of an earlier test: its [`Document::json`].
+/// What is known of an earlier test: its [`Document::json`](super::Document::json).
 #[derive(Clone, Debug, Deserialize)]
 pub struct Earlier {
     cases: Vec<EarlierCase>,
@@ -70,12 +68,18 @@ impl Earlier {
     }
 }
 
-impl Document {
-    /// Compares with an earlier test, whose report has this name; the differences become part of the report.
-    pub fn compare(&mut self, with: &str, earlier: &Earlier) -> &Differences {
-        let before = worst(earlier.cases.iter().map(|case| (&*case.id, &*case.verdict)));
-        let now = worst(self.cases.iter().map(|row| (row.id, row.verdict)));
-        let title = |id: &str| self.cases.iter().find(|row| row.id == id).map_or("", |row| row.title);
+impl Earlier {
+    /// What is different in these cases, of which each has its id, its title and its verdict, from the earlier report with this
+    /// name.
+    pub(super) fn compare<'a>(
+        &self,
+        with: &str,
+        cases: impl Iterator<Item = (&'a str, &'a str, &'a str)> + Clone,
+    ) -> Differences {
+        let before = worst(self.cases.iter().map(|case| (&*case.id, &*case.verdict)));
+        let now = worst(cases.clone().map(|(id, _, verdict)| (id, verdict)));
+        let titles: BTreeMap<&str, &str> = cases.map(|(id, title, _)| (id, title)).collect();
+        let title = |id: &str| titles.get(id).copied().unwrap_or_default();
         let mut found = Differences { with: with.to_owned(), ..Differences::default() };
         // What is worst comes first.
         let mut order: Vec<_> = now.iter().collect();
@@ -94,7 +98,7 @@ impl Document {
         }
         let gone = before.iter().filter(|(id, _)| !now.contains_key(*id));
         found.gone = gone.map(|(id, was)| format!("{id}: was {was}")).collect();
-        self.against.insert(found)
+        found
     }
 }
 
