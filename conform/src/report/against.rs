@@ -1,13 +1,12 @@
 //! What is different from an earlier test.
 
+use std::cmp::{Ordering, Reverse};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
 use serde::{Deserialize, Serialize};
 
-use super::Document;
-
-/// What is known of an earlier test: its [`Document::json`].
+/// What is known of an earlier test: its [`Document::json`](super::Document::json).
 #[derive(Clone, Debug, Deserialize)]
 pub struct Earlier {
     cases: Vec<EarlierCase>,
@@ -69,28 +68,37 @@ impl Earlier {
     }
 }
 
-impl Document {
-    /// Compares with an earlier test, whose report has this name; the differences become part of the report.
-    pub fn compare(&mut self, with: &str, earlier: &Earlier) -> &Differences {
-        let before = worst(earlier.cases.iter().map(|case| (&*case.id, &*case.verdict)));
-        let now = worst(self.cases.iter().map(|row| (row.id, row.verdict)));
-        let title = |id: &str| self.cases.iter().find(|row| row.id == id).map_or("", |row| row.title);
+impl Earlier {
+    /// What is different in these cases, of which each has its id, its title and its verdict, from the earlier report with this
+    /// name.
+    pub(super) fn compare<'a>(
+        &self,
+        with: &str,
+        cases: impl Iterator<Item = (&'a str, &'a str, &'a str)> + Clone,
+    ) -> Differences {
+        let before = worst(self.cases.iter().map(|case| (&*case.id, &*case.verdict)));
+        let now = worst(cases.clone().map(|(id, _, verdict)| (id, verdict)));
+        let titles: BTreeMap<&str, &str> = cases.map(|(id, title, _)| (id, title)).collect();
+        let title = |id: &str| titles.get(id).copied().unwrap_or_default();
         let mut found = Differences { with: with.to_owned(), ..Differences::default() };
-        for (id, verdict) in &now {
+        // What is worst comes first.
+        let mut order: Vec<_> = now.iter().collect();
+        order.sort_by_key(|(_, verdict)| Reverse(rank(verdict)));
+        for (id, verdict) in order {
             let Some(was) = before.get(id) else {
                 found.new.push(format!("{id} {}: {verdict}", title(id)));
                 continue;
             };
             let sentence = || format!("{id} {}: {verdict}, was {was}", title(id));
             match rank(verdict).cmp(&rank(was)) {
-                std::cmp::Ordering::Greater => found.worse.push(sentence()),
-                std::cmp::Ordering::Less => found.better.push(sentence()),
-                std::cmp::Ordering::Equal => {}
+                Ordering::Greater => found.worse.push(sentence()),
+                Ordering::Less => found.better.push(sentence()),
+                Ordering::Equal => {}
             }
         }
         let gone = before.iter().filter(|(id, _)| !now.contains_key(*id));
         found.gone = gone.map(|(id, was)| format!("{id}: was {was}")).collect();
-        self.against.insert(found)
+        found
     }
 }
 

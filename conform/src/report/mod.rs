@@ -273,6 +273,12 @@ fn event(event: &str, content: impl Serialize) -> Value {
 }
 
 impl Document {
+    /// Compares with an earlier test, whose report has this name; the differences become part of the report.
+    pub fn compare(&mut self, with: &str, earlier: &Earlier) -> &Differences {
+        let differences = earlier.compare(with, self.cases.iter().map(|row| (row.id, row.title, row.verdict)));
+        self.against.insert(differences)
+    }
+
     /// As one JSON object.
     ///
     /// # Panics
