@@ -53,9 +53,9 @@ pub(crate) const fn drive(id: &'static str, title: &'static str, run: fn(&mut Te
 impl Case {
     /// A case that something else than the tester judges, for a report like the tester's. It is kept until the program ends.
     #[must_use]
-    pub fn judged_elsewhere(id: String, title: String, level: Level) -> &'static Self {
+    pub fn judged_elsewhere(id: String, title: String, requirement: &'static str, level: Level) -> &'static Self {
         let case = case(id.leak(), "", title.leak(), |_| Ok(()));
-        Box::leak(Box::new(Case { level, scope: Scope::DataSheet, ..case }))
+        Box::leak(Box::new(Case { requirement, level, scope: Scope::DataSheet, ..case }))
     }
 
     pub(crate) const fn requires(self, requirement: &'static str) -> Self {
@@ -82,10 +82,13 @@ impl Case {
         standard.filter(|standard| (400..500).contains(standard))
     }
 
-    /// The standard and the clause, or the object, that the case is about: `CiA 301, 7.2.4.3.7`.
+    /// The standard and the clause, or the object, that the case is about: `CiA 301, 7.2.4.3.7`; empty for a case of no standard.
     #[must_use]
     pub fn clause(&self) -> String {
         let clause = self.id.rsplit_once('/').map_or(self.id, |(clause, _)| clause);
+        if !clause.starts_with(|first: char| first.is_ascii_digit()) {
+            return String::new();
+        }
         format!("CiA {}", clause.replacen('/', ", ", 1))
     }
 
@@ -158,6 +161,7 @@ mod tests {
             assert!(one.len() + 1 == case.requirement.len() && !one.contains(". "), "{}: {one}", case.id);
         }
         assert_eq!(case("301/7.2.4.3.7/2", "", "", |_| Ok(())).clause(), "CiA 301, 7.2.4.3.7");
+        assert_eq!(case("chaos/7", "", "", |_| Ok(())).clause(), "");
     }
 
     #[test]

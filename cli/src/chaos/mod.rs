@@ -13,12 +13,14 @@ use lexican_runtime::{Duration, Instant};
 use lexican_toolbox::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Signal, Trial, judge_file};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::simulation::Plant;
+use lexican_toolbox::time_of_day;
 
 use crate::bus::BusArgs;
 use crate::bus::pty::Ptys;
 use crate::conform::{ReportFile, print};
 use crate::duration::time;
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, note, stdout, styled};
+use crate::send::time::now;
 use crate::simulate::PlantArgs;
 use program::Program;
 
@@ -94,6 +96,9 @@ Examples:
 
 /// How often program and axes are looked at.
 const LOOK: Duration = Duration::from_millis(2);
+/// What is asked of every program.
+const REQUIREMENT: &str = "Each axis stands within its dead-man time and does not move again, nothing is left half done, and no \
+    success is claimed that is none.";
 /// A computer that is later than this decides nothing about times.
 const TOO_LATE: Duration = Duration::from_millis(500);
 
@@ -251,11 +256,12 @@ impl Lab<'_> {
         };
         let frames = trial.frames.iter();
         let case = CaseReport {
-            case: Case::judged_elsewhere(id.to_owned(), title, level),
+            case: Case::judged_elsewhere(id.to_owned(), title, REQUIREMENT, level),
             outcome,
             took: trial.took,
             frames: frames.map(|it| Record { at: it.at, frame: it.frame, sent: it.sent }).collect(),
             known: None,
+            expected: Vec::new(),
             measured: Vec::new(),
             notes: trial.notes,
         };
@@ -280,10 +286,18 @@ impl Lab<'_> {
         let mut decoder = Decoder::new();
         let nodes = plant.devices.iter().filter_map(|device| Some((device.node?, &device.sheet.device)));
         nodes.clone().for_each(|(node, device)| decoder.introduce(node, device));
+        let date = now().map_or_else(|| "not known".to_owned(), |time| format!("{} UTC", time_of_day::text(time)));
+        let facts = [
+            ("date", date),
+            ("version", format!("lexican {}", env!("CARGO_PKG_VERSION"))),
+            ("plant", self.args.plant.name().to_owned()),
+        ];
         let about = About {
+            facts: facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect(),
             device: format!("{} against {}", self.args.command.join(" "), self.args.plant.name()),
             node: nodes.map(|(node, _)| node.get()).next().unwrap_or_default(),
             data_sheet: self.args.plant.name().to_owned(),
+            ..About::default()
         };
         let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
         for ReportFile { path, format } in &self.args.report {
