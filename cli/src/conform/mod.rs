@@ -58,8 +58,8 @@ pub(crate) struct Args {
     /// Instead of the cases, ask the device by the frames of this file (CSV): each chapter after a reset
     ///
     /// A row is a frame: cob_id and data (hexadecimal, x for any digit), and if wanted chapter, direction (send or expect), meaning
-    /// and condition: until, until 5s, about (5 %), not before 100ms, after 2s; several with ; between. A chapter with
-    /// frames of other nodes, or with what is not allowed, is left out
+    /// and condition: until, until 5s, about (5 %), any value, any time, not before 100ms, after 2s; several with ; between. A
+    /// chapter with frames of other nodes, or with what is not allowed, is left out
     #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "report", "known", "against"])]
     trace: Option<PathBuf>,
 
