@@ -193,7 +193,7 @@ fn an_unusual_data_sheet_is_no_failure() {
 #[test]
 fn drives_deviate_only_as_their_manuals_say() {
     for (drive, at, known) in
-        [("siko/ag03-1", "siko-ag03-1", 16), ("siko/ag02", "siko-ag02", 15), ("kollmorgen/akd", "kollmorgen-akd", 17)]
+        [("siko/ag03-1", "siko-ag03-1", 17), ("siko/ag02", "siko-ag02", 16), ("kollmorgen/akd", "kollmorgen-akd", 18)]
     {
         let bus = format!("sim:{drive}?node=5");
         let file = format!("{}/../drives/{at}/conform.toml", env!("CARGO_MANIFEST_DIR"));

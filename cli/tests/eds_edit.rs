@@ -118,8 +118,9 @@ fn objects_and_sub_indices_come_and_go() {
     let eds = |args: &[&str]| lexican_in(&folder, &[&["eds", args[0], "x.eds"], &args[1..]].concat());
     let before = read();
 
-    eds(&["add", "2005", "--name", "Set point", "--type", "UNSIGNED16", "--default", "100", "--high", "1000", "--pdo"])
-        .on_stdout(0, "+SupportedObjects=1\r\n+1=0x2005\r\n");
+    let limits = ["--default", "100", "--high", "1000"];
+    let set_point = ["add", "2005", "--name", "Set point", "--type", "UNSIGNED16", "--access", "rww", "--pdo"];
+    eds(&[&set_point[..], &limits].concat()).on_stdout(0, "+SupportedObjects=1\r\n+1=0x2005\r\n");
     eds(&[
         "add",
         "2010",
@@ -142,7 +143,7 @@ fn objects_and_sub_indices_come_and_go() {
     assert_eq!(lint.code, Some(0), "{lint}");
     let dump = lexican_in(&folder, &["eds", "dump", "x.eds"]);
     for row in
-        ["2005,00,Set point,VAR,UNSIGNED16,rw,1,100,,1000", "2010,02,Coil 2,ARRAY,INTEGER16,rw,0,-5", "2010,03,Coil 3"]
+        ["2005,00,Set point,VAR,UNSIGNED16,rww,1,100,,1000", "2010,02,Coil 2,ARRAY,INTEGER16,rw,0,-5", "2010,03,Coil 3"]
     {
         assert!(dump.stdout.contains(row), "{row}: {dump}");
     }

@@ -222,6 +222,9 @@ pub(crate) const CASES: &[Case] = &[
                 t.needs("301/7.2.8.3.2.2/4", lost)?;
                 beat(t, 0x05)?;
                 let heard = t.hear_id(id, 20)?;
+                if heard.is_empty() {
+                    return Err(not_applicable("the error lasts though the heartbeat is back"));
+                }
                 is_one_emergency(&heard, 0)?;
             }
         }

@@ -10,7 +10,7 @@ use crate::cia301;
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
-use crate::model::{AccessType, Direction, Mapped, Pdo, Value};
+use crate::model::{AccessType, Direction, Entry, Mapped, Pdo, Value};
 use crate::parse::section::SectionKind;
 use crate::patch::{Change, Patch};
 
@@ -43,7 +43,12 @@ pub(super) fn not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note.at(cx.mapping_span(pdo, number), "mapped here");
             let note = note.and(cx.entry_span(entry, Key::PdoMapping), "says that it cannot");
             let can = cia301::can_be_mapped(entry.index) && entry.data_type.bits().is_some();
-            out.push(note.mend(can.then(|| cx.correct(entry, "pdo_mapping = true"))));
+            // An entry that can be mapped should say in which direction.
+            let access = match entry.access {
+                AccessType::Rw => format!("\n{}", access_by(cx, entry)),
+                _ => String::new(),
+            };
+            out.push(note.mend(can.then(|| cx.correct(entry, &format!("pdo_mapping = true{access}")))));
         }
     }
 }
@@ -113,24 +118,64 @@ pub(super) fn mapping_count(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn wrong_direction(cx: &Context<'_>, out: &mut Out<'_>) {
     for (pdo, number, mapped) in cx.mapped() {
         let Some(entry) = cx.device.entry(mapped.index, mapped.sub) else { continue };
-        let access = match (pdo.direction, entry.access) {
-            (Direction::Receive, AccessType::Ro | AccessType::Const) => "rww",
-            (Direction::Receive, AccessType::Rwr) | (Direction::Transmit, AccessType::Rww) => "rw",
-            (Direction::Transmit, AccessType::Wo) => "rwr",
-            _ => continue,
+        let is_wrong = match pdo.direction {
+            Direction::Receive => matches!(entry.access, AccessType::Ro | AccessType::Const | AccessType::Rwr),
+            Direction::Transmit => matches!(entry.access, AccessType::Wo | AccessType::Rww),
         };
+        if !is_wrong {
+            continue;
+        }
         let name = entry.access.name();
         let note = note(format!("{} maps {}, which is {name}", pdo_name(pdo), place(entry)));
         let note = note.at(cx.mapping_span(pdo, number), "mapped here");
         let note = note.and(cx.entry_span(entry, Key::AccessType), "the access type");
-        let by = |direction: Direction| {
-            let same = |other: &Mapped| (other.index, other.sub) == (entry.index, entry.sub);
-            cx.device.pdos.iter().any(|pdo| pdo.direction == direction && pdo.mapping.iter().any(same))
-        };
-        let access = if by(Direction::Receive) && by(Direction::Transmit) { "rw" } else { access };
         let can = entry.pdo_mapping && !matches!(entry.index, cia301::DEVICE_TYPE..=cia301::IDENTITY);
-        out.push(note.mend(can.then(|| cx.correct(entry, &format!("access = \"{access}\"")))));
+        out.push(note.mend(can.then(|| cx.correct(entry, &access_by(cx, entry)))));
     }
+}
+
+/// Whether a PDO of this direction maps an entry.
+fn is_mapped_by(cx: &Context<'_>, entry: &Entry, direction: Direction) -> bool {
+    cx.mapped()
+        .any(|(pdo, _, mapped)| pdo.direction == direction && (mapped.index, mapped.sub) == (entry.index, entry.sub))
+}
+
+fn is_mapped_both_ways(cx: &Context<'_>, entry: &Entry) -> bool {
+    [Direction::Receive, Direction::Transmit].into_iter().all(|direction| is_mapped_by(cx, entry, direction))
+}
+
+/// The access type, as an overlay writes it, that fits the PDOs which map an entry.
+fn access_by(cx: &Context<'_>, entry: &Entry) -> String {
+    let access = match is_mapped_by(cx, entry, Direction::Receive) {
+        _ if is_mapped_both_ways(cx, entry) => "rw",
+        true => "rww",
+        false => "rwr",
+    };
+    format!("access = \"{access}\"")
+}
+
+pub(super) fn open_direction(cx: &Context<'_>, out: &mut Out<'_>) {
+    const MAX_PLACES: usize = 4;
+    // Communication parameters, and what has no size to be mapped with, other rules report.
+    let is_open = |entry: &&Entry| {
+        let fits = cx.device.bits(entry.data_type).is_some_and(|bits| bits <= 64);
+        let is_rw = entry.pdo_mapping && entry.access == AccessType::Rw && entry.index >= 0x2000;
+        is_rw && fits && !is_mapped_both_ways(cx, entry)
+    };
+    let open: Vec<&Entry> = cx.device.entries().filter(is_open).collect();
+    let mut finding = match open.as_slice() {
+        [] => return,
+        [only] => note(format!("{} is rw and can be mapped, in either direction", place(only))),
+        several => {
+            let places = listed(several, |entry| place(entry));
+            note(format!("{places} are rw and can be mapped, in either direction"))
+        }
+    };
+    for (at, entry) in open.iter().take(MAX_PLACES).enumerate() {
+        let span = cx.entry_span(entry, Key::AccessType);
+        finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
+    }
+    out.push(finding.help("write `rww` for what receive PDOs set, and `rwr` for what transmit PDOs send"));
 }
 
 pub(super) fn unusable_dummy(cx: &Context<'_>, out: &mut Out<'_>) {

@@ -440,6 +440,11 @@ rules! {
         "Receive PDOs write what can be written, transmit PDOs read what can be read.",
         "An entry that is `ro` cannot be set by a receive PDO, and one that is `wo` cannot be sent; `rwr` is for \
          transmit PDOs and `rww` for receive PDOs.";
+    "pdo::open-direction" Note Check(pdo::open_direction),
+        "What can be mapped and written says into which PDOs it can be mapped.",
+        "`rw` leaves open whether an entry is an input or an output; `rwr` is for transmit PDOs and `rww` for receive PDOs \
+         (CiA 306-1, 6.5.2). CiA's test tool warns of each, and leaves out its cases about the direction of a mapping (3.27, \
+         3.31) where no entry says it.";
     "pdo::unusable-dummy" Warning Check(pdo::unusable_dummy),
         "Dummies that a PDO maps are in DummyUsage.",
         "A data type can be mapped to leave a gap when `[DummyUsage]` says so (CiA 306-1), and only into receive \

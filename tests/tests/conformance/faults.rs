@@ -730,7 +730,7 @@ pub const FAULTS: &[Fault] = &[
         &[sent("705#05").comes_half_as_often().after(&["705#7F"])],
         "301/7.2.8.3.2.2/7",
     ),
-    fault("no emergency says that an error is over", &[sent("085#0000*")], "301/7.2.7/2 301/7.5.2.2/3"),
+    fault("no emergency says that an error is over", &[sent("085#0000*")], "301/7.5.2.2/3"),
     fault(
         "OPERATIONAL: an emergency is too short",
         &[sent("085#3081*").when(Operational).lacks_its_last_byte()],
