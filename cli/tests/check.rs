@@ -2,9 +2,14 @@
 
 #[path = "common/mod.rs"]
 mod common;
+#[cfg(unix)]
+#[path = "common/simulation.rs"]
+mod simulation;
 
 use common::{Run, folder, lexican_in};
 use serde_json::{Value, json};
+#[cfg(unix)]
+use simulation::Simulation;
 
 const SHEET: &str = include_str!("sensor.eds");
 
@@ -128,4 +133,27 @@ fn a_contradiction_of_the_data_sheet_is_no_difference() {
         "node 7: 22 entries, as the data sheet says; 2 by which the data sheet contradicts itself",
     ];
     assert_eq!(run.stdout.lines().collect::<Vec<_>>(), lines);
+}
+
+/// CiA 301, 7.5.2.36: off, mapping cleared, mapping, count, on. Devices refuse another order.
+#[test]
+#[cfg(unix)]
+fn a_pdo_is_written_back_in_the_order_in_which_it_can_be_changed() {
+    let folder = folder("check-pdo-order");
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "7"]);
+    let sheet = folder.join("sensor.eds").display().to_string();
+    sensor.run("check", &["7", "--device", &sheet, "--write"]).on_stdout(0, "as the data sheet says");
+    let mut next = || loop {
+        let written = sensor.until("written");
+        let address = written["address"].as_str().unwrap().to_owned();
+        if ["1800:01", "1A00:00", "1A00:01"].contains(&&*address) {
+            break (address, written["value"].as_u64().unwrap());
+        }
+    };
+    let (first, cob_id) = next();
+    assert!(first == "1800:01" && cob_id & 0x8000_0000 != 0, "{first} {cob_id:X}");
+    let [cleared, mapped, counted, on] = [(); 4].map(|()| next());
+    assert_eq!((cleared, &*mapped.0), (("1A00:00".to_owned(), 0), "1A00:01"));
+    assert_eq!((&*counted.0, counted.1 > 0, on), ("1A00:00", true, ("1800:01".to_owned(), cob_id & 0x7FFF_FFFF)));
 }

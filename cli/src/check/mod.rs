@@ -17,6 +17,7 @@ use serde_json::json;
 use crate::bus::{Connected, Identity, NODE, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
 use lexican_toolbox::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
+use lexican_toolbox::parameters::order::in_order;
 use lexican_toolbox::remote::{Refusal, RemoteNode};
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{fitting, parse_padded, written};
@@ -48,6 +49,7 @@ pub(crate) struct Args {
 struct Extent {
     /// Write back the value of every writable entry, to check its access
     ///
+    /// PDOs are off meanwhile: each is switched off, its mapping cleared and written, and switched on again.
     /// Except for entries that command the device: 1003h, 1010h, 1011h, programs (1F50h, 1F51h), NMT (1F82h), 6040h.
     #[arg(long)]
     write: bool,
@@ -89,15 +91,11 @@ fn inspect<L: Link>(
     let mut inspection = Inspection { node: RemoteNode::new(network, node), extent };
     let answers = inspection.read_all(&mut values)?;
     let comparison = Comparison { values: &values, node };
+    let mut refused = if extent.write { inspection.write_back(device, &answers)? } else { BTreeMap::new() };
     for entry in device.entries() {
         let Some(answer) = answers.get(&address(entry)) else { continue };
         let mut findings = comparison.read(entry, answer);
-        if let Answer::Value(data) = answer
-            && extent.write
-            && may_be_written_back(device, entry)
-        {
-            findings.extend(inspection.write_back(device, entry, data)?);
-        }
+        findings.extend(refused.remove(&address(entry)));
         let report = match answer {
             Answer::Value(data) => ValueReport::of_bytes(Some(&values), address(entry), data),
             _ => ValueReport::without_value(Some(&values), address(entry)),
@@ -140,13 +138,29 @@ impl<L: Link> Inspection<'_, L> {
         Ok(self.node.read(address(entry))?.into())
     }
 
-    fn write_back(&mut self, device: &Device, entry: &Entry, data: &[u8]) -> Result<Option<Finding>, Failure> {
-        let data = written(Some(device), fitting(entry.data_type, data).to_vec());
-        Ok(match self.node.write(address(entry), &data)? {
-            Ok(()) => None,
-            Err(Refusal::Aborted(code)) => Some(refused_write(code)),
-            Err(Refusal::Failed(text)) => Some(Finding { kind: Kind::Failed, text }),
-        })
+    /// Writes all values back, in the order in which CiA 301 lets a PDO be changed; returns what is refused.
+    fn write_back(
+        &mut self,
+        device: &Device,
+        answers: &BTreeMap<Address, Answer>,
+    ) -> Result<BTreeMap<Address, Finding>, Failure> {
+        let values = device.entries().filter(|entry| may_be_written_back(device, entry)).filter_map(|entry| {
+            let Some(Answer::Value(data)) = answers.get(&address(entry)) else { return None };
+            Some((address(entry), written(Some(device), fitting(entry.data_type, data).to_vec())))
+        });
+        let mut refused = BTreeMap::new();
+        for write in in_order(values) {
+            let finding = match self.node.write(write.address, &write.data)? {
+                Ok(()) => continue,
+                Err(Refusal::Aborted(code)) => refused_write(code),
+                Err(Refusal::Failed(text)) => Finding { kind: Kind::Failed, text },
+            };
+            // A PDO that cannot be switched off takes its own value back nevertheless.
+            if write.is_final {
+                refused.insert(write.address, finding);
+            }
+        }
+        Ok(refused)
     }
 }
 
