@@ -157,6 +157,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lexican-mutants",
         &[
+            "lexican-conform",
             "lexican-driver",
             "lexican-eds",
             "lexican-mutated-kollmorgen-akd",
