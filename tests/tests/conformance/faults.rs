@@ -453,7 +453,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "emergencies are those of node 1",
         &[sent("085#*").becomes("081#*"), sent("585#4314100085*").becomes("585#4314100081*")],
-        "4.2 4.8 4.9 5.1",
+        "4.2 4.8 4.9 5.1 301/7.2.7/2",
     ),
     fault("there is no boot-up message", &[sent("705#00")], "9.1 9.2 10.1 301/7.3.2.2.2/7"),
     fault(
@@ -464,7 +464,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "PRE-OPERATIONAL: an RPDO is taken",
         &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#8005", "205#*"]).until("000#0*")],
-        "9.2 301/7.2.2.1/5",
+        "9.2",
     ),
     fault(
         "STOPPED: an RPDO is taken",

@@ -1,7 +1,7 @@
 //! The data sheet with its overlay, and the code that was generated from it.
 
 use lexican_eds::model::{Device, Entry, Meaning, Parameter, Unit, Value};
-use lexican_eds::{Input, Source};
+use lexican_eds::{Input, Severity, Source};
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 
@@ -39,7 +39,9 @@ impl Sheet {
         let (alone, _) = lexican_eds::load(&Input::new(eds.clone()));
         let text = overlay.text().to_owned();
         let (device, diagnostics) = lexican_eds::load(&Input::new(eds).overlay(overlay));
-        let findings = diagnostics.iter().map(|finding| format!("{} {}", finding.code, finding.message)).collect();
+        // What is only worth knowing, a manual may print.
+        let findings = diagnostics.iter().filter(|finding| finding.severity > Severity::Note);
+        let findings = findings.map(|finding| format!("{} {}", finding.code, finding.message)).collect();
         Sheet { device, alone, overlay: text, code, node, findings, code_is_stale }
     }
 
