@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lexican_conform::{About, Case, CaseReport, Ended, Level, Record, Report, Verdict};
 use lexican_runtime::host::{BusUrl, Link, Pace, Participant};
 use lexican_runtime::{Duration, Instant};
-use lexican_toolbox::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Signal, Trial, judge_file};
+use lexican_toolbox::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Trial, judge_file};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::simulation::Plant;
 use lexican_toolbox::time_of_day;
@@ -203,8 +203,6 @@ impl Lab<'_> {
             match bus.node().poll(now, has_ended, now.since(until)) {
                 Some(Act::Signal(signal)) => program.signal(signal),
                 Some(Act::Over) => break,
-                // What it has started must not go on without it.
-                None if has_ended => program.signal(Signal::Kill),
                 None => {}
             }
         }

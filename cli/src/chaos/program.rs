@@ -2,14 +2,12 @@
 
 use std::io::Read;
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration as StdDuration;
 
 use lexican_toolbox::chaos::{End, Signal};
-use nix::errno::Errno;
 use nix::sys::signal::{Signal as Unix, killpg};
-use nix::sys::wait::{Id, WaitPidFlag, WaitStatus, waitid};
 use nix::unistd::Pid;
 
 use crate::output::{Failure, reason};
@@ -21,11 +19,12 @@ const FLUSHED: StdDuration = StdDuration::from_millis(500);
 
 pub(super) struct Program {
     child: Child,
-    /// Its process group, which has the number of the process as long as that is not waited for.
+    /// Its process group, which has the number of the process.
     group: Pid,
     stdout: Receiver<Vec<u8>>,
     stderr: Receiver<Vec<u8>>,
-    code: Option<i32>,
+    /// How it has ended. Its number may be another's since.
+    ended: Option<ExitStatus>,
 }
 
 impl Program {
@@ -44,33 +43,38 @@ impl Program {
             .map_err(|error| Failure::new(format_args!("cannot run {name}: {}", reason(&error))))?;
         let group = Pid::from_raw(child.id() as i32);
         let (stdout, stderr) = (follow(child.stdout.take()), follow(child.stderr.take()));
-        Ok(Program { child, group, stdout, stderr, code: None })
+        Ok(Program { child, group, stdout, stderr, ended: None })
     }
 
     pub(super) fn signal(&self, signal: Signal) {
         let signal = match signal {
+            _ if self.ended.is_some() => return,
             Signal::Terminate => Unix::SIGTERM,
             Signal::Interrupt => Unix::SIGINT,
             Signal::Kill => Unix::SIGKILL,
             Signal::Stop => Unix::SIGSTOP,
             Signal::Continue => Unix::SIGCONT,
         };
+        self.signal_group(signal);
+    }
+
+    fn signal_group(&self, signal: Unix) {
         // All of the group may have ended by now.
         let _ = killpg(self.group, signal);
     }
 
-    /// Whether it has ended. Its number stays its own until it is dropped.
+    /// Whether it has ended. What it has started and left behind ends with it.
     pub(super) fn has_ended(&mut self) -> Result<bool, Failure> {
-        let flags = WaitPidFlag::WEXITED | WaitPidFlag::WNOHANG | WaitPidFlag::WNOWAIT;
-        match waitid(Id::Pid(self.group), flags) {
-            Ok(WaitStatus::Exited(_, code)) => {
-                self.code = Some(code);
-                Ok(true)
+        if self.ended.is_none() {
+            self.ended = self
+                .child
+                .try_wait()
+                .map_err(|error| Failure::new(format_args!("cannot wait for the program: {}", reason(&error))))?;
+            if self.ended.is_some() {
+                self.signal_group(Unix::SIGKILL);
             }
-            Ok(WaitStatus::Signaled(..)) => Ok(true),
-            Ok(_) | Err(Errno::EINTR) => Ok(false),
-            Err(error) => Err(Failure::new(format_args!("cannot wait for the program: {error}"))),
         }
+        Ok(self.ended.is_some())
     }
 
     /// Ends what is left of it; returns how it has ended and what it has printed on stderr.
@@ -81,7 +85,7 @@ impl Program {
         };
         let stdout = text(&self.stdout);
         let last_line = stdout.lines().map(str::trim).rfind(|line| !line.is_empty()).unwrap_or_default().to_owned();
-        (End { code: self.code, last_line }, text(&self.stderr))
+        (End { code: self.ended.and_then(|status| status.code()), last_line }, text(&self.stderr))
     }
 }
 

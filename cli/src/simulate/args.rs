@@ -122,7 +122,7 @@ impl PlantArgs {
 
     /// The devices to simulate.
     pub(crate) fn plant(&self) -> Result<Plant, Failure> {
-        let name = self.device.name();
+        let name = self.name();
         if !is_plant(name) {
             let node = self.node.map_or(Some(NodeId::literal(1)), |node| node.0);
             let script = self.script.as_deref().map(|path| {

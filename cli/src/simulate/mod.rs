@@ -16,8 +16,10 @@ use crate::bus::serial_terminal::Alone;
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::bus::{profibus, serial};
 use crate::output::{Failure, Outcome, ctrl_c};
+pub(crate) use args::Args;
 use args::Place;
-pub(crate) use args::{Args, PlantArgs};
+#[cfg(unix)]
+pub(crate) use args::PlantArgs;
 use input::lines;
 use report::Report;
 use session::Session;
