@@ -14,6 +14,9 @@ const PAGE: &str = "conform/REPORTS.md";
 /// From here on, the page has what is not simulated: it is measured in real time, and not checked.
 const MEASURED: &str = "## Not simulated\n";
 
+/// From here on, the page is written by hand: what was seen of devices that the project does not run.
+const BY_HAND: &str = "### Foreign stacks\n";
+
 /// A device that is tested.
 struct Subject {
     name: &'static str,
@@ -65,15 +68,21 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let reports = SIMULATED.iter().map(|subject| bench.simulated(subject)).collect::<Result<Vec<_>, _>>()?;
     write_table(&mut page, SIMULATED.iter().zip(&reports));
     let failed: usize = reports.iter().map(|report| report.failed).sum();
+    let text = fs::read_to_string(root.join(PAGE)).map_err(|error| format!("{PAGE}: {error}"))?;
     if check {
-        let text = fs::read_to_string(root.join(PAGE)).map_err(|error| format!("{PAGE}: {error}"))?;
-        if text.split(MEASURED).next() != Some(&page) {
-            return Err(format!("{PAGE} is stale\nmend it: cargo xtask conform"));
+        let written = text.split(MEASURED).next().unwrap_or_default();
+        if written != page {
+            let new = page.lines().find(|line| !written.lines().any(|old| old == *line));
+            let new = new.unwrap_or("a line went, or moved");
+            return Err(format!("{PAGE} is stale; the first new line: {new}\nmend it: cargo xtask conform"));
         }
     } else {
         let reports = [bench.python_canopen()?, bench.firmware()?];
         let _ = write!(page, "{MEASURED}{INTRODUCTION}");
         write_table(&mut page, [&PYTHON_CANOPEN, &FIRMWARE].into_iter().zip(&reports));
+        if let Some((_, by_hand)) = text.split_once(BY_HAND) {
+            let _ = write!(page, "\n{BY_HAND}{by_hand}");
+        }
         fs::write(root.join(PAGE), &page).map_err(|error| format!("{PAGE}: {error}"))?;
     }
     println!("{page}");
