@@ -39,7 +39,6 @@
 use lexican_runtime::device::{Behaviour, ChangeRule};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::profile::cia402::{Mode, State, status};
-use lexican_runtime::wire::emcy::ErrorCode;
 use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 use simulator::servo::FaultCodes;
 pub use simulator::servo::{Causes, Inputs, Machine, Servo, ServoModel};
@@ -96,8 +95,6 @@ const BEHAVIOUR: Behaviour = Behaviour {
     pdo_bit_30: false,
     generic_error: false,
     dummies: 0,
-    // The drive has F129 for it.
-    unreported: &[ErrorCode::LIFE_GUARD],
     // 2014h to 2017h (6.2.2.1).
     tpdo_masks: Some(0x2014),
     // "Values of 1 to 240 mean, that 0 to 239 SYNC-telegrams are ignored, before one is interpreted" (6.3.1.1).
