@@ -56,9 +56,7 @@ impl<
     /// Writes an entry by local control, whatever its access. Communication objects are checked as if a client wrote them,
     /// and what they configure takes effect at once; the dictionary is lent as for a frame.
     ///
-    /// # Errors
-    ///
-    /// The abort code that a client would get. Nothing has changed then.
+    /// Errors: the abort code that a client would get; nothing has changed.
     pub fn write(
         &mut self,
         now: Instant,

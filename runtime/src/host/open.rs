@@ -8,10 +8,7 @@ use super::{BusUrl, Link, Replay, ReplayError};
 impl BusUrl {
     /// Opens the bus.
     ///
-    /// # Errors
-    ///
-    /// [`OpenError`], with a remedy. A simulation cannot be opened here: this crate has no
-    /// simulators, and no serial protocols of devices.
+    /// Errors: A simulation cannot be opened here: this crate has no simulators, and no serial protocols of devices.
     pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
         match self {
             BusUrl::SocketCan { interface } => open_socketcan(interface),

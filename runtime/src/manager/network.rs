@@ -54,10 +54,6 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     }
 
     /// Adds a node.
-    ///
-    /// # Errors
-    ///
-    /// [`Full`] when there is no room.
     pub fn assign(&mut self, node: NodeId, assignment: Assignment<C>) -> Result<(), Full> {
         self.members.insert(Member::new(node, assignment))
     }

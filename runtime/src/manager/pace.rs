@@ -48,9 +48,7 @@ impl Pace {
 
     /// Begins an attempt, or returns when it may begin.
     ///
-    /// # Errors
-    ///
-    /// When it may begin.
+    /// Errors: the earliest time at which it may begin.
     pub fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
         if !self.allows(now) {
             return Err(self.next);

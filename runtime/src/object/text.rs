@@ -106,10 +106,6 @@ impl Name {
 
     /// The wire form of a value that is written as text: see [`Meaning::parse`].
     ///
-    /// # Errors
-    ///
-    /// Why it is none.
-    ///
     /// ```
     /// use lexican_runtime::object::{DataType, Meaning, Name, Unit};
     ///
@@ -135,10 +131,6 @@ impl<'a> Meaning<'a> {
     /// The wire form of a value that is written as text: what [`show`](Self::show) writes; a name alone; a number, hexadecimal after
     /// `0x`. A number with a unit or a decimal point is in the unit. One with neither is ambiguous, and is refused unless a count
     /// is worth one unit; `raw:240` is always the number in wire form.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no value of the entry.
     pub fn parse(self, data_type: DataType, text: &'a str) -> Result<u64, NoValue<'a>> {
         let text = text.trim();
         if let Some(raw) = text.strip_prefix("raw:") {
@@ -207,10 +199,6 @@ fn show_real(f: &mut fmt::Formatter<'_>, data_type: DataType, number: f64) -> fm
 }
 
 /// Prints the bits that are set: `StatusWord(0x0221 ready to switch on + operation mode 2)`.
-///
-/// # Errors
-///
-/// Those of the formatter.
 pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, value: T) -> fmt::Result {
     let raw = value.to_raw();
     write!(f, "{type_name}({raw:#0width$X}", width = 2 + 2 * T::DATA_TYPE.size().unwrap_or(8))?;
@@ -249,10 +237,6 @@ fn show_bits(f: &mut fmt::Formatter<'_>, bits: &[BitName<'_>], raw: u64) -> fmt:
 
 /// Prints a quantity in its only unit: `24.5 V`; in counts where other objects decide on the unit. With a width or a precision,
 /// these are those of the number.
-///
-/// # Errors
-///
-/// Those of the formatter.
 pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fmt::Result {
     let (data_type, raw) = (T::DATA_TYPE, value.to_raw());
     match T::UNITS {

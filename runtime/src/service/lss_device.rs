@@ -15,10 +15,6 @@ pub trait LssHost {
     fn configure_bit_timing(&mut self, table: u8, index: u8) -> bool;
 
     /// Stores the node-ID and the bit rate that was configured.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot.
     fn store(&mut self, node: Option<NodeId>) -> Result<(), StoreError>;
 }
 

@@ -111,10 +111,6 @@ impl<const N: usize> Mapping<N> {
 
     /// Writes a PDO's data into the dictionary; what is missing is zero. What the dictionary refuses
     /// does not hold up the rest.
-    ///
-    /// # Errors
-    ///
-    /// The first object that was refused, and why.
     pub fn unpack(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
         let (raw, mut low) = (object::number(data), 0);
         let mut result = Ok(());
@@ -158,9 +154,7 @@ pub fn is_dummy(mapped: Mapped) -> bool {
 /// Whether the dictionary lets an object be mapped. `dummies` has bit n set when data type n may fill
 /// space.
 ///
-/// # Errors
-///
-/// [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
+/// Errors: [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
 pub fn check(mapped: Mapped, direction: Direction, dummies: u32, od: &dyn ObjectDictionary) -> Result<(), AbortCode> {
     let allowed = if is_dummy(mapped) {
         let code = mapped.address.index();

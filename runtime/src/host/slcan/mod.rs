@@ -83,10 +83,6 @@ pub struct Slcan {
 
 impl Slcan {
     /// Opens an adapter such as `/dev/ttyACM0` or `COM3`, sets its bit rate and opens its channel.
-    ///
-    /// # Errors
-    ///
-    /// [`SlcanError`], with a remedy.
     pub fn open(path: &str, settings: Settings) -> Result<Self, SlcanError> {
         let mut link = Slcan {
             path: path.to_owned(),

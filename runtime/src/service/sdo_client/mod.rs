@@ -266,10 +266,6 @@ impl SdoClient {
     }
 
     /// Begins to read an entry.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn read(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
         self.begin(now, State::Upload(Upload::new(address)))
@@ -277,10 +273,6 @@ impl SdoClient {
 
     /// Begins to read an entry by block, which is quicker for more than some 20 bytes. A server that knows no
     /// blocks is asked for segments instead.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     pub fn read_block(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
         if self.blocks == Blocks::Unknown {
             return self.read(now, address);
@@ -289,10 +281,6 @@ impl SdoClient {
     }
 
     /// Begins to write the first `len` bytes of the payload into an entry.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn write(&mut self, now: Instant, address: Address, len: u32) -> Result<(), Busy> {
         if is_from(len, self.block_writes_from) && len > 4 && self.blocks != Blocks::Unknown {

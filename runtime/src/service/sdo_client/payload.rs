@@ -103,10 +103,6 @@ impl Scalar {
     }
 
     /// The value.
-    ///
-    /// # Errors
-    ///
-    /// [`LengthMismatch`] when the device sent fewer bytes than the type has.
     pub fn get<T: Value>(&self) -> Result<T, LengthMismatch> {
         T::from_bytes(self.bytes())
     }
