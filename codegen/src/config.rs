@@ -140,9 +140,7 @@ impl Config {
     /// their lines in `NAME.findings.txt` beside the code. A file is written whole or not at all, and only if its content
     /// changes.
     ///
-    /// # Errors
-    ///
-    /// See [`Error`]. Nothing is written then, not even for data sheets without errors.
+    /// After an error nothing is written, not even for data sheets without errors.
     pub fn generate(self) -> Result<(), Error> {
         match self.stray {
             Some(Stray::Overlay(path)) => return Err(Error::OverlayFirst(path)),

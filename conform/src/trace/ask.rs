@@ -18,17 +18,9 @@ pub trait Asked {
     fn now(&self) -> Instant;
 
     /// Sends a frame.
-    ///
-    /// # Errors
-    ///
-    /// The bus is gone.
     fn send(&mut self, frame: &Frame) -> Outcome;
 
     /// The next frame that comes, no later than `until`; also what has come before.
-    ///
-    /// # Errors
-    ///
-    /// The bus is gone, or the test is cancelled.
     fn hear(&mut self, until: Instant) -> Outcome<Option<Heard>>;
 
     /// Makes the world as the words of a condition say; once the step with this data is over, as it was (`holds` is false).

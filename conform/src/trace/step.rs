@@ -49,9 +49,7 @@ pub(super) enum Condition {
 impl Step {
     /// A row by its cells.
     ///
-    /// # Errors
-    ///
-    /// The column, and why.
+    /// Errors: the column, and why.
     pub fn parse<'a>(line: u64, cell: impl Fn(&str) -> &'a str) -> Result<Self, (&'static str, &'static str)> {
         let id = match cell("cob_id") {
             "" => None,
