@@ -79,10 +79,6 @@ pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L>
 }
 
 /// A link to a drive at a port of the operating system, such as `/dev/ttyUSB0` or `COM3`.
-///
-/// # Errors
-///
-/// As [`Port::open`](crate::Port::open).
 #[cfg(feature = "serialport")]
 pub fn open(
     path: &str,

@@ -136,9 +136,7 @@ impl Inputs {
 
     /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
     ///
-    /// # Errors
-    ///
-    /// What is wrong with the name or the value, for the user. Nothing has changed then.
+    /// After an error nothing has changed.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         if !Inputs::KEYS.contains(&key) {
             return Err(format!("there is no input {key:?}; there are {}", Inputs::KEYS.join(", ")));
