@@ -61,9 +61,7 @@ impl ObjectError {
 /// Resolves the name of an entry: an address (`6064`, `2410:05`, `0x1018:1`), a path (`2410/5`, `2410/v-Pos`,
 /// `Motor Parameter Set/v-Pos`), or a name of the data sheet ("Position Actual Value").
 ///
-/// # Errors
-///
-/// [`ObjectError`] if the text is no address, and not the name of exactly one entry of the device.
+/// Errors: [`ObjectError`] if the text is no address, and not the name of exactly one entry of the device.
 pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectError> {
     if let Some(address) = parse_address(text) {
         return Ok(address);
@@ -87,10 +85,6 @@ pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectErr
 }
 
 /// As [`resolve`]; an index without a sub-index, and the name of a record or an array, mean all entries of the object.
-///
-/// # Errors
-///
-/// As [`resolve`].
 pub fn resolve_all(device: Option<&Device>, text: &str) -> Result<Vec<Address>, ObjectError> {
     let whole = |object: &Object| object.entries.iter().map(address).collect();
     let object = device.and_then(|device| match parse_index(text) {

@@ -22,10 +22,6 @@ pub struct Reader {
 
 impl Reader {
     /// Opens a file; its format is recognised by its first bytes unless it is given.
-    ///
-    /// # Errors
-    ///
-    /// [`LogError`] when the file cannot be read, or is no log.
     pub fn open(path: &Path, format: Option<Format>) -> Result<Self, LogError> {
         let name = path.display().to_string();
         match File::open(path) {
@@ -35,10 +31,6 @@ impl Reader {
     }
 
     /// Reads a log from anywhere; `name` is for errors.
-    ///
-    /// # Errors
-    ///
-    /// [`LogError`] when the input cannot be read, or is no log.
     pub fn new(
         name: impl Into<String>,
         mut input: impl Read + Send + 'static,

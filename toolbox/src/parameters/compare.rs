@@ -67,10 +67,6 @@ impl Side {
     }
 
     /// What a node has.
-    ///
-    /// # Errors
-    ///
-    /// [`Ended`].
     pub fn of_node<L: Link>(
         node: &mut RemoteNode<'_, L>,
         device: Device,

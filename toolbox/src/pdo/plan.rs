@@ -127,10 +127,6 @@ pub struct Plan {
 impl PdoName {
     /// The mapping of objects as people name them, with their lengths: `6041`, `statusword`; for a gap the data type that
     /// fills it, `UNSIGNED16`.
-    ///
-    /// # Errors
-    ///
-    /// [`Objection`]s to all of them.
     pub fn map<T: AsRef<str>>(self, device: Option<&Device>, objects: &[T]) -> Result<Vec<Mapped>, Vec<Objection>> {
         collected(objects.iter().map(|text| self.map_one(device, text.as_ref())))
     }
@@ -177,10 +173,6 @@ impl PdoName {
 
 impl Plan {
     /// Checks a change of a PDO of a node, by its data sheet if there is one.
-    ///
-    /// # Errors
-    ///
-    /// All [`Objection`]s.
     pub fn new(
         device: Option<&Device>,
         node: NodeId,
