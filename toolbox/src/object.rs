@@ -9,35 +9,24 @@ use crate::values::{address, name};
 
 /// Why a text names no object.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ObjectError {
     /// It is no address, and there is no data sheet to look a name up.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
-    NoDataSheet {
-        /// The text.
-        text: String,
-    },
+    NoDataSheet { text: String },
     /// It is like an address, but is none.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
-    Malformed {
-        /// The text.
-        text: String,
-    },
+    Malformed { text: String },
     /// The data sheet has no such name.
     #[error("the data sheet names no object {text:?}")]
     Unknown {
-        /// The text.
         text: String,
         /// The entries with similar names, the most similar first.
         similar: Vec<String>,
     },
     /// The data sheet has it several times.
     #[error("{text:?} is the name of several entries")]
-    Ambiguous {
-        /// The text.
-        text: String,
-        /// The entries.
-        entries: Vec<String>,
-    },
+    Ambiguous { text: String, entries: Vec<String> },
 }
 
 impl ObjectError {

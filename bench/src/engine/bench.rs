@@ -239,7 +239,6 @@ impl Bench {
         Ok(station)
     }
 
-    /// The station of a node that is a drive.
     pub(super) fn drive(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
         order::description(&lock(&self.0.model), node)?;
         self.station(node)
@@ -354,7 +353,6 @@ impl Bench {
         }
     }
 
-    /// Stops what a face has started.
     pub(super) fn stop_started_by(&self, face: u32) {
         for station in lock(&self.0.stations).values() {
             station.leave(face);

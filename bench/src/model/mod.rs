@@ -307,7 +307,6 @@ impl Model {
         self.nodes.get(&id)?.sheet
     }
 
-    /// A drive.
     pub(crate) fn drive(&mut self, id: NodeId) -> &mut Drive {
         self.drives.entry(id).or_default()
     }
@@ -334,7 +333,6 @@ impl Model {
         }
     }
 
-    /// A drive that is known to be one.
     pub(crate) fn drive_if_known(&mut self, id: NodeId) -> Option<&mut Drive> {
         self.drives.get_mut(&id)
     }

@@ -54,7 +54,6 @@ impl Notices {
         self.is_sent_on = self.alarm.is_some() && (self.is_sent_on || is_unconfirmed);
     }
 
-    /// Says that all has stopped.
     pub(super) fn say_stopped(&mut self, text: &str) {
         self.alarm = None;
         self.say(text);

@@ -13,7 +13,6 @@ const MODULES: &[&str] = &["driver", "marked"];
 /// Names that parameters must leave free.
 const RESERVED: &[&str] = &["TABLE"];
 
-/// One interface.
 #[derive(Debug)]
 pub(crate) struct InterfaceItem<'a> {
     pub(crate) ident: String,
@@ -22,7 +21,6 @@ pub(crate) struct InterfaceItem<'a> {
     pub(crate) parameters: Vec<ParameterItem<'a>>,
 }
 
-/// One parameter.
 #[derive(Debug)]
 pub(crate) struct ParameterItem<'a> {
     pub(crate) parameter: &'a Parameter,

@@ -69,7 +69,6 @@ pub struct DriveMaster {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asks {
-    /// The application.
     Application,
     /// The master itself, to know the drive.
     Master,

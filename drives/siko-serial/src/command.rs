@@ -354,7 +354,6 @@ fn one_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumber
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::PARAMETER_NUMBER)
 }
 
-/// The value with a number.
 fn value_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumber> {
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::VALUE_RANGE)
 }

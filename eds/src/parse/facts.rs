@@ -81,7 +81,6 @@ pub(crate) struct ObjectFacts {
     pub(crate) header: bool,
     /// How many `[1018subN]` there are.
     pub(crate) subs: u16,
-    /// `SubNumber`.
     pub(crate) sub_number: Option<u16>,
     /// `CompactSubObj`, when it is not 0.
     pub(crate) compact: u8,
@@ -100,7 +99,6 @@ impl ObjectFacts {
     }
 }
 
-/// One of the lists.
 #[derive(Clone, Debug)]
 pub(crate) struct List {
     pub(crate) list: ObjectList,

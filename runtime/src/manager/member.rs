@@ -21,7 +21,6 @@ pub(super) struct Member<C> {
     phase: Phase<C>,
     /// How often it may still be silent before that is a failure.
     retries: u8,
-    /// What it is to be commanded.
     command: Option<NmtCommand>,
     /// It is silent, and has not booted since.
     lost: bool,
@@ -49,7 +48,6 @@ enum Phase<C> {
 /// What a frame or a deadline brings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Report {
-    /// The node is lost.
     Lost(NodeId, Loss),
     Event(NetworkEvent),
 }

@@ -9,11 +9,10 @@ use super::{BitField, BitName, DataType, Meaning, Name, Quantity, Unit, ValueNam
 /// Why a text is no value of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum NoValue<'a> {
-    /// It is no number.
     #[error("{text:?} is no {data_type}")]
     NoNumber {
-        /// The text.
         text: &'a str,
         /// The type of the entry.
         data_type: DataType,
@@ -29,7 +28,6 @@ pub enum NoValue<'a> {
     /// It does not begin with a number.
     #[error("{text:?} is no number of {symbol}: write 1.5 {symbol}")]
     NoQuantity {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -37,7 +35,6 @@ pub enum NoValue<'a> {
     /// The number has a unit that is not the entry's, or several units have its symbol.
     #[error("{text:?} is not in {symbol}")]
     OtherUnit {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -45,7 +42,6 @@ pub enum NoValue<'a> {
     /// A number without unit and decimal point, where a count is not worth one of the unit.
     #[error("is {text} in {symbol}, or a count? Write \"{text} {symbol}\" or \"raw:{text}\"")]
     NoUnit {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -53,7 +49,6 @@ pub enum NoValue<'a> {
     /// The number lies between two counts.
     #[error("{text} cannot be set: the step is {} {}", unit.scale(1.0), unit.symbol)]
     BetweenCounts {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         unit: Unit<'a>,
@@ -63,7 +58,6 @@ pub enum NoValue<'a> {
     NoName {
         /// The name.
         text: &'a str,
-        /// The names that there are.
         names: Names<'a>,
     },
     /// The number does not fit into the bits of a field.

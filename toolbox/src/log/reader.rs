@@ -144,25 +144,17 @@ impl Iterator for Reader {
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum LogError {
     /// The operating system refused.
     #[error("{name}: {error}")]
-    Io {
-        /// The log.
-        name: String,
-        /// Its error.
-        error: io::Error,
-    },
+    Io { name: String, error: io::Error },
     /// The bytes are of no known format.
     #[error("{name}: this is no log of candump, pcap, pcapng, ASC, TRC or BLF")]
-    Unknown {
-        /// The log.
-        name: String,
-    },
+    Unknown { name: String },
     /// A line is wrong.
     #[error("{name}:{line}: {flaw}")]
     Line {
-        /// The log.
         name: String,
         /// The line, counted from 1.
         line: u64,
@@ -172,7 +164,6 @@ pub enum LogError {
     /// The bytes before an offset are wrong.
     #[error("{name}: before byte {offset}: {flaw}")]
     Byte {
-        /// The log.
         name: String,
         /// How many bytes were read.
         offset: u64,

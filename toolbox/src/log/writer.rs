@@ -15,7 +15,6 @@ enum Output {
     Stream(Box<dyn Write + Send>),
 }
 
-/// A file of a log.
 enum LogFile {
     /// It is made when the first bytes are written.
     Wanted(PathBuf, Existing),

@@ -30,6 +30,7 @@ pub struct Change {
 /// Why a PDO cannot become what is asked for. Nothing was sent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Objection {
     /// A text names no object.
     #[error(transparent)]
@@ -47,7 +48,6 @@ pub enum Objection {
         entry: String,
         /// Its access right.
         access: &'static str,
-        /// The PDO.
         pdo: PdoName,
     },
     /// A text, or bytes.
@@ -55,7 +55,6 @@ pub enum Objection {
     NoFixedLength {
         /// The object.
         entry: String,
-        /// Its data type.
         data_type: DataType,
     },
     /// A placeholder in a PDO that the device sends.
@@ -70,7 +69,6 @@ pub enum Objection {
     /// More than the mapping has entries.
     #[error("{pdo} maps up to {most} objects, not {count}")]
     TooMany {
-        /// The PDO.
         pdo: PdoName,
         /// How many are asked for.
         count: usize,
@@ -80,7 +78,6 @@ pub enum Objection {
     /// The mapping is read-only.
     #[error("the mapping of {pdo} is fixed: {address} is {access}")]
     FixedMapping {
-        /// The PDO.
         pdo: PdoName,
         /// The entry that cannot be written.
         address: Address,
@@ -90,7 +87,6 @@ pub enum Objection {
     /// The device has no such parameter.
     #[error("{pdo} has no {what}: there is no {address}")]
     NoParameter {
-        /// The PDO.
         pdo: PdoName,
         /// What it would be.
         what: &'static str,
@@ -106,7 +102,6 @@ pub enum Objection {
     /// A transmission type that this direction does not have.
     #[error("{pdo} cannot have the transmission type {code}")]
     NoTransmissionType {
-        /// The PDO.
         pdo: PdoName,
         /// The type.
         code: u8,
@@ -290,7 +285,6 @@ fn length(device: Option<&Device>, after: &PdoState) -> Vec<Objection> {
     [fixed, too_many, too_long].into_iter().flatten().collect()
 }
 
-/// All of them, or all objections.
 fn collected<T>(results: impl Iterator<Item = Result<T, Objection>>) -> Result<Vec<T>, Vec<Objection>> {
     let (mut all, mut objections) = (Vec::new(), Vec::new());
     for result in results {

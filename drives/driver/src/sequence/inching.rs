@@ -75,7 +75,6 @@ pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Erro
     begin(drive, inching, Begin { direction, bit, width: None }).await
 }
 
-/// What is to begin.
 struct Begin {
     direction: Direction,
     /// The bit of the control word whose edge begins it.

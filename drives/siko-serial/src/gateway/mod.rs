@@ -131,7 +131,6 @@ pub struct SerialDoor {
     job: Option<Active>,
     /// The command that is under way, and whether it is one of the job.
     asked: Option<(Command, bool)>,
-    /// When it was sent.
     sent: Instant,
     /// How often in a row it has been sent.
     attempts: u8,
@@ -366,7 +365,6 @@ impl SerialDoor {
         }
     }
 
-    /// The commands of an order.
     fn order(&mut self, now: Instant, order: Order, target: i32) -> Vec<Command> {
         // Its characters are orders, too.
         self.client.stop_inching();

@@ -89,7 +89,6 @@ type Value<'i> = Spanned<DeValue<'i>>;
 
 const TRIGGERS: [&str; 3] = ["at_ms", "when", "after_ms"];
 
-/// One `[[step]]`.
 struct Step<'t, 'i> {
     text: &'t str,
     table: &'t DeTable<'i>,

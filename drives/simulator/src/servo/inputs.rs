@@ -201,7 +201,6 @@ impl Inputs {
 /// For buttons.
 #[cfg(feature = "script")]
 impl Inputs {
-    /// What an input takes, and what it is.
     pub(super) fn about(key: &str) -> (Takes, &'static str) {
         let code = || Takes::Number(Range::new(1.0, 65_535.0, "EMCY code"), Some("none"));
         let place = || Takes::Number(Range::new(-1e9, 1e9, "position units"), Some("none"));

@@ -87,7 +87,6 @@ enum Stage {
 enum Report {
     /// By itself, within this time after a change.
     Within(Duration),
-    /// When it is asked.
     Asked,
 }
 
