@@ -204,7 +204,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether it only asks for what the bench has, so that its place among others does not matter.
+    /// Whether it only reads what the bench has, so that its order among others does not matter.
     #[must_use]
     pub const fn only_asks(&self) -> bool {
         matches!(

@@ -361,7 +361,7 @@ pub struct Drive {
     pub order: Option<String>,
     /// How the last order ended.
     pub ending: Option<Ending>,
-    /// That it is to stand, until it has confirmed that it does.
+    /// A stop that was ordered, until the drive confirms that it stands.
     pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
     pub orders: Vec<Order>,

@@ -22,7 +22,7 @@ use crate::options::Options;
 #[must_use = "nothing happens before `generate`"]
 pub struct Config {
     sheets: Vec<Sheet>,
-    /// What was given before the data sheet that it belongs to.
+    /// Settings that were given before the data sheet that they belong to.
     stray: Option<Stray>,
     rules: Vec<Rule>,
     out_dir: Option<PathBuf>,

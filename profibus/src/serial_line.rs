@@ -153,7 +153,7 @@ pub fn serve<T: Read + Write, A: Application>(
     Ok(())
 }
 
-/// Whether there is only nothing to read.
+/// Whether the error only means that there is nothing to read yet.
 fn passes(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }

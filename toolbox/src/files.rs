@@ -35,7 +35,7 @@ pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     Ok(bytes)
 }
 
-/// What becomes of a file that is there when another one is to be written.
+/// What becomes of an existing file that is to be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// It stays, and nothing is written.

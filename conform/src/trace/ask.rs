@@ -195,7 +195,7 @@ impl Asking<'_> {
         }
         let span = until.unwrap_or(self.answer) + least;
         let end = self.asked.now() + span;
-        // A server answers once: what else it says is its answer.
+        // A server answers once, so any other response is its answer.
         let answers_once = until.is_none() && step.is_at(connection::SDO_RESPONSE);
         loop {
             if let Some(at) = self.heard.iter().position(|(_, frame)| step.is_like(frame)) {

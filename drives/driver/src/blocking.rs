@@ -263,7 +263,7 @@ impl<L: Link, K> Drive<L, K> {
     #[must_use]
     pub fn release(self) -> L {
         let mut machine = self.shared.take().expect(HAS_LINK);
-        // The drive does what it is protected by.
+        // A drive that cannot be disarmed does what its protection says.
         let _ = machine.disarm();
         machine.link
     }

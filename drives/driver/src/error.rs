@@ -142,7 +142,7 @@ pub enum Error {
         direction: PdoDirection,
         /// 1 to 4.
         number: u16,
-        /// By what the driver goes; index 0 for what it does not know.
+        /// The mapping that the driver expects; index 0 stands for an object that it does not know.
         expected: Vec<Mapped>,
         /// What the drive holds, as far as the driver goes by it.
         found: Vec<Mapped>,

@@ -403,7 +403,7 @@ impl<K> Drive<K> {
             }
             Event::Manager(manager::Event::BootedUp { node }) if node == self.node => {
                 self.session.context().heard_boot_up();
-                // What was armed has not outlived that.
+                // A restart has disarmed it.
                 self.session.protected(Protection::None);
                 true
             }

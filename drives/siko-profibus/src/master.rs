@@ -382,7 +382,7 @@ impl DriveMaster {
         }
     }
 
-    /// What is due, now that something has changed.
+    /// Does what has become due by a change.
     fn go_on(&mut self, now: Instant) {
         self.go_on_with_order();
         self.begin_task(now);

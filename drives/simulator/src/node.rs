@@ -168,7 +168,7 @@ impl SimulatedServo {
         self.memory.trouble()
     }
 
-    /// Lets `script` happen to the servo, beginning at `now`; another one that is not done is forgotten.
+    /// Runs `script` from `now` on, in place of one that still runs.
     pub fn follow(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);

@@ -463,7 +463,7 @@ impl Device {
         self.object(index)?.entry(sub)
     }
 
-    /// The size of a data type in bits; of one that the device defines itself, what its DEFTYPE says.
+    /// The size of a data type in bits; for a type of the device's own, what its DEFTYPE says.
     #[must_use]
     pub fn bits(&self, data_type: DataType) -> Option<u8> {
         let DataType::Other(code @ 0x40..=0x25F) = data_type else { return data_type.bits() };

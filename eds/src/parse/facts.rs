@@ -84,7 +84,7 @@ pub(crate) struct ObjectFacts {
     pub(crate) sub_number: Option<u16>,
     /// `CompactSubObj`, when it is not 0.
     pub(crate) compact: u8,
-    /// What `ObjectType` says, when it says something.
+    /// `ObjectType`, where it is given and understood.
     pub(crate) declared: Option<ObjectKind>,
     /// The list that names it.
     pub(crate) listed: Option<ObjectList>,

@@ -137,7 +137,7 @@ pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     new.complete()
 }
 
-/// A file that is being written beside the one that it replaces when it is complete. It is removed if it never is.
+/// A file that is being written beside the one that it will replace once complete. Dropped before that, it is removed.
 #[derive(Debug)]
 pub struct Replacement {
     path: PathBuf,

@@ -21,7 +21,7 @@ pub enum Notice {
     State(BusState),
     /// This many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
     Gap(u32),
-    /// The link refuses frames: this one and all that follow are lost, until it takes one again.
+    /// The link refuses frames: they are lost until it takes one again.
     Refused(LinkError),
 }
 

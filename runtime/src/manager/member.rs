@@ -191,7 +191,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.phase = Phase::Paused { until };
     }
 
-    /// It was commanded to reset. While it is paused, its boot-up message does not end that.
+    /// The node was commanded to reset. A pause goes on over its boot-up message.
     pub(super) fn note_reset(&mut self) {
         self.forget();
         self.reset = !matches!(self.phase, Phase::Paused { .. });

@@ -134,7 +134,7 @@ impl<'a> Meaning<'a> {
             Meaning::Quantity([unit]) => quantity(data_type, unit, text),
             Meaning::Quantity(units) => match split(data_type, text).1.trim() {
                 given if !given.is_empty() && integer(text).is_none() => {
-                    // Other objects decide on the unit: a symbol that several of them have says nothing.
+                    // Other objects decide on the unit: a symbol that several units have is ambiguous.
                     let mut called = units.iter().filter(|unit| is_symbol(unit, given));
                     let first = called.next();
                     let only = first.filter(|unit| called.all(|it| (it.num, it.den) == (unit.num, unit.den)));
@@ -439,7 +439,7 @@ fn quantity<'a>(data_type: DataType, unit: &Unit<'a>, text: &'a str) -> Result<u
     }
 }
 
-/// The counts of a decimal number: those that are it, or are shown so. `Some(None)` between two counts.
+/// The count whose value is the decimal number, or is printed as it. `Some(None)` if the number lies between two counts.
 fn of_decimal(unit: &Unit<'_>, number: &str) -> Option<Option<i128>> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     if fraction.len() > 18 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {

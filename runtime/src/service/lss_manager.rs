@@ -404,7 +404,7 @@ impl Default for LssManager {
     }
 }
 
-/// What a response means to a request; `None` when it belongs to another one.
+/// What a response means to a request; `None` if it answers another request.
 fn answer(request: LssRequest, response: LssResponse) -> Option<Event> {
     match (request, response) {
         (LssRequest::ConfigureNode(_), LssResponse::ConfigureNode { error, specific })

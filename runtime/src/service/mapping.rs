@@ -10,7 +10,7 @@ use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDic
 pub struct Mapping<const N: usize = 64> {
     // As mapping parameters hold them: half the size of `Mapped`. Behind `len` they are 0.
     entries: [u32; N],
-    // Where the dictionary has them, so that a PDO does not search for them.
+    // The rows of the mapped objects in the dictionary, so that a PDO need not search.
     rows: [u16; N],
     len: u8,
     bits: u8,
@@ -97,7 +97,7 @@ impl<const N: usize> Mapping<N> {
         self.iter().any(|mapped| other.maps(mapped.address))
     }
 
-    /// The PDO's data, as the dictionary holds them now; what it does not give is zero.
+    /// The PDO's data, as the dictionary holds them now; an object that cannot be read is zero.
     #[must_use]
     pub fn pack(&self, od: &mut dyn ObjectDictionary) -> [u8; 8] {
         let (mut raw, mut low) = (0, 0);

@@ -364,7 +364,7 @@ impl Writer {
         self.push(flash, value)
     }
 
-    /// The checksum last: until it is there, the slot holds nothing.
+    /// Writes the checksum, last of all: a slot without it counts as empty.
     fn finish<F: Flash>(&mut self, flash: &mut F) -> Result<(), FlashError> {
         self.push(flash, &END)?;
         self.push(flash, &self.crc.get().to_le_bytes())?;

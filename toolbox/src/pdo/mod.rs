@@ -164,7 +164,7 @@ impl PdoState {
         state.unwrap_or_default()
     }
 
-    /// Reads all PDOs of a device: those of its data sheet, or without one, those that it has.
+    /// Reads all PDOs of a device: those of its data sheet, or without one, those that the device answers for.
     pub fn read_all<E>(
         device: Option<&Device>,
         mut read: impl FnMut(Address) -> Result<Option<Vec<u8>>, E>,

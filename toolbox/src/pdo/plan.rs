@@ -210,7 +210,7 @@ impl Plan {
         self.before == self.after
     }
 
-    /// What makes the PDO what it will be.
+    /// The settings that carry out the plan.
     pub fn apply(&self) -> Settings {
         self.towards(&self.after)
     }

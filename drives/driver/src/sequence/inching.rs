@@ -100,7 +100,7 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     drive.pass(inching.begins).await?;
     loop {
         let status_word = drive.status().await?;
-        // Inching is not acknowledged: what follows from it is all that shows, or the fault that it has led to.
+        // Inching is not acknowledged: only its effect shows, or the fault that it led to.
         if state_of(status_word)? != State::OperationEnabled
             || !was_busy && is_inching(drive).await?
             || has_begun(drive, &order, from).await?

@@ -138,7 +138,7 @@ pub struct SerialDoor {
     next_status: Instant,
     /// When position and velocity were to be read last.
     values_since: Option<Instant>,
-    /// What is still to be read of them.
+    /// The commands that are still to be read.
     values: &'static [Command],
     reports: VecDeque<Report>,
 }

@@ -59,11 +59,11 @@ pub struct SdoClient {
 /// Whether the server knows block transfers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Blocks {
-    /// It has not shown that it does not.
+    /// Not refused so far.
     Possible,
-    /// It did not begin one, and is asked for segments instead.
+    /// The server did not begin one, and is asked for segments instead.
     Doubtful,
-    /// It does not, but transfers segments.
+    /// It does not know them: it did not begin one, but has transferred segments.
     Unknown,
 }
 
@@ -166,7 +166,7 @@ enum State {
     Download(Download),
     BlockUpload(BlockUpload),
     BlockDownload(BlockDownload),
-    /// The payload was too short; what is left is to report it.
+    /// The payload was too short; the error is still to be reported.
     Failed(SdoError),
 }
 
@@ -505,7 +505,7 @@ impl SdoClient {
     }
 
     /// An abort for another entry belongs to a transfer that is over here. A server that does not know
-    /// what it aborts names `0000:00`; but it knows what it is asked to begin.
+    /// which transfer it aborts names `0000:00`; but after a request that begins one, it does know.
     fn handle_abort(&mut self, now: Instant, address: Address, abort: Abort) -> Option<Event> {
         let is_begun = self.is_begun();
         let concerns_us = abort.address == address || is_begun && abort.address == Address::new(0, 0);

@@ -52,7 +52,7 @@ pub struct PlantDevice {
     pub eeprom: Option<PathBuf>,
     /// What happens to it by itself.
     pub script: Option<ScriptText>,
-    /// Where its file says that it is there.
+    /// Its place in the plant's file.
     place: Option<Place>,
     /// `6060 = profile velocity`.
     settings: Vec<Line>,
