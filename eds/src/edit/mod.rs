@@ -297,7 +297,7 @@ fn object_end(syntax: &Syntax<'_>, index: u16) -> u32 {
     nearest.unwrap_or_else(|| list_end(syntax))
 }
 
-/// The last line, from 1, of what stands before the objects; that of the file if nothing does.
+/// The last line (from 1) of the sections before the objects, or of the file if there are none.
 fn list_end(syntax: &Syntax<'_>) -> u32 {
     let before = syntax.sections.iter().take_while(|section| !matches!(section.kind, SectionKind::Object(..)));
     before.last().map_or(syntax.source.line_count() as u32, |section| lines(section).end() + 1)

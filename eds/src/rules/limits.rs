@@ -203,7 +203,7 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.configured.is_some() && !entry.access.writable()) {
-        // Without a default it is all that is known, and nothing disagrees.
+        // Without a default, no value disagrees with the configured one.
         if entry.default.is_some() && entry.configured != entry.default {
             let span = cx.entry_span(entry, Key::ParameterValue);
             let note = note(format!("{} is {}", place(entry), entry.access.name())).at(span, "cannot be written");

@@ -114,7 +114,7 @@ impl<
     }
 
     /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
-    /// that stays as it is goes on with its transfer.
+    /// whose parameters have not changed goes on with its transfer.
     pub(super) fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
         self.servers_changed = false;
         // The identifiers of the default server are fixed, also if 1200h has others (CiA 301, 7.5.2.33).

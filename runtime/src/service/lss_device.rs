@@ -50,7 +50,7 @@ pub struct LssDevice {
     identity: Identity,
     /// What the device runs with.
     active: Option<NodeId>,
-    /// What it is to run with after a reset.
+    /// The node-ID that it takes at the next reset.
     pending: Option<NodeId>,
     state: LssState,
     /// The parts of the identity that a selection has met so far, without gaps.

@@ -543,7 +543,7 @@ impl SdoClient {
     /// The abort for the server, and the error for the user.
     fn explain(&self, address: Address, failure: Failure) -> (Option<Abort>, SdoError) {
         let abort = |code| Some(Abort { address, code });
-        // Of an expedited transfer there is nothing that the server could abort.
+        // In an expedited transfer nothing is under way at the server, so there is nothing to abort.
         let abort_segments = |code| abort(code).filter(|_| self.is_begun());
         match failure {
             Failure::TimedOut => (abort(AbortCode::TIMED_OUT), SdoError::TimedOut { address }),
