@@ -11,6 +11,7 @@ use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
 /// In JSON: `{"do": "write", "node": 5, "address": "6081:00", "text": "100 rpm"}`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(tag = "do", rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Command {
     /// Asks for the hands: one face at a time may change something. Refused while another one has them, unless `force` is given.
     TakeHands {
@@ -36,7 +37,6 @@ pub enum Command {
     Scan,
     /// Gives a node a data sheet: a device of the library or a file.
     SetSheet {
-        /// The node.
         node: u8,
         /// `siko/ag03-1`, `drive.eds`.
         sheet: String,
@@ -48,27 +48,21 @@ pub enum Command {
     },
 
     /// The entries of a node's data sheet, with the values that are known. [`Answer::Objects`].
-    Objects {
-        /// The node.
-        node: u8,
-    },
+    Objects { node: u8 },
     /// Reads entries: [`Answer::Values`] in their order.
     Read {
-        /// The node.
         node: u8,
         /// `6064:00`; `1018` for all entries of an object.
         addresses: Vec<String>,
     },
     /// The values of entries that were seen last on the bus: nothing is read. [`Answer::Values`] of those that were seen.
     Seen {
-        /// The node.
         node: u8,
         /// `6064:00`.
         addresses: Vec<String>,
     },
     /// Writes an entry, after the data sheet's limits were checked.
     Write {
-        /// The node.
         node: u8,
         /// `6081:00`.
         address: String,
@@ -80,7 +74,6 @@ pub enum Command {
     },
     /// Reads an entry again and again; its value is among [`View::watched`](crate::View::watched).
     Watch {
-        /// The node.
         node: u8,
         /// `6064:00`.
         address: String,
@@ -89,39 +82,29 @@ pub enum Command {
     },
     /// Ends that.
     Unwatch {
-        /// The node.
         node: u8,
         /// `6064:00`.
         address: String,
     },
     /// Compares the parameters of a node: [`Answer::Differences`].
     Compare {
-        /// The node.
         node: u8,
         /// With what.
         with: Other,
     },
     /// Reads all parameters of a node: [`Answer::File`], a DCF.
-    Backup {
-        /// The node.
-        node: u8,
-    },
+    Backup { node: u8 },
     /// Writes what differs from a DCF into a node.
     Restore {
-        /// The node.
         node: u8,
         /// The text of the DCF.
         dcf: String,
     },
 
     /// How the PDOs of a node are configured, read from it: [`Answer::Pdos`].
-    Pdos {
-        /// The node.
-        node: u8,
-    },
+    Pdos { node: u8 },
     /// Configures a PDO by the proper procedure. With `check`, only what speaks against it: [`Answer::Objections`].
     MapPdo {
-        /// The node.
         node: u8,
         /// `tpdo1`.
         pdo: String,
@@ -159,7 +142,6 @@ pub enum Command {
 
     /// Adds curves to the plot: objects are read every so often, PDO signals are taken as they come.
     Plot {
-        /// The node.
         node: u8,
         /// `6064:00`, `tpdo1`.
         signals: Vec<String>,
@@ -189,7 +171,6 @@ pub enum Command {
 
     /// An order to a drive; what becomes of it is in [`view::Drive`](crate::view::Drive).
     Drive {
-        /// The node.
         node: u8,
         /// What to do.
         order: Order,
@@ -199,14 +180,12 @@ pub enum Command {
 
     /// An input of a simulated device, in the words of `lexican simulate`: `blocked = true`.
     Input {
-        /// The node.
         node: u8,
         /// The input and its value.
         text: String,
     },
     /// Switches a simulated device on or off.
     Power {
-        /// The node.
         node: u8,
         /// Whether it has power.
         on: bool,
@@ -225,7 +204,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether it only asks for what the bench has, so that its place among others does not matter.
+    /// Whether it only reads what the bench has, so that its order among others does not matter.
     #[must_use]
     pub const fn only_asks(&self) -> bool {
         matches!(

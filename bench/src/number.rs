@@ -8,9 +8,7 @@ use crate::command::Refused;
 /// Refuses a text whose number has more than one reading, unless the field itself shows as many decimals: `shown` is what it shows
 /// for this number.
 ///
-/// # Errors
-///
-/// The readings, and what to write instead.
+/// Errors: the readings, and what to write instead.
 pub(crate) fn check(text: &str, shown: Option<&str>) -> Result<(), Refused> {
     let Some(number) = leading_number(text) else { return Ok(()) };
     let is_shown_so = |shown: &str| !number.contains(',') && shown.contains('.') && decimals(number) <= decimals(shown);
@@ -37,10 +35,6 @@ pub(crate) fn check(text: &str, shown: Option<&str>) -> Result<(), Refused> {
 }
 
 /// Takes a text by what parses it, if its number has one reading in a field that shows it so.
-///
-/// # Errors
-///
-/// As [`check`], else why the text is not taken.
 pub(crate) fn read<T>(
     text: &str,
     parse: impl Fn(&str) -> Result<T, String>,
@@ -52,10 +46,6 @@ pub(crate) fn read<T>(
 }
 
 /// The number in a text of digits.
-///
-/// # Errors
-///
-/// As [`check`]; that it is no number.
 pub(crate) fn parse(text: &str) -> Result<f64, Refused> {
     check(text, None)?;
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());

@@ -199,18 +199,16 @@ pub struct Value {
 
 /// A watched entry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Watched {
-    /// The node.
     pub node: u8,
     /// `6064:00`.
     pub address: String,
-    /// Its name.
     pub name: String,
     /// How often it is read.
     pub every_ms: u32,
     /// Its value, once it is known.
     pub value: Option<Value>,
-    /// When that was seen.
     pub seen: Option<Seen>,
     /// The lowest and the highest number so far.
     pub bounds: Option<(f64, f64)>,
@@ -363,7 +361,7 @@ pub struct Drive {
     pub order: Option<String>,
     /// How the last order ended.
     pub ending: Option<Ending>,
-    /// That it is to stand, until it has confirmed that it does.
+    /// A stop that was ordered, until the drive confirms that it stands.
     pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
     pub orders: Vec<Order>,

@@ -76,7 +76,6 @@ impl Served {
         }
     }
 
-    /// A page.
     fn opens(&self) -> Page {
         let (socket, answer) = client(self.upgrade(&self.token), TcpStream::connect(self.address).unwrap()).unwrap();
         assert_eq!(answer.headers()["Sec-WebSocket-Protocol"], "lexican-bench", "the token is not sent back");

@@ -22,7 +22,7 @@ use crate::options::Options;
 #[must_use = "nothing happens before `generate`"]
 pub struct Config {
     sheets: Vec<Sheet>,
-    /// What was given before the data sheet that it belongs to.
+    /// Settings that were given before the data sheet that they belong to.
     stray: Option<Stray>,
     rules: Vec<Rule>,
     out_dir: Option<PathBuf>,
@@ -140,9 +140,7 @@ impl Config {
     /// their lines in `NAME.findings.txt` beside the code. A file is written whole or not at all, and only if its content
     /// changes.
     ///
-    /// # Errors
-    ///
-    /// See [`Error`]. Nothing is written then, not even for data sheets without errors.
+    /// After an error nothing is written, not even for data sheets without errors.
     pub fn generate(self) -> Result<(), Error> {
         match self.stray {
             Some(Stray::Overlay(path)) => return Err(Error::OverlayFirst(path)),

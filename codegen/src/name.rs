@@ -47,8 +47,8 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
 }
 
 /// The words of a name, fewer where they are longer than [`MAX_LENGTH`]: first without remarks in brackets, then
-/// without those before the last, which often is the number of an element. It depends on the name alone,
-/// so that a long name stays what it is when others are added.
+/// without those before the last, which often is the number of an element. The result depends on the name alone,
+/// so it does not change when objects are added.
 fn short_words(name: &str) -> Vec<String> {
     let all = words(name);
     if length(&all) <= MAX_LENGTH {

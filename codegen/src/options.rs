@@ -6,7 +6,7 @@ pub struct Options {
     /// Whether the device's side is generated too: `TABLE`, `Storage` and what the overlay says of conditions. It
     /// starts with what a DCF configures, else with the defaults.
     pub storage: bool,
-    /// Whether the table `NAMES` is generated, which tools show entries by. It takes its place in the flash.
+    /// Whether the table `NAMES` is generated, by which tools show entries. It takes room in the flash.
     pub names: bool,
     /// Whether the module `driver` is generated, which describes a drive of CiA 402 for `lexican-driver`: its
     /// `DESCRIPTION`, its `Kind`, and `Drive`.

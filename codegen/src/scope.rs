@@ -19,7 +19,7 @@ pub(crate) struct Claim {
     pub(crate) wanted: String,
     /// How it is written.
     pub(crate) case: Case,
-    /// What is appended when others want it too: lower-case words, mostly an address.
+    /// What is appended when several items want the same name: lower-case words, mostly an address.
     pub(crate) suffix: String,
     /// Where the data sheet names it.
     pub(crate) span: Span,
@@ -62,7 +62,7 @@ pub(crate) fn resolve(scope: &str, reserved: &[&str], claims: &[Claim], findings
     resolved
 }
 
-/// What is found where several want one name, of which `chosen` are those that they have instead, in their order.
+/// The finding that several items want one name; `chosen` are the names they get instead, in their order.
 fn collision<'a>(
     scope: &str,
     wanted: &str,

@@ -535,10 +535,6 @@ fn control_pdo(t: &Tester<'_>) -> Option<CobId> {
 }
 
 /// Disables a drive, and waits until it stands.
-///
-/// # Errors
-///
-/// What it does instead.
 pub(crate) fn make_safe(t: &mut Tester<'_>) -> Result<(), String> {
     // Without an answer at first: it may be booting.
     let mut last = String::new();

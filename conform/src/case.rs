@@ -110,10 +110,6 @@ impl Case {
 
 impl Tester<'_> {
     /// Runs one case on a device that has its defaults.
-    ///
-    /// # Errors
-    ///
-    /// Why it was not passed.
     pub fn run(&mut self, case: &Case) -> Outcome {
         self.begin();
         let profile = self.sheet.device.profile;

@@ -177,7 +177,7 @@ struct Suite<'a> {
     changed: BTreeSet<(u16, u8)>,
     /// A case has stored parameters.
     stores: bool,
-    /// They were stored again, so that they are what they were: the storage has more than before.
+    /// The old values were stored again: the storage holds entries that it did not hold before.
     has_grown: bool,
     /// Whether cases that were run have failed.
     failed: BTreeMap<&'static str, bool>,
@@ -332,7 +332,7 @@ impl Suite<'_> {
         (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end)
     }
 
-    /// Whether a case fails: it is run for that, unless it was.
+    /// Whether a case fails. It is run now if it was not yet.
     fn has_failed(&mut self, id: &'static str) -> bool {
         if let Some(failed) = self.failed.get(id) {
             return *failed;
@@ -370,7 +370,7 @@ impl Suite<'_> {
     /// Whether the device answers, and if not, whether it does so again within some time.
     fn looks_for_device(&mut self, within: Duration) -> Presence {
         let (until, mut presence) = (self.tester.now() + within, Presence::Here);
-        // In STOPPED it does not answer, and is there.
+        // In STOPPED a device does not answer SDO, though it is there.
         let mut wakes = Some(NmtCommand::EnterPreOperational);
         loop {
             self.tester.limit(STEP);
@@ -451,7 +451,7 @@ impl Suite<'_> {
         by_lss.into_iter().chain(self.left()).collect()
     }
 
-    /// What is not known to be as it was: a sentence for each entry.
+    /// What may not have its old value: a sentence for each entry.
     fn left(&self) -> Vec<String> {
         let was = |&(index, sub): &(u16, u8)| {
             let before = self.tester.shown((index, sub), &self.before[&(index, sub)]);

@@ -641,7 +641,7 @@ impl<'a> Tester<'a> {
         self.sheet.device.entries().filter(|entry| wanted(entry)).cloned().collect()
     }
 
-    /// The entries, of which there must be one.
+    /// The entries that are wanted; not applicable if there is none.
     pub(crate) fn some(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
         let entries = self.entries(wanted);
         if entries.is_empty() { Err(not_applicable(format!("no entry {what}"))) } else { Ok(entries) }

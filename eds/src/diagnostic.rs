@@ -35,7 +35,7 @@ pub struct Label {
     pub span: Span,
     /// The remark; may be empty.
     pub text: String,
-    /// Whether the finding is here; else it is what the finding disagrees with.
+    /// Whether this is the place of the finding; else it is a place that disagrees with it.
     pub primary: bool,
 }
 

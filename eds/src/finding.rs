@@ -8,7 +8,6 @@ use crate::model::types::DataType;
 use crate::model::{AccessType, ObjectKind};
 use crate::text::{Refusal, Span};
 
-/// One finding.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Finding {
     pub(crate) kind: Kind,

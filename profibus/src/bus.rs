@@ -87,10 +87,6 @@ impl<S: Segment> Bus<S> {
     }
 
     /// The side of the master of one slave, with outputs of zero.
-    ///
-    /// # Errors
-    ///
-    /// When no slave can have the address.
     pub fn station(
         &self,
         address: u8,
@@ -126,10 +122,6 @@ impl<S: Segment> Bus<S> {
 impl<S: Segment + Send + 'static> Bus<S> {
     /// Has a thread poll the segment, also while no station waits, until the bus and all its stations are dropped. Without
     /// that, time passes in [`Station::wait`] only, and slaves give the master up in between.
-    ///
-    /// # Errors
-    ///
-    /// When there is no thread.
     pub fn keep(&self, every: Duration) -> io::Result<()> {
         let shared = Arc::downgrade(&self.0);
         std::thread::Builder::new().spawn(move || keep(&shared, every)).map(drop)
@@ -262,10 +254,6 @@ impl<S: Segment> Station<S> {
     }
 
     /// Waits for what is new, no longer than `until`.
-    ///
-    /// # Errors
-    ///
-    /// What has ended the segment.
     pub fn wait(&mut self, until: Instant) -> Result<Option<Notice>, ErrorKind> {
         let shared = &self.bus.0;
         let mut state = shared.lock();

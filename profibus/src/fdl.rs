@@ -12,6 +12,10 @@
 //!
 //! FCS is the sum of DA to data, modulo 256. With bit 7 of an address set, its service access point (SAP) is the first
 //! byte of the data.
+//!
+//! `profirust`, the master, has the same telegrams, but keeps their types to itself, and its functions assert. The slave must
+//! take any bytes, has no std, and is there without the feature `master`; with its master's own codec it would prove that codec
+//! by itself.
 
 use core::ops::Deref;
 

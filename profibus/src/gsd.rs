@@ -91,10 +91,6 @@ fn said(lengths: Option<Lengths>) -> String {
 impl Configuration {
     /// Reads a GSD file. `modules` names those that are plugged in, with [`SEPARATOR`] between them; `None` takes the only one
     /// that carries as much data as is `expected`.
-    ///
-    /// # Errors
-    ///
-    /// The file is no GSD file, or its modules do not carry the data that is expected.
     pub fn read(path: &Path, modules: Option<&str>, expected: Lengths, bit_rate: Baudrate) -> Result<Self, GsdError> {
         let file = |reason: String| GsdError::File { path: path.into(), reason };
         let bytes = std::fs::read(path).map_err(|error| file(error.to_string()))?;

@@ -75,7 +75,7 @@ pub trait Segment {
     /// The time on it.
     fn now(&self) -> Instant;
 
-    /// Whether its time is that of the machine, so that something has to poll it always.
+    /// Whether it runs in real time, and so has to be polled without pause.
     fn is_real_time(&self) -> bool;
 
     /// What has ended it.

@@ -7,6 +7,7 @@ use crate::dp::Lengths;
 use crate::pkw::Pkw;
 
 /// Bits of the control word (STW). Bits 4 to 6 and 8 to 15 depend on the operating mode.
+#[allow(missing_docs, reason = "the names say what it is")]
 pub mod control {
     /// ON; cleared is OFF 1.
     pub const ON: u16 = 1 << 0;
@@ -14,7 +15,6 @@ pub mod control {
     pub const NO_OFF_2: u16 = 1 << 1;
     /// Cleared is OFF 3: quick stop.
     pub const NO_OFF_3: u16 = 1 << 2;
-    /// Enable operation.
     pub const ENABLE_OPERATION: u16 = 1 << 3;
     /// Positioning: cleared stops, and the travel order is discarded.
     pub const NO_STOP: u16 = 1 << 4;
@@ -30,25 +30,20 @@ pub mod control {
     pub const ENABLE_SETPOINT: u16 = 1 << 6;
     /// Acknowledges a fault.
     pub const ACKNOWLEDGE: u16 = 1 << 7;
-    /// Inching 1.
     pub const INCHING_1: u16 = 1 << 8;
-    /// Inching 2.
     pub const INCHING_2: u16 = 1 << 9;
 }
 
 /// Bits of the status word (ZSW). Bits 8, 10 and 12 to 15 depend on the operating mode.
+#[allow(missing_docs, reason = "the names say what it is")]
 pub mod status {
-    /// Ready to be switched on.
     pub const READY_TO_SWITCH_ON: u16 = 1 << 0;
     /// Ready for operation.
     pub const READY: u16 = 1 << 1;
-    /// Operation is enabled.
     pub const OPERATION_ENABLED: u16 = 1 << 2;
     /// A fault is present.
     pub const FAULT: u16 = 1 << 3;
-    /// No OFF 2.
     pub const NO_OFF_2: u16 = 1 << 4;
-    /// No OFF 3.
     pub const NO_OFF_3: u16 = 1 << 5;
     /// Switching on is inhibited until OFF 1 has been given.
     pub const SWITCH_ON_INHIBITED: u16 = 1 << 6;

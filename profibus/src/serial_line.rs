@@ -118,10 +118,6 @@ pub fn parameters(bit_rate: Baudrate) -> Parameters {
 impl SerialSegment<Box<dyn serialport::SerialPort>> {
     /// A master at a port of the operating system, such as `/dev/ttyUSB0`, with an RS-485 adapter that switches its
     /// direction by itself.
-    ///
-    /// # Errors
-    ///
-    /// When the port cannot be opened, or does not have the bit rate.
     pub fn open(path: &str, parameters: Parameters) -> std::io::Result<Self> {
         let bit_rate = u32::try_from(parameters.baudrate.to_rate()).unwrap_or(u32::MAX);
         let port = serialport::new(path, bit_rate).parity(serialport::Parity::Even).timeout(core::time::Duration::ZERO);
@@ -131,10 +127,6 @@ impl SerialSegment<Box<dyn serialport::SerialPort>> {
 
 /// Lets a slave answer at a port in real time, while `goes_on`. The port's time-out is how long it waits at most before
 /// it looks at its deadlines.
-///
-/// # Errors
-///
-/// When the port fails.
 #[expect(clippy::disallowed_methods, reason = "a port is in real time")]
 pub fn serve<T: Read + Write, A: Application>(
     slave: &mut Slave<A>,
@@ -161,7 +153,7 @@ pub fn serve<T: Read + Write, A: Application>(
     Ok(())
 }
 
-/// Whether there is only nothing to read.
+/// Whether the error only means that there is nothing to read yet.
 fn passes(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }

@@ -174,7 +174,7 @@ impl<A: Application> Slave<A> {
         &self.application
     }
 
-    /// What is behind it, to be changed.
+    /// The application behind the slave.
     pub fn application_mut(&mut self) -> &mut A {
         &mut self.application
     }
@@ -198,7 +198,7 @@ impl<A: Application> Slave<A> {
         self.diagnosis_waits = true;
     }
 
-    /// Power off and on again, with another address. What is behind it has its own supply.
+    /// Power off and on again, with another address. The application has its own supply, and keeps its state.
     pub fn restart(&mut self, now: Instant, address: u8) {
         self.leave(now, 0);
         self.address = address;

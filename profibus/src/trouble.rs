@@ -11,15 +11,12 @@ use crate::master::MASTER;
 /// Why a slave exchanges no data, by what the master has noticed last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Trouble {
     /// Nothing answers at its address.
-    Silent {
-        /// The address.
-        address: u8,
-    },
+    Silent { address: u8 },
     /// It is another kind of slave.
     Ident {
-        /// The address.
         address: u8,
         /// The ident number that the master expects.
         expected: u16,
@@ -27,27 +24,13 @@ pub enum Trouble {
         found: u16,
     },
     /// It refuses what Set_Prm brings.
-    Parameters {
-        /// The address.
-        address: u8,
-    },
+    Parameters { address: u8 },
     /// It refuses what Chk_Cfg brings.
-    Configuration {
-        /// The address.
-        address: u8,
-    },
+    Configuration { address: u8 },
     /// Another master has it.
-    OtherMaster {
-        /// The address.
-        address: u8,
-        /// That of the master.
-        master: u8,
-    },
+    OtherMaster { address: u8, master: u8 },
     /// It answers, and not with the data that is expected.
-    Data {
-        /// The address.
-        address: u8,
-    },
+    Data { address: u8 },
 }
 
 impl Trouble {

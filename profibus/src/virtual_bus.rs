@@ -166,8 +166,8 @@ impl<A: Application> VirtualBus<A> {
         true
     }
 
-    /// Lets time pass until data has been exchanged twice: what is set now has arrived then, and what comes back answers
-    /// it. Returns whether that took less than a second.
+    /// Lets time pass until data has been exchanged twice, so that the inputs are an answer to the outputs set now. Returns
+    /// whether that took less than a second.
     pub fn exchange(&mut self, id: SlaveId) -> bool {
         let before = self.exchanges(id);
         self.run_until(Duration::from_secs(1), |bus| bus.exchanges(id) >= before + 2)

@@ -1,4 +1,4 @@
-//! `defmt::Format` of what prints otherwise than its fields, as its `Display` prints it.
+//! `defmt::Format` of types whose `Display` is not a list of their fields: formatted as `Display` does.
 
 use defmt::{Format, Formatter, write};
 

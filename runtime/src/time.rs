@@ -18,7 +18,7 @@ impl Instant {
     /// The origin.
     pub const ZERO: Instant = Instant(NonZeroU64::MIN);
 
-    /// The last point in time: a wait until then ends by something else.
+    /// The last point in time. A wait until then never ends by time.
     pub const MAX: Instant = Instant(NonZeroU64::MAX);
 
     /// `us` microseconds after the origin.
@@ -70,13 +70,13 @@ impl<T> Measured<T> {
         (self.age(now) <= limit).then_some(&self.value)
     }
 
-    /// The value, if it was measured at `since` or later: what an order has done is judged by what came after it.
+    /// The value, if it was measured at `since` or later. The effect of an order is judged by values measured after it.
     #[must_use]
     pub fn since(&self, since: Instant) -> Option<&T> {
         (self.at >= since).then_some(&self.value)
     }
 
-    /// Something that follows from the value, as old as it.
+    /// Applies `f` to the value; the age stays.
     #[must_use]
     pub fn map<U>(self, f: impl FnOnce(T) -> U) -> Measured<U> {
         Measured { value: f(self.value), at: self.at }

@@ -1,15 +1,15 @@
-//! The README's recipe for a device of one's own, followed to the letter.
+//! The recipe for a device of one's own, followed to the letter.
 
 mod outside;
 
 use std::path::Path;
 
-const README: &str = include_str!("../../README.md");
+const RECIPE: &str = include_str!("../../docs/your-own-device.md");
 
 #[test]
 fn the_recipe_gives_a_device() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme/valve");
-    let files = outside::files_of(README, "valve");
+    let files = outside::files_of(RECIPE, "valve");
     assert_eq!(files.iter().map(|(path, _)| *path).collect::<Vec<_>>(), ["Cargo.toml", "build.rs", "src/main.rs"]);
     for (path, text) in files {
         outside::write(&folder, path, text);
@@ -21,6 +21,7 @@ fn the_recipe_gives_a_device() {
 }
 
 #[test]
-fn no_block_of_the_readme_is_left_unchecked() {
-    outside::has_no_other_blocks(README, &outside::files_of(README, "valve"));
+fn no_block_of_the_pages_is_left_unchecked() {
+    outside::has_no_other_blocks(RECIPE, &outside::files_of(RECIPE, "valve"));
+    outside::has_no_other_blocks(include_str!("../../README.md"), &[]);
 }

@@ -76,10 +76,6 @@ impl DataSheet {
     }
 
     /// A text that describes a device.
-    ///
-    /// # Errors
-    ///
-    /// [`DataSheetError::NoObject`].
     pub fn new(input: Input) -> Result<Self, DataSheetError> {
         let sheet = DataSheet::parse(input);
         if sheet.device.objects.is_empty() { Err(DataSheetError::NoObject { sheet: sheet.into() }) } else { Ok(sheet) }
@@ -87,10 +83,6 @@ impl DataSheet {
 
     /// The data sheet of this name, which is that of a file or else of a device of the library, with overlays from files.
     /// [`recognise`](crate::identity::recognise) has the names of devices that are known by their identity.
-    ///
-    /// # Errors
-    ///
-    /// [`DataSheetError`].
     pub fn load(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
         let (input, library) = find_known(name)?;
         let sheet = DataSheet::new(with_overlays(input, overlays)?)?;
@@ -104,10 +96,6 @@ impl DataSheet {
 }
 
 /// The texts of this name: a file, else a device of the library.
-///
-/// # Errors
-///
-/// [`DataSheetError`].
 pub fn find(name: &str) -> Result<Input, DataSheetError> {
     find_known(name).map(|(input, _)| input)
 }
@@ -141,10 +129,6 @@ pub fn beside(folder: &Path, name: &str) -> String {
 }
 
 /// Adds overlays from files.
-///
-/// # Errors
-///
-/// One of them cannot be read.
 pub fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input, ReadError> {
     overlays.iter().try_fold(input, |input, path| Ok(input.overlay(read(path)?)))
 }

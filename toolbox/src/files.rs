@@ -19,9 +19,7 @@ pub struct ReadError {
 
 /// Reads a text file in any encoding.
 ///
-/// # Errors
-///
-/// [`ReadError`]. A text that is too large for a data sheet is cut, and says so when it is parsed.
+/// A text that is too large for a data sheet is cut, and says so when it is parsed.
 pub fn read(path: &Path) -> Result<Source, ReadError> {
     // One byte beyond the bound, so that the file is reported as too large.
     let bytes = read_up_to(path, lexican_eds::text::MAX_BYTES + 1)?;
@@ -29,10 +27,6 @@ pub fn read(path: &Path) -> Result<Source, ReadError> {
 }
 
 /// Reads the first bytes of a file, which may be larger than the memory, or have no end.
-///
-/// # Errors
-///
-/// [`ReadError`].
 pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     let failed = |error| ReadError { path: path.to_owned(), error };
     let file = File::open(path).map_err(failed)?;
@@ -41,7 +35,7 @@ pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     Ok(bytes)
 }
 
-/// What becomes of a file that is there when another one is to be written.
+/// What becomes of an existing file that is to be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// It stays, and nothing is written.
@@ -54,9 +48,8 @@ pub enum Existing {
 impl Existing {
     /// Whether a file may be written. Pipes and devices always may, those that are `read` meanwhile never.
     ///
-    /// # Errors
-    ///
-    /// [`io::ErrorKind::AlreadyExists`] if there is a file that stays, [`io::ErrorKind::ResourceBusy`] if it is read.
+    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that stays, [`io::ErrorKind::ResourceBusy`] if it is
+    /// read.
     pub fn guard<'a>(self, path: &Path, read: impl IntoIterator<Item = &'a Path>) -> io::Result<()> {
         if !path.is_file() {
             return Ok(());

@@ -253,9 +253,7 @@ fn status_text(code: u8) -> &'static str {
 
 /// Transfers a program to a node, and starts it. `follow` gets what happens, and may end it.
 ///
-/// # Errors
-///
-/// [`FlashError`]: nothing can be resumed in the middle, so the next download begins anew.
+/// Errors: Nothing can be resumed in the middle; the next download begins anew.
 pub fn flash<L: Link>(
     network: &mut Network<L>,
     node: NodeId,

@@ -26,10 +26,6 @@ impl From<NodeIdError> for String {
 }
 
 /// A node-ID in decimal or, after `0x`, in hexadecimal.
-///
-/// # Errors
-///
-/// [`NodeIdError`].
 pub fn node_id(text: &str) -> Result<NodeId, NodeIdError> {
     let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
     let number = digits.map_or_else(|| text.parse::<u32>(), |digits| u32::from_str_radix(digits, 16));
@@ -39,10 +35,6 @@ pub fn node_id(text: &str) -> Result<NodeId, NodeIdError> {
 }
 
 /// Several node-IDs, `3,5-9`, in the order of the text, each once.
-///
-/// # Errors
-///
-/// [`NodeIdError`].
 pub fn node_ids(text: &str) -> Result<Vec<NodeId>, NodeIdError> {
     let mut nodes = Vec::new();
     for part in text.split(',').map(str::trim) {

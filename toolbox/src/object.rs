@@ -9,35 +9,24 @@ use crate::values::{address, name};
 
 /// Why a text names no object.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ObjectError {
     /// It is no address, and there is no data sheet to look a name up.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
-    NoDataSheet {
-        /// The text.
-        text: String,
-    },
+    NoDataSheet { text: String },
     /// It is like an address, but is none.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
-    Malformed {
-        /// The text.
-        text: String,
-    },
+    Malformed { text: String },
     /// The data sheet has no such name.
     #[error("the data sheet names no object {text:?}")]
     Unknown {
-        /// The text.
         text: String,
         /// The entries with similar names, the most similar first.
         similar: Vec<String>,
     },
     /// The data sheet has it several times.
     #[error("{text:?} is the name of several entries")]
-    Ambiguous {
-        /// The text.
-        text: String,
-        /// The entries.
-        entries: Vec<String>,
-    },
+    Ambiguous { text: String, entries: Vec<String> },
 }
 
 impl ObjectError {
@@ -61,9 +50,7 @@ impl ObjectError {
 /// Resolves the name of an entry: an address (`6064`, `2410:05`, `0x1018:1`), a path (`2410/5`, `2410/v-Pos`,
 /// `Motor Parameter Set/v-Pos`), or a name of the data sheet ("Position Actual Value").
 ///
-/// # Errors
-///
-/// [`ObjectError`] if the text is no address, and not the name of exactly one entry of the device.
+/// Errors: [`ObjectError`] if the text is no address, and not the name of exactly one entry of the device.
 pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectError> {
     if let Some(address) = parse_address(text) {
         return Ok(address);
@@ -87,10 +74,6 @@ pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectErr
 }
 
 /// As [`resolve`]; an index without a sub-index, and the name of a record or an array, mean all entries of the object.
-///
-/// # Errors
-///
-/// As [`resolve`].
 pub fn resolve_all(device: Option<&Device>, text: &str) -> Result<Vec<Address>, ObjectError> {
     let whole = |object: &Object| object.entries.iter().map(address).collect();
     let object = device.and_then(|device| match parse_index(text) {

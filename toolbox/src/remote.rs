@@ -50,19 +50,13 @@ impl<'a, L: Link> RemoteNode<'a, L> {
 
     /// Reads an entry.
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`] if the link has failed, or the node is gone.
+    /// Errors: [`AccessError`] if the link has failed, or the node is gone.
     pub fn read(&mut self, address: Address) -> Result<Result<Vec<u8>, Refusal>, AccessError> {
         let result = self.network.read_bytes(self.node, address);
         self.answer(result)
     }
 
     /// Reads an entry into `payload`, and returns the number of bytes.
-    ///
-    /// # Errors
-    ///
-    /// As [`RemoteNode::read`].
     pub fn read_into(
         &mut self,
         address: Address,
@@ -73,20 +67,12 @@ impl<'a, L: Link> RemoteNode<'a, L> {
     }
 
     /// Writes an entry.
-    ///
-    /// # Errors
-    ///
-    /// As [`RemoteNode::read`].
     pub fn write(&mut self, address: Address, data: &[u8]) -> Result<Result<(), Refusal>, AccessError> {
         let result = self.network.write_bytes(self.node, address, data);
         self.answer(result)
     }
 
     /// Writes `len` bytes that `payload` has.
-    ///
-    /// # Errors
-    ///
-    /// As [`RemoteNode::read`].
     pub fn write_from(
         &mut self,
         address: Address,
@@ -99,10 +85,6 @@ impl<'a, L: Link> RemoteNode<'a, L> {
 
     /// Reads entries on which meanings and limits of others depend. If the node does not answer, the default of its data sheet
     /// counts.
-    ///
-    /// # Errors
-    ///
-    /// As [`RemoteNode::read`].
     pub fn read_conditions(
         &mut self,
         conditions: impl IntoIterator<Item = Address>,

@@ -32,10 +32,6 @@ pub enum Signal {
 
 impl Signal {
     /// `tpdo1`, `rpdo2`, or what [`resolve`] takes.
-    ///
-    /// # Errors
-    ///
-    /// [`ObjectError`] if the text is neither.
     pub fn parse(device: Option<&Device>, text: &str) -> Result<Self, ObjectError> {
         let lower = text.to_ascii_lowercase();
         let pdo = |prefix| lower.strip_prefix(prefix)?.parse().ok().filter(|number| (1..=512).contains(number));

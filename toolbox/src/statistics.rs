@@ -328,14 +328,12 @@ pub struct NodeReport {
 
 /// Spans of time in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Spans {
     /// Their number.
     pub count: u64,
-    /// The shortest.
     pub shortest_ms: f64,
-    /// The mean.
     pub mean_ms: f64,
-    /// The longest.
     pub longest_ms: f64,
     /// The standard deviation: the jitter.
     pub deviation_ms: f64,

@@ -13,10 +13,6 @@ pub struct TomlError {
 }
 
 /// Reads a text.
-///
-/// # Errors
-///
-/// The first thing that is wrong.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| {
         let line = line(text, error.span().map_or(0, |span| span.start));

@@ -192,7 +192,6 @@ impl Library {
     }
 }
 
-/// The macro that is called.
 fn called(mac: &syn::Macro) -> Option<String> {
     mac.path.get_ident().map(ToString::to_string)
 }

@@ -7,10 +7,6 @@ use crate::{command, proved};
 
 /// What differs from the last commit, a line for each file, as `git status --porcelain` has it; nothing when the
 /// checkout is clean. Records of what has passed are no changes.
-///
-/// # Errors
-///
-/// There is no git, or this is no checkout.
 pub(crate) fn changes(root: &Path) -> Result<String, String> {
     let records = format!(":(exclude){}", proved::FOLDER);
     let output = Command::new("git").args(["status", "--porcelain", "--", ".", &records]).current_dir(root).output();

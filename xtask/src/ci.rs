@@ -158,7 +158,7 @@ impl Job {
             Job::Firmware if crate::firmware::is_possible().is_err() => return None,
             Job::Firmware => (&["examples/firmware/Cargo.toml", "cli/Cargo.toml"], &["examples/firmware"]),
             Job::Fuzz => (&["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
-            Job::Interop => (&["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop", "README.md"]),
+            Job::Interop => (&["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop"]),
             _ => return None,
         };
         Some(Inputs { manifests, paths })

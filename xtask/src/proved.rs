@@ -33,10 +33,6 @@ impl Inputs {
     }
 
     /// One figure of all inputs as they are in the checkout, committed or not, and of the compiler.
-    ///
-    /// # Errors
-    ///
-    /// There is no git, this is no checkout, or cargo cannot read a manifest.
     pub(crate) fn hash(&self, root: &Path) -> Result<String, String> {
         // An index of its own: what is staged stays as it is, and files that are not yet added count, too.
         let index = workspace::target_folder(root).join("proved-index");

@@ -44,10 +44,6 @@ pub(crate) fn is_installed() -> Result<(), String> {
 
 impl Board<'_> {
     /// Runs the program to its end, and returns what it has printed.
-    ///
-    /// # Errors
-    ///
-    /// The program reports a failure or panics, or does not end in time. What it has printed is in the message.
     pub(crate) fn run(&self) -> Result<String, String> {
         let mut child = self.spawn("none")?;
         let ended = child.wait().map_err(|error| format!("{QEMU}: {error}"))?;
@@ -55,10 +51,6 @@ impl Board<'_> {
     }
 
     /// Starts the program, and leaves it running.
-    ///
-    /// # Errors
-    ///
-    /// QEMU cannot be started.
     pub(crate) fn start(&self) -> Result<Running, String> {
         let mut running = Running { child: self.spawn("pty")?, terminal: PathBuf::new(), line: None };
         // QEMU prints this line before the program starts, or ends.
@@ -76,10 +68,6 @@ impl Board<'_> {
     }
 
     /// What the program has printed since it was started.
-    ///
-    /// # Errors
-    ///
-    /// It was not started.
     pub(crate) fn printed(&self) -> Result<String, String> {
         let lines = self.read(CONSOLE)?;
         Ok(lines.lines().filter(|line| !line.starts_with(TERMINAL)).flat_map(|line| [line, "\n"]).collect())

@@ -37,17 +37,9 @@ pub trait Simulation: Send {
     fn devices(&self) -> Vec<view::Simulated>;
 
     /// Sets an input of a device: `blocked = true`.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot be set.
     fn input(&mut self, node: NodeId, text: &str) -> Result<(), String>;
 
     /// Switches a device on or off.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot be switched.
     fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
 }
 
@@ -115,10 +107,6 @@ impl Faces {
 
 impl Bench {
     /// A bench of a link in real time.
-    ///
-    /// # Errors
-    ///
-    /// The machine gives no thread for it.
     pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
         let (model, simulation) = setup.model(link.now());
         let ports = hub::begin(link, Arc::clone(&model))?;
@@ -129,10 +117,6 @@ impl Bench {
     }
 
     /// A bench of a recorded log, which is shown to its end at first. It takes no frames.
-    ///
-    /// # Errors
-    ///
-    /// The machine gives no thread for it.
     pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
         setup.bus.is_writable = false;
         let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
@@ -255,7 +239,6 @@ impl Bench {
         Ok(station)
     }
 
-    /// The station of a node that is a drive.
     pub(super) fn drive(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
         order::description(&lock(&self.0.model), node)?;
         self.station(node)
@@ -370,7 +353,6 @@ impl Bench {
         }
     }
 
-    /// Stops what a face has started.
     pub(super) fn stop_started_by(&self, face: u32) {
         for station in lock(&self.0.stations).values() {
             station.leave(face);

@@ -162,7 +162,6 @@ fn sheet_of(station: &Station) -> Result<Sheet, Refused> {
     sheet.ok_or_else(|| Refused::new(format_args!("which device is node {node}?")).with_remedy("give it a data sheet"))
 }
 
-/// A number as a node-ID.
 pub(super) fn node_id(number: u8) -> Result<NodeId, Refused> {
     NodeId::new(number).ok_or_else(|| Refused::new(format_args!("{number} is not a node-ID: these are 1 to 127")))
 }

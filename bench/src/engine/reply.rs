@@ -14,10 +14,6 @@ pub struct Reply(pub(super) oneshot::Receiver<Result<Answer, Refused>>);
 
 impl Reply {
     /// Blocks until the answer is there.
-    ///
-    /// # Errors
-    ///
-    /// Why the command was not carried out.
     pub fn wait(self) -> Result<Answer, Refused> {
         self.0.blocking_recv().unwrap_or_else(|_| Err(gone()))
     }

@@ -53,7 +53,6 @@ struct Queue {
 
 /// What the thread of the node does.
 struct UnderWay {
-    /// For which face.
     face: u32,
     kind: Kind,
     /// It is to end as soon as it can.
@@ -78,7 +77,6 @@ struct Poll {
     users: Vec<Duration>,
 }
 
-/// What is next.
 enum Next {
     Stop(Braking),
     Task(Task),

@@ -307,7 +307,6 @@ impl Model {
         self.nodes.get(&id)?.sheet
     }
 
-    /// A drive.
     pub(crate) fn drive(&mut self, id: NodeId) -> &mut Drive {
         self.drives.entry(id).or_default()
     }
@@ -334,7 +333,6 @@ impl Model {
         }
     }
 
-    /// A drive that is known to be one.
     pub(crate) fn drive_if_known(&mut self, id: NodeId) -> Option<&mut Drive> {
         self.drives.get_mut(&id)
     }
@@ -397,7 +395,7 @@ impl Model {
         self.nodes.get_mut(&id).is_some_and(|node| node.identity_asked.begins(at))
     }
 
-    /// Whether the PDOs of a node are to be read, since it got its data sheet or has booted; they count as read from then on. Those of a
+    /// Whether the PDOs of a node are to be read, since it got its data sheet or has booted. Asking marks them as read. Those of a
     /// node that boots again and again are read more and more rarely.
     pub fn lacks_pdos(&mut self, now: Instant, id: NodeId) -> bool {
         let at = Instant::ZERO + now.since(self.began);

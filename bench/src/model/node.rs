@@ -101,7 +101,6 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// Its name.
     pub(crate) fn name(&self) -> String {
         let sheet =
             || self.sheet.map(|sheet| sheet.device.info.product_name.clone().unwrap_or_else(|| sheet.name.to_owned()));
@@ -133,7 +132,6 @@ impl Node {
         None
     }
 
-    /// It is in a state.
     pub(crate) fn set_state(&mut self, at: Instant, state: NmtState) {
         self.was_stopped &= state == NmtState::Stopped;
         self.first_state.get_or_insert(state);

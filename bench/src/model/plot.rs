@@ -143,10 +143,6 @@ impl Plot {
     }
 
     /// A picture with a panel for each node and unit.
-    ///
-    /// # Errors
-    ///
-    /// As [`chart::svg`].
     pub(crate) fn svg(&self, title: &str) -> Result<String, chart::Error> {
         let pictures = self.nodes.iter().map(|(node, curves)| (node, curves.recording.picture(String::new())));
         let mut picture = Picture { title: title.to_owned(), ..Picture::default() };

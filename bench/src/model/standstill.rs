@@ -35,7 +35,6 @@ struct Wanted {
 /// A standstill that is wanted and not confirmed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Unconfirmed {
-    /// Since when.
     pub(crate) since: Instant,
     /// Why the last attempt has failed; `None` during the first one.
     pub(crate) why: Option<String>,

@@ -52,7 +52,7 @@ pub(crate) enum Kind {
     Load,
 }
 
-/// A trouble that was found: what it is about, which node it is, and its words.
+/// A trouble that was found: its kind, its node, and its text.
 struct Found {
     kind: Kind,
     node: Option<u8>,
@@ -134,7 +134,7 @@ impl Troubles {
             row: Some(*row),
             is_over: false,
         }));
-        // What goes on is said as that.
+        // A trouble that goes on is shown as present, not as past.
         let is_present = |key: &(Kind, NodeId)| self.since.contains_key(&(key.0, Some(key.1.get())));
         let past = self.past.iter().filter(|(key, _)| !is_present(key)).map(|(_, past)| past);
         troubles.extend(past.map(|past| past.last.clone()));

@@ -92,7 +92,7 @@ impl Screen {
         frame.render_widget(line, state);
     }
 
-    /// What is asked, else what was said, else what the keys do.
+    /// The last line: the prompt, else the last message, else what the keys do.
     fn foot(&self) -> Line<'static> {
         if let Some(Prompt { title, of, typed, .. }) = &self.desk.prompt {
             let of = if of.is_empty() { String::new() } else { format!("{of}: ") };

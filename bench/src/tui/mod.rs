@@ -41,10 +41,6 @@ pub use text::Language;
 const DRAW: Duration = Duration::from_millis(100);
 
 /// Takes the terminal, with its mouse, and so that it says what is pasted. A panic gives it back.
-///
-/// # Errors
-///
-/// There is none.
 pub fn take_terminal() -> io::Result<DefaultTerminal> {
     let terminal = ratatui::try_init()?;
     IS_TAKEN.store(true, Ordering::Relaxed);
@@ -73,10 +69,6 @@ fn release_input() {
 }
 
 /// Shows a bench on a terminal until somebody leaves. The terminal is taken and given back by the caller.
-///
-/// # Errors
-///
-/// The terminal is gone.
 pub fn run<B: Backend<Error = io::Error>>(
     bench: &Bench,
     terminal: &mut Terminal<B>,

@@ -54,7 +54,6 @@ impl Notices {
         self.is_sent_on = self.alarm.is_some() && (self.is_sent_on || is_unconfirmed);
     }
 
-    /// Says that all has stopped.
     pub(super) fn say_stopped(&mut self, text: &str) {
         self.alarm = None;
         self.say(text);
@@ -96,7 +95,7 @@ impl Notices {
         })
     }
 
-    /// Those that run, that have failed, and the newest one; not those whose ends were seen or have just been said.
+    /// The jobs that run, those that have failed, and the newest one; not those whose end was acknowledged or has just been shown.
     fn jobs<'v>(&self, view: &'v View) -> Vec<&'v Job> {
         let newest = view.jobs.iter().map(|job| job.number).max();
         let is_said = |job: &Job| matches!(&self.said, Some(Said::Bad(text)) if text.starts_with(&*job.text));

@@ -19,7 +19,7 @@ impl Room {
     pub(super) const ALL: [Room; 8] =
         [Room::Nodes, Room::Objects, Room::Pdos, Room::Trace, Room::Plots, Room::Drives, Room::Bus, Room::Devices];
 
-    /// The one that is so many further.
+    /// The room `by` places further on.
     pub(super) const fn further(self, by: usize) -> Self {
         Room::ALL[(self as usize + by) % Room::ALL.len()]
     }

@@ -27,7 +27,6 @@ macro_rules! texts {
         }
 
         impl Text {
-            /// The text in a language.
             pub(super) const fn of(self, language: Language) -> &'static str {
                 match (self, language) {
                     $((Text::$name, Language::English) => $english,

@@ -56,7 +56,6 @@ impl Fields {
 mod tests {
     use super::*;
 
-    /// The names of the fields in a message.
     fn names(message: &str) -> Vec<String> {
         let message: Json = serde_json::from_str(message).unwrap();
         message["view"].as_object().unwrap().keys().cloned().collect()

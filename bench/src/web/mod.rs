@@ -88,10 +88,6 @@ impl End {
 impl Server {
     /// Listens at an address; port 0 for any that is free. `names` are those by which pages may ask for it besides its addresses, as behind
     /// a reverse proxy.
-    ///
-    /// # Errors
-    ///
-    /// The address cannot be had, or the machine has no random numbers.
     pub fn bind(address: SocketAddr, names: Vec<String>) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
@@ -120,10 +116,6 @@ impl Server {
     }
 
     /// Serves pages of a bench until [`End::end`].
-    ///
-    /// # Errors
-    ///
-    /// The machine gives no threads or sockets for it.
     pub fn run(self, bench: Bench) -> io::Result<()> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)

@@ -57,7 +57,7 @@ pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
 }
 
 /// Gives the commands of a page to the bench, until there are no more. Some take their time before they are begun, such as to search a
-/// million frames: these are given on threads that all pages share. What changes something is given in its order, what only asks beside it.
+/// million frames: these are given on threads that all pages share. Commands that change something keep their order; those that only read do not wait for them.
 async fn ask_in_order(face: Arc<Face>, line: Arc<Line>, mut asking: mpsc::Receiver<Asked>) {
     while let Some((id, command, place)) = asking.recv().await {
         let only_asks = command.only_asks();

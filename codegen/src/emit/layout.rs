@@ -103,7 +103,6 @@ pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
     }
 }
 
-/// Tokens on one line.
 pub(super) fn line(tokens: &TokenStream) -> String {
     let mut text = String::new();
     append(&mut text, tokens);

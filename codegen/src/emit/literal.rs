@@ -65,7 +65,6 @@ pub(super) fn condition(context: &Context<'_>, condition: &Condition) -> TokenSt
     quote!(#path::new(#address, #equal, #value))
 }
 
-/// The Rust type of a data type.
 pub(super) fn rust_type(context: &Context<'_>, data_type: DataType) -> TokenStream {
     use DataType as D;
     match data_type {

@@ -92,7 +92,7 @@ fn above<T>(named: &Named<T>) -> String {
     }
 }
 
-/// The name; behind it, the name as Markdown, if its signs would mean something there.
+/// The name; followed by the name as Markdown, if its characters would be markup.
 fn name<T>(named: &Named<T>) -> TokenStream {
     let name = &named.name;
     match docs::sentence(name, "(no name)") {

@@ -13,7 +13,6 @@ const MODULES: &[&str] = &["driver", "marked"];
 /// Names that parameters must leave free.
 const RESERVED: &[&str] = &["TABLE"];
 
-/// One interface.
 #[derive(Debug)]
 pub(crate) struct InterfaceItem<'a> {
     pub(crate) ident: String,
@@ -22,7 +21,6 @@ pub(crate) struct InterfaceItem<'a> {
     pub(crate) parameters: Vec<ParameterItem<'a>>,
 }
 
-/// One parameter.
 #[derive(Debug)]
 pub(crate) struct ParameterItem<'a> {
     pub(crate) parameter: &'a Parameter,
@@ -55,7 +53,7 @@ fn item<'a>(
         .filter(|parameter| parameter.data_type.range().is_some() && parameter.entry.data_type.range().is_some());
     let mut parameters: Vec<ParameterItem<'a>> = carried
         .map(|parameter| {
-            // What there is to find in an object, is found where it stands itself.
+            // Findings about an object are reported where it is defined.
             let handle = handle(&parameter.entry, types, &mut Diagnostics::default());
             ParameterItem { parameter, handle, codes: codes(device, parameter) }
         })

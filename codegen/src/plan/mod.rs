@@ -106,7 +106,6 @@ impl<'a> Plan<'a> {
         Some(if object.kind.has_subs() { &entry.name } else { &object.name })
     }
 
-    /// The newtype of an entry.
     pub(crate) fn newtype_of(&self, entry: &Entry) -> Option<&Newtype<'a>> {
         match type_of(entry, &self.types) {
             Type::Newtype(row) => self.newtypes.get(row),

@@ -165,7 +165,7 @@ fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnos
 }
 
 fn fields(field: &BitField, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize)> {
-    // What does not fit, the reader has reported.
+    // Values that do not fit were reported when the data sheet was read.
     let fits = |&(_, bits): &(usize, &Named<Bits>)| {
         bits.value.low <= bits.value.high && Some(bits.value.high) < data_type.bits()
     };

@@ -11,7 +11,6 @@ use crate::scope::{self, Claim};
 /// Names that the fields must leave free: none collides with a method, but `self` is none.
 const RESERVED: &[&str] = &[];
 
-/// One PDO.
 #[derive(Debug)]
 pub(crate) struct PdoItem<'a> {
     pub(crate) ident: String,

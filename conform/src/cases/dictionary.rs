@@ -223,7 +223,7 @@ fn is_not_written(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
     t.refuses_bytes(entry.index, entry.sub, data, &answers::READ_ONLY)
 }
 
-/// Names all that differ: one that is known does not hide others.
+/// Names all entries that differ, so that a known deviation does not hide others.
 fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
     let mut differ = Vec::new();
     for entry in t.entries(|entry| entry.access.readable()) {

@@ -435,7 +435,7 @@ fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome
         let own = LssRequest::ConfigureNode(Some(device.node));
         answers(t, own, LssResponse::ConfigureNode { error: 0, specific: 0 })?;
     }
-    // A device without node-ID boots with the one that it has got; one that runs with another does so when it is reset.
+    // A device without node-ID boots with its new one at once; one that has a node-ID takes the new one at a reset.
     switch(t, LssState::Waiting)?;
     if let Some(other) = changes.node.flatten() {
         t.nmt_to(NmtCommand::ResetCommunication, other.get())?;

@@ -273,7 +273,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     where_it_applies(received)?.map_or(Ok(()), |(id, pdo)| takes(t, state, id, &pdo))
 }
 
-/// Nothing, of what the device does not offer.
+/// `None` if the case does not apply because the device does not offer the service.
 pub(crate) fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
     match outcome {
         Err(Verdict::NotApplicable(_)) => Ok(None),

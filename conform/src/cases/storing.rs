@@ -180,7 +180,7 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     forget(t)
 }
 
-/// Writes communication parameters that are harmless, and reads them back: where they are, and what they were.
+/// Writes communication parameters that are harmless, and reads them back. Returns their addresses, and the values before.
 pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), u64)>> {
     let candidates = [
         (0x1006, 0, 10_000),

@@ -59,10 +59,6 @@ fn worst<'a>(cases: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeMap<&'a st
 
 impl Earlier {
     /// Reads a report in JSON.
-    ///
-    /// # Errors
-    ///
-    /// What is no such report, in words of the parser.
     pub fn parse(json: &str) -> Result<Self, String> {
         serde_json::from_str(json).map_err(|error| error.to_string())
     }

@@ -79,7 +79,7 @@ pub struct Tally {
     pub known: usize,
     /// The device lacks what they are about.
     pub not_applicable: usize,
-    /// What they do has not been allowed.
+    /// Not run: what they do was not allowed.
     pub not_allowed: usize,
     /// What they need is a case of its own, and fails.
     pub blocked: usize,

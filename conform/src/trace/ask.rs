@@ -18,17 +18,9 @@ pub trait Asked {
     fn now(&self) -> Instant;
 
     /// Sends a frame.
-    ///
-    /// # Errors
-    ///
-    /// The bus is gone.
     fn send(&mut self, frame: &Frame) -> Outcome;
 
     /// The next frame that comes, no later than `until`; also what has come before.
-    ///
-    /// # Errors
-    ///
-    /// The bus is gone, or the test is cancelled.
     fn hear(&mut self, until: Instant) -> Outcome<Option<Heard>>;
 
     /// Makes the world as the words of a condition say; once the step with this data is over, as it was (`holds` is false).
@@ -203,7 +195,7 @@ impl Asking<'_> {
         }
         let span = until.unwrap_or(self.answer) + least;
         let end = self.asked.now() + span;
-        // A server answers once: what else it says is its answer.
+        // A server answers once, so any other response is its answer.
         let answers_once = until.is_none() && step.is_at(connection::SDO_RESPONSE);
         loop {
             if let Some(at) = self.heard.iter().position(|(_, frame)| step.is_like(frame)) {

@@ -67,10 +67,6 @@ pub struct Row {
 
 impl Trace {
     /// Reads a file; `name` is for messages.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong, with file, line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let wrong = |error: csv::Error| format!("{name}: {error}");
@@ -94,10 +90,6 @@ impl Trace {
     }
 
     /// The text of a file with these rows.
-    ///
-    /// # Errors
-    ///
-    /// None that a memory does not have.
     pub fn csv(rows: &[Row]) -> Result<String, String> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| error.to_string())?;

@@ -40,7 +40,7 @@ pub(super) enum Condition {
     AnyTime,
     /// It does not come earlier after what was sent last.
     NotBefore(Duration),
-    /// It is sent so long after what was before it.
+    /// It is sent so long after the step before it.
     After(Duration),
     /// About the world around the device, which no frame brings about.
     World(String),
@@ -49,9 +49,7 @@ pub(super) enum Condition {
 impl Step {
     /// A row by its cells.
     ///
-    /// # Errors
-    ///
-    /// The column, and why.
+    /// Errors: the name of the column, and what is wrong with its cell.
     pub fn parse<'a>(line: u64, cell: impl Fn(&str) -> &'a str) -> Result<Self, (&'static str, &'static str)> {
         let id = match cell("cob_id") {
             "" => None,
@@ -207,7 +205,7 @@ impl Step {
         self.is_sent && self.id.is_some_and(|id| id == CobId::SYNC || is_read(id))
     }
 
-    /// What sending it does that has to be allowed.
+    /// The danger of sending it, which has to be allowed.
     pub(super) fn hazard(&self, sheet: &Sheet) -> Option<Hazard> {
         let id = self.id.filter(|_| self.is_sent)?.raw();
         let orders = if sheet.device.profile == Some(402) { Hazard::Motion } else { Hazard::Outputs };
@@ -232,7 +230,7 @@ impl Step {
         }
     }
 
-    /// Another node that it is of, or for; 0 is all.
+    /// The node that it is from or for, if that is not `node`; 0 is all nodes.
     pub(super) fn other_node(&self, node: NodeId) -> Option<u8> {
         let id = self.id?.raw();
         let of = match id {

@@ -59,10 +59,6 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
     /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub fn connect_unprotected(link: L, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION).inspect(Self::report_unprotected)
     }
@@ -74,20 +70,14 @@ impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
     /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
     /// changed in the drive.
     ///
-    /// # Errors
-    ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not
-    /// answer; [`Error::Link`] without a thread.
+    /// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does
+    /// not answer; [`Error::Link`] without a thread.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION)?.protected_if_possible()
     }
 
     /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
     /// protected as by [`Drive::connect`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::recover`].
     pub fn connect_and_recover(link: L, node: NodeId, recovery: &Recovery) -> Result<(Self, Recovered), Error> {
         Self::recover_as(link, node, K::DESCRIPTION, recovery)
     }
@@ -99,10 +89,7 @@ impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
     ///
     /// A program that hangs is not gone. None of this replaces an emergency stop.
     ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
-    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`]; [`Error::Link`] without a thread.
+    /// Errors: [`Error::Unsupported`] by a drive that has neither; [`Error::Link`] without a thread.
     pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION)?.protected(supervision)
     }
@@ -110,10 +97,6 @@ impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
 
 impl<L: Link> Drive<L, Any> {
     /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub fn connect_described_unprotected(
         link: L,
         node: NodeId,
@@ -125,19 +108,11 @@ impl<L: Link> Drive<L, Any> {
 
 impl<L: Link + Send + 'static> Drive<L, Any> {
     /// Connects as [`Drive::connect`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
         Self::connect_as(link, node, description)?.protected_if_possible()
     }
 
     /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::recover`].
     pub fn connect_described_and_recover(
         link: L,
         node: NodeId,
@@ -148,10 +123,6 @@ impl<L: Link + Send + 'static> Drive<L, Any> {
     }
 
     /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect_protected`].
     pub fn connect_described_protected(
         link: L,
         node: NodeId,
@@ -220,9 +191,7 @@ impl<L: Link, K> Drive<L, K> {
 
     /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
     ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect_protected`]; [`Protection::is_lacking`] has those of a drive that cannot notice.
+    /// Errors: [`Protection::is_lacking`] has those of a drive that cannot notice.
     pub fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error>
     where
         L: Send + 'static,
@@ -240,10 +209,6 @@ impl<L: Link, K> Drive<L, K> {
     }
 
     /// Disarms what protects the drive: it goes on with its last order if this program dies.
-    ///
-    /// # Errors
-    ///
-    /// When the drive cannot be written.
     pub fn unprotect(&mut self) -> Result<(), Error> {
         self.supervision = None;
         self.shared.with(Machine::disarm)?;
@@ -279,10 +244,8 @@ impl<L: Link, K> Drive<L, K> {
     /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
     /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
     ///
-    /// # Errors
-    ///
-    /// [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::NotThisDrive`]; [`Error::Fault`] when a
-    /// fault cannot be reset; those of what is written.
+    /// Errors: [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::Fault`] when a fault cannot be
+    /// reset.
     pub fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
         self.shared.with(|machine| {
             let recovered = machine.recover(&self.cancel, recovery);
@@ -300,16 +263,14 @@ impl<L: Link, K> Drive<L, K> {
     #[must_use]
     pub fn release(self) -> L {
         let mut machine = self.shared.take().expect(HAS_LINK);
-        // The drive does what it is protected by.
+        // A drive that cannot be disarmed does what its protection says.
         let _ = machine.disarm();
         machine.link
     }
 
     /// Runs a sequence to its end: this is all that the shell does.
     ///
-    /// # Errors
-    ///
-    /// Those of the sequence, and [`Error::Link`], [`Error::Cancelled`], [`Error::MayBeMoving`].
+    /// Errors: those of the sequence, [`Error::Cancelled`] and [`Error::MayBeMoving`].
     pub fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,

@@ -55,9 +55,7 @@ impl Description {
     /// What the driver leaves out, since the data sheet contradicts CiA 402 in it, is a warning of
     /// [`lexican_eds::drive::read`].
     ///
-    /// # Errors
-    ///
-    /// [`NotADrive`], when the device is not a drive of CiA 402, or lacks what every driver needs.
+    /// Errors: [`NotADrive`], when the device is not a drive of CiA 402, or lacks what every driver needs.
     pub fn of_data_sheet(input: &Input) -> Result<&'static Description, NotADrive> {
         let (device, _) = load(input);
         let (drive, findings) = drive::read(&device);

@@ -18,6 +18,7 @@ use crate::set_point::Succession;
 /// Why an operation failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Error {
     /// The link to the bus failed.
     #[error(transparent)]
@@ -30,7 +31,6 @@ pub enum Error {
     DataSheet {
         /// The object.
         address: Address,
-        /// The lengths.
         error: LengthMismatch,
     },
     /// A value is outside the limits of the data sheet; nothing was sent.
@@ -63,7 +63,6 @@ pub enum Error {
     NoReaction {
         /// Where it is.
         state: State,
-        /// The command.
         command: Command,
     },
     /// No command leads there, and the drive does not go there by itself; or it falls back again and again.
@@ -111,7 +110,6 @@ pub enum Error {
         name.as_ref().map_or_else(|| "no name".to_owned(), |name| format!("name {name:?}"))
     )]
     NotThisDrive {
-        /// What was expected.
         expected: &'static str,
         /// 1018h:01.
         vendor_id: u32,
@@ -144,7 +142,7 @@ pub enum Error {
         direction: PdoDirection,
         /// 1 to 4.
         number: u16,
-        /// By what the driver goes; index 0 for what it does not know.
+        /// The mapping that the driver expects; index 0 stands for an object that it does not know.
         expected: Vec<Mapped>,
         /// What the drive holds, as far as the driver goes by it.
         found: Vec<Mapped>,
@@ -168,7 +166,6 @@ pub enum Error {
     ShortPdo {
         /// 1 to 4.
         number: u16,
-        /// The lengths.
         error: MappedLengthMismatch,
     },
     /// The drive sends heartbeats, which exclude life guarding (CiA 301, 7.2.8.2.1), and consumes none.

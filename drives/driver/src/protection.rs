@@ -39,7 +39,7 @@ impl Default for Supervision {
     }
 }
 
-/// How a drive notices that its manager is gone. What it does then is its own affair (1029h, 6007h).
+/// How a drive notices that its manager is gone. What it does then is set in the drive (1029h, 6007h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Protection {
     /// Not at all: it goes on with what it was ordered last.

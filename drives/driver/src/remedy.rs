@@ -132,7 +132,7 @@ impl Missing {
 }
 
 impl Refusal {
-    /// What comes first of that which is missing.
+    /// The missing condition that has to be met first.
     #[must_use]
     pub fn first(&self) -> Option<Missing> {
         let place = |missing: &Missing| Missing::WORDS.iter().position(|word| *word == missing.word());

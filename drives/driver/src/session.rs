@@ -83,10 +83,6 @@ impl Session {
     }
 
     /// What an operation has led to: an error says so if the drive may still be moving.
-    ///
-    /// # Errors
-    ///
-    /// That of the operation.
     pub fn conclude<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         result.map_err(|error| {
             let moving = self.context.may_move() && !error.leaves_at_rest();

@@ -56,10 +56,8 @@ impl<K: Kind> Drive<K> {
     /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
     /// changed in the drive.
     ///
-    /// # Errors
-    ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not
-    /// answer.
+    /// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does
+    /// not answer.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await?.protected_if_possible().await
     }
@@ -69,20 +67,12 @@ impl<K: Kind> Drive<K> {
     ///
     /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
     /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub async fn connect_unprotected(network: Network, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await.inspect(Self::report_unprotected)
     }
 
     /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
     /// protected as by [`Drive::connect`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::recover`].
     pub async fn connect_and_recover(
         network: Network,
         node: NodeId,
@@ -100,10 +90,7 @@ impl<K: Kind> Drive<K> {
     ///
     /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
     ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
-    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`].
+    /// Errors: [`Error::Unsupported`] by a drive that has neither.
     pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await?.protected(supervision).await
     }
@@ -111,10 +98,6 @@ impl<K: Kind> Drive<K> {
 
 impl Drive<Any> {
     /// Connects as [`Drive::connect`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub async fn connect_described(
         network: Network,
         node: NodeId,
@@ -124,10 +107,6 @@ impl Drive<Any> {
     }
 
     /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
     pub async fn connect_described_unprotected(
         network: Network,
         node: NodeId,
@@ -137,10 +116,6 @@ impl Drive<Any> {
     }
 
     /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::recover`].
     pub async fn connect_described_and_recover(
         network: Network,
         node: NodeId,
@@ -151,10 +126,6 @@ impl Drive<Any> {
     }
 
     /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect_protected`].
     pub async fn connect_described_protected(
         network: Network,
         node: NodeId,
@@ -211,9 +182,7 @@ impl<K> Drive<K> {
 
     /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
     ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect_protected`]; [`Protection::is_lacking`] has those of a drive that cannot notice.
+    /// Errors: [`Protection::is_lacking`] has those of a drive that cannot notice.
     pub async fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error> {
         if self.supervision.is_some_and(|armed| armed != supervision) {
             self.unprotect().await?;
@@ -226,10 +195,6 @@ impl<K> Drive<K> {
     /// Disarms what protects the drive: it goes on with its last order if this program dies. A program that ends calls this
     /// before, while its network runs: a drive that stays armed notices, and releases its motor or is in fault at the next
     /// start.
-    ///
-    /// # Errors
-    ///
-    /// When the drive cannot be written.
     pub async fn unprotect(&mut self) -> Result<(), Error> {
         let protection = self.protection();
         self.supervision = None;
@@ -261,10 +226,8 @@ impl<K> Drive<K> {
     /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
     /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
     ///
-    /// # Errors
-    ///
-    /// [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::NotThisDrive`]; [`Error::Fault`] when a
-    /// fault cannot be reset; those of what is written.
+    /// Errors: [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::Fault`] when a fault cannot be
+    /// reset.
     pub async fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
         let until = self.network.now().await? + recovery.within;
         let before = self.session.context().seen();
@@ -291,9 +254,7 @@ impl<K> Drive<K> {
 
     /// Runs a sequence to its end: this is all that the shell does. Any other than those above can be run too.
     ///
-    /// # Errors
-    ///
-    /// Those of the sequence, and [`Error::Link`], [`Error::MayBeMoving`].
+    /// Errors: those of the sequence, and [`Error::MayBeMoving`].
     pub async fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
@@ -442,7 +403,7 @@ impl<K> Drive<K> {
             }
             Event::Manager(manager::Event::BootedUp { node }) if node == self.node => {
                 self.session.context().heard_boot_up();
-                // What was armed has not outlived that.
+                // A restart has disarmed it.
                 self.session.protected(Protection::None);
                 true
             }

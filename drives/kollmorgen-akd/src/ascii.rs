@@ -27,10 +27,6 @@ const MOST: usize = 4096;
 const END: &str = "\n\r\n";
 
 /// Sends a command, and reads the answer: its lines, without the prompt and the end.
-///
-/// # Errors
-///
-/// As [`DriveContext::read_bytes`].
 pub async fn ask(drive: &DriveContext, command: &str) -> Result<String, Error> {
     let (to, from) = (od::ASCII_CHANNEL.command().address(), od::ASCII_CHANNEL.response().address());
     let line = format!("{command}\r\n");

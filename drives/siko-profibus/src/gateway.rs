@@ -195,7 +195,7 @@ impl ProfibusDoor {
         self.end = Some(result);
     }
 
-    /// What is to be reported: what has changed, and now and then that nothing has.
+    /// The facts to be reported: at once when 1002h has changed or a job ends, else now and then.
     fn news(&self, now: Instant) -> Option<Measured<Facts>> {
         let facts = self.master.facts()?.map(|facts| Facts {
             system: facts.system,

@@ -16,10 +16,6 @@ const LOOKS: Duration = Duration::from_millis(1);
 
 /// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address, up to 126. Further drives
 /// on the same bus have links of their own.
-///
-/// # Errors
-///
-/// When no drive can have the address.
 pub fn link<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,
@@ -30,10 +26,6 @@ pub fn link<S: Segment>(
 
 /// The same with options of its own, such as those of its GSD file (`lexican_profibus::gsd`), whose configuration has to carry
 /// the data of [`PPO`].
-///
-/// # Errors
-///
-/// As [`link`].
 pub fn link_with<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,
@@ -45,10 +37,6 @@ pub fn link_with<S: Segment>(
 }
 
 /// The same as a node of a virtual CAN bus, beside others.
-///
-/// # Errors
-///
-/// As [`link`].
 pub fn node<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,

@@ -69,7 +69,6 @@ pub struct DriveMaster {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asks {
-    /// The application.
     Application,
     /// The master itself, to know the drive.
     Master,
@@ -383,7 +382,7 @@ impl DriveMaster {
         }
     }
 
-    /// What is due, now that something has changed.
+    /// Does what has become due by a change.
     fn go_on(&mut self, now: Instant) {
         self.go_on_with_order();
         self.begin_task(now);

@@ -109,10 +109,6 @@ impl Answer {
     }
 
     /// What the drive has answered, unless it has refused.
-    ///
-    /// # Errors
-    ///
-    /// The refusal.
     pub fn accepted(self) -> Result<Answer, ErrorNumber> {
         match self {
             Answer::Refused(number) => Err(number),

@@ -169,9 +169,7 @@ impl Client {
 
     /// Takes a command, which [`Client::poll_transmit`] sends. One event follows.
     ///
-    /// # Errors
-    ///
-    /// Another one is under way, or its number is too long.
+    /// Errors: another one is under way, or its number is too long.
     pub fn request(&mut self, command: Command) -> Result<(), NotTaken> {
         if self.is_busy() {
             return Err(NotTaken::Busy);

@@ -238,10 +238,8 @@ impl Command {
 
     /// The command that bytes are. Small letters count as capital ones.
     ///
-    /// # Errors
-    ///
-    /// With which error the drive answers: 01 if there is no such command or parameter, 02 for anything else. The
-    /// manual does not say more than that there is an error.
+    /// Errors: with which error the drive answers: 01 if there is no such command or parameter, 02 for anything else.
+    /// The manual does not say more than that there is an error.
     pub fn parse(bytes: &[u8]) -> Result<Self, ErrorNumber> {
         let (&letter, rest) = bytes.split_first().ok_or(ErrorNumber::PARAMETER_NUMBER)?;
         let letter = letter.to_ascii_uppercase();
@@ -356,7 +354,6 @@ fn one_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumber
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::PARAMETER_NUMBER)
 }
 
-/// The value with a number.
 fn value_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumber> {
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::VALUE_RANGE)
 }

@@ -11,17 +11,9 @@ pub trait Line {
     fn now(&self) -> Instant;
 
     /// Sends bytes.
-    ///
-    /// # Errors
-    ///
-    /// The line does not take them.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
     /// Waits for bytes, no longer than until `until`; returns how many have come.
-    ///
-    /// # Errors
-    ///
-    /// The line is gone.
     fn receive(&mut self, until: Instant, buffer: &mut [u8]) -> io::Result<usize>;
 
     /// Whether time passes as on the wall.
@@ -62,10 +54,6 @@ impl<T: Read + Write> Port<T> {
 impl Port<Box<dyn serialport::SerialPort>> {
     /// Opens a port of the operating system, such as `/dev/ttyUSB0` or `COM3`: eight data bits, no parity, one stop bit,
     /// no handshake (chapter 6). What an earlier program has left unread is dropped.
-    ///
-    /// # Errors
-    ///
-    /// The operating system does not open it.
     pub fn open(path: &str, baud: u32) -> io::Result<Self> {
         let port = serialport::new(path, baud).timeout(READ).open()?;
         port.clear(serialport::ClearBuffer::Input)?;

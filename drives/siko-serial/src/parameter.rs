@@ -63,7 +63,6 @@ pub fn answered(row: &Row, answer: Answer) -> Option<i64> {
     })
 }
 
-/// The object of the parameter that a command names.
 fn object_of(names: Command, mode: Mode) -> Address {
     let is = |row: &&Row| {
         let is_now = row.when.is_none_or(|when| when.holds(mode.in_object().into()));

@@ -67,14 +67,12 @@ impl FaultKind {
 }
 
 /// Bits of the error register 1001h.
+#[allow(missing_docs, reason = "the names say what it is")]
 pub mod register {
     /// Any error.
     pub const GENERAL: u8 = 1 << 0;
-    /// Current.
     pub const CURRENT: u8 = 1 << 1;
-    /// Voltage.
     pub const VOLTAGE: u8 = 1 << 2;
-    /// Temperature.
     pub const TEMPERATURE: u8 = 1 << 3;
     /// Data transfer.
     pub const COMMUNICATION: u8 = 1 << 4;

@@ -20,10 +20,6 @@ pub struct EepromFormat {
 
 impl EepromFormat {
     /// Takes each line of a text by `take`, which is `None` for one that is none of this device.
-    ///
-    /// # Errors
-    ///
-    /// It is not the text of such a device, or not whole.
     pub fn read(&self, text: &str, mut take: impl FnMut(&str) -> Option<()>) -> Result<(), EepromError> {
         let device = self.device;
         let lines = self.text.unseal(text).map_err(|error| match error {
@@ -126,10 +122,6 @@ pub struct EepromFile<K> {
 
 impl<K: Clone + PartialEq> EepromFile<K> {
     /// The file, and what it holds as `read` has it; `None` when there is no such file yet.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or `read` refuses its text.
     pub fn open(
         path: &Path,
         read: impl FnOnce(&str) -> Result<K, EepromError>,
@@ -141,10 +133,6 @@ impl<K: Clone + PartialEq> EepromFile<K> {
 
     /// Writes what is to be kept, unless the file holds it already. After a failure, it is tried again when something
     /// is new.
-    ///
-    /// # Errors
-    ///
-    /// Why the file could not be written, now or the last time.
     pub fn save(&mut self, kept: &K, text: impl FnOnce(&K) -> String) -> Result<(), EepromError> {
         if self.saved.as_ref() != Some(kept) {
             self.trouble = self.file.save(text(kept)).err().map(|error| EepromError::from(error).of(&self.path));

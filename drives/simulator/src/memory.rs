@@ -39,10 +39,6 @@ struct Kept {
 impl Memory {
     /// What the file at `path` holds, which is written from now on. `can_keep` says whether the device keeps a value of an
     /// entry.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read or written, or something else is in it.
     pub fn open(path: &Path, can_keep: impl Fn(Address, &[u8]) -> bool) -> Result<Self, EepromError> {
         let (file, kept) = EepromFile::open(path, |text| Kept::read(text, &can_keep))?;
         let mut memory = Memory { kept: kept.unwrap_or_default(), file: Some(file), ..Memory::default() };
@@ -136,10 +132,6 @@ impl LssHost for Memory {
 }
 
 /// The bytes of an entry, as the bus would read them.
-///
-/// # Errors
-///
-/// Why it cannot be read.
 pub fn read(od: &mut dyn ObjectDictionary, address: Address) -> Result<Vec<u8>, AbortCode> {
     let entry = od.entry(address)?;
     let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];

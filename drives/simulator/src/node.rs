@@ -51,10 +51,6 @@ impl SimulatedServo {
     }
 
     /// The same with what the file at `path` holds, which is written whenever something else is to be kept.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read or written, or something else is in it.
     pub fn with_eeprom(
         now: Instant,
         model: &'static ServoModel,
@@ -158,9 +154,7 @@ impl SimulatedServo {
     /// Writes an object beside the bus: access rights are not enforced, everything else is, and what it brings about
     /// happens.
     ///
-    /// # Errors
-    ///
-    /// The abort code that a client would get. Nothing has changed then.
+    /// Errors: the abort code that a client would get; nothing has changed.
     pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.servo.update(now, &mut *self.storage);
         self.with_device(|device, od| device.write(now, address, data, od))?;
@@ -174,7 +168,7 @@ impl SimulatedServo {
         self.memory.trouble()
     }
 
-    /// Lets `script` happen to the servo, beginning at `now`; another one that is not done is forgotten.
+    /// Runs `script` from `now` on, in place of one that still runs.
     pub fn follow(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);
@@ -215,10 +209,6 @@ impl SimulatedServo {
     }
 
     /// Stores a group of parameters as 1010h does; 1 is everything.
-    ///
-    /// # Errors
-    ///
-    /// Why an entry cannot be read.
     pub fn store(&mut self, group: u8) -> Result<(), AbortCode> {
         storage::Storage::store(&mut self.memory, group, &mut *self.storage)
     }

@@ -80,9 +80,7 @@ pub enum EditError {
 
 /// Another value for a key; without a value, the key goes. The keys are those of CiA 306-1, in any case.
 ///
-/// # Errors
-///
-/// If the section or the key does not exist, or the value has several lines.
+/// Errors: if the section or the key does not exist, or the value has several lines.
 pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Result<Patch, EditError> {
     if value.is_some_and(|value| value.contains(['\r', '\n'])) {
         return Err(EditError::SeveralLines);
@@ -112,10 +110,6 @@ pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Resu
 }
 
 /// A new object, behind those with smaller indices, at the end of the list that it says.
-///
-/// # Errors
-///
-/// If there is such an object, or its list is ambiguous.
 pub fn add_object(sheet: &Source, object: &Object) -> Result<Patch, EditError> {
     let index = object.index;
     Editor::new(sheet).read(|syntax| {
@@ -138,10 +132,6 @@ pub fn add_object(sheet: &Source, object: &Object) -> Result<Patch, EditError> {
 
 /// A new sub-index of an ARRAY or RECORD, behind the smaller ones. `SubNumber` counts it, and if sub-index 0 has named the
 /// highest sub-index by default, it still does.
-///
-/// # Errors
-///
-/// If there is no such object, if it has no sub-indices, or if there is such a sub-index.
 pub fn add_entry(sheet: &Source, entry: &Entry) -> Result<Patch, EditError> {
     let (index, sub) = (entry.index, entry.sub);
     Editor::new(sheet).read(|syntax| {
@@ -159,10 +149,6 @@ pub fn add_entry(sheet: &Source, entry: &Entry) -> Result<Patch, EditError> {
 }
 
 /// Without an object: its sections go, and its line in a list.
-///
-/// # Errors
-///
-/// If there is no such object, or its list is ambiguous.
 pub fn remove_object(sheet: &Source, index: u16) -> Result<Patch, EditError> {
     Editor::new(sheet).read(|syntax| {
         if parts(syntax, index).next().is_none() {
@@ -184,10 +170,6 @@ pub fn remove_object(sheet: &Source, index: u16) -> Result<Patch, EditError> {
 }
 
 /// Without a sub-index of an ARRAY or RECORD; the counts are those of [`add_entry`].
-///
-/// # Errors
-///
-/// If there is no such object or sub-index.
 pub fn remove_entry(sheet: &Source, index: u16, sub: u8) -> Result<Patch, EditError> {
     Editor::new(sheet).read(|syntax| {
         let header = with_subs(syntax, index)?;
@@ -315,7 +297,7 @@ fn object_end(syntax: &Syntax<'_>, index: u16) -> u32 {
     nearest.unwrap_or_else(|| list_end(syntax))
 }
 
-/// The last line, from 1, of what stands before the objects; that of the file if nothing does.
+/// The last line (from 1) of the sections before the objects, or of the file if there are none.
 fn list_end(syntax: &Syntax<'_>) -> u32 {
     let before = syntax.sections.iter().take_while(|section| !matches!(section.kind, SectionKind::Object(..)));
     before.last().map_or(syntax.source.line_count() as u32, |section| lines(section).end() + 1)

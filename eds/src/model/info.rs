@@ -2,22 +2,18 @@
 
 /// `[FileInfo]` (CiA 306-1, 6.3).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct FileInfo {
-    /// `FileName`.
     pub name: Option<String>,
-    /// `FileVersion`.
     pub version: Option<u8>,
-    /// `FileRevision`.
     pub revision: Option<u8>,
     /// `EDSVersion`.
     pub eds_version: Option<String>,
-    /// `Description`.
     pub description: Option<String>,
     /// `CreationTime`, as written.
     pub creation_time: Option<String>,
     /// `CreationDate`, as written.
     pub creation_date: Option<String>,
-    /// `CreatedBy`.
     pub created_by: Option<String>,
     /// `ModificationTime`, as written.
     pub modification_time: Option<String>,
@@ -31,30 +27,22 @@ pub struct FileInfo {
 
 /// `[DeviceInfo]` (CiA 306-1, 6.4).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct DeviceInfo {
-    /// `VendorName`.
     pub vendor_name: Option<String>,
-    /// `VendorNumber`.
     pub vendor_number: Option<u32>,
-    /// `ProductName`.
     pub product_name: Option<String>,
-    /// `ProductNumber`.
     pub product_number: Option<u32>,
-    /// `RevisionNumber`.
     pub revision_number: Option<u32>,
-    /// `OrderCode`.
     pub order_code: Option<String>,
     /// The bit rates in kbit/s whose `BaudRate_*` is 1, ascending.
     pub bit_rates_kbit: Vec<u16>,
-    /// `SimpleBootUpMaster`.
     pub simple_boot_up_master: bool,
-    /// `SimpleBootUpSlave`.
     pub simple_boot_up_slave: bool,
     /// `Granularity`: the smallest size in bits that a PDO maps.
     pub granularity: Option<u8>,
     /// `DynamicChannelsSupported`.
     pub dynamic_channels: bool,
-    /// `GroupMessaging`.
     pub group_messaging: bool,
     /// `NrOfRXPDO`.
     pub receive_pdos: Option<u16>,
@@ -77,18 +65,15 @@ pub struct Tool {
 
 /// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Commissioning {
-    /// `NodeID`.
     pub node_id: Option<u8>,
-    /// `NodeName`.
     pub node_name: Option<String>,
     /// `NodeRefd`: the reference designator of the node.
     pub node_designator: Option<String>,
     /// `Baudrate` in kbit/s.
     pub bit_rate_kbit: Option<u16>,
-    /// `NetNumber`.
     pub net_number: Option<u32>,
-    /// `NetworkName`.
     pub network_name: Option<String>,
     /// `NetRefd`: the reference designator of the network.
     pub network_designator: Option<String>,

@@ -17,10 +17,9 @@ use crate::text::Span;
 
 /// A device: everything a data sheet and its overlay say.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Device {
-    /// `[FileInfo]`.
     pub file: FileInfo,
-    /// `[DeviceInfo]`.
     pub info: DeviceInfo,
     /// `[DummyUsage]`: data types that PDOs may map as placeholders.
     pub dummies: Vec<DataType>,
@@ -48,9 +47,7 @@ pub struct Device {
     pub modules: Vec<Module>,
     /// `[ConnectedModules]` of a DCF: module numbers by slot.
     pub connected_modules: Vec<u16>,
-    /// `[DynamicChannels]`.
     pub channels: Vec<DynamicChannel>,
-    /// `[Tools]`.
     pub tools: Vec<Tool>,
 }
 
@@ -89,13 +86,11 @@ pub struct ObjectDetails {
 
 /// Which of the three lists of a data sheet names an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ObjectList {
-    /// `[MandatoryObjects]`.
     Mandatory,
-    /// `[OptionalObjects]`.
     #[default]
     Optional,
-    /// `[ManufacturerObjects]`.
     Manufacturer,
 }
 
@@ -120,20 +115,17 @@ pub enum ObjectKind {
 
 /// One entry: what an SDO can address. What only few entries have, its [`EntryDetails`], are fields like its own.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Entry {
-    /// The index.
     pub index: u16,
     /// The sub-index.
     pub sub: u8,
     /// `ParameterName`, or the name that the overlay gives.
     pub name: String,
-    /// `DataType`.
     pub data_type: DataType,
-    /// `AccessType`.
     pub access: AccessType,
     /// `PDOMapping`.
     pub pdo_mapping: bool,
-    /// `DefaultValue`.
     pub default: Option<Value>,
     /// Where the data sheet describes it.
     pub span: Span,
@@ -200,18 +192,15 @@ impl Value {
 
 /// `AccessType` (CiA 306-1, 6.5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum AccessType {
-    /// `ro`.
     Ro,
-    /// `wo`.
     Wo,
-    /// `rw`.
     Rw,
     /// `rwr`: read and write, mappable into transmit PDOs (process input).
     Rwr,
     /// `rww`: read and write, mappable into receive PDOs (process output).
     Rww,
-    /// `const`.
     Const,
 }
 
@@ -413,16 +402,13 @@ pub enum ParameterNumber {
 
 /// A module that can be plugged into a modular device (CiA 306-1, 6.7).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Module {
     /// Its number, from 1: the 1 of `[M1ModuleInfo]`.
     pub number: u16,
-    /// `ProductName`.
     pub product_name: Option<String>,
-    /// `ProductVersion`.
     pub product_version: Option<u8>,
-    /// `ProductRevision`.
     pub product_revision: Option<u8>,
-    /// `OrderCode`.
     pub order_code: Option<String>,
     /// `[M1Comments]`, line by line.
     pub comments: Vec<String>,
@@ -477,7 +463,7 @@ impl Device {
         self.object(index)?.entry(sub)
     }
 
-    /// The size of a data type in bits; of one that the device defines itself, what its DEFTYPE says.
+    /// The size of a data type in bits; for a type of the device's own, what its DEFTYPE says.
     #[must_use]
     pub fn bits(&self, data_type: DataType) -> Option<u8> {
         let DataType::Other(code @ 0x40..=0x25F) = data_type else { return data_type.bits() };

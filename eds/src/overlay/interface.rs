@@ -7,7 +7,7 @@ use super::{Name, Node, Reader};
 use crate::finding::Kind;
 use crate::model::{AccessType, Entry, Interface, ObjectKind, Parameter, ParameterNumber};
 
-/// Of a parameter; the last ones only where there is no object that has them.
+/// The keys of a parameter. The last ones are for parameters without an object, which would have them.
 const KEYS: [&str; 14] = [
     "number",
     "object",

@@ -87,11 +87,8 @@ pub(crate) struct Changes {
     pub(crate) uses: Vec<Use>,
     /// Conditions of units and ranges.
     pub(crate) conditions: Vec<(Condition, Span)>,
-    /// PDOs.
     pub(crate) pdos: Vec<Extra>,
-    /// `profile`.
     pub(crate) profile: Option<(u16, Span)>,
-    /// `accept`.
     pub(crate) accepted: Vec<Accepted>,
 }
 

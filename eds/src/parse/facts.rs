@@ -81,11 +81,10 @@ pub(crate) struct ObjectFacts {
     pub(crate) header: bool,
     /// How many `[1018subN]` there are.
     pub(crate) subs: u16,
-    /// `SubNumber`.
     pub(crate) sub_number: Option<u16>,
     /// `CompactSubObj`, when it is not 0.
     pub(crate) compact: u8,
-    /// What `ObjectType` says, when it says something.
+    /// `ObjectType`, where it is given and understood.
     pub(crate) declared: Option<ObjectKind>,
     /// The list that names it.
     pub(crate) listed: Option<ObjectList>,
@@ -100,7 +99,6 @@ impl ObjectFacts {
     }
 }
 
-/// One of the lists.
 #[derive(Clone, Debug)]
 pub(crate) struct List {
     pub(crate) list: ObjectList,

@@ -87,7 +87,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts
             _ => lists.extend(reader.list(section)),
         }
     }
-    // Those that are described stand for those that are only counted.
+    // Modules with sections of their own replace those that are only counted.
     let described = |module: &Module| modules.binary_search_by_key(&module.number, |other| other.number).is_ok();
     device.modules.retain(|module| !described(module));
     device.modules.append(&mut modules);

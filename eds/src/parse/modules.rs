@@ -93,7 +93,7 @@ impl<'a, 's> Reader<'a, 's> {
     /// Whether what a list of the module names is described by a section.
     fn described(&mut self, pair: &'s Pair<'a>, list: ModulePart, parts: &[(ModulePart, &'s Section<'a>)]) {
         let Some(index) = self.number::<u16>(Some(pair)) else { return };
-        // The parts are sorted, so the first that is not before the one that is looked for is it, or there is none.
+        // The parts are sorted: the first that is not less than the wanted one is it, or there is none.
         let first = match list {
             ModulePart::FixedObjects => ModulePart::Fixed(index, ObjectPart::Header),
             _ => ModulePart::SubExt(index),

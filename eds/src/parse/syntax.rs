@@ -39,7 +39,7 @@ struct SectionToken {
     keys: u32,
 }
 
-/// A key: its line, its length and that of its value.
+/// A key: its line, and the lengths of its name and its value.
 struct KeyToken {
     line: u32,
     key: u32,

@@ -116,7 +116,7 @@ pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
     let is_free = matches!(profile(value), 402 | 408 | 0xFFFF);
     let halves_swapped = (value & 0xFF00_FF00) >> 8 | (value & 0x00FF_00FF) << 8;
     let swapped = [halves_swapped, value.swap_bytes(), value.rotate_left(16)];
-    // Profiles are numbered from 301 on; what is beyond them and one of them backwards was stored in the wrong order.
+    // Profiles are numbered from 301 on. A number that is no profile, but is one with its bytes swapped, has the wrong byte order.
     let is_profile = |&value: &u32| (301..500).contains(&profile(value));
     let swapped = swapped.into_iter().find(is_profile).filter(|_| !is_profile(&value));
     // Without a profile only the bytes of both halves are beyond doubt: the high half may be anything.
@@ -243,7 +243,7 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     let good = match &entry.default {
         None => true,
         Some(Value::NodeIdPlus(id)) => id & i64::from(cia301::IDENTIFIER) == i64::from(connection::EMCY),
-        // A number is that of one node, which a DCF is for.
+        // Without a formula the number fits one node only, as in a DCF.
         Some(Value::Integer(id)) => id & INVALID != 0 || Some(id & IDENTIFIER) == of_the_node(cx),
         Some(_) => true,
     };

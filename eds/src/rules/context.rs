@@ -155,7 +155,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether nothing would be wrong with another default: it fits the data type and the limits, and does not make a
+    /// Whether `value` could be the default: it fits the data type and the limits, and does not make a
     /// configured value one that cannot be downloaded.
     pub(super) fn can_default(&self, entry: &Entry, value: i128) -> bool {
         let limit = |limit: &Option<Value>| limit.as_ref().and_then(Value::as_integer);

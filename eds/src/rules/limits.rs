@@ -83,7 +83,7 @@ pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// Whether nothing that was inside the limits is outside when one of them becomes another.
+/// Whether the entry's values that are inside the limits stay inside when the limit `key` becomes `limit`.
 fn keeps_order(entry: &Entry, key: Key, limit: &Value) -> bool {
     let others = [&entry.default, &entry.configured, if key == Key::LowLimit { &entry.high } else { &entry.low }];
     let beyond = |value: &&Value| if key == Key::LowLimit { above(limit, value) } else { above(value, limit) };
@@ -192,7 +192,7 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
         // To store and to restore parameters takes one value by nature.
         let is_command = matches!(entry.index, cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS);
-        // A default there says that it is meant: the device knows but this one value.
+        // With the same default, it is meant: the device has this one value only.
         if entry.low == entry.high && entry.default != entry.low && !is_command {
             let note = note(format!("{} can have one value only", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
@@ -203,7 +203,7 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.configured.is_some() && !entry.access.writable()) {
-        // Without a default it is all that is known, and nothing disagrees.
+        // Without a default, no value disagrees with the configured one.
         if entry.default.is_some() && entry.configured != entry.default {
             let span = cx.entry_span(entry, Key::ParameterValue);
             let note = note(format!("{} is {}", place(entry), entry.access.name())).at(span, "cannot be written");
@@ -227,7 +227,7 @@ pub(super) fn constant_without_default(cx: &Context<'_>, out: &mut Out<'_>) {
                 continue;
             };
             let note = note.mend(Some(cx.correct(entry, &format!("default = {sub}"))));
-            // A default that could not be read says something that is not known here.
+            // The default could not be read, so its value is not known here.
             let absent = cx.entry_span(entry, Key::DefaultValue) == entry.span;
             out.push(note.fix(absent.then(|| cx.set_own(entry, Key::DefaultValue, &sub.to_string())).flatten()));
         }

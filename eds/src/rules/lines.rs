@@ -61,7 +61,7 @@ pub(super) fn unclosed_section(cx: &Context<'_>, finding: &Finding) -> Option<Di
         _ => None,
     });
     let note = note("the section name has no closing bracket").at(finding.span, "read as the name");
-    // Of a name that is unknown, it is not known either where it ends.
+    // Where an unknown name ends is not known either.
     let known = cx.facts.syntax.section_at(finding.span).is_some_and(|section| section.kind != SectionKind::Unknown);
     Some(if known { note.fix(mended) } else { note.mend(mended) })
 }

@@ -41,7 +41,7 @@ pub(super) fn numbered_anew(cx: &Context<'_>, key: Span) -> Option<Patch> {
     let is_free = |number: &u32| list.entries.iter().all(|listed| listed.number != *number);
     let free = (1..).filter(is_free).nth(at).filter(|_| facts.listed.is_none() && !is_again)?;
     let renumbered = cx.facts.syntax.with(key, &free.to_string());
-    // The count of all that will be there, unless it is that of the file.
+    // The number of entries after the fix; it may be what the file says already.
     let count = list.entries.len() + list.doubled.len();
     let is_counted = list.said.is_some_and(|(said, _)| said as usize == count) || list.doubled.len() > 1;
     let counted = (!is_counted).then(|| cx.set_in(section, COUNT, &count.to_string()));
@@ -119,7 +119,7 @@ fn in_order(cx: &Context<'_>) -> Option<Patch> {
         let goes = |pair: &Pair<'_>, _| goes.contains(&cx.facts.syntax.value_span(pair));
         patch.extend(rewritten(&cx.facts.syntax, section, goes, &here)?);
     }
-    // Otherwise there is no list that they belong to.
+    // The objects that are left belong to no list.
     moved.is_empty().then_some(patch)
 }
 

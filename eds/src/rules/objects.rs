@@ -63,7 +63,7 @@ pub(super) fn same_name(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// One finding for each name that several have.
+/// One finding for each name that several objects have.
 fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, cx: &Context<'_>, out: &mut Out<'_>) {
     let names = names.map(|(name, address)| (identifier(name), address, name));
     // Without a letter a name becomes no identifier; the address is the name then.

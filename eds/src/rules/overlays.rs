@@ -99,7 +99,7 @@ pub(super) fn duplicate_parameter(_: &Context<'_>, finding: &Finding) -> Option<
     Some(note.help("give it its own number, or say of both when they apply: `when = \"6060:00 == 1\"`"))
 }
 
-/// What is accepted where there is no such finding, or no such rule: the code of the rule, and its finding.
+/// An overlay accepts a finding that there is not, or of a rule that does not exist: the rule's code, and the diagnostic.
 pub(super) fn accepted_in_vain(accepted: &Accepted, is_rule: bool) -> (&'static str, Diagnostic) {
     let Accepted { code, span, .. } = accepted;
     if is_rule {

@@ -77,7 +77,7 @@ pub(super) fn wrong_length(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// Whether all that map the entry do so with this length.
+/// Whether all PDOs that map the entry map it with this length.
 fn only_here(cx: &Context<'_>, mapped: Mapped) -> bool {
     let same = |other: Mapped| (other.index, other.sub) == (mapped.index, mapped.sub);
     cx.mapped().filter(|(_, _, other)| same(*other)).all(|(_, _, other)| other.bits == mapped.bits)

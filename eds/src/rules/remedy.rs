@@ -101,7 +101,7 @@ impl Diagnostic {
         }
     }
 
-    /// The one right answer, if there is one. It is the remedy as well, unless it is long or there is another.
+    /// Adds the one right answer, if there is one. It is shown as the remedy too, unless it is long or a remedy was given.
     pub(super) fn fix(mut self, fix: Option<impl Into<Arc<Patch>>>) -> Self {
         self.fix = fix.map(Into::into);
         let short = self.fix.as_ref().filter(|fix| fix.changes().len() <= MAX_STEPS && self.help.is_none());

@@ -76,7 +76,7 @@ impl PkwMaster {
         }
     }
 
-    /// Takes what came in a telegram. A reply that does not fit the task is none to it.
+    /// Takes what came in a telegram. A reply that does not fit the task is ignored.
     pub fn handle_input(&mut self, pkw: Pkw) -> Option<Event> {
         match self.state {
             State::Clearing(waiting) if pkw.identifier == 0 => {

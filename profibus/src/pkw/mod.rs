@@ -146,9 +146,7 @@ impl Value {
 impl Task {
     /// The task of a PKW: `Ok(None)` for no task (0).
     ///
-    /// # Errors
-    ///
-    /// The identifier, when it is none of a task.
+    /// Errors: the identifier, when it is none of a task.
     pub fn parse(pkw: Pkw) -> Result<Option<Self>, u8> {
         let Pkw { identifier, number, index, value } = pkw;
         Ok(Some(match identifier {
@@ -211,9 +209,7 @@ impl Reply {
     /// The number of a refusal is in the second word of PWE, as the rule for single words has it. The manuals do not say
     /// so of numbers of errors; one in the first word is understood as well.
     ///
-    /// # Errors
-    ///
-    /// The identifier, when it is none of a reply.
+    /// Errors: the identifier, when it is none of a reply.
     pub fn parse(pkw: Pkw) -> Result<Option<Self>, u8> {
         Ok(Some(match pkw.identifier {
             0 => return Ok(None),

@@ -62,17 +62,9 @@ pub trait ParameterTable {
     fn parameter(&self, number: u16) -> Option<Parameter>;
 
     /// The value of a parameter, or of one element: index and access have been looked at.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot be read.
     fn read(&mut self, number: u16, index: u16) -> Result<u32, Refusal>;
 
     /// Takes a value: index, access, width and range have been looked at. Returns what the reply shows.
-    ///
-    /// # Errors
-    ///
-    /// Why it is not taken.
     fn write(&mut self, number: u16, index: u16, value: u32) -> Result<u32, Refusal>;
 
     /// Whether the master has the parameters, and no other interface.

@@ -81,7 +81,7 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
         let rule = self.behaviour().writable_in.iter().find(|rule| rule.address == entry.address);
         require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
         let is_communication = cia301::COMMUNICATION.contains(&index);
-        // What has another length than its type is for the dictionary to refuse.
+        // A wrong length is refused by the dictionary.
         if is_communication && entry.data_type.size() == Some(data.len()) && !self.changes_nothing(entry, data) {
             // No object that is checked is longer than 32 bits.
             self.check(entry.address, u32::try_from(number(data)).unwrap_or(u32::MAX))?;

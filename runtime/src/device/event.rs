@@ -73,7 +73,7 @@ pub enum Event {
     LifeGuarding(guarding::Event),
 }
 
-/// A parameter of the dictionary that the device does not serve as it is.
+/// A parameter whose value in the dictionary the device cannot serve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Misconfigured {

@@ -56,9 +56,7 @@ impl<
     /// Writes an entry by local control, whatever its access. Communication objects are checked as if a client wrote them,
     /// and what they configure takes effect at once; the dictionary is lent as for a frame.
     ///
-    /// # Errors
-    ///
-    /// The abort code that a client would get. Nothing has changed then.
+    /// Errors: the abort code that a client would get; nothing has changed.
     pub fn write(
         &mut self,
         now: Instant,
@@ -116,7 +114,7 @@ impl<
     }
 
     /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
-    /// that stays as it is goes on with its transfer.
+    /// whose parameters have not changed goes on with its transfer.
     pub(super) fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
         self.servers_changed = false;
         // The identifiers of the default server are fixed, also if 1200h has others (CiA 301, 7.5.2.33).

@@ -44,7 +44,7 @@ pub trait Selection: Copy + Debug + Send + Sync + 'static {
     type Behaviour: Behaves;
 }
 
-/// All services: what a device has that does not say otherwise.
+/// All services: the default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Everything;
 

@@ -319,8 +319,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 }
 
-/// Services, and whether they have nothing to send, once they were asked. To lend them mutably forgets that, so that
-/// nothing which may make a frame due has to reset it. It keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
+/// Services, with a note that they have nothing to send, made when they were last asked. Lending them mutably clears the note, so
+/// no code that makes a frame due has to. This keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
 /// read, whole device) independent of the number of PDOs.
 #[derive(Clone, Debug)]
 pub(super) struct Polled<

@@ -10,6 +10,7 @@ use crate::service::sdo_client::SdoError;
 /// Why an object of a node could not be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum AccessError {
     /// The value is outside the limits of the data sheet. Nothing was sent.
     #[error(transparent)]
@@ -17,7 +18,6 @@ pub enum AccessError {
     /// The node has aborted the transfer, or does not answer.
     #[error("node {node}: {error}")]
     Sdo {
-        /// Which node.
         node: NodeId,
         /// What happened.
         error: SdoError,
@@ -25,31 +25,22 @@ pub enum AccessError {
     /// The node's value has another length than in the data sheet.
     #[error("node {node}, {address}: the device and its data sheet differ: {error}")]
     DataSheet {
-        /// Which node.
         node: NodeId,
         /// Which entry.
         address: Address,
-        /// The lengths.
         error: LengthMismatch,
     },
     /// There is no such PDO. Nothing was sent.
     #[error("there is no PDO {number}: PDOs have the numbers 1 to 512")]
-    NoSuchPdo {
-        /// Its number.
-        number: u16,
-    },
+    NoSuchPdo { number: u16 },
     /// A PDO has no COB-ID, and the predefined connection set has none for it. It was left as it is.
     #[error("PDO {number} has no COB-ID: choose one")]
-    NoCobId {
-        /// Its number.
-        number: u16,
-    },
+    NoCobId { number: u16 },
     /// A text is no value of an object. Nothing was sent.
     #[error("{address} {name:?}: {why}")]
     NoValue {
         /// The object.
         address: Address,
-        /// Its name.
         name: &'static str,
         /// What is wrong with the text, and what to write.
         why: String,

@@ -57,10 +57,8 @@ impl KeptFormat {
 
     /// The lines of a text.
     ///
-    /// # Errors
-    ///
-    /// See [`KeptError`]. No text with a changed, missing or additional character is accepted, except for the line ends
-    /// of Windows.
+    /// Errors: see [`KeptError`]. No text with a changed, missing or additional character is accepted, except for the
+    /// line ends of Windows.
     pub fn unseal(&self, text: &str) -> Result<Vec<String>, KeptError> {
         let text = text.replace("\r\n", "\n");
         if text.is_empty() || text.bytes().all(|byte| byte == 0) {
@@ -97,10 +95,8 @@ pub struct KeptFile {
 impl KeptFile {
     /// The file and its content; `None` when there is no such file yet.
     ///
-    /// # Errors
-    ///
-    /// The error of the operating system, or [`io::ErrorKind::InvalidInput`] if the path is no
-    /// file but a folder, a terminal or `/dev/null`.
+    /// Errors: the error of the operating system, or [`io::ErrorKind::InvalidInput`] if the path is no file but a
+    /// folder, a terminal or `/dev/null`.
     pub fn open(path: &Path) -> io::Result<(Self, Option<String>)> {
         match fs::metadata(path) {
             Ok(found) if !found.is_file() => {
@@ -121,9 +117,7 @@ impl KeptFile {
 
     /// Replaces the content, unless it is the text already.
     ///
-    /// # Errors
-    ///
-    /// The error of the operating system. The content is unchanged then.
+    /// After an error the content is unchanged.
     pub fn save(&mut self, text: String) -> io::Result<()> {
         if self.saved.as_ref() == Some(&text) {
             return Ok(());
@@ -136,16 +130,14 @@ impl KeptFile {
 
 /// Writes a file beside the old one, which then replaces it: if the power fails, one of them is complete.
 ///
-/// # Errors
-///
-/// The error of the operating system. The old file is unchanged then.
+/// After an error the old file is unchanged.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut new = Replacement::begin(path)?;
     new.file().write_all(content)?;
     new.complete()
 }
 
-/// A file that is being written beside the one that it replaces when it is complete. It is removed if it never is.
+/// A file that is being written beside the one that it will replace once complete. Dropped before that, it is removed.
 #[derive(Debug)]
 pub struct Replacement {
     path: PathBuf,
@@ -157,10 +149,6 @@ pub struct Replacement {
 impl Replacement {
     /// Makes an empty file beside `path`; of a link, beside its target. Its name, `.NAME.lexican-new`, is nobody else's, and what a
     /// program that was killed has left there is replaced.
-    ///
-    /// # Errors
-    ///
-    /// The error of the operating system.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let mut name = OsString::from(".");
@@ -178,9 +166,7 @@ impl Replacement {
 
     /// Gives the file its name. The content is synced before the name, which could otherwise lead to an empty file.
     ///
-    /// # Errors
-    ///
-    /// The error of the operating system. The old file is unchanged then.
+    /// After an error the old file is unchanged.
     pub fn complete(mut self) -> io::Result<()> {
         if let Ok(old) = fs::metadata(&self.path) {
             self.file.set_permissions(old.permissions())?;

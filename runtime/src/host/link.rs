@@ -17,35 +17,23 @@ pub trait Link {
 
     /// Hands a frame to the bus, and waits for room up to 100 ms. The frame may leave after this returns.
     ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the link is gone or cannot take the frame. After an error that is not
-    /// final the frame is lost and the link remains.
+    /// Errors: [`LinkError`] when the link is gone or cannot take the frame. After an error that is not final the frame
+    /// is lost and the link remains.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
 
     /// As [`Link::send`], without waiting for room.
     ///
-    /// # Errors
-    ///
-    /// As [`Link::send`]; [`LinkError::Full`] at once when there is no room.
+    /// Errors: [`LinkError::Full`] at once when there is no room.
     fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.send(frame)
     }
 
     /// Waits for a frame or a change of the bus's state, no longer than `until`; `None` when nothing
     /// came.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the link is gone for good.
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
     /// As [`Link::receive`], for a caller that has just read the clock: at `now`. Saves the link from reading it, too,
     /// which is a system call where the kernel is a guest.
-    ///
-    /// # Errors
-    ///
-    /// As [`Link::receive`].
     fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
         let _ = now;
         self.receive(until)
@@ -83,19 +71,14 @@ pub trait Link {
     /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Other frames may still
     /// be received; the filters of a kernel, for one, are limited in number.
     ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the operating system refuses the filters: which frames are received is not known then.
+    /// Errors: [`LinkError`] when the operating system refuses the filters: which frames are received is not known
+    /// then.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         let _ = ids;
         Ok(())
     }
 
     /// Waits for a frame, no longer than `until`. Changes of the bus's state are dropped.
-    ///
-    /// # Errors
-    ///
-    /// As [`Link::receive`].
     fn receive_frame(&mut self, until: Instant) -> Result<Option<Frame>, LinkError> {
         loop {
             match self.receive(until)? {

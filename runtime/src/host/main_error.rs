@@ -5,7 +5,7 @@ use std::boxed::Box;
 use std::error::Error;
 
 /// The error of a `main` that returns a `Result`: any error becomes one by `?`. Rust prints what `main` returns by its
-/// `Debug`, which of an error type is code; of this one it is the words.
+/// `Debug`, which for most errors looks like code; this one prints its message.
 ///
 /// ```
 /// use lexican_runtime::host::MainError;

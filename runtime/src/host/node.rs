@@ -33,8 +33,8 @@ pub trait Node {
         0
     }
 
-    /// The node loses its power, or gets it: then it boots, and knows what it has stored. While it has none, nothing
-    /// else is called. By default it forgets nothing.
+    /// The node loses its power, or gets it back: then it boots, with what it has stored. Without power, nothing else is
+    /// called. The default does nothing, so such a node forgets nothing.
     fn set_power(&mut self, now: Instant, on: bool) {
         let _ = (now, on);
     }
@@ -109,7 +109,7 @@ impl<N: Node> Node for Vec<N> {
     }
     fn concerns(&self) -> Vec<CobId> {
         let each: Vec<Vec<CobId>> = self.iter().map(Node::concerns).collect();
-        // One that wants all frames wants them for all.
+        // An empty list means all frames, so one node without filters needs all of them.
         if each.iter().any(Vec::is_empty) { Vec::new() } else { each.concat() }
     }
     fn generation(&self) -> u32 {

@@ -8,10 +8,7 @@ use super::{BusUrl, Link, Replay, ReplayError};
 impl BusUrl {
     /// Opens the bus.
     ///
-    /// # Errors
-    ///
-    /// [`OpenError`], with a remedy. A simulation cannot be opened here: this crate has no
-    /// simulators, and no serial protocols of devices.
+    /// Errors: A simulation cannot be opened here: this crate has no simulators, and no serial protocols of devices.
     pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
         match self {
             BusUrl::SocketCan { interface } => open_socketcan(interface),
@@ -53,6 +50,7 @@ fn open_slcan(port: &str, _: Option<u32>, _: u32) -> Result<Box<dyn Link + Send>
 /// Why a bus cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum OpenError {
     /// A CAN interface.
     #[cfg(all(feature = "socketcan", target_os = "linux"))]
@@ -62,35 +60,20 @@ pub enum OpenError {
     #[cfg(feature = "slcan")]
     #[error(transparent)]
     Slcan(#[from] super::slcan::SlcanError),
-    /// A log.
     #[error(transparent)]
     Log(#[from] ReplayError),
     /// The feature for it is off.
     #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
-    NotBuilt {
-        /// The bus.
-        bus: String,
-        /// The feature.
-        feature: &'static str,
-    },
+    NotBuilt { bus: String, feature: &'static str },
     /// Only Linux has SocketCAN.
     #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
-    NotLinux {
-        /// The bus.
-        bus: String,
-    },
+    NotLinux { bus: String },
     /// The serial protocols of devices, and PROFIBUS, are not part of this crate.
     #[error(
         "{port} cannot be opened as a link: a device's other interface is opened by the program that has its protocol"
     )]
-    Serial {
-        /// The port.
-        port: String,
-    },
+    Serial { port: String },
     /// Simulators are not part of this crate.
     #[error("{device} cannot be opened as a link: a simulation is started by the program that has the simulators")]
-    Simulation {
-        /// The device.
-        device: String,
-    },
+    Simulation { device: String },
 }

@@ -21,7 +21,7 @@ pub enum Notice {
     State(BusState),
     /// This many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
     Gap(u32),
-    /// The link refuses frames: this one and all that follow are lost, until it takes one again.
+    /// The link refuses frames: they are lost until it takes one again.
     Refused(LinkError),
 }
 
@@ -52,10 +52,6 @@ impl<L: Link, N: Node> Participant<L, N> {
     /// Runs the node until `until`, and returns `None` then, or until there is something to report. To be called again at
     /// once: between two calls no frame is received. So it is while a frame waits for room in the interface, at most
     /// 100 ms.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the link is gone for good.
     pub fn run(&mut self, until: Instant) -> Result<Option<Notice>, LinkError> {
         loop {
             // Before anything is sent: when a manager gets the answer to a new COB-ID, it may use that at once.

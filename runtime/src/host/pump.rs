@@ -153,10 +153,8 @@ impl Pump {
     /// Sends what is to be sent; then handles a deadline, or waits for a frame no longer than `until`. Each wait reads
     /// the link at least once, even if `until` has passed.
     ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the link is gone, or has refused a frame. In the latter case the frame is lost, and the
-    /// next turn goes on.
+    /// Errors: [`LinkError`] when the link is gone, or has refused a frame. In the latter case the frame is lost, and
+    /// the next turn goes on.
     pub fn turn<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,
@@ -201,10 +199,6 @@ impl Pump {
     }
 
     /// Runs until there is an event; `None` at `until`.
-    ///
-    /// # Errors
-    ///
-    /// As [`Pump::turn`].
     pub fn run<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,
@@ -221,10 +215,6 @@ impl Pump {
     }
 
     /// Waits for a frame, no longer than `until`, even if the link always has one.
-    ///
-    /// # Errors
-    ///
-    /// As [`Pump::turn`].
     pub fn receive_frame<L: Link + ?Sized>(
         &mut self,
         link: &mut L,
@@ -237,10 +227,6 @@ impl Pump {
     /// frames are [missing](Incoming::Gap).
     ///
     /// For callers whose next frame depends on the current state of the network.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`] when the link is gone.
     pub fn catch_up<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,
@@ -260,10 +246,6 @@ impl Pump {
     }
 
     /// Sends what is to be sent, at most four frames. Returns whether that was all.
-    ///
-    /// # Errors
-    ///
-    /// As [`Pump::turn`].
     pub fn transmit<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,

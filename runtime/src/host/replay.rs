@@ -32,10 +32,6 @@ pub struct Replay {
 
 impl Replay {
     /// Opens a log, for the frames of `interface`, or for all.
-    ///
-    /// # Errors
-    ///
-    /// [`ReplayError`] when the file or its first frame cannot be read.
     pub fn open(path: &Path, interface: Option<&str>, pace: Pace) -> Result<Self, ReplayError> {
         let file = File::open(path).map_err(|error| ReplayError::Io { path: path.to_owned(), error })?;
         let interface = interface.map(ToOwned::to_owned);
@@ -45,10 +41,6 @@ impl Replay {
     }
 
     /// A link over the frames of a log in another format.
-    ///
-    /// # Errors
-    ///
-    /// That of the first frame.
     pub fn of(
         mut frames: impl Iterator<Item = io::Result<(Instant, Frame)>> + Send + 'static,
         pace: Pace,

@@ -221,7 +221,6 @@ impl PdoOptions {
 }
 
 impl Pdo {
-    /// Its COB-ID.
     pub(super) const fn cob_id(self) -> Object<u32, Rw> {
         Object::new(self.parameter(), 1)
     }

@@ -32,7 +32,6 @@ impl<const N: usize> Deadlines<N> {
         self.first().filter(|&first| first <= now).map(|_| self.winner(1))
     }
 
-    /// Sets the deadline of a place.
     pub(super) fn set(&mut self, place: Place, deadline: Option<Instant>) {
         let deadline = deadline.unwrap_or(NEVER);
         match self.at.get_mut(place.index()) {

@@ -11,53 +11,28 @@ use crate::wire::nmt::NmtState;
 /// What a manager learned. One frame or deadline is at most one event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Event {
     /// A node sent its boot-up message; also one that the manager does not look after.
-    BootedUp {
-        /// Which node.
-        node: NodeId,
-    },
+    BootedUp { node: NodeId },
     /// A node's state was heard for the first time, or for the first time after it was lost.
-    Appeared {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
+    Appeared { node: NodeId, state: NmtState },
     /// A node is in another state.
-    StateChanged {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
+    StateChanged { node: NodeId, state: NmtState },
     /// A node's heartbeat or guarding answer is overdue.
-    Lost {
-        /// Which node.
-        node: NodeId,
-    },
+    Lost { node: NodeId },
     /// A node's guarding answers do not alternate.
-    ToggleError {
-        /// Which node.
-        node: NodeId,
-    },
+    ToggleError { node: NodeId },
     /// A node that the manager does not look after sends heartbeats or guarding answers.
-    Stranger {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
+    Stranger { node: NodeId, state: NmtState },
     /// A node reports an error, or the end of one.
     Emergency {
-        /// Which node.
         node: NodeId,
         /// What it reports.
         emergency: Emergency,
     },
     /// An SDO transfer ended.
     Sdo {
-        /// With which node.
         node: NodeId,
         /// How.
         event: sdo_client::Event,
@@ -67,7 +42,6 @@ pub enum Event {
         /// The node that the manager looks after whose TPDO has this COB-ID in the predefined connection
         /// set. The PDOs of a network may be arranged otherwise.
         node: Option<NodeId>,
-        /// The frame.
         frame: Frame,
     },
     /// Another node sends SYNC, with the COB-ID of [`Manager::produce_sync`](super::Manager::produce_sync), 080h unless set.
@@ -94,12 +68,12 @@ impl Event {
 /// What happened in the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum NetworkEvent {
     /// A node has booted: it is what it shall be, and reports OPERATIONAL if it was to be started.
     Booted(NodeId),
     /// A node does not boot. It is tried again with its next boot-up message.
     Failed {
-        /// Which node.
         node: NodeId,
         /// Whether the network can do without it.
         mandatory: bool,
@@ -114,15 +88,9 @@ pub enum NetworkEvent {
     /// A node that is not booted without asking has sent its boot-up message; [`Network::boot`](super::Network::boot) boots it.
     BootedUp(NodeId),
     /// A node that has booted reports another state than before: it was commanded by another manager, or has an error.
-    StateChanged {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
+    StateChanged { node: NodeId, state: NmtState },
     /// A node is lost; it is booted again, or what [`OnLoss`](super::OnLoss) says happens.
     Lost {
-        /// Which node.
         node: NodeId,
         /// Whether the network can do without it.
         mandatory: bool,

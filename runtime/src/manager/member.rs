@@ -21,7 +21,6 @@ pub(super) struct Member<C> {
     phase: Phase<C>,
     /// How often it may still be silent before that is a failure.
     retries: u8,
-    /// What it is to be commanded.
     command: Option<NmtCommand>,
     /// It is silent, and has not booted since.
     lost: bool,
@@ -49,7 +48,6 @@ enum Phase<C> {
 /// What a frame or a deadline brings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Report {
-    /// The node is lost.
     Lost(NodeId, Loss),
     Event(NetworkEvent),
 }
@@ -193,7 +191,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.phase = Phase::Paused { until };
     }
 
-    /// It was commanded to reset. While it is paused, its boot-up message does not end that.
+    /// The node was commanded to reset. A pause goes on over its boot-up message.
     pub(super) fn note_reset(&mut self) {
         self.forget();
         self.reset = !matches!(self.phase, Phase::Paused { .. });

@@ -109,10 +109,6 @@ impl<const NODES: usize> Manager<NODES> {
     }
 
     /// Looks after a node from now on; it takes the place of what was known of the same node.
-    ///
-    /// # Errors
-    ///
-    /// [`Full`] when there is no room.
     pub fn add(&mut self, now: Instant, mut remote: Remote) -> Result<(), Full> {
         self.take_back();
         remote.watch.start(now);
@@ -137,37 +133,21 @@ impl<const NODES: usize> Manager<NODES> {
     }
 
     /// Sends a frame as it is.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`] when the frame before was not pulled yet; as with all that follow.
     pub const fn send(&mut self, frame: Frame) -> Result<(), Unsent> {
         self.outbox.send(frame)
     }
 
     /// Commands a node, or all of them.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`].
     pub const fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), Unsent> {
         self.outbox.command(command, node)
     }
 
     /// Sends a PDO that a device receives under `id`.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`].
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), Unsent> {
         self.outbox.send(pdo.frame(id))
     }
 
     /// Asks for a PDO of `len` bytes that a device transmits under `id`; more than eight count as eight.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`].
     pub fn request_pdo(&mut self, id: CobId, len: u8) -> Result<(), Unsent> {
         match Frame::remote(id, len.min(8)) {
             Some(frame) => self.outbox.send(frame),
@@ -176,10 +156,6 @@ impl<const NODES: usize> Manager<NODES> {
     }
 
     /// Sends the time of day to all nodes.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`].
     pub fn send_time(&mut self, time_of_day: TimeOfDay) -> Result<(), Unsent> {
         self.outbox.send(time::frame(CobId::TIME, time_of_day))
     }
@@ -206,28 +182,16 @@ impl<const NODES: usize> Manager<NODES> {
     }
 
     /// Begins to read an entry of a node. [`Event::Sdo`] ends it.
-    ///
-    /// # Errors
-    ///
-    /// [`BeginError`].
     pub fn read(&mut self, now: Instant, node: NodeId, address: Address) -> Result<(), BeginError> {
         Ok(self.sdo(node)?.read(now, address)?)
     }
 
     /// Begins to write the first `len` bytes of the payload into an entry of a node. [`Event::Sdo`] ends it.
-    ///
-    /// # Errors
-    ///
-    /// [`BeginError`].
     pub fn write(&mut self, now: Instant, node: NodeId, address: Address, len: u32) -> Result<(), BeginError> {
         Ok(self.sdo(node)?.write(now, address, len)?)
     }
 
     /// The SDO client of a node, for all that it can.
-    ///
-    /// # Errors
-    ///
-    /// [`BeginError::UnknownNode`].
     pub fn sdo(&mut self, node: NodeId) -> Result<&mut SdoClient, BeginError> {
         self.take_back();
         self.lent = self.remotes.place(node);

@@ -54,10 +54,6 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     }
 
     /// Adds a node.
-    ///
-    /// # Errors
-    ///
-    /// [`Full`] when there is no room.
     pub fn assign(&mut self, node: NodeId, assignment: Assignment<C>) -> Result<(), Full> {
         self.members.insert(Member::new(node, assignment))
     }
@@ -163,8 +159,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.held && self.members.marked(member::AWAITED).is_empty()
     }
 
-    /// Starts those that have waited for the others: by one command when all can be started, or it would reach nodes in
-    /// the midst of their configuration.
+    /// Starts the nodes that have waited for the others: by one command to all nodes only if all can be started, since it
+    /// would also reach nodes that are being configured.
     fn release(&mut self, now: Instant) {
         self.held = false;
         let at_once = self.members.iter().all(|member| member.is_startable() && member.is_to_be_started())

@@ -2,7 +2,7 @@
 
 use crate::time::{Duration, Instant};
 
-/// Slows down what a node that boots again and again, or does not obey its resets, makes its manager do.
+/// Limits how often the manager resets and configures a node that boots again and again, or ignores its resets.
 ///
 /// After each attempt there is none for a pause, which doubles up to half a minute. So neither what the node sends, nor what
 /// it has sent before and arrives late, keeps the bus busy.
@@ -48,9 +48,7 @@ impl Pace {
 
     /// Begins an attempt, or returns when it may begin.
     ///
-    /// # Errors
-    ///
-    /// When it may begin.
+    /// Errors: the earliest time at which it may begin.
     pub fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
         if !self.allows(now) {
             return Err(self.next);

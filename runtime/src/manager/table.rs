@@ -8,7 +8,6 @@ use crate::time::Instant;
 
 /// What a table keeps of one node.
 pub(super) trait Entry {
-    /// The node.
     fn node(&self) -> NodeId;
     /// The identifiers of frames for it, besides error control.
     fn cob_ids(&self) -> [Option<CobId>; IDS];

@@ -16,17 +16,11 @@ use crate::id::NodeId;
 pub trait ObjectDictionary {
     /// The facts of an entry.
     ///
-    /// # Errors
-    ///
-    /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
+    /// Errors: [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     fn entry(&self, address: Address) -> Result<Entry, AbortCode>;
 
     /// The same for an entry that is looked up again and again, as a mapped object is. `row` is where it was found
     /// last, or any number. A dictionary with rows looks there first, and sets it to where the entry is.
-    ///
-    /// # Errors
-    ///
-    /// As [`ObjectDictionary::entry`].
     fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
         let _ = row;
         self.entry(address)
@@ -38,18 +32,14 @@ pub trait ObjectDictionary {
     /// Reads from `offset` into `buffer`; less than the whole buffer only at the end. Access rights are
     /// checked by the caller: a device may read what its manager may not.
     ///
-    /// # Errors
-    ///
-    /// Any reason why the device does not give the data now.
+    /// Errors: any reason why the device does not give the data now.
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode>;
 
     /// Writes `data` at `offset`; `last` if the entry ends with it. Values of a fixed size come
     /// whole, in one call, and so do text and bytes with a capacity of 1 to 64. Anything else may come in pieces,
     /// ascending and without gaps; the last one never comes when the transfer is given up.
     ///
-    /// # Errors
-    ///
-    /// Any reason why the device does not take the data; the value is unchanged then.
+    /// Errors: any reason why the device does not take the data; the value is unchanged then.
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode>;
 
     /// The first and the last of the addresses whose values the application has set since the last call, for TPDOs that map

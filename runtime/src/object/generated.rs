@@ -308,10 +308,6 @@ macro_rules! pdo {
             }
 
             /// The values of a frame's data; bytes beyond the mapped ones are ignored.
-            ///
-            /// # Errors
-            ///
-            /// When there are fewer bytes than mapped.
             pub fn unpack(data: &[u8]) -> ::core::result::Result<Self, $crate::object::MappedLengthMismatch> {
                 $crate::object::Pdo::from_data(data)
             }

@@ -98,10 +98,6 @@ impl<T: Value, A, M, D> Object<T, A, M, D> {
     }
 
     /// Whether the data sheet allows `value`.
-    ///
-    /// # Errors
-    ///
-    /// [`OutOfRange`] when it is below or above the limits.
     #[inline]
     pub fn check(&self, value: T) -> Result<(), OutOfRange> {
         match self.limits {

@@ -263,10 +263,6 @@ impl<D, V: Values, N> Mapping<D, V, N> {
     }
 
     /// The values of a frame's data. Bytes beyond the mapped ones are ignored (CiA 301, 7.5.2.36).
-    ///
-    /// # Errors
-    ///
-    /// [`MappedLengthMismatch`] when there are fewer bytes than mapped.
     pub fn values(&self, data: &[u8]) -> Result<V, MappedLengthMismatch> {
         if data.len() < self.length() {
             return Err(MappedLengthMismatch { mapped: self.length(), got: data.len() });

@@ -209,10 +209,6 @@ pub(super) fn counts(data_type: DataType, raw: u64) -> f64 {
 }
 
 /// Prints a value of an enumeration: `Mode(1 velocity)`.
-///
-/// # Errors
-///
-/// Those of the formatter.
 pub fn debug_enumeration<T: Enumeration>(
     f: &mut fmt::Formatter<'_>,
     type_name: &str,

@@ -27,9 +27,7 @@ pub trait Pdo: Copy {
     /// The values of a frame's data. Bytes beyond the mapped ones are ignored: CiA 301, 7.5.2.36, has
     /// the values used, and the wrong length reported (EMCY 8220h).
     ///
-    /// # Errors
-    ///
-    /// [`MappedLengthMismatch`] when there are fewer bytes than mapped (EMCY 8210h).
+    /// Errors: [`MappedLengthMismatch`] when there are fewer bytes than mapped (EMCY 8210h).
     fn from_data(data: &[u8]) -> Result<Self, MappedLengthMismatch> {
         if data.len() < Self::LENGTH {
             return Err(MappedLengthMismatch { mapped: Self::LENGTH, got: data.len() });

@@ -235,9 +235,7 @@ impl Table {
 
     /// The facts of an entry.
     ///
-    /// # Errors
-    ///
-    /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
+    /// Errors: [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     pub fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         let (_, row) = self.find(address)?;
         Ok(row.entry(address))

@@ -9,11 +9,10 @@ use super::{BitField, BitName, DataType, Meaning, Name, Quantity, Unit, ValueNam
 /// Why a text is no value of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum NoValue<'a> {
-    /// It is no number.
     #[error("{text:?} is no {data_type}")]
     NoNumber {
-        /// The text.
         text: &'a str,
         /// The type of the entry.
         data_type: DataType,
@@ -29,7 +28,6 @@ pub enum NoValue<'a> {
     /// It does not begin with a number.
     #[error("{text:?} is no number of {symbol}: write 1.5 {symbol}")]
     NoQuantity {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -37,7 +35,6 @@ pub enum NoValue<'a> {
     /// The number has a unit that is not the entry's, or several units have its symbol.
     #[error("{text:?} is not in {symbol}")]
     OtherUnit {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -45,7 +42,6 @@ pub enum NoValue<'a> {
     /// A number without unit and decimal point, where a count is not worth one of the unit.
     #[error("is {text} in {symbol}, or a count? Write \"{text} {symbol}\" or \"raw:{text}\"")]
     NoUnit {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         symbol: &'a str,
@@ -53,7 +49,6 @@ pub enum NoValue<'a> {
     /// The number lies between two counts.
     #[error("{text} cannot be set: the step is {} {}", unit.scale(1.0), unit.symbol)]
     BetweenCounts {
-        /// The text.
         text: &'a str,
         /// The unit of the entry.
         unit: Unit<'a>,
@@ -63,7 +58,6 @@ pub enum NoValue<'a> {
     NoName {
         /// The name.
         text: &'a str,
-        /// The names that there are.
         names: Names<'a>,
     },
     /// The number does not fit into the bits of a field.
@@ -106,10 +100,6 @@ impl Name {
 
     /// The wire form of a value that is written as text: see [`Meaning::parse`].
     ///
-    /// # Errors
-    ///
-    /// Why it is none.
-    ///
     /// ```
     /// use lexican_runtime::object::{DataType, Meaning, Name, Unit};
     ///
@@ -135,10 +125,6 @@ impl<'a> Meaning<'a> {
     /// The wire form of a value that is written as text: what [`show`](Self::show) writes; a name alone; a number, hexadecimal after
     /// `0x`. A number with a unit or a decimal point is in the unit. One with neither is ambiguous, and is refused unless a count
     /// is worth one unit; `raw:240` is always the number in wire form.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no value of the entry.
     pub fn parse(self, data_type: DataType, text: &'a str) -> Result<u64, NoValue<'a>> {
         let text = text.trim();
         if let Some(raw) = text.strip_prefix("raw:") {
@@ -148,7 +134,7 @@ impl<'a> Meaning<'a> {
             Meaning::Quantity([unit]) => quantity(data_type, unit, text),
             Meaning::Quantity(units) => match split(data_type, text).1.trim() {
                 given if !given.is_empty() && integer(text).is_none() => {
-                    // Other objects decide on the unit: a symbol that several of them have says nothing.
+                    // Other objects decide on the unit: a symbol that several units have is ambiguous.
                     let mut called = units.iter().filter(|unit| is_symbol(unit, given));
                     let first = called.next();
                     let only = first.filter(|unit| called.all(|it| (it.num, it.den) == (unit.num, unit.den)));
@@ -207,10 +193,6 @@ fn show_real(f: &mut fmt::Formatter<'_>, data_type: DataType, number: f64) -> fm
 }
 
 /// Prints the bits that are set: `StatusWord(0x0221 ready to switch on + operation mode 2)`.
-///
-/// # Errors
-///
-/// Those of the formatter.
 pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, value: T) -> fmt::Result {
     let raw = value.to_raw();
     write!(f, "{type_name}({raw:#0width$X}", width = 2 + 2 * T::DATA_TYPE.size().unwrap_or(8))?;
@@ -249,10 +231,6 @@ fn show_bits(f: &mut fmt::Formatter<'_>, bits: &[BitName<'_>], raw: u64) -> fmt:
 
 /// Prints a quantity in its only unit: `24.5 V`; in counts where other objects decide on the unit. With a width or a precision,
 /// these are those of the number.
-///
-/// # Errors
-///
-/// Those of the formatter.
 pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fmt::Result {
     let (data_type, raw) = (T::DATA_TYPE, value.to_raw());
     match T::UNITS {
@@ -461,7 +439,7 @@ fn quantity<'a>(data_type: DataType, unit: &Unit<'a>, text: &'a str) -> Result<u
     }
 }
 
-/// The counts of a decimal number: those that are it, or are shown so. `Some(None)` between two counts.
+/// The count whose value is the decimal number, or is printed as it. `Some(None)` if the number lies between two counts.
 fn of_decimal(unit: &Unit<'_>, number: &str) -> Option<Option<i128>> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     if fraction.len() > 18 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {

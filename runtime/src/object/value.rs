@@ -38,10 +38,6 @@ pub trait Value: Type + PartialOrd + fmt::Debug {
     }
 
     /// The value of exactly [`Value::SIZE`] bytes.
-    ///
-    /// # Errors
-    ///
-    /// [`LengthMismatch`] when there are more or fewer.
     fn from_bytes(bytes: &[u8]) -> Result<Self, LengthMismatch> {
         let mut raw = [0; 8];
         match raw.get_mut(..bytes.len()) {

@@ -78,10 +78,6 @@ impl<'a> ConciseDcf<'a> {
     /// );
     /// # Ok::<(), lexican_runtime::procedure::EncodeError>(())
     /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError`] when `buffer` is too short, or a step is no [`Step::Write`].
     pub fn encode<'s, 'b>(
         steps: impl IntoIterator<Item = Step<'s>>,
         buffer: &'b mut [u8],
@@ -100,10 +96,6 @@ impl<'a> ConciseDcf<'a> {
     }
 
     /// Like [`ConciseDcf::encode`], with a buffer of its own.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::NotAWrite`].
     #[cfg(any(feature = "std", test))]
     pub fn to_vec<'s>(steps: impl IntoIterator<Item = Step<'s>>) -> Result<std::vec::Vec<u8>, EncodeError> {
         let mut bytes = std::vec::Vec::new();
@@ -118,10 +110,6 @@ impl<'a> ConciseDcf<'a> {
     }
 
     /// Whether all entries are there.
-    ///
-    /// # Errors
-    ///
-    /// [`ConciseDcfError`] when the bytes end before.
     pub fn check(self) -> Result<(), ConciseDcfError> {
         let expected = self.left;
         let mut got = 0;

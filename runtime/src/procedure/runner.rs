@@ -79,7 +79,7 @@ pub enum StepError {
     },
 }
 
-/// What the runner does for its step.
+/// What the runner does to carry out its step.
 #[derive(Clone, Copy, Debug)]
 enum Activity {
     /// Begins the next step.

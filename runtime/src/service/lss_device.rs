@@ -15,10 +15,6 @@ pub trait LssHost {
     fn configure_bit_timing(&mut self, table: u8, index: u8) -> bool;
 
     /// Stores the node-ID and the bit rate that was configured.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot.
     fn store(&mut self, node: Option<NodeId>) -> Result<(), StoreError>;
 }
 
@@ -54,7 +50,7 @@ pub struct LssDevice {
     identity: Identity,
     /// What the device runs with.
     active: Option<NodeId>,
-    /// What it is to run with after a reset.
+    /// The node-ID that it takes at the next reset.
     pending: Option<NodeId>,
     state: LssState,
     /// The parts of the identity that a selection has met so far, without gaps.

@@ -252,100 +252,56 @@ impl LssManager {
     }
 
     /// All devices enter a state. No event follows.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when another operation is under way; as with all that follow.
     pub fn switch_global(&mut self, state: LssState) -> Result<(), Busy> {
         self.begin(State::Command(LssRequest::SwitchGlobal(state)))
     }
 
     /// Selects the device of an identity: [`Event::Selected`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn select(&mut self, identity: Identity) -> Result<(), Busy> {
         self.begin(State::Select { identity, part: Part::Vendor })
     }
 
     /// Asks whether a device has an identity in a range: [`Event::Identified`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn identify(&mut self, range: Range) -> Result<(), Busy> {
         self.begin(State::Identify { range, at: 0 })
     }
 
     /// Asks whether a device has no node-ID: [`Event::UnconfiguredExists`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn identify_unconfigured(&mut self) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::IdentifyUnconfigured))
     }
 
     /// Finds one device without node-ID: [`Event::Found`], when it has reported the identity that was found.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn fastscan(&mut self) -> Result<(), Busy> {
         self.begin(State::Scan(Scan::new()))
     }
 
     /// Gives the selected device a node-ID, or takes it away: [`Event::Done`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn configure_node(&mut self, node: Option<NodeId>) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::ConfigureNode(node)))
     }
 
     /// Gives the selected device a bit rate, entry `index` of `table` (0: that of CiA 305): [`Event::Done`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn configure_bit_timing(&mut self, table: u8, index: u8) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::ConfigureBitTiming { table, index }))
     }
 
     /// All selected devices change to their new bit rate after `delay_ms`. No event follows.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn activate_bit_timing(&mut self, delay_ms: u16) -> Result<(), Busy> {
         self.begin(State::Command(LssRequest::ActivateBitTiming { delay_ms }))
     }
 
     /// The selected device stores node-ID and bit rate: [`Event::Done`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn store(&mut self) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::Store))
     }
 
     /// Asks the selected device for a part of its identity: [`Event::Inquired`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn inquire(&mut self, part: Part) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::Inquire(part)))
     }
 
     /// Asks the selected device for its node-ID: [`Event::InquiredNode`].
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`].
     pub fn inquire_node(&mut self) -> Result<(), Busy> {
         self.begin(State::Ask(LssRequest::InquireNode))
     }
@@ -448,7 +404,7 @@ impl Default for LssManager {
     }
 }
 
-/// What a response means to a request; `None` when it belongs to another one.
+/// What a response means to a request; `None` if it answers another request.
 fn answer(request: LssRequest, response: LssResponse) -> Option<Event> {
     match (request, response) {
         (LssRequest::ConfigureNode(_), LssResponse::ConfigureNode { error, specific })

@@ -10,7 +10,7 @@ use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDic
 pub struct Mapping<const N: usize = 64> {
     // As mapping parameters hold them: half the size of `Mapped`. Behind `len` they are 0.
     entries: [u32; N],
-    // Where the dictionary has them, so that a PDO does not search for them.
+    // The rows of the mapped objects in the dictionary, so that a PDO need not search.
     rows: [u16; N],
     len: u8,
     bits: u8,
@@ -97,7 +97,7 @@ impl<const N: usize> Mapping<N> {
         self.iter().any(|mapped| other.maps(mapped.address))
     }
 
-    /// The PDO's data, as the dictionary holds them now; what it does not give is zero.
+    /// The PDO's data, as the dictionary holds them now; an object that cannot be read is zero.
     #[must_use]
     pub fn pack(&self, od: &mut dyn ObjectDictionary) -> [u8; 8] {
         let (mut raw, mut low) = (0, 0);
@@ -111,10 +111,6 @@ impl<const N: usize> Mapping<N> {
 
     /// Writes a PDO's data into the dictionary; what is missing is zero. What the dictionary refuses
     /// does not hold up the rest.
-    ///
-    /// # Errors
-    ///
-    /// The first object that was refused, and why.
     pub fn unpack(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
         let (raw, mut low) = (object::number(data), 0);
         let mut result = Ok(());
@@ -158,9 +154,7 @@ pub fn is_dummy(mapped: Mapped) -> bool {
 /// Whether the dictionary lets an object be mapped. `dummies` has bit n set when data type n may fill
 /// space.
 ///
-/// # Errors
-///
-/// [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
+/// Errors: [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
 pub fn check(mapped: Mapped, direction: Direction, dummies: u32, od: &dyn ObjectDictionary) -> Result<(), AbortCode> {
     let allowed = if is_dummy(mapped) {
         let code = mapped.address.index();

@@ -29,10 +29,6 @@ impl Outbox {
     }
 
     /// Sends a frame.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`] when the frame before was not pulled yet.
     pub const fn send(&mut self, frame: Frame) -> Result<(), Unsent> {
         if let Some(frame) = self.frame {
             return Err(Unsent { frame });
@@ -42,10 +38,6 @@ impl Outbox {
     }
 
     /// Commands a node, or all of them.
-    ///
-    /// # Errors
-    ///
-    /// [`Unsent`] when the frame before was not pulled yet.
     pub const fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), Unsent> {
         self.send(NmtMessage { command, node }.frame())
     }

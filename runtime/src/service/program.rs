@@ -272,7 +272,7 @@ impl<'a, O: ObjectDictionary + ?Sized, F: Flash> Programming<'a, O, F> {
         Programming { od, program, held: &[] }
     }
 
-    /// The same, with entries that are read from `od` as before: what it says of a program that the device came with.
+    /// The same, but the given entries are read from `od`: what it says of the program that the device was delivered with.
     #[must_use]
     pub fn with_held(self, held: &'a [Address]) -> Self {
         Programming { held, ..self }

@@ -21,7 +21,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Those of a PDO that does not exist.
+    /// The parameters of a disabled PDO.
     pub const OFF: Parameters =
         Parameters { cob_id: PdoCobId::OFF, transmission: TransmissionType::EventProfile, deadline: Duration::ZERO };
 }

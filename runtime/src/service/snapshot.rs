@@ -29,24 +29,12 @@ pub trait Flash {
     fn slot_size(&self) -> u32;
 
     /// Reads from `offset`.
-    ///
-    /// # Errors
-    ///
-    /// The flash failed.
     fn read(&mut self, offset: u32, buffer: &mut [u8]) -> Result<(), FlashError>;
 
     /// Erases the slot that begins at `offset`.
-    ///
-    /// # Errors
-    ///
-    /// The flash failed.
     fn erase(&mut self, offset: u32) -> Result<(), FlashError>;
 
     /// Programs bytes that are erased. Both `offset` and the number of bytes are multiples of [`Flash::WRITE_SIZE`].
-    ///
-    /// # Errors
-    ///
-    /// The flash failed.
     fn program(&mut self, offset: u32, data: &[u8]) -> Result<(), FlashError>;
 }
 
@@ -135,9 +123,7 @@ impl<F: Flash> Snapshot<F> {
     /// before the device restarts. Values that the data sheet of another version of the device had, and this one has
     /// not, are left out.
     ///
-    /// # Errors
-    ///
-    /// The flash failed: values after that point have their defaults.
+    /// If the flash fails, values after that point have their defaults.
     pub fn load(
         &mut self,
         node: NodeId,
@@ -158,9 +144,7 @@ impl<F: Flash> Snapshot<F> {
 
     /// Stores one value without a command, up to [`LONGEST`] bytes, or removes it.
     ///
-    /// # Errors
-    ///
-    /// The flash failed, or has no room. What was stored before is unchanged.
+    /// Errors: the flash failed, or has no room. What was stored before is unchanged.
     pub fn keep(&mut self, address: Address, value: Option<&[u8]>) -> Result<(), FlashError> {
         let mut writer = self.begin(|stored| stored == address)?;
         if let Some(value) = value {
@@ -380,7 +364,7 @@ impl Writer {
         self.push(flash, value)
     }
 
-    /// The checksum last: until it is there, the slot holds nothing.
+    /// Writes the checksum, last of all: a slot without it counts as empty.
     fn finish<F: Flash>(&mut self, flash: &mut F) -> Result<(), FlashError> {
         self.push(flash, &END)?;
         self.push(flash, &self.crc.get().to_le_bytes())?;

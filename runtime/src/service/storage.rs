@@ -13,16 +13,12 @@ pub trait Storage {
     /// Stores the values of a group: 1 is everything, 2 the communication parameters (1000h to 1FFFh), 3 those
     /// of the profile (6000h to 9FFFh), and from 4 on as the manufacturer says.
     ///
-    /// # Errors
-    ///
-    /// [`AbortCode::HARDWARE_ERROR`] when the storage fails, or another reason.
+    /// Errors: [`AbortCode::HARDWARE_ERROR`] when the storage fails, or another reason.
     fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode>;
 
     /// Makes the defaults of a group those that the next reset loads. The values do not change until then.
     ///
-    /// # Errors
-    ///
-    /// [`AbortCode::HARDWARE_ERROR`] when the storage fails, or another reason.
+    /// Errors: [`AbortCode::HARDWARE_ERROR`] when the storage fails, or another reason.
     fn restore(&mut self, group: u8) -> Result<(), AbortCode>;
 }
 

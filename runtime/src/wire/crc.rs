@@ -1,5 +1,5 @@
-//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, beginning with 0. And the one of
-//! what is stored.
+//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, beginning with 0; and the
+//! checksum of stored values.
 
 /// A checksum of the bytes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -103,16 +103,14 @@ impl fmt::Debug for ErrorCode {
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct ErrorRegister(pub u8);
 
+#[allow(missing_docs, reason = "the names say what it is")]
 impl ErrorRegister {
     /// No error.
     pub const NONE: ErrorRegister = ErrorRegister(0x00);
     /// Generic error: set whenever any error is.
     pub const GENERIC: ErrorRegister = ErrorRegister(0x01);
-    /// Current.
     pub const CURRENT: ErrorRegister = ErrorRegister(0x02);
-    /// Voltage.
     pub const VOLTAGE: ErrorRegister = ErrorRegister(0x04);
-    /// Temperature.
     pub const TEMPERATURE: ErrorRegister = ErrorRegister(0x08);
     /// Communication: overrun, error passive, monitoring.
     pub const COMMUNICATION: ErrorRegister = ErrorRegister(0x10);

@@ -1,6 +1,6 @@
 //! Bytes to meaning and back: one file per protocol, without state.
 //!
-//! Parsing is total: data that mean nothing are `None`. What is emitted is parsed as what it was.
+//! Parsing is total: data that mean nothing are `None`. Parsing what was emitted gives the same value.
 
 pub mod crc;
 pub mod emcy;

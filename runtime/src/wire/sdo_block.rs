@@ -14,7 +14,7 @@ pub struct BlockSegment {
     sequence: u8,
     /// Whether no segment follows in the whole transfer.
     pub last: bool,
-    // Seven bytes; the eighth is zero, with which they are one number.
+    // Seven bytes, and a zero so that all eight can be handled as one number.
     data: [u8; 8],
 }
 

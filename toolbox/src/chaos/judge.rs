@@ -22,7 +22,7 @@ pub(super) struct Left<'a> {
 }
 
 impl Left<'_> {
-    /// Whether the program says that it has done what it does undisturbed.
+    /// Whether the program ended as it does undisturbed, and so claims success.
     pub(super) fn claims_success(&self) -> bool {
         self.by_itself && self.reference.by_itself && self.end.code == self.reference.end.code
     }
@@ -72,7 +72,7 @@ impl Left<'_> {
     }
 }
 
-/// An entry with its value; for what is off, that it is.
+/// An entry with its value, or that it is switched off.
 fn in_words(address: Address, value: &[u8]) -> String {
     match (address.index(), address.sub(), value) {
         (0x1400..=0x15FF | 0x1800..=0x19FF, 1, [.., top]) if top & 0x80 != 0 => {

@@ -117,10 +117,6 @@ pub struct Running<'a> {
 impl<'a> Running<'a> {
     /// A trial of a plant, which is switched on at `now`: as planned, with what the program does undisturbed; or the undisturbed
     /// run itself.
-    ///
-    /// # Errors
-    ///
-    /// What a device of the plant cannot be set to.
     pub fn new(
         now: Instant,
         plant: &'a Plant,

@@ -130,9 +130,7 @@ pub(super) fn parse_iso(date: &str, time: &str) -> Option<Instant> {
 
 /// A point in time: `2017-09-30T15:06:13.191Z`, the same with a space, or seconds since 1970. All are UTC.
 ///
-/// # Errors
-///
-/// [`InvalidTime`] for other texts, and for dates before 1970 or after the year 9999.
+/// Errors: [`InvalidTime`] for other texts, and for dates before 1970 or after the year 9999.
 pub fn parse_time(text: &str) -> Result<Instant, InvalidTime> {
     let at = match text.split_once(['T', ' ']) {
         Some((date, time)) => parse_iso(date, time.strip_suffix('Z').unwrap_or(time)),

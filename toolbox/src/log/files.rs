@@ -34,10 +34,8 @@ pub struct Files {
 impl Files {
     /// Begins the first file. Limits need each file to be limited.
     ///
-    /// # Errors
-    ///
-    /// [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay, also a numbered one that the recording would come
-    /// to later; when the operating system refuses.
+    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay, also a numbered one that the
+    /// recording would come to later.
     pub fn create(path: &Path, format: Format, limits: Limits, existing: Existing) -> io::Result<Self> {
         let first = if limits.file.is_some() { numbered(path, 1) } else { path.to_owned() };
         if limits.file.is_some()
@@ -74,10 +72,6 @@ impl Files {
     }
 
     /// Writes a frame, and begins another file if this one is full.
-    ///
-    /// # Errors
-    ///
-    /// [`WriteError`].
     pub fn write(&mut self, record: &Record) -> Result<(), WriteError> {
         self.writer.write(record)?;
         if self.limits.file.is_some_and(|limit| self.writer.written() >= limit) {
@@ -113,19 +107,11 @@ impl Files {
     }
 
     /// As [`Writer::flush`].
-    ///
-    /// # Errors
-    ///
-    /// [`WriteError::Io`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.writer.flush()
     }
 
     /// As [`Writer::finish`].
-    ///
-    /// # Errors
-    ///
-    /// [`WriteError::Io`].
     pub fn finish(self) -> Result<(), WriteError> {
         self.writer.finish()
     }

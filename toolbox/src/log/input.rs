@@ -8,7 +8,6 @@ const LONGEST_LINE: u64 = 64 * 1024;
 /// The beginning of the log, which its format was recognised by, and the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
-/// What is read from.
 pub(super) struct Input {
     source: BufReader<Source>,
     line: Vec<u8>,

@@ -22,10 +22,6 @@ pub struct Reader {
 
 impl Reader {
     /// Opens a file; its format is recognised by its first bytes unless it is given.
-    ///
-    /// # Errors
-    ///
-    /// [`LogError`] when the file cannot be read, or is no log.
     pub fn open(path: &Path, format: Option<Format>) -> Result<Self, LogError> {
         let name = path.display().to_string();
         match File::open(path) {
@@ -35,10 +31,6 @@ impl Reader {
     }
 
     /// Reads a log from anywhere; `name` is for errors.
-    ///
-    /// # Errors
-    ///
-    /// [`LogError`] when the input cannot be read, or is no log.
     pub fn new(
         name: impl Into<String>,
         mut input: impl Read + Send + 'static,
@@ -152,25 +144,17 @@ impl Iterator for Reader {
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum LogError {
     /// The operating system refused.
     #[error("{name}: {error}")]
-    Io {
-        /// The log.
-        name: String,
-        /// Its error.
-        error: io::Error,
-    },
+    Io { name: String, error: io::Error },
     /// The bytes are of no known format.
     #[error("{name}: this is no log of candump, pcap, pcapng, ASC, TRC or BLF")]
-    Unknown {
-        /// The log.
-        name: String,
-    },
+    Unknown { name: String },
     /// A line is wrong.
     #[error("{name}:{line}: {flaw}")]
     Line {
-        /// The log.
         name: String,
         /// The line, counted from 1.
         line: u64,
@@ -180,7 +164,6 @@ pub enum LogError {
     /// The bytes before an offset are wrong.
     #[error("{name}: before byte {offset}: {flaw}")]
     Byte {
-        /// The log.
         name: String,
         /// How many bytes were read.
         offset: u64,

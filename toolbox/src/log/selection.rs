@@ -5,7 +5,7 @@ use lexican_runtime::{Duration, Instant};
 use super::Record;
 use crate::cob_ids::CobIds;
 
-/// Which frames of a log are wanted: those that fit everything that is given.
+/// Which frames of a log are wanted: those that meet all conditions given here.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Only these identifiers.

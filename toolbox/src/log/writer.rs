@@ -15,7 +15,6 @@ enum Output {
     Stream(Box<dyn Write + Send>),
 }
 
-/// A file of a log.
 enum LogFile {
     /// It is made when the first bytes are written.
     Wanted(PathBuf, Existing),
@@ -71,18 +70,12 @@ pub struct Writer {
 impl Writer {
     /// Writes to a file that is made with the first frames, and grows.
     ///
-    /// # Errors
-    ///
-    /// [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay; when the operating system refuses.
+    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay.
     pub fn create(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
         Self::to_file(path, format, existing, || Ok(LogFile::Wanted(path.to_owned(), existing)))
     }
 
     /// Writes to a file that appears, or replaces another, when it is complete.
-    ///
-    /// # Errors
-    ///
-    /// As [`create`](Self::create).
     pub fn create_whole(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
         Self::to_file(path, format, existing, || Replacement::begin(path).map(LogFile::Beside))
     }
@@ -124,9 +117,7 @@ impl Writer {
 
     /// Writes a frame. Times should not go back: formats with relative times cannot have one before the first.
     ///
-    /// # Errors
-    ///
-    /// [`WriteError`]; a frame that the format cannot express leaves the log as it was.
+    /// A frame that the format cannot express leaves the log as it was.
     pub fn write(&mut self, record: &Record) -> Result<(), WriteError> {
         self.encode.record(&mut self.bytes, record)?;
         self.unflushed = true;
@@ -134,10 +125,6 @@ impl Writer {
     }
 
     /// Hands everything to the operating system, as a log that can be read up to here.
-    ///
-    /// # Errors
-    ///
-    /// [`WriteError::Io`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
         if !std::mem::take(&mut self.unflushed) {
             return Ok(());
@@ -147,10 +134,6 @@ impl Writer {
     }
 
     /// Writes what belongs at the end.
-    ///
-    /// # Errors
-    ///
-    /// [`WriteError::Io`].
     pub fn finish(mut self) -> Result<(), WriteError> {
         self.encode.flush(&mut self.bytes);
         self.encode.finish(&mut self.bytes);

@@ -31,10 +31,6 @@ pub struct Backup {
 pub type Identity = [Option<u32>; 4];
 
 /// Reads the identity of a node; `None` for entries that it does not have.
-///
-/// # Errors
-///
-/// [`Ended`].
 pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, Ended> {
     let mut identity = Identity::default();
     for (number, sub) in identity.iter_mut().zip(1..) {
@@ -45,10 +41,6 @@ pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, 
 }
 
 /// Reads every parameter of a node, by its data sheet; also those that are DOMAINs with `domains`.
-///
-/// # Errors
-///
-/// [`Ended`].
 pub fn backup<L: Link>(
     node: &mut RemoteNode<'_, L>,
     sheet: &Device,

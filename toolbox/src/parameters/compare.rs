@@ -44,7 +44,7 @@ pub struct Comparison {
     pub differences: Vec<Difference>,
     /// How many parameters were compared.
     pub compared: usize,
-    /// Those of which one side does not know the value.
+    /// Entries whose value one side does not know.
     pub unknown: Vec<Address>,
     /// What was not compared, because it is a parameter of neither side, and why.
     pub left_out: LeftOuts,
@@ -67,10 +67,6 @@ impl Side {
     }
 
     /// What a node has.
-    ///
-    /// # Errors
-    ///
-    /// [`Ended`].
     pub fn of_node<L: Link>(
         node: &mut RemoteNode<'_, L>,
         device: Device,

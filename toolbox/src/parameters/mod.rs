@@ -93,10 +93,6 @@ pub struct Read {
 }
 
 /// Reads entries, ascending. Of a PDO mapping, only what is mapped.
-///
-/// # Errors
-///
-/// [`Ended`].
 pub fn read<'d, L: Link>(
     node: &mut RemoteNode<'_, L>,
     entries: impl IntoIterator<Item = &'d Entry>,

@@ -66,10 +66,6 @@ fn identity_of(device: &Device, sub: u8) -> Option<u32> {
 
 /// Whether the node is of the vendor and product of a data sheet or backup. Its revision and serial number may differ. A data
 /// sheet without vendor-ID contradicts no node, a node that does not answer no data sheet.
-///
-/// # Errors
-///
-/// [`Ended`]; inside, [`OtherDevice`].
 pub fn check_identity<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<Result<(), OtherDevice>, Ended> {
     if identity_of(sheet, 1).is_none_or(|vendor| vendor == 0) {
         return Ok(Ok(()));
@@ -114,10 +110,6 @@ pub fn not_restored(device: &Device, node: NodeId) -> LeftOuts {
 
 /// The content of the files that a DCF names for its DOMAINs (`DownloadFile`, CiA 306), by their entries. Names are relative to
 /// `folder`, that of the DCF.
-///
-/// # Errors
-///
-/// [`ReadError`] if a file cannot be read.
 pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings, ReadError> {
     let parameters = Parameters::of_sheet(device, node);
     let domains = device.entries().filter(|entry| parameters.left_out(entry) == Some(LeftOut::Domain));
@@ -133,10 +125,6 @@ pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings,
 /// other parameters.
 ///
 /// `outcome` has what was done, also when the restore ends early.
-///
-/// # Errors
-///
-/// [`Ended`].
 pub fn restore<L: Link>(
     node: &mut RemoteNode<'_, L>,
     sheet: &Device,

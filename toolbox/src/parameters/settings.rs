@@ -59,10 +59,6 @@ pub enum FileError {
 }
 
 /// The sections of a file.
-///
-/// # Errors
-///
-/// [`FileError`].
 pub fn parse(text: &str) -> Result<Vec<Section>, FileError> {
     let file: File = toml_text::parse(text)?;
     if file.node.is_empty() {
@@ -95,10 +91,6 @@ pub fn conditions(device: &Device) -> Vec<Address> {
 impl Section {
     /// The settings in wire form, when the data sheet allows all of them. `values` has what is known of the device; what the
     /// section sets counts before it.
-    ///
-    /// # Errors
-    ///
-    /// Everything that is wrong.
     pub fn encode(&self, values: &mut DeviceValues<'_>, node: NodeId) -> Result<Settings, Vec<String>> {
         let (mut settings, mut wrong) = (Settings::new(), Vec::new());
         let mut resolved = Vec::new();

@@ -124,10 +124,6 @@ pub struct PdoState {
 impl PdoState {
     /// Reads how a PDO is configured. `read` returns the bytes of an entry, and `None` if there is no such entry; without
     /// a COB-ID there is no such PDO.
-    ///
-    /// # Errors
-    ///
-    /// Those of `read`.
     pub fn read<E>(
         name: PdoName,
         mut read: impl FnMut(Address) -> Result<Option<Vec<u8>>, E>,
@@ -168,11 +164,7 @@ impl PdoState {
         state.unwrap_or_default()
     }
 
-    /// Reads all PDOs of a device: those of its data sheet, or without one, those that it has.
-    ///
-    /// # Errors
-    ///
-    /// Those of `read`.
+    /// Reads all PDOs of a device: those of its data sheet, or without one, those that the device answers for.
     pub fn read_all<E>(
         device: Option<&Device>,
         mut read: impl FnMut(Address) -> Result<Option<Vec<u8>>, E>,

@@ -30,6 +30,7 @@ pub struct Change {
 /// Why a PDO cannot become what is asked for. Nothing was sent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Objection {
     /// A text names no object.
     #[error(transparent)]
@@ -47,7 +48,6 @@ pub enum Objection {
         entry: String,
         /// Its access right.
         access: &'static str,
-        /// The PDO.
         pdo: PdoName,
     },
     /// A text, or bytes.
@@ -55,7 +55,6 @@ pub enum Objection {
     NoFixedLength {
         /// The object.
         entry: String,
-        /// Its data type.
         data_type: DataType,
     },
     /// A placeholder in a PDO that the device sends.
@@ -70,7 +69,6 @@ pub enum Objection {
     /// More than the mapping has entries.
     #[error("{pdo} maps up to {most} objects, not {count}")]
     TooMany {
-        /// The PDO.
         pdo: PdoName,
         /// How many are asked for.
         count: usize,
@@ -80,7 +78,6 @@ pub enum Objection {
     /// The mapping is read-only.
     #[error("the mapping of {pdo} is fixed: {address} is {access}")]
     FixedMapping {
-        /// The PDO.
         pdo: PdoName,
         /// The entry that cannot be written.
         address: Address,
@@ -90,7 +87,6 @@ pub enum Objection {
     /// The device has no such parameter.
     #[error("{pdo} has no {what}: there is no {address}")]
     NoParameter {
-        /// The PDO.
         pdo: PdoName,
         /// What it would be.
         what: &'static str,
@@ -106,7 +102,6 @@ pub enum Objection {
     /// A transmission type that this direction does not have.
     #[error("{pdo} cannot have the transmission type {code}")]
     NoTransmissionType {
-        /// The PDO.
         pdo: PdoName,
         /// The type.
         code: u8,
@@ -127,10 +122,6 @@ pub struct Plan {
 impl PdoName {
     /// The mapping of objects as people name them, with their lengths: `6041`, `statusword`; for a gap the data type that
     /// fills it, `UNSIGNED16`.
-    ///
-    /// # Errors
-    ///
-    /// [`Objection`]s to all of them.
     pub fn map<T: AsRef<str>>(self, device: Option<&Device>, objects: &[T]) -> Result<Vec<Mapped>, Vec<Objection>> {
         collected(objects.iter().map(|text| self.map_one(device, text.as_ref())))
     }
@@ -177,10 +168,6 @@ impl PdoName {
 
 impl Plan {
     /// Checks a change of a PDO of a node, by its data sheet if there is one.
-    ///
-    /// # Errors
-    ///
-    /// All [`Objection`]s.
     pub fn new(
         device: Option<&Device>,
         node: NodeId,
@@ -223,7 +210,7 @@ impl Plan {
         self.before == self.after
     }
 
-    /// What makes the PDO what it will be.
+    /// The settings that carry out the plan.
     pub fn apply(&self) -> Settings {
         self.towards(&self.after)
     }
@@ -298,7 +285,6 @@ fn length(device: Option<&Device>, after: &PdoState) -> Vec<Objection> {
     [fixed, too_many, too_long].into_iter().flatten().collect()
 }
 
-/// All of them, or all objections.
 fn collected<T>(results: impl Iterator<Item = Result<T, Objection>>) -> Result<Vec<T>, Vec<Objection>> {
     let (mut all, mut objections) = (Vec::new(), Vec::new());
     for result in results {

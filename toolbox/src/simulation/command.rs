@@ -146,10 +146,6 @@ pub fn addressee(line: &str) -> (Option<&str>, &str) {
 }
 
 /// Parses a line; `None` if it is empty or a comment.
-///
-/// # Errors
-///
-/// [`CommandError`].
 pub fn parse(line: &str) -> Result<Option<Command>, CommandError> {
     let line = line.trim();
     let words = words(line);

@@ -76,10 +76,6 @@ enum Kind {
 impl SimulatedDevice {
     /// A device that is switched on at `now`: one of the library with its own simulator, if it has one, else the device of
     /// its data sheet. Without a node-ID it waits for one by LSS. What it stores is in the file `eeprom`, if there is one.
-    ///
-    /// # Errors
-    ///
-    /// [`SimulationError`].
     pub fn new(
         now: Instant,
         sheet: &DataSheet,
@@ -129,10 +125,6 @@ impl SimulatedDevice {
     }
 
     /// Carries out a command. What it answers is empty if the effect shows on the bus.
-    ///
-    /// # Errors
-    ///
-    /// [`Refusal`].
     pub fn carry_out(&mut self, now: Instant, command: &Command) -> Result<String, Refusal> {
         match command {
             Command::Status => return Ok(self.status(now)),
@@ -224,10 +216,6 @@ impl Kind {
 
 impl SimulatedDevice {
     /// Lets a script happen to the drive, beginning at `now`.
-    ///
-    /// # Errors
-    ///
-    /// The first line that cannot be understood, or that the device is no drive.
     pub fn follow(&mut self, now: Instant, script: &str) -> Result<(), ScriptError> {
         match &mut self.kind {
             Kind::Drive(siko) => {
@@ -308,10 +296,6 @@ impl SimulatedDevice {
     }
 
     /// The bytes of an entry, as the bus would read them.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot be read.
     pub fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.value(now, address),
@@ -321,10 +305,6 @@ impl SimulatedDevice {
     }
 
     /// Changes an entry, regardless of its access; what it configures takes effect.
-    ///
-    /// # Errors
-    ///
-    /// Why it cannot have this value.
     pub fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.set_value(now, address, data),
@@ -391,10 +371,6 @@ impl SimulatedDevice {
     }
 
     /// Sets an input of the drive, in the syntax of its scripts: `battery_v = 2.5`.
-    ///
-    /// # Errors
-    ///
-    /// [`Refusal::NoInputs`], [`Refusal::Input`].
     pub fn input(&mut self, now: Instant, line: &str) -> Result<(), Refusal> {
         match &mut self.kind {
             Kind::Drive(siko) => {

@@ -192,7 +192,7 @@ impl<N: Node> Node for Segment<N> {
 
     fn concerns(&self) -> Vec<CobId> {
         let each: Vec<Vec<CobId>> = self.nodes().map(Node::concerns).collect();
-        // One that wants all frames wants them for all.
+        // An empty list means all frames, so one station without filters needs all of them.
         if each.iter().any(Vec::is_empty) { Vec::new() } else { each.concat() }
     }
 

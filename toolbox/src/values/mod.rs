@@ -196,7 +196,7 @@ impl Limits {
             .find_map(|limits| Some(limits.compare(value)).filter(|side| side.is_ne()).map(|side| (side, limits)))
     }
 
-    /// The limits that hold, which those that always do end.
+    /// The limits whose conditions hold, then the entry's own, which always hold.
     fn all(entry: &Entry, holds: impl Fn(&Condition) -> bool) -> impl Iterator<Item = Limits> {
         let own = Limits { low: entry.low.clone(), high: entry.high.clone() };
         entry.ranges.iter().filter(move |range| holds(&range.when)).map(Limits::from).chain([own])

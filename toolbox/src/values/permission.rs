@@ -41,10 +41,6 @@ pub enum WriteRefusal {
 
 impl DeviceValues<'_> {
     /// Whether the data sheet allows an entry to be written with a value: its access, its limits, and its enumeration.
-    ///
-    /// # Errors
-    ///
-    /// [`WriteRefusal`].
     pub fn check_write(&self, entry: &Entry, value: &Value, node: NodeId) -> Result<(), WriteRefusal> {
         if !entry.access.writable() {
             return Err(WriteRefusal::Access(entry.access));

@@ -68,10 +68,6 @@ impl DeviceValues<'_> {
     }
 
     /// The number of a text as the standards define it; `None` of any other text.
-    ///
-    /// # Errors
-    ///
-    /// That a state does not say all bits of a status word.
     pub(super) fn special_number(&self, entry: &Entry, text: &str) -> Result<Option<i128>, String> {
         let (first, rest) = text.split_once(" + ").map_or((text, None), |(first, rest)| (first, Some(rest)));
         Ok(match (entry.index, entry.sub) {

@@ -10,10 +10,6 @@ use super::{DeviceValues, Limits, runtime_type};
 
 impl DeviceValues<'_> {
     /// The bytes of an entry from a text.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no value of the entry.
     pub fn encode(&self, address: Address, text: &str) -> Result<Vec<u8>, String> {
         let entry = self.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
         let value = self.parse(entry, text).map_err(|error| format!("{address}: {error}"))?;
@@ -22,10 +18,6 @@ impl DeviceValues<'_> {
 
     /// The value of an entry from a text: what [`describe`](Self::describe) shows, and what
     /// [`Meaning::parse`](lexican_runtime::object::Meaning::parse) takes.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no value of the entry.
     pub fn parse(&self, entry: &Entry, text: &str) -> Result<Value, String> {
         let text = text.trim();
         if let Some(number) = self.special_number(entry, text)? {
@@ -64,10 +56,6 @@ fn noted(text: &str) -> Option<Value> {
 }
 
 /// The value of a type from a text.
-///
-/// # Errors
-///
-/// Why the text is no value of the type.
 pub fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
     match (data_type.class(), runtime_type(data_type)) {
         (Class::Text, _) => match text.strip_prefix('"').and_then(|text| text.strip_suffix('"')) {

@@ -54,10 +54,8 @@ const fn logs(name: &'static str, head: &'static str) -> Direction {
 
 const LINKS: [&str; 2] = ["slcan", "vcan"];
 
-/// Where the tables are written, and their summary: between its markers.
+/// Where the tables are written.
 const PAGE: &str = "tests/interop/README.md";
-const SUMMARY: &str = "README.md";
-const MARKERS: [&str; 2] = ["<!-- made by cargo xtask interop -->\n", "<!-- until here -->\n"];
 
 /// Runs everything and writes the tables; with `check` only looks whether the written ones are right.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
@@ -80,15 +78,15 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     if failed > 0 {
         return Err(format!("{failed} services failed: see {}", run.folder.display()));
     }
-    let summary = with_summary(&read(root, SUMMARY)?, &table::summary(&tables))?;
-    for (name, text) in [(PAGE, &page), (SUMMARY, &summary)] {
-        if check {
-            same(root, name, text)?;
-        } else {
-            fs::write(root.join(name), text).map_err(|error| format!("{name}: {error}"))?;
-        }
+    let path = root.join(PAGE);
+    if !check {
+        return fs::write(path, page).map_err(|error| format!("{PAGE}: {error}"));
     }
-    Ok(())
+    let written = fs::read_to_string(path).map_err(|error| format!("{PAGE}: {error}"))?;
+    match table::difference(&written, &page) {
+        None => Ok(()),
+        Some(difference) => Err(format!("{PAGE} is stale: {difference}\nmend it: cargo xtask interop")),
+    }
 }
 
 /// Drives a simulated serial port: an error when a step of the manual's flow charts fails.
@@ -100,28 +98,6 @@ fn serial_port(root: &Path, python: &Path) -> Result<(), String> {
     let program = workspace::target_folder(root).join("release/examples/simulate");
     let [python, script, program] = [python, &script, &program].map(|path| path.to_string_lossy().into_owned());
     command::run(&[&*python, "-B", &script, &program])
-}
-
-/// The text with another summary between the markers.
-fn with_summary(text: &str, summary: &str) -> Result<String, String> {
-    let parts = || {
-        let (before, rest) = text.split_once(MARKERS[0])?;
-        let (_, after) = rest.split_once(MARKERS[1])?;
-        Some([before, MARKERS[0], "\n", summary, "\n", MARKERS[1], after].concat())
-    };
-    parts().ok_or_else(|| format!("{SUMMARY}: it has no lines {MARKERS:?}"))
-}
-
-/// An error unless the file has the text, measured figures aside.
-fn same(root: &Path, name: &str, text: &str) -> Result<(), String> {
-    match table::difference(&read(root, name)?, text) {
-        None => Ok(()),
-        Some(difference) => Err(format!("{name} is stale: {difference}\nmend it: cargo xtask interop")),
-    }
-}
-
-fn read(root: &Path, name: &str) -> Result<String, String> {
-    fs::read_to_string(root.join(name)).map_err(|error| format!("{name}: {error}"))
 }
 
 /// What all runs need.

@@ -87,13 +87,14 @@ impl Table {
     }
 }
 
-/// The page with all tables.
 pub(super) fn page(tables: &[Table]) -> String {
     let mut text = format!(
         "# Interoperability\n\nMade by `cargo xtask interop`; python-canopen is {}. A fault is one of python-canopen: the \
          note says which.\n\n",
         PACKAGES.join(", ")
     );
+    text.push_str(&summary(tables));
+    text.push('\n');
     let mut notes: Vec<&str> = Vec::new();
     for table in tables {
         table.write(&mut text, &mut notes);
@@ -111,7 +112,7 @@ const OTHERS: [(&str, &str, &str); 2] = [
 ];
 
 /// A row for each run.
-pub(super) fn summary(tables: &[Table]) -> String {
+fn summary(tables: &[Table]) -> String {
     let mut text = String::from("| peer | direction | link | services | result |\n| --- | --- | --- | --- | --- |\n");
     let columns = || tables.iter().flat_map(|table| &table.columns);
     for column in columns() {

@@ -291,10 +291,6 @@ impl DriveContext {
     }
 
     /// A capability of the drive.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Unsupported`] when it does not have it.
     pub fn need<T>(&self, capability: Option<T>, what: Capability) -> Result<T, Error> {
         capability.ok_or(Error::Unsupported { drive: self.description.name, what })
     }
@@ -318,10 +314,6 @@ impl DriveContext {
     }
 
     /// Reads a status word, from the drive and not from memory.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn status(&self) -> Result<u16, Error> {
         let word = self.get(self.description.objects.status_word).await? as u16;
         // What the drive sends by itself may be late, by the inhibit time of its PDO.
@@ -334,9 +326,7 @@ impl DriveContext {
     /// Whether a word that stops the drive may be sent. In any state but OPERATION ENABLED the word would enable it,
     /// or end its quick stop. A drive that does not answer is sent the word: it stops the drive, if anything does.
     ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`], but for [`Error::Sdo`].
+    /// Errors: as [`DriveContext::read`], but for [`Error::Sdo`].
     pub async fn may_be_stopped(&self) -> Result<bool, Error> {
         if self.known_state() == Some(State::OperationEnabled) {
             return Ok(true);
@@ -370,10 +360,6 @@ impl DriveContext {
     }
 
     /// Waits until what the drive reports belongs to the last order for sure.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Restarted`].
     pub async fn settle(&self) -> Result<(), Error> {
         let until = self.lock().settles;
         self.wait(until, |_| None::<()>).await.map(|_| ())
@@ -387,10 +373,6 @@ impl DriveContext {
     }
 
     /// The next status word that the drive sends; reads it if none comes.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn next_status(&self) -> Result<u16, Error> {
         let until = self.now() + self.description.times.status_period;
         self.next_status_before(until).await
@@ -412,10 +394,6 @@ impl DriveContext {
     }
 
     /// Waits until the status word, read anew at first, is as wanted, no longer than a reaction takes.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Awaited, Error> {
         let until = self.reacts_by();
         let mut status_word = self.status().await?;
@@ -429,10 +407,6 @@ impl DriveContext {
     }
 
     /// Lets time pass.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Restarted`].
     pub async fn pass(&self, span: Duration) -> Result<(), Error> {
         let until = self.now() + span;
         self.wait(until, |_| None::<()>).await.map(|_| ())

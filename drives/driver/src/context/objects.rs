@@ -13,10 +13,6 @@ const BETWEEN_POSITIONS: Duration = Duration::from_millis(200);
 
 impl DriveContext {
     /// Reads an object.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
     pub async fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, Error> {
         let address = object.address();
         let payload = Scalar::room_for::<T>().into();
@@ -25,10 +21,6 @@ impl DriveContext {
     }
 
     /// Writes an object.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`], or [`Error::Restarted`].
     pub async fn write<T: Value, A: Writable, M, D>(&self, object: Object<T, A, M, D>, value: T) -> Result<(), Error> {
         object.check(value)?;
         let payload = match T::SIZE {
@@ -41,9 +33,7 @@ impl DriveContext {
 
     /// Reads the bytes of an object, eight at most: of a text, say, which has no fixed size.
     ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`], except for [`Error::DataSheet`].
+    /// Errors: as [`DriveContext::read`], except for [`Error::DataSheet`].
     pub async fn read_bytes(&self, address: Address) -> Result<Vec<u8>, Error> {
         let answer =
             self.transfer(Access { address, payload: Scalar::room_for::<u64>().into(), writes: false }).await?;
@@ -51,10 +41,6 @@ impl DriveContext {
     }
 
     /// Writes the bytes of an object, eight at most; the rest is left out.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Sdo`], or [`Error::Restarted`].
     pub async fn write_bytes(&self, address: Address, bytes: &[u8]) -> Result<(), Error> {
         let mut payload = Scalar::room_for::<u64>();
         payload.store(0, bytes);
@@ -63,10 +49,6 @@ impl DriveContext {
     }
 
     /// Reads an object of the description.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn get(&self, object: Number) -> Result<i64, Error> {
         let payload = match object.size() {
             1 => Scalar::room_for::<u8>(),
@@ -93,10 +75,6 @@ impl DriveContext {
     }
 
     /// Writes an object of the description.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::write`].
     pub async fn set(&self, object: Number, value: i64) -> Result<(), Error> {
         object.check(value)?;
         let payload = self.payload(object, value);
@@ -127,10 +105,6 @@ impl DriveContext {
     }
 
     /// Where the drive is (6064h).
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn position(&self) -> Result<i32, Error> {
         let position = narrow(self.get(self.description.objects.actual_position).await?);
         let mut shared = self.lock();
@@ -140,10 +114,6 @@ impl DriveContext {
 
     /// How fast it is (606Ch); 0 when it counts as standing still. Without 606Ch, the position is read twice, and a drive stands
     /// that has moved by no more than the least count of its encoder.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn velocity(&self) -> Result<i32, Error> {
         let velocity = match self.description.objects.actual_velocity {
             Some(object) => narrow(self.get(object).await?),
@@ -165,10 +135,6 @@ impl DriveContext {
     }
 
     /// Whether a condition on status bits holds; `status_word` has been read before.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn holds(&self, test: Test, status_word: u16) -> Result<bool, Error> {
         Ok(test.holds(match test.word {
             Word::Status => status_word.into(),
@@ -177,10 +143,6 @@ impl DriveContext {
     }
 
     /// The manufacturer's status register; 0 for a drive without one.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::read`].
     pub async fn system(&self) -> Result<u32, Error> {
         match self.description.objects.system_word {
             Some(object) => Ok(self.get(object).await? as u32),

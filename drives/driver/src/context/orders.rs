@@ -18,9 +18,7 @@ impl DriveContext {
 
     /// Sends a control word, by PDO or by SDO; also in place of one that waits for SYNC.
     ///
-    /// # Errors
-    ///
-    /// By SDO, as [`DriveContext::write`]; none by PDO.
+    /// Errors: by SDO, as [`DriveContext::write`]; none by PDO.
     pub async fn control(&self, word: u16) -> Result<(), Error> {
         // First, or else a SYNC between the two would have the drive obey the one that waits.
         if let Some(frame) = self.replacing_frame(word) {
@@ -34,20 +32,12 @@ impl DriveContext {
     }
 
     /// Sends a control word with a target position, which comes first where it takes two ways.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::control`].
     pub async fn control_position(&self, word: u16, target: i32) -> Result<(), Error> {
         let Description { outputs, objects, .. } = self.description;
         self.order(word, outputs.position, Signal::TargetPosition, objects.target_position, target).await
     }
 
     /// Sends a control word with a target velocity, which comes first where it takes two ways.
-    ///
-    /// # Errors
-    ///
-    /// As [`DriveContext::control`]; [`Error::Unsupported`].
     pub async fn control_velocity(&self, word: u16, target: i32) -> Result<(), Error> {
         let velocity = self.need(self.description.velocity, Capability::Mode(Mode::Velocity))?;
         let pdo = self.description.outputs.velocity;

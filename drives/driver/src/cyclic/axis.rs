@@ -277,7 +277,7 @@ impl Member {
         }
     }
 
-    /// What else is wrong with it while it follows.
+    /// What is wrong with it that only counts while it follows the path.
     pub(super) fn trouble_following(&mut self) -> Option<Reason> {
         let (node, settings) = (self.axis.node, self.axis.settings);
         let status_word = self.status_word?;

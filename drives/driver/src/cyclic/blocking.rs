@@ -14,10 +14,8 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Follows a path until all is over, and all axes are released; `cancel` stops them from another thread. If this function
 /// is left in another way, by a panic of the path say, all axes are sent a quick stop.
 ///
-/// # Errors
-///
-/// [`LinkError`] when the link is gone for good: nothing could be sent, not even a stop. A bus that carries no frames for
-/// a while is no error: it shows in PDOs that are missing.
+/// Errors: [`LinkError`] when the link is gone for good: nothing could be sent, not even a stop. A bus that carries no
+/// frames for a while is no error: it shows in PDOs that are missing.
 pub fn follow<L: Link + ?Sized, P: Path>(
     link: &mut L,
     follower: &mut Follower<P>,

@@ -97,10 +97,6 @@ enum Phase {
 
 impl<P: Path> Follower<P> {
     /// Of these axes, in this order. It begins when it is first pumped.
-    ///
-    /// # Errors
-    ///
-    /// [`SetUpError`].
     pub fn new(axes: Vec<Axis>, path: P, settings: Settings) -> Result<Self, SetUpError> {
         let period = axes.first().ok_or(SetUpError::NoAxis)?.settings.period;
         for (number, axis) in axes.iter().enumerate() {

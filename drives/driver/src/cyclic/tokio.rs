@@ -19,10 +19,6 @@ use super::report::Report;
 /// The SYNC of another node can be [followed](super::SyncSource::Followed) if the network reports it, as
 /// [`manager::Event::Sync`] or as a PDO: one that [listens to its own](Network::listen_to_own) has to have its COB-ID among the
 /// others.
-///
-/// # Errors
-///
-/// [`LinkError`] when the link is gone for good, as [`follow`](super::follow).
 pub async fn follow<P: Path>(network: &Network, follower: &mut Follower<P>) -> Result<Report, LinkError> {
     let mut events = network.events();
     let mut now = network.now().await?;

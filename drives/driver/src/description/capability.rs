@@ -130,7 +130,7 @@ pub struct Approaches {
 pub struct Store {
     /// All parameters (1010h:01).
     pub all: Number,
-    /// What is written there to do it.
+    /// The signature that is written there.
     pub signature: u32,
 }
 
@@ -141,7 +141,7 @@ pub struct Restore {
     pub all: Number,
     /// The sets that can be restored alone.
     pub sets: &'static [(ParameterSet, Number)],
-    /// What is written there to do it.
+    /// The signature that is written there.
     pub signature: u32,
 }
 

@@ -64,10 +64,6 @@ impl Number {
     }
 
     /// Whether the data sheet allows `value`, and its data type has room for it.
-    ///
-    /// # Errors
-    ///
-    /// [`OutOfRange`] when it is below or above the limits.
     pub fn check(&self, value: i64) -> Result<(), OutOfRange> {
         let (low, high) = self.type_range();
         let (low, high) = self.range.map_or((low, high), |(least, most)| (low.max(least), high.min(most)));

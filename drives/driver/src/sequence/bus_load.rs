@@ -48,9 +48,7 @@ impl fmt::Display for UnpacedPdo {
 /// Which of the drive's transmit PDOs 1 to 4 may fill the bus while it moves. Those of manufacturers' objects are not known to
 /// change. Nothing is changed in the drive.
 ///
-/// # Errors
-///
-/// As [`DriveContext::read`]; not because an object does not exist.
+/// An object that does not exist is no error.
 pub async fn unpaced_pdos(drive: &DriveContext) -> Result<Vec<UnpacedPdo>, Error> {
     let objects = drive.description().objects;
     let own = [Some(objects.actual_position), objects.actual_velocity].map(|number| number.map(|it| it.address()));

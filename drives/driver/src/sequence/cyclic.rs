@@ -33,10 +33,8 @@ const COMMUNICATION_CYCLE: Number = Number::new(0x1006, 0x00, DataType::Unsigned
 ///
 /// As often as wanted, after a restart of the drive too.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`], [`Error::OutOfRange`] or [`Error::PdoInUse`] before anything is sent; [`Error::Refused`] without supply, say;
-/// [`Error::Fault`]; [`Error::ModeNotTaken`]; [`Error::Sdo`] by a drive whose mapping is fixed.
+/// Errors: [`Error::Unsupported`], [`Error::OutOfRange`] or [`Error::PdoInUse`] before anything is sent;
+/// [`Error::Refused`] without supply, say; [`Error::Sdo`] by a drive whose mapping is fixed.
 pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Result<Axis, Error> {
     let description = drive.description();
     let set_point = match settings.mode {

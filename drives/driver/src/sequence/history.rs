@@ -6,19 +6,11 @@ use crate::error::Error;
 use crate::fault::Cause;
 
 /// Clears the history (CiA 301, 7.5.2.4).
-///
-/// # Errors
-///
-/// As [`DriveContext::write`].
 pub async fn clear_fault_history(drive: &DriveContext) -> Result<(), Error> {
     drive.set(fault_count(drive), 0).await
 }
 
 /// What the drive warns of; `None` while it does not. [`Cause::NoError`] if it does not say of what.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn warning(drive: &DriveContext) -> Result<Option<Cause>, Error> {
     let warns = drive.status().await? & drive.description().status.warning != 0;
     if !warns {

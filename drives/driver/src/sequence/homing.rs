@@ -16,10 +16,8 @@ use crate::outcome::HomingOutcome;
 /// Homes by a method of 6098h, and waits for the end; then goes back to the mode that was there, unless there was none (0 in
 /// 6061h) or the drive is still under way.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent, also of a method that the drive does not have; [`Error::Refused`]
-/// before anything moves; as [`DriveContext::write`].
+/// Errors: [`Error::Unsupported`] before anything is sent, also of a method that the drive does not have;
+/// [`Error::Refused`] before anything moves.
 pub async fn home(drive: &DriveContext, method: i8, within: Duration) -> Result<HomingOutcome, Error> {
     let homing = drive.need(drive.description().homing, Capability::Mode(Mode::Homing))?;
     let has_method = homing.methods.contains(&method).then_some(());
@@ -29,11 +27,8 @@ pub async fn home(drive: &DriveContext, method: i8, within: Duration) -> Result<
 
 /// Makes `position` the actual position, which the drive keeps.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way, and outside
-/// OPERATION ENABLED where it takes homing; [`Error::Sdo`] when the position is outside the limits;
-/// [`Error::NotCalibrated`].
+/// Errors: [`Error::Refused`] while a travel is under way, and outside OPERATION ENABLED where it takes homing;
+/// [`Error::Sdo`] when the position is outside the limits.
 pub async fn calibrate(drive: &DriveContext, position: i32) -> Result<(), Error> {
     let method = match drive.need(drive.description().calibration, Capability::Calibration)? {
         Calibration::Write(object) => {

@@ -20,9 +20,7 @@ const NOT_VALID: u32 = 1 << 31;
 /// Makes sure that the node is the drive that is described, and that its PDOs have the COB-IDs by which the driver talks to
 /// it, and the mapping; finds out on which COB-ID it sends emergencies.
 ///
-/// # Errors
-///
-/// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; as [`DriveContext::read`].
+/// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`].
 pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     let (expected, identity) = (drive.description().name, drive.description().identity);
     let profile = (drive.get(DEVICE_TYPE).await? & 0xFFFF) as u16;

@@ -18,10 +18,7 @@ use crate::outcome::Outcome;
 /// A step is ordered by an edge, and nothing but the state machine takes it back: what stops a drive stops a step by
 /// quick stop.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] before anything moves; [`Error::NotTaken`] when
-/// the drive does not move.
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not move.
 pub async fn step(drive: &DriveContext, within: Duration) -> Result<Outcome, Error> {
     let inching = drive.need(drive.description().inching, Capability::Inching)?;
     let width = drive.get(inching.width).await?;
@@ -68,10 +65,7 @@ async fn finish_step(drive: &DriveContext, within: Duration) -> Result<Outcome, 
 
 /// Moves until [`stop_inching`], or until a limit is passed.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] before anything moves; [`Error::NotTaken`] when
-/// the drive does not move.
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not move.
 pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Error> {
     let inching = drive.need(drive.description().inching, Capability::Inching)?;
     let bit = match direction {
@@ -81,7 +75,6 @@ pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Erro
     begin(drive, inching, Begin { direction, bit, width: None }).await
 }
 
-/// What is to begin.
 struct Begin {
     direction: Direction,
     /// The bit of the control word whose edge begins it.
@@ -107,7 +100,7 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     drive.pass(inching.begins).await?;
     loop {
         let status_word = drive.status().await?;
-        // Inching is not acknowledged: what follows from it is all that shows, or the fault that it has led to.
+        // Inching is not acknowledged: only its effect shows, or the fault that it led to.
         if state_of(status_word)? != State::OperationEnabled
             || !was_busy && is_inching(drive).await?
             || has_begun(drive, &order, from).await?
@@ -136,10 +129,6 @@ async fn has_begun(drive: &DriveContext, order: &Begin, from: i32) -> Result<boo
 }
 
 /// Ends inching, and says where the drive stands.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; as [`DriveContext::read`].
 pub async fn stop_inching(drive: &DriveContext) -> Result<i32, Error> {
     drive.need(drive.description().inching, Capability::Inching)?;
     // Not without Stop: its falling edge would go on with an interrupted travel, or run at the last velocity.

@@ -6,10 +6,7 @@ use crate::error::{Capability, Error};
 
 /// Arms a latch: the next edge keeps the position. What it kept before is gone.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::NotTaken`] when the drive does not forget the position before;
-/// as [`DriveContext::write`].
+/// Errors: [`Error::NotTaken`] when the drive does not forget the position before.
 pub async fn arm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Error> {
     let (latches, latch) = find(drive, trigger)?;
     disarm_latch(drive, trigger).await?;
@@ -29,10 +26,6 @@ pub async fn arm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Err
 }
 
 /// The position that the latch has kept since it was armed; `None` if no edge has come.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`]; as [`DriveContext::read`].
 pub async fn latched(drive: &DriveContext, trigger: Trigger) -> Result<Option<i32>, Error> {
     let (latches, latch) = find(drive, trigger)?;
     if drive.get(latches.status).await? & latch.valid == 0 {
@@ -42,10 +35,6 @@ pub async fn latched(drive: &DriveContext, trigger: Trigger) -> Result<Option<i3
 }
 
 /// Disarms a latch.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; as [`DriveContext::write`].
 pub async fn disarm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Error> {
     let (latches, latch) = find(drive, trigger)?;
     let armed = drive.get(latches.control).await?;

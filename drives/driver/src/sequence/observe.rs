@@ -12,10 +12,6 @@ use crate::fault::Cause;
 use crate::mode::Mode;
 
 /// The state of the drive.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`]; [`Error::UnknownState`].
 pub async fn state(drive: &DriveContext) -> Result<State, Error> {
     state_of(drive.status().await?)
 }
@@ -29,10 +25,6 @@ pub(super) fn is_fault(state: State) -> bool {
 }
 
 /// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
     let codes = drive.description().codes;
     let reported = drive.lock().emergency.map(|code| codes.cause(code));
@@ -55,10 +47,6 @@ pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
 }
 
 /// What the drive has reported since its history was cleared, the latest first (1003h).
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn fault_history(drive: &DriveContext) -> Result<Vec<Cause>, Error> {
     let latest = drive.description().objects.latest_fault;
     let mut history = Vec::new();
@@ -76,10 +64,6 @@ pub(super) fn fault_count(drive: &DriveContext) -> Number {
 }
 
 /// The operating mode; `None` for one that the driver does not know.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn mode(drive: &DriveContext) -> Result<Option<Mode>, Error> {
     Ok(drive.description().mode_of(shown_mode(drive).await?))
 }

@@ -31,10 +31,6 @@ pub struct Difference {
 }
 
 /// Reads all parameters that the description names.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn read_parameters(drive: &DriveContext) -> Result<Vec<Setting>, Error> {
     let parameters = drive.description().parameters;
     let mut settings = Vec::with_capacity(parameters.len());
@@ -45,10 +41,6 @@ pub async fn read_parameters(drive: &DriveContext) -> Result<Vec<Setting>, Error
 }
 
 /// Which of the settings the drive does not have.
-///
-/// # Errors
-///
-/// [`Error::NoParameter`] before anything is sent; as [`DriveContext::read`].
 pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
     for setting in settings {
         object(drive, setting.address)?;
@@ -65,11 +57,9 @@ pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> R
 
 /// Writes settings, but only those that differ: writing the calibration value may calibrate the drive.
 ///
-/// # Errors
-///
-/// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under
-/// way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a value
-/// that is out of place waits for the rest, such as one limit for the other.
+/// Errors: [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel
+/// is under way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a
+/// value that is out of place waits for the rest, such as one limit for the other.
 pub async fn write_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
         object(drive, address)?.check(value)?;
@@ -109,10 +99,8 @@ fn is_out_of_place(error: SdoError) -> bool {
 
 /// Keeps all parameters for when there is no power.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] by a drive that has no such command, perhaps since it keeps them anyway; [`Error::Refused`]
-/// while a travel is under way.
+/// Errors: [`Error::Unsupported`] by a drive that has no such command, perhaps since it keeps them anyway;
+/// [`Error::Refused`] while a travel is under way.
 pub async fn store(drive: &DriveContext) -> Result<(), Error> {
     let store = drive.need(drive.description().store, Capability::Store)?;
     require_rest(drive).await?;
@@ -121,9 +109,7 @@ pub async fn store(drive: &DriveContext) -> Result<(), Error> {
 
 /// Restores a set of parameters to factory settings; all of them for `None`.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] by a drive without this set; [`Error::Refused`] while a travel is under way.
+/// Errors: [`Error::Unsupported`] by a drive without this set; [`Error::Refused`] while a travel is under way.
 pub async fn restore(drive: &DriveContext, set: Option<ParameterSet>) -> Result<(), Error> {
     let restore = drive.need(drive.description().restore, Capability::Restore)?;
     let object = match set {

@@ -11,10 +11,8 @@ use crate::error::Error;
 /// Lets time pass. While the drive may be moving, its status word is looked at meanwhile, and read if the drive sends none:
 /// a drive that has failed to stop, and could not be reached then, is stopped.
 ///
-/// # Errors
-///
-/// [`Error::Restarted`]. While the drive may be moving: [`Error::Fault`]; [`Error::Sdo`] or [`Error::Link`] if it does
-/// not answer any more.
+/// Errors: while the drive may be moving: [`Error::Fault`]; [`Error::Sdo`] or [`Error::Link`] if it does not answer any
+/// more.
 pub async fn pass(drive: &DriveContext, span: Duration) -> Result<(), Error> {
     let until = drive.now() + span;
     if !drive.may_move() {

@@ -18,10 +18,8 @@ const STEPS: u32 = 16;
 
 /// Leads the drive to OPERATION ENABLED, by way of NMT OPERATIONAL when it takes orders by PDO.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT, which [`reset_fault`] leaves;
-/// [`Error::NoReaction`]; [`Error::NoWay`] when the drive falls back again and again.
+/// Errors: [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT, which [`reset_fault`] leaves;
+/// [`Error::NoWay`] when the drive falls back again and again.
 pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
     start(drive);
     let remote = drive.description().status.remote;
@@ -50,9 +48,7 @@ pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
 
 /// Stops the drive with its programmed deceleration, then releases the motor.
 ///
-/// # Errors
-///
-/// [`Error::NoReaction`], [`Error::Fault`].
+/// Errors: [`Error::NoReaction`], [`Error::Fault`].
 pub async fn disable(drive: &DriveContext) -> Result<(), Error> {
     match state(drive).await? {
         State::OperationEnabled => come_to_rest(drive).await?,
@@ -67,9 +63,7 @@ pub async fn disable(drive: &DriveContext) -> Result<(), Error> {
 
 /// Resets a fault, and says what it was; `None` when there was none.
 ///
-/// # Errors
-///
-/// [`Error::Fault`] when the drive stays in FAULT, since the cause is still there.
+/// Errors: [`Error::Fault`] when the drive stays in FAULT, since the cause is still there.
 pub async fn reset_fault(drive: &DriveContext) -> Result<Option<Cause>, Error> {
     match state(drive).await? {
         State::Fault => {}

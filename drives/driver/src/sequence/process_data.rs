@@ -14,9 +14,7 @@ use crate::error::{Error, Missing, Refusal};
 /// Configures PDOs in NMT PRE-OPERATIONAL: each is switched off, mapped, and switched on. The node is in OPERATIONAL
 /// afterwards.
 ///
-/// # Errors
-///
-/// [`Error::PdoInUse`] for a PDO by which the driver itself talks to the drive, before anything is sent;
+/// Errors: [`Error::PdoInUse`] for a PDO by which the driver itself talks to the drive, before anything is sent;
 /// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
 pub async fn configure_pdos(drive: &DriveContext, pdos: &[PdoSettings<'_>]) -> Result<(), Error> {
     for &PdoSettings { direction, number, .. } in pdos {
@@ -38,9 +36,7 @@ pub async fn configure_pdos(drive: &DriveContext, pdos: &[PdoSettings<'_>]) -> R
 
 /// Sends a PDO that the application has mapped.
 ///
-/// # Errors
-///
-/// [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
+/// Errors: [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
 pub async fn send_pdo<V: Values, N>(
     drive: &DriveContext,
     number: u16,
@@ -57,9 +53,7 @@ pub async fn send_pdo<V: Values, N>(
 /// The values of a PDO that the application has mapped: the last one that the drive has sent, or the next one if it has sent
 /// none since that was asked before.
 ///
-/// # Errors
-///
-/// [`Error::NoPdo`] when none comes within a reaction; [`Error::ShortPdo`]; [`Error::Restarted`].
+/// Errors: [`Error::NoPdo`] when none comes within a reaction.
 pub async fn receive_pdo<V: Values, N>(
     drive: &DriveContext,
     number: u16,
@@ -71,9 +65,7 @@ pub async fn receive_pdo<V: Values, N>(
 
 /// NMT PRE-OPERATIONAL, in which PDOs are changed.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] while the drive is enabled; as [`DriveContext::read`].
+/// Errors: [`Error::Refused`] while the drive is enabled.
 pub(super) async fn enter_pre_operational(drive: &DriveContext) -> Result<(), Error> {
     match state(drive).await? {
         State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive => {

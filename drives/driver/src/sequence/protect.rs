@@ -19,10 +19,7 @@ const SIGNS: u8 = 4;
 /// Arms the drive's heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What keeps it going has to be
 /// sent from then on.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both; [`Error::OutOfRange`];
-/// [`Error::HeartbeatExcludesGuarding`]; as [`DriveContext::write`].
+/// Errors: [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both.
 pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<Protection, Error> {
     let Supervision { within, manager } = supervision;
     let within_ms = within.as_micros() / 1000;
@@ -55,10 +52,6 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
 }
 
 /// Disarms what [`protect`] has armed: the objects hold what they held before.
-///
-/// # Errors
-///
-/// As [`DriveContext::write`].
 pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
     let disarming = drive.disarming(protection);
     drive.lock().before.clear();

@@ -59,9 +59,7 @@ pub struct Recovered {
 ///
 /// The shells wait until the drive answers, and protect it again afterwards.
 ///
-/// # Errors
-///
-/// As [`identify`]; [`Error::Fault`] when a fault cannot be reset; those of what is written.
+/// Errors: [`Error::Fault`] when a fault cannot be reset.
 pub async fn recover(drive: &DriveContext, recovery: &Recovery, before: Seen) -> Result<Recovered, Error> {
     identify(drive).await?;
     start(drive);

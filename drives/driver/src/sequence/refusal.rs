@@ -35,10 +35,7 @@ pub enum Order {
 
 /// Checks every condition for an order.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] with every condition that is not met; as
-/// [`DriveContext::read`].
+/// Errors: [`Error::Refused`] with every condition that is not met.
 pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     drive.need(order.is_supported(drive).then_some(()), order.capability())?;
     let description = drive.description();
@@ -206,10 +203,6 @@ pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) 
 }
 
 /// The lower and the upper limit of positions (607Dh); `None` when the drive does not have the object, or two equal ones.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
     let Some([one, other]) = drive.description().objects.position_limits else { return Ok(None) };
     let Some(one) = known(drive.get(one).await)? else { return Ok(None) };

@@ -13,10 +13,8 @@ use crate::set_point::{SetPoint, Succession};
 /// Gives the drive another set-point, also while it travels; returns once the drive has taken it. If it has no room for
 /// one more, waits until it has.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] also while a travel is interrupted;
-/// [`Error::NotTaken`] when the drive has no room in time, or does not take the set-point: then it stands.
+/// Errors: [`Error::Refused`] also while a travel is interrupted; [`Error::NotTaken`] when the drive has no room in
+/// time, or does not take the set-point: then it stands.
 pub async fn add_set_point(drive: &DriveContext, set_point: SetPoint, within: Duration) -> Result<(), Error> {
     let SetPoint { target, relative, succession } = set_point;
     let description = drive.description();

@@ -15,20 +15,13 @@ use crate::units::Units;
 const SOFTWARE_VERSION: Address = Address::new(0x100A, 0x00);
 
 /// The version of the drive's firmware (100Ah), such as "1.00".
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn firmware(drive: &DriveContext) -> Result<String, Error> {
     characters(drive, SOFTWARE_VERSION, drive.description().identity.characters).await
 }
 
 /// Changes the operating mode, unless it is set already.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way;
-/// [`Error::ModeNotTaken`].
+/// Errors: [`Error::Refused`] while a travel is under way.
 pub async fn set_mode(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
     let code = drive.need(drive.description().code_of(mode), Capability::Mode(mode))?;
     if shown_mode(drive).await? == i64::from(code) {
@@ -58,10 +51,6 @@ pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> 
 }
 
 /// From which side targets are approached; `None` for a value that the manual does not have.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`]; as [`DriveContext::read`].
 pub async fn approach(drive: &DriveContext) -> Result<Option<Approach>, Error> {
     let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
     let number = drive.get(approaches.object).await?;
@@ -69,10 +58,6 @@ pub async fn approach(drive: &DriveContext) -> Result<Option<Approach>, Error> {
 }
 
 /// Chooses from which side targets are approached.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; as [`DriveContext::write`].
 pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<(), Error> {
     let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
     let value = approaches.values.iter().find(|(_, of)| *of == approach).map(|(value, _)| *value);
@@ -81,20 +66,13 @@ pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<()
 }
 
 /// What the drive does in a situation: the option code of 605Ah to 605Eh.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`]; as [`DriveContext::read`].
 pub async fn reaction(drive: &DriveContext, to: Reaction) -> Result<i16, Error> {
     Ok(drive.get(option_code(drive, to)?).await? as i16)
 }
 
 /// Sets what the drive does in a situation.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way; as
-/// [`DriveContext::write`].
+/// Errors: [`Error::Refused`] while a travel is under way.
 pub async fn set_reaction(drive: &DriveContext, to: Reaction, code: i16) -> Result<(), Error> {
     let object = option_code(drive, to)?;
     require_rest(drive).await?;
@@ -108,10 +86,7 @@ fn option_code(drive: &DriveContext, to: Reaction) -> Result<Number, Error> {
 
 /// Switches emergency messages on or off (1014h).
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL
-/// only.
+/// Errors: [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL only.
 pub async fn set_emergencies(drive: &DriveContext, on: bool) -> Result<(), Error> {
     let switch = drive.need(drive.description().emergencies, Capability::EmergencySwitch)?;
     let bit = i64::from(switch.bit);
@@ -121,10 +96,6 @@ pub async fn set_emergencies(drive: &DriveContext, on: bool) -> Result<(), Error
 }
 
 /// What one count of a position is worth, as the drive is set up.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`]; as [`DriveContext::read`].
 pub async fn units(drive: &DriveContext) -> Result<Units, Error> {
     let objects = drive.need(drive.description().units, Capability::Units)?;
     Ok(Units {

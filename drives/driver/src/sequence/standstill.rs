@@ -15,9 +15,7 @@ const QUICK_STOPS: u32 = 10;
 
 /// Stops all that moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
 ///
-/// # Errors
-///
-/// [`Error::NotStopped`]; as [`DriveContext::read`].
+/// Errors: [`Error::NotStopped`], and those of an access.
 pub async fn stop(drive: &DriveContext) -> Result<(), Error> {
     come_to_rest(drive).await?;
     stopped(drive);
@@ -27,10 +25,7 @@ pub async fn stop(drive: &DriveContext) -> Result<(), Error> {
 /// Brakes with full deceleration and forgets the travel; the motor keeps its torque, unless the drive is set to release
 /// it then (605Ah). [`disable`](super::disable) or [`enable`](super::enable) lead on.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NoReaction`];
-/// [`Error::NotStopped`].
+/// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
 pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     let command = Command::QuickStop;
     let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);

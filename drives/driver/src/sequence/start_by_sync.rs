@@ -15,10 +15,8 @@ const EVENT_DRIVEN: i64 = 255;
 /// Has the drive hold each target until SYNC, or not any more: the transmission type of the PDO that carries targets. It
 /// is changed in NMT PRE-OPERATIONAL, and the node is in OPERATIONAL afterwards.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent by a drive that does not take a target and its start in one PDO;
-/// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+/// Errors: [`Error::Unsupported`] before anything is sent by a drive that does not take a target and its start in one
+/// PDO; [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
 pub async fn set_start_by_sync(drive: &DriveContext, on: bool) -> Result<(), Error> {
     let transmission = target_transmission(drive)?;
     if waits_for_sync(drive).await? != on {
@@ -36,10 +34,8 @@ pub async fn set_start_by_sync(drive: &DriveContext, on: bool) -> Result<(), Err
 /// Hands the drive a target for which it starts with the next SYNC; [`confirm_start`](super::confirm_start) comes after
 /// that. Any other order takes the target back.
 ///
-/// # Errors
-///
-/// [`Error::Unsupported`] as [`set_start_by_sync`]; [`Error::Refused`] as [`start_travel`](super::start_travel), and when
-/// the drive would start at once.
+/// Errors: [`Error::Unsupported`] as [`set_start_by_sync`]; [`Error::Refused`] as
+/// [`start_travel`](super::start_travel), and when the drive would start at once.
 pub async fn prepare_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
     target_transmission(drive)?;
     if !waits_for_sync(drive).await? {

@@ -6,11 +6,6 @@ use crate::error::{Capability, Error};
 use crate::mode::Mode;
 
 /// Turns with a torque, in 1/1000 of the rated torque; returns once the drive has taken the order.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`], [`Error::Refused`] or [`Error::OutOfRange`] before anything moves; as
-/// [`DriveContext::write`].
 pub async fn apply_torque(drive: &DriveContext, torque: i16) -> Result<(), Error> {
     refuse(drive, Order::Turn).await?;
     let description = drive.description();
@@ -27,10 +22,6 @@ pub async fn apply_torque(drive: &DriveContext, torque: i16) -> Result<(), Error
 }
 
 /// The torque that the drive turns with, in 1/1000 of the rated torque.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`]; as [`DriveContext::read`].
 pub async fn torque(drive: &DriveContext) -> Result<i16, Error> {
     let torques = drive.need(drive.description().torque, Capability::Mode(Mode::Torque))?;
     let torque = drive.get(torques.actual).await?;

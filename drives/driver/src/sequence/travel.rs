@@ -29,10 +29,6 @@ pub struct Progress {
 }
 
 /// Travels to a position, and waits for the end.
-///
-/// # Errors
-///
-/// Those of [`start_travel`] and [`finish`].
 pub async fn travel(
     drive: &DriveContext,
     target: i32,
@@ -45,9 +41,7 @@ pub async fn travel(
 
 /// Starts to travel to a position; returns once the drive has taken the order.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
 /// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and reported as
 /// [`Missing::NoTravel`].
 pub async fn start_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
@@ -85,9 +79,7 @@ pub(super) async fn hand_over(drive: &DriveContext, order: Order, bits: u16, tar
 
 /// Waits until the drive has taken the travel that has been ordered: at once, or, if it was prepared, after SYNC.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] when no travel has been ordered, and as [`start_travel`].
+/// Errors: [`Error::Refused`] when no travel has been ordered, and as [`start_travel`].
 pub async fn confirm_start(drive: &DriveContext) -> Result<(), Error> {
     let Motion::Travelling(Travel { target: Some(target), .. }) = drive.lock().motion else {
         return Err(Error::Refused(Refusal(vec![Missing::Travel])));
@@ -115,10 +107,6 @@ pub(super) async fn confirm(drive: &DriveContext, order: Order) -> Result<(), Er
 }
 
 /// Waits until the travel under way is over, by any end. One that is interrupted is not over.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`].
 pub async fn finish(
     drive: &DriveContext,
     within: Duration,
@@ -206,9 +194,7 @@ async fn is_overridden(drive: &DriveContext, motion: Motion, position: i32) -> R
 
 /// Interrupts the travel under way with its programmed deceleration; returns once the drive stands.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] when no travel is under way.
+/// Errors: [`Error::Refused`] when no travel is under way.
 pub async fn interrupt(drive: &DriveContext) -> Result<(), Error> {
     require_travel(drive).await?;
     let description = drive.description();
@@ -221,9 +207,7 @@ pub async fn interrupt(drive: &DriveContext) -> Result<(), Error> {
 
 /// Goes on with an interrupted travel, also after torque deactivation.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
+/// Errors: [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
 pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
     require_travel(drive).await?;
     let description = drive.description();
@@ -266,9 +250,7 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
 /// Drops the rest of the travel under way, interrupted or not: stops the drive and releases its motor, by which each drive
 /// forgets it. [`enable`](super::enable) leads on.
 ///
-/// # Errors
-///
-/// [`Error::Refused`] when no travel is under way; as [`disable`].
+/// Errors: [`Error::Refused`] when no travel is under way.
 pub async fn drop_travel(drive: &DriveContext) -> Result<(), Error> {
     require_travel(drive).await?;
     disable(drive).await

@@ -13,10 +13,6 @@ use crate::mode::Mode;
 use crate::outcome::VelocityOutcome;
 
 /// Runs at a velocity, as 60FFh has it, whose sign is the direction; waits until it is reached.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`], [`Error::Refused`] or [`Error::OutOfRange`] before anything moves; [`Error::NotTaken`].
 pub async fn run_at(drive: &DriveContext, velocity: i32, within: Duration) -> Result<VelocityOutcome, Error> {
     refuse(drive, Order::Run { velocity }).await?;
     let description = drive.description();

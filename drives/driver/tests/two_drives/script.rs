@@ -97,7 +97,6 @@ impl<K: Kind> Rig<K> {
     }
 }
 
-/// A bus with a device.
 pub(crate) fn bus(sheet: Sheet) -> (VirtualBus, Arc<Mutex<Device>>) {
     let bus = VirtualBus::with_bit_rate(500);
     let device = Arc::new(Mutex::new(Device::new(sheet)));

@@ -79,10 +79,6 @@ pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L>
 }
 
 /// A link to a drive at a port of the operating system, such as `/dev/ttyUSB0` or `COM3`.
-///
-/// # Errors
-///
-/// As [`Port::open`](crate::Port::open).
 #[cfg(feature = "serialport")]
 pub fn open(
     path: &str,
@@ -135,7 +131,6 @@ pub struct SerialDoor {
     job: Option<Active>,
     /// The command that is under way, and whether it is one of the job.
     asked: Option<(Command, bool)>,
-    /// When it was sent.
     sent: Instant,
     /// How often in a row it has been sent.
     attempts: u8,
@@ -143,7 +138,7 @@ pub struct SerialDoor {
     next_status: Instant,
     /// When position and velocity were to be read last.
     values_since: Option<Instant>,
-    /// What is still to be read of them.
+    /// The commands that are still to be read.
     values: &'static [Command],
     reports: VecDeque<Report>,
 }
@@ -370,7 +365,6 @@ impl SerialDoor {
         }
     }
 
-    /// The commands of an order.
     fn order(&mut self, now: Instant, order: Order, target: i32) -> Vec<Command> {
         // Its characters are orders, too.
         self.client.stop_inching();

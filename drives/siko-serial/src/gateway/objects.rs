@@ -40,9 +40,8 @@ pub(super) fn read(address: Address) -> Option<Command> {
 
 /// The command that writes an object.
 ///
-/// # Errors
-///
-/// With which code a client's write is aborted; [`AbortCode::NO_SUCH_OBJECT`] for what the interface does not write.
+/// Errors: with which code a client's write is aborted; [`AbortCode::NO_SUCH_OBJECT`] for what the interface does not
+/// write.
 pub(super) fn write(address: Address, value: i64) -> Result<Command, AbortCode> {
     let settings =
         [Setting::AllParameters, Setting::StandardParameters, Setting::ControllerParameters, Setting::Calibrate];

@@ -13,10 +13,6 @@ pub trait Carrier<D> {
     fn now(&self) -> Instant;
 
     /// Sends what the door has to send, waits for the line no longer than `until`, and hands the door what has come.
-    ///
-    /// # Errors
-    ///
-    /// The line is gone.
     fn carry(&mut self, door: &mut D, until: Instant) -> Result<(), LinkError>;
 
     /// Whether time passes as on the wall.

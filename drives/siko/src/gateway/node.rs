@@ -46,7 +46,7 @@ pub struct Gateway<D> {
     connected: bool,
     /// It has answered before.
     known: bool,
-    /// It was to release its motor when it was lost: one that has done so has not restarted.
+    /// It had been ordered to release its motor when it was lost: a released motor then is no sign of a restart.
     released: bool,
     effects: Vec<Effect>,
     waiting: VecDeque<Task>,

@@ -3,7 +3,7 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::NmtState;
 
-/// Something that is so, or is not so.
+/// A condition: true or false of the servo at any time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
     /// The shaft moves, however slowly.

@@ -57,7 +57,7 @@ pub enum Trigger {
     At(Duration),
     /// So long after the step before.
     After(Duration),
-    /// Until something is so, which it may be already.
+    /// Until a condition holds; it may hold already.
     When {
         /// What.
         condition: Condition,

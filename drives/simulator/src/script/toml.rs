@@ -29,10 +29,6 @@ pub trait FromToml: Sized {
     fn keys() -> impl Iterator<Item = &'static str>;
 
     /// What `reading`, the value of one of the keys, changes.
-    ///
-    /// # Errors
-    ///
-    /// It cannot have this value ([`Reading::wrong`]).
     fn read(model: &Self::Model, reading: &Reading<'_>) -> Result<Vec<Self>, ScriptError>;
 
     /// A step, for a message: `battery_v = 2.5`.
@@ -41,10 +37,6 @@ pub trait FromToml: Sized {
 
 impl<C: FromToml> Script<C> {
     /// Reads a script from TOML, for drives of this model.
-    ///
-    /// # Errors
-    ///
-    /// The first line that cannot be understood, and what to write instead.
     pub fn from_toml(model: &C::Model, text: &str) -> Result<Self, ScriptError> {
         let table = DeTable::parse(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -97,7 +89,6 @@ type Value<'i> = Spanned<DeValue<'i>>;
 
 const TRIGGERS: [&str; 3] = ["at_ms", "when", "after_ms"];
 
-/// One `[[step]]`.
 struct Step<'t, 'i> {
     text: &'t str,
     table: &'t DeTable<'i>,
@@ -204,10 +195,6 @@ impl Reading<'_> {
     }
 
     /// The value, if it is `true` or `false`.
-    ///
-    /// # Errors
-    ///
-    /// It is not.
     pub fn flag(&self) -> Result<bool, ScriptError> {
         self.value.get_ref().as_bool().ok_or_else(|| self.wrong(&Takes::Flag.to_string()))
     }
@@ -225,19 +212,11 @@ impl Reading<'_> {
     }
 
     /// A number within a range, times `scale`, as a whole number.
-    ///
-    /// # Errors
-    ///
-    /// It is none.
     pub fn scaled(&self, scale: f64, range: Range) -> Result<f64, ScriptError> {
         self.within(scale, range).ok_or_else(|| self.wrong(&Takes::Number(range, None).to_string()))
     }
 
     /// The same, or `None` for a word.
-    ///
-    /// # Errors
-    ///
-    /// It is neither.
     pub fn scaled_or(&self, word: &'static str, scale: f64, range: Range) -> Result<Option<f64>, ScriptError> {
         let number = if self.is(word) { Some(None) } else { self.within(scale, range).map(Some) };
         number.ok_or_else(|| self.wrong(&Takes::Number(range, Some(word)).to_string()))
@@ -248,10 +227,6 @@ impl Reading<'_> {
     }
 
     /// What the value, which is one of these words, stands for.
-    ///
-    /// # Errors
-    ///
-    /// It is none of them.
     pub fn of<T: Copy>(&self, words: &[(&'static str, T)]) -> Result<T, ScriptError> {
         let word = words.iter().find(|(word, _)| self.is(word));
         word.map(|(_, meaning)| *meaning).ok_or_else(|| self.wrong(&Takes::words(words).to_string()))

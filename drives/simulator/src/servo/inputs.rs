@@ -136,9 +136,7 @@ impl Inputs {
 
     /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
     ///
-    /// # Errors
-    ///
-    /// What is wrong with the name or the value, for the user. Nothing has changed then.
+    /// After an error nothing has changed.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         if !Inputs::KEYS.contains(&key) {
             return Err(format!("there is no input {key:?}; there are {}", Inputs::KEYS.join(", ")));
@@ -203,7 +201,6 @@ impl Inputs {
 /// For buttons.
 #[cfg(feature = "script")]
 impl Inputs {
-    /// What an input takes, and what it is.
     pub(super) fn about(key: &str) -> (Takes, &'static str) {
         let code = || Takes::Number(Range::new(1.0, 65_535.0, "EMCY code"), Some("none"));
         let place = || Takes::Number(Range::new(-1e9, 1e9, "position units"), Some("none"));

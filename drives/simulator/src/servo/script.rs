@@ -54,10 +54,6 @@ pub struct Setting {
 
 impl Setting {
     /// An input by its name, and its value, as [`Inputs::set`] has them.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the name or the value, for the user.
     pub fn new(key: &str, value: &str) -> Result<Self, String> {
         Inputs::default().set(key, value)?;
         Ok(Setting::known(key, value))

@@ -107,10 +107,8 @@ impl<L: Link> Network<L> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
-    /// # Errors
-    ///
-    /// [`BootNetworkError`]. When the network is not ready, it is kept all the same: a node that failed is tried again
-    /// with its next boot-up message.
+    /// A network that is not ready is kept all the same: a node that failed is tried again with its next
+    /// boot-up message.
     pub fn boot(
         &mut self,
         plan: Plan,
@@ -146,20 +144,12 @@ impl<L: Link> Network<L> {
     /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
     /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
     /// becomes one of the manager's.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn listen_to_own(&mut self, others: &[CobId]) -> Result<(), LinkError> {
         self.filter.choose(Some(others.to_vec()));
         self.filter.apply(&self.manager, &mut self.link)
     }
 
     /// Receives all frames, as in the beginning.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn listen_to_all(&mut self) -> Result<(), LinkError> {
         self.filter.choose(None);
         self.filter.apply(&self.manager, &mut self.link)
@@ -191,10 +181,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Commands a node, or all of them.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.command(command, node).expect("the frame before has just left");
@@ -202,10 +188,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Sends a PDO that a device receives under `id`.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.send_pdo(id, pdo).expect("the frame before has just left");
@@ -213,19 +195,11 @@ impl<L: Link> Network<L> {
     }
 
     /// Sends a frame as it is.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.link.send(frame)
     }
 
     /// Reads an object.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read<T: Value, A: Readable, M, D>(
         &mut self,
         node: NodeId,
@@ -238,10 +212,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Writes an object, when the data sheet allows the value.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn write<T: Value, A: Writable, M, D>(
         &mut self,
         node: NodeId,
@@ -255,10 +225,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Reads the bytes of an entry of any type, up to 64 MiB.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read_bytes(&mut self, node: NodeId, address: Address) -> Result<Vec<u8>, AccessError> {
         let mut data = Bytes::room_for(LONGEST);
         let len = self.read_into(node, address, &mut data)?;
@@ -266,10 +232,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Reads an entry into `payload`, and returns the number of bytes: into a file, or bytes whose transfer is followed.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read_into(
         &mut self,
         node: NodeId,
@@ -281,10 +243,6 @@ impl<L: Link> Network<L> {
 
     /// Writes bytes into an entry of any type.
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
-    ///
     /// # Panics
     ///
     /// When `data` is 4 GiB or longer, which SDO cannot transfer.
@@ -294,10 +252,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Writes `len` bytes that `payload` has: a file, or bytes whose transfer is followed.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn write_from(
         &mut self,
         node: NodeId,
@@ -309,10 +263,6 @@ impl<L: Link> Network<L> {
     }
 
     /// The next event of the manager, waiting for it no longer than `until`.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn next_event(&mut self, until: Instant) -> Result<Option<Event>, LinkError> {
         loop {
             if let Some(event) = self.events.pop_front() {
@@ -327,10 +277,6 @@ impl<L: Link> Network<L> {
     }
 
     /// Waits no longer than `span` for an event for which `pick` returns a value. Events before it are dropped.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn wait_for<R>(
         &mut self,
         span: Duration,

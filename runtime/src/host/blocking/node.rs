@@ -63,10 +63,8 @@ impl<L: Link> Network<L> {
     /// Writes settings in the order in which devices take them: see [`Settings`]. Most devices take some of them in
     /// PRE-OPERATIONAL only.
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was written before
-    /// stays, and a PDO that was being changed stays switched off.
+    /// Errors: [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was written
+    /// before stays, and a PDO that was being changed stays switched off.
     pub fn configure<D>(&mut self, node: NodeId, settings: &Settings<D>) -> Result<(), AccessError> {
         let mut found = Found::default();
         for address in settings.questions()? {
@@ -78,9 +76,7 @@ impl<L: Link> Network<L> {
     /// Maps PDO `number` of a node, 1 to 512, by the procedure of CiA 301, 7.5.2.36 and 7.5.2.38: the PDO is switched
     /// off, changed and switched on. Most devices take that in PRE-OPERATIONAL only.
     ///
-    /// # Errors
-    ///
-    /// As [`Network::configure`]; [`AccessError::NoSuchPdo`], [`AccessError::NoCobId`].
+    /// Errors: [`AccessError::NoSuchPdo`], [`AccessError::NoCobId`].
     pub fn map<D: PdoDirection, V: Values, N>(
         &mut self,
         node: NodeId,
@@ -108,19 +104,11 @@ impl<L: Link, D: DeviceModel> RemoteNode<'_, L, D> {
     }
 
     /// Reads an object.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read<T: Value, A: Readable, M, E: Fits<D>>(&mut self, object: Object<T, A, M, E>) -> Result<T, AccessError> {
         self.network.read(self.node, object)
     }
 
     /// Writes an object, when the data sheet allows the value.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn write<T: Value, A: Writable, M, E: Fits<D>>(
         &mut self,
         object: Object<T, A, M, E>,
@@ -130,10 +118,6 @@ impl<L: Link, D: DeviceModel> RemoteNode<'_, L, D> {
     }
 
     /// Reads all elements that the data sheet describes.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read_all<T: Value, A: Readable, M, S, E: Fits<D>>(
         &mut self,
         array: Array<T, A, M, S, E>,
@@ -142,19 +126,11 @@ impl<L: Link, D: DeviceModel> RemoteNode<'_, L, D> {
     }
 
     /// Reads the bytes of an entry of any type, up to 64 MiB.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read_bytes(&mut self, address: Address) -> Result<Vec<u8>, AccessError> {
         self.network.read_bytes(self.node, address)
     }
 
     /// Writes bytes into an entry of any type.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     ///
     /// # Panics
     ///
@@ -165,37 +141,23 @@ impl<L: Link, D: DeviceModel> RemoteNode<'_, L, D> {
 
     /// An object by the name that it has in the data sheet, for tools. Letters and digits count, their case does not.
     ///
-    /// # Errors
-    ///
-    /// [`UnknownName`]; for every name if the dictionary was generated without names.
+    /// Errors: every name is unknown if the dictionary was generated without names.
     pub fn by_name(&mut self, name: &str) -> Result<Named<'_, L>, UnknownName> {
         let name = named::find(self.device.names(), name)?;
         Ok(Named { network: self.network, node: self.node, name })
     }
 
     /// Commands the node.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub fn command(&mut self, command: NmtCommand) -> Result<(), LinkError> {
         self.network.command(command, Some(self.node))
     }
 
     /// Writes settings in the order in which devices take them: see [`Network::configure`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Network::configure`].
     pub fn configure<E: Fits<D>>(&mut self, settings: &Settings<E>) -> Result<(), AccessError> {
         self.network.configure(self.node, settings)
     }
 
     /// Maps PDO `number`: see [`Network::map`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Network::map`].
     pub fn map<P: PdoDirection, V: Values, E: Fits<D>>(
         &mut self,
         number: u16,
@@ -221,19 +183,13 @@ impl<L: Link> Named<'_, L> {
     }
 
     /// Reads it.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub fn read(&mut self) -> Result<Reading, AccessError> {
         Ok(Reading::new(self.name, self.network.read_bytes(self.node, self.name.address)?))
     }
 
     /// Writes a value that is written as text, with its unit or as the name of a value: see [`Name::parse`].
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`]: [`NoValue`](AccessError::NoValue) before anything is sent.
+    /// Errors: [`AccessError`]: [`NoValue`](AccessError::NoValue) before anything is sent.
     pub fn write(&mut self, text: &str) -> Result<(), AccessError> {
         self.network.write_bytes(self.node, self.name.address, &named::encode(self.name, text)?)
     }

@@ -123,7 +123,7 @@ impl<L: Link> Network<L> {
         loop {
             match self.turn(now, until, payload)? {
                 Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
-                    // The frame that ends a transfer at the node, if there is one. The result does not depend on it.
+                    // Ends the transfer at the node, too; the result is decided already, so an error does not count.
                     let _ = self.transmit_at(self.pump.now(), payload);
                     return Ok(Some(event));
                 }

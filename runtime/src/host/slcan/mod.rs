@@ -83,10 +83,6 @@ pub struct Slcan {
 
 impl Slcan {
     /// Opens an adapter such as `/dev/ttyACM0` or `COM3`, sets its bit rate and opens its channel.
-    ///
-    /// # Errors
-    ///
-    /// [`SlcanError`], with a remedy.
     pub fn open(path: &str, settings: Settings) -> Result<Self, SlcanError> {
         let mut link = Slcan {
             path: path.to_owned(),
@@ -260,8 +256,8 @@ impl Slcan {
         self.ask = self.now() + LOOK;
     }
 
-    /// Tries to open an adapter that is gone, or asks for the state of a bus that is not error active. Returns whether it
-    /// was time for that.
+    /// Tries to open an adapter that is gone, or asks for the state of a bus that is not error active. Returns
+    /// whether one of them was due.
     fn inquire(&mut self, now: Instant) -> bool {
         if self.state == BusState::Active || now < self.ask {
             return false;
@@ -282,7 +278,7 @@ impl Slcan {
         self.notice(asked);
     }
 
-    /// A port that fails belongs to an adapter that is gone; one that is only slow does not.
+    /// A port that fails means that the adapter is gone; a time-out does not.
     fn notice(&mut self, outcome: io::Result<()>) {
         if outcome.is_err_and(|error| !is_pause(&error)) {
             self.lose();

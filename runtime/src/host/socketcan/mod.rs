@@ -77,10 +77,6 @@ pub struct SocketCan {
 
 impl SocketCan {
     /// Opens an interface that exists and is up, such as `can0`.
-    ///
-    /// # Errors
-    ///
-    /// [`SocketCanError`], with a remedy.
     pub fn open(interface: &str) -> Result<Self, SocketCanError> {
         SocketCan::is_supported()?;
         match Presence::of(interface) {
@@ -107,10 +103,6 @@ impl SocketCan {
     }
 
     /// Whether this kernel has CAN at all.
-    ///
-    /// # Errors
-    ///
-    /// [`SocketCanError::NoCan`] when it has none.
     pub fn is_supported() -> Result<(), SocketCanError> {
         // Interface 0 stands for all of them, so this needs none.
         CanSocket::open_iface(0).map(drop).map_err(|error| SocketCanError::refusal("any interface", error))

@@ -77,10 +77,6 @@ pub struct Network {
 impl Network {
     /// Starts the task on the current runtime, with a network over `link`. Nothing is sent.
     ///
-    /// # Errors
-    ///
-    /// When the runtime cannot wait for the link.
-    ///
     /// # Panics
     ///
     /// Outside a tokio runtime.
@@ -127,10 +123,8 @@ impl Network {
     /// # }
     /// ```
     ///
-    /// # Errors
-    ///
-    /// [`BootNetworkError`]. When the network is not ready, it is kept all the same: a node that failed is tried again
-    /// with its next boot-up message.
+    /// A network that is not ready is kept all the same: a node that failed is tried again with its next
+    /// boot-up message.
     pub async fn boot(
         &self,
         plan: Plan,
@@ -160,10 +154,6 @@ impl Network {
     }
 
     /// Reads an object.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read<T, A, M, D>(&self, node: NodeId, object: Object<T, A, M, D>) -> Result<T, AccessError>
     where
         T: Value,
@@ -175,10 +165,6 @@ impl Network {
     }
 
     /// Writes an object, when the data sheet allows the value.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn write<T, A, M, D>(&self, node: NodeId, object: Object<T, A, M, D>, value: T) -> Result<(), AccessError>
     where
         T: Value,
@@ -190,19 +176,11 @@ impl Network {
     }
 
     /// Reads the bytes of an entry of any type, up to 64 MiB.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read_bytes(&self, node: NodeId, address: Address) -> Result<Vec<u8>, AccessError> {
         self.transfer(node, address, None, Bytes::room_for(LONGEST)).await
     }
 
     /// Writes bytes into an entry of any type.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     ///
     /// # Panics
     ///
@@ -213,28 +191,16 @@ impl Network {
     }
 
     /// Commands a node, or all of them.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn command(&self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
         self.send(NmtMessage { command, node }.frame()).await
     }
 
     /// Sends a PDO that a device receives under `id`.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn send_pdo<P: Pdo>(&self, id: CobId, pdo: P) -> Result<(), LinkError> {
         self.send(pdo.frame(id)).await
     }
 
     /// Sends a frame as it is; it is on its way to the bus when this returns.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn send(&self, frame: Frame) -> Result<(), LinkError> {
         let (reply, answer) = oneshot::channel();
         self.ask(Command::Send(frame, reply)).await?;
@@ -245,18 +211,12 @@ impl Network {
     /// all other calls, and after those posted before. Once accepted it reaches the link even when the runtime
     /// shuts down before the task runs again.
     ///
-    /// # Errors
-    ///
-    /// The frame, when the task has ended or 64 posted frames wait.
+    /// Errors: the frame, when the task has ended or 64 posted frames wait.
     pub fn post(&self, frame: Frame) -> Result<(), Frame> {
         self.posts.try_send(frame).map_err(|_| frame)
     }
 
     /// Runs `what` with the manager, for example to watch a heartbeat.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn with_manager(
         &self,
         what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static,
@@ -268,19 +228,11 @@ impl Network {
     /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
     /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
     /// becomes one of the manager's.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn listen_to_own(&self, others: &[CobId]) -> Result<(), LinkError> {
         self.ask(Command::Listen(Some(others.to_vec()))).await
     }
 
     /// Receives all frames, as in the beginning.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn listen_to_all(&self) -> Result<(), LinkError> {
         self.ask(Command::Listen(None)).await
     }
@@ -292,19 +244,11 @@ impl Network {
     }
 
     /// The link's time.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn now(&self) -> Result<Instant, LinkError> {
         self.sleep_until(Instant::ZERO).await
     }
 
     /// Waits until `until` by the link's time, and returns that time.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn sleep_until(&self, until: Instant) -> Result<Instant, LinkError> {
         let (reply, answer) = oneshot::channel();
         self.ask(Command::Alarm(until, reply)).await?;

@@ -31,10 +31,8 @@ impl Network {
     /// Writes settings in the order in which devices take them: see [`Settings`]. Most devices take some of them in
     /// PRE-OPERATIONAL only.
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was written before
-    /// stays, and a PDO that was being changed stays switched off. So it is if the call is dropped.
+    /// Errors: [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was written
+    /// before stays, and a PDO that was being changed stays switched off. So it is if the call is dropped.
     pub async fn configure<D>(&self, node: NodeId, settings: &Settings<D>) -> Result<(), AccessError> {
         let mut found = Found::default();
         for address in settings.questions()? {
@@ -49,9 +47,7 @@ impl Network {
     /// Maps PDO `number` of a node, 1 to 512, by the procedure of CiA 301, 7.5.2.36 and 7.5.2.38: the PDO is switched
     /// off, changed and switched on. Most devices take that in PRE-OPERATIONAL only.
     ///
-    /// # Errors
-    ///
-    /// As [`Network::configure`]; [`AccessError::NoSuchPdo`], [`AccessError::NoCobId`].
+    /// Errors: [`AccessError::NoSuchPdo`], [`AccessError::NoCobId`].
     pub async fn map<D: PdoDirection, V: Values, N>(
         &self,
         node: NodeId,
@@ -74,10 +70,6 @@ impl<D: DeviceModel> RemoteNode<D> {
     }
 
     /// Reads an object.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read<T, A, M, E>(&self, object: Object<T, A, M, E>) -> Result<T, AccessError>
     where
         T: Value,
@@ -88,10 +80,6 @@ impl<D: DeviceModel> RemoteNode<D> {
     }
 
     /// Writes an object, when the data sheet allows the value.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn write<T, A, M, E>(&self, object: Object<T, A, M, E>, value: T) -> Result<(), AccessError>
     where
         T: Value,
@@ -102,10 +90,6 @@ impl<D: DeviceModel> RemoteNode<D> {
     }
 
     /// Reads all elements that the data sheet describes.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read_all<T, A, M, S, E>(&self, array: Array<T, A, M, S, E>) -> Result<Vec<T>, AccessError>
     where
         T: Value,
@@ -120,19 +104,11 @@ impl<D: DeviceModel> RemoteNode<D> {
     }
 
     /// Reads the bytes of an entry of any type, up to 64 MiB.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read_bytes(&self, address: Address) -> Result<Vec<u8>, AccessError> {
         self.network.read_bytes(self.node, address).await
     }
 
     /// Writes bytes into an entry of any type.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     ///
     /// # Panics
     ///
@@ -143,37 +119,23 @@ impl<D: DeviceModel> RemoteNode<D> {
 
     /// An object by the name that it has in the data sheet, for tools. Letters and digits count, their case does not.
     ///
-    /// # Errors
-    ///
-    /// [`UnknownName`]; for every name if the dictionary was generated without names.
+    /// Errors: every name is unknown if the dictionary was generated without names.
     pub fn by_name(&self, name: &str) -> Result<Named<'_>, UnknownName> {
         let name = named::find(self.device.names(), name)?;
         Ok(Named { network: &self.network, node: self.node, name })
     }
 
     /// Commands the node.
-    ///
-    /// # Errors
-    ///
-    /// [`LinkError`].
     pub async fn command(&self, command: NmtCommand) -> Result<(), LinkError> {
         self.network.command(command, Some(self.node)).await
     }
 
     /// Writes settings in the order in which devices take them: see [`Network::configure`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Network::configure`].
     pub async fn configure<E: Fits<D>>(&self, settings: &Settings<E>) -> Result<(), AccessError> {
         self.network.configure(self.node, settings).await
     }
 
     /// Maps PDO `number`: see [`Network::map`].
-    ///
-    /// # Errors
-    ///
-    /// As [`Network::map`].
     pub async fn map<P: PdoDirection, V: Values, E: Fits<D>>(
         &self,
         number: u16,
@@ -200,19 +162,13 @@ impl Named<'_> {
     }
 
     /// Reads it.
-    ///
-    /// # Errors
-    ///
-    /// [`AccessError`].
     pub async fn read(&self) -> Result<Reading, AccessError> {
         Ok(Reading::new(self.name, self.network.read_bytes(self.node, self.name.address).await?))
     }
 
     /// Writes a value that is written as text, with its unit or as the name of a value: see [`Name::parse`].
     ///
-    /// # Errors
-    ///
-    /// [`AccessError`]: [`NoValue`](AccessError::NoValue) before anything is sent.
+    /// Errors: [`AccessError`]: [`NoValue`](AccessError::NoValue) before anything is sent.
     pub async fn write(&self, text: &str) -> Result<(), AccessError> {
         self.network.write_bytes(self.node, self.name.address, &named::encode(self.name, text)?).await
     }

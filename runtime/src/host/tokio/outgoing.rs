@@ -14,7 +14,7 @@ const NAP: Duration = Duration::from_millis(1);
 
 pub(super) type Reply = oneshot::Sender<Result<(), LinkError>>;
 
-/// At most one frame that waits for room, and before it those that were posted.
+/// Frames on their way to the link: those that were posted, then at most one that waits for room.
 #[derive(Default)]
 pub(super) struct Outgoing {
     waiting: VecDeque<Waiting>,

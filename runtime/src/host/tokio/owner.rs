@@ -72,8 +72,8 @@ pub(super) struct Owner<L: Link> {
     has_more: bool,
 }
 
-/// Frames that the task has accepted are sent, however it ends: one may be what stops a machine. All of them together
-/// wait for room as long as one frame does.
+/// Frames that the task has accepted are sent, however it ends: one may stop a machine. All of them together
+/// wait for room no longer than one frame would.
 impl<L: Link> Drop for Owner<L> {
     fn drop(&mut self) {
         let mut is_full = false;
@@ -123,7 +123,7 @@ impl<L: Link> Owner<L> {
         })
     }
 
-    /// Runs until the last handle is dropped, or until the link is gone for good: that is what is written to `failure`.
+    /// Runs until the last handle is dropped, or until the link is gone for good, which is written to `failure`.
     pub(super) async fn run(mut self, failure: Arc<OnceLock<LinkError>>) {
         loop {
             match self.turn().await {
@@ -135,7 +135,7 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Waits until there is something to do, and does it. Returns `false` when the last handle is dropped.
+    /// Waits for a command, a frame or a deadline, and handles it. Returns `false` when the last handle is dropped.
     ///
     /// An answer takes two turns, and each of them reads the clock once: one obeys the command and sends the request,
     /// the other one receives.
@@ -254,7 +254,7 @@ impl<L: Link> Owner<L> {
     /// the rest.
     fn receive(&mut self) -> Result<(), LinkError> {
         let until = match self.has_more {
-            // Time does not pass while there is something to do.
+            // With work left, no time has been waited.
             true => self.link.now(),
             false => {
                 let latest = self.wait.patience(&self.link);
@@ -332,7 +332,7 @@ impl<L: Link> Owner<L> {
         let end = kept.follow(event);
         trace::event(self.now, &manager::Event::Network(event));
         drop(self.events.send(Event::Manager(manager::Event::Network(event))));
-        // After its event, so that the call that waits for it has received all of them.
+        // After the event of the end, so that the caller that waits for the boot has received all events by then.
         if let Some(end) = end {
             self.booting.take().into_iter().for_each(|reply| drop(reply.send(end.clone())));
         }

@@ -88,7 +88,7 @@ impl VirtualBus {
         VirtualBus { clock: state.clock.clone(), state: Arc::new(Mutex::new(state)) }
     }
 
-    /// Connects a node. The handle is for those that disturb it.
+    /// Connects a node. The handle is for disturbing it: unplugging it, cutting its power, slowing it down.
     pub fn attach(&self, node: impl Node + Send + 'static) -> Attachment {
         let mut state = self.lock();
         let response_time = if state.has_bit_times() { RESPONSE_TIME } else { Duration::ZERO };

@@ -28,7 +28,7 @@ pub(super) struct Station {
     overruns: u64,
     /// The filters: the identifiers that concern the node, in this generation of them.
     accepted: Option<(u32, BTreeSet<CobId>)>,
-    /// What happens to the frames that it sends.
+    /// Decides the fate of the frames that it sends.
     pub(super) judge: Judge,
 }
 

@@ -43,9 +43,9 @@ pub struct BootNode<C> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BootEvent {
-    /// It is what it shall be, and OPERATIONAL if it was to be started.
+    /// The node is as configured, and OPERATIONAL if it was to be started.
     Booted,
-    /// It is not.
+    /// The node is not, or does not answer.
     Failed(BootError),
 }
 
@@ -87,7 +87,6 @@ enum Stage {
 enum Report {
     /// By itself, within this time after a change.
     Within(Duration),
-    /// When it is asked.
     Asked,
 }
 
@@ -360,7 +359,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         self.outgoing = Some(ErrorControl::request(self.node));
     }
 
-    /// From here on, it has reported nothing.
+    /// Forgets what the node has reported.
     fn reset(&mut self, now: Instant) {
         self.alive = false;
         self.command(NmtCommand::ResetCommunication);

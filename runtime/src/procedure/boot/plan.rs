@@ -130,7 +130,7 @@ pub enum BootError {
 }
 
 impl BootError {
-    /// Whether the node did not answer in time. It may do so when it is asked again.
+    /// Whether the node did not answer in time: asking again may help.
     #[must_use]
     pub const fn is_time_out(&self) -> bool {
         matches!(

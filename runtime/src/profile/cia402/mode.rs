@@ -3,18 +3,14 @@
 /// A mode of operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Mode {
-    /// Profile position mode.
     ProfilePosition,
     /// Velocity mode of frequency converters.
     Velocity,
-    /// Profile velocity mode.
     ProfileVelocity,
-    /// Torque profile mode.
     ProfileTorque,
-    /// Homing mode.
     Homing,
-    /// Interpolated position mode.
     InterpolatedPosition,
     /// Cyclic synchronous position mode.
     CyclicPosition,

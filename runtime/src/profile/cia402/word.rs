@@ -1,14 +1,12 @@
 //! The bits of control word (6040h) and status word (6041h) that all modes share.
 
 /// Bits of the control word (CiA 402-2, 8.4.1).
+#[allow(missing_docs, reason = "the names say what it is")]
 pub mod control {
-    /// Switch on.
     pub const SWITCH_ON: u16 = 1 << 0;
-    /// Enable voltage.
     pub const ENABLE_VOLTAGE: u16 = 1 << 1;
     /// Quick stop, when 0.
     pub const QUICK_STOP: u16 = 1 << 2;
-    /// Enable operation.
     pub const ENABLE_OPERATION: u16 = 1 << 3;
     /// New set-point (profile position mode).
     pub const NEW_SET_POINT: u16 = 1 << 4;
@@ -22,33 +20,25 @@ pub mod control {
     pub const RELATIVE: u16 = 1 << 6;
     /// Fault reset, with its rising edge.
     pub const FAULT_RESET: u16 = 1 << 7;
-    /// Halt.
     pub const HALT: u16 = 1 << 8;
     /// Change on set-point (profile position mode).
     pub const CHANGE_ON_SET_POINT: u16 = 1 << 9;
 }
 
 /// Bits of the status word (CiA 402-2, 8.4.2).
+#[allow(missing_docs, reason = "the names say what it is")]
 pub mod status {
-    /// Ready to switch on.
     pub const READY_TO_SWITCH_ON: u16 = 1 << 0;
-    /// Switched on.
     pub const SWITCHED_ON: u16 = 1 << 1;
-    /// Operation enabled.
     pub const OPERATION_ENABLED: u16 = 1 << 2;
-    /// Fault.
     pub const FAULT: u16 = 1 << 3;
-    /// Voltage enabled.
     pub const VOLTAGE_ENABLED: u16 = 1 << 4;
     /// Quick stop, when 0.
     pub const QUICK_STOP: u16 = 1 << 5;
-    /// Switch on disabled.
     pub const SWITCH_ON_DISABLED: u16 = 1 << 6;
-    /// Warning.
     pub const WARNING: u16 = 1 << 7;
     /// Remote: the control word counts.
     pub const REMOTE: u16 = 1 << 9;
-    /// Target reached.
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Internal limit active.
     pub const INTERNAL_LIMIT: u16 = 1 << 11;

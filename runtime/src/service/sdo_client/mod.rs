@@ -59,11 +59,11 @@ pub struct SdoClient {
 /// Whether the server knows block transfers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Blocks {
-    /// It has not shown that it does not.
+    /// Not refused so far.
     Possible,
-    /// It did not begin one, and is asked for segments instead.
+    /// The server did not begin one, and is asked for segments instead.
     Doubtful,
-    /// It does not, but transfers segments.
+    /// It does not know them: it did not begin one, but has transferred segments.
     Unknown,
 }
 
@@ -166,7 +166,7 @@ enum State {
     Download(Download),
     BlockUpload(BlockUpload),
     BlockDownload(BlockDownload),
-    /// The payload was too short; what is left is to report it.
+    /// The payload was too short; the error is still to be reported.
     Failed(SdoError),
 }
 
@@ -266,10 +266,6 @@ impl SdoClient {
     }
 
     /// Begins to read an entry.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn read(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
         self.begin(now, State::Upload(Upload::new(address)))
@@ -277,10 +273,6 @@ impl SdoClient {
 
     /// Begins to read an entry by block, which is quicker for more than some 20 bytes. A server that knows no
     /// blocks is asked for segments instead.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     pub fn read_block(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
         if self.blocks == Blocks::Unknown {
             return self.read(now, address);
@@ -289,10 +281,6 @@ impl SdoClient {
     }
 
     /// Begins to write the first `len` bytes of the payload into an entry.
-    ///
-    /// # Errors
-    ///
-    /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn write(&mut self, now: Instant, address: Address, len: u32) -> Result<(), Busy> {
         if is_from(len, self.block_writes_from) && len > 4 && self.blocks != Blocks::Unknown {
@@ -517,7 +505,7 @@ impl SdoClient {
     }
 
     /// An abort for another entry belongs to a transfer that is over here. A server that does not know
-    /// what it aborts names `0000:00`; but it knows what it is asked to begin.
+    /// which transfer it aborts names `0000:00`; but after a request that begins one, it does know.
     fn handle_abort(&mut self, now: Instant, address: Address, abort: Abort) -> Option<Event> {
         let is_begun = self.is_begun();
         let concerns_us = abort.address == address || is_begun && abort.address == Address::new(0, 0);
@@ -555,7 +543,7 @@ impl SdoClient {
     /// The abort for the server, and the error for the user.
     fn explain(&self, address: Address, failure: Failure) -> (Option<Abort>, SdoError) {
         let abort = |code| Some(Abort { address, code });
-        // Of an expedited transfer there is nothing that the server could abort.
+        // In an expedited transfer nothing is under way at the server, so there is nothing to abort.
         let abort_segments = |code| abort(code).filter(|_| self.is_begun());
         match failure {
             Failure::TimedOut => (abort(AbortCode::TIMED_OUT), SdoError::TimedOut { address }),

@@ -41,7 +41,7 @@ impl Payload for &mut [u8] {
     }
 }
 
-/// Bytes to be written; there is no room in them for what is read.
+/// Bytes to be written. They cannot receive any.
 impl Payload for &[u8] {
     #[inline]
     fn load(&mut self, offset: u32, buffer: &mut [u8]) -> usize {
@@ -103,10 +103,6 @@ impl Scalar {
     }
 
     /// The value.
-    ///
-    /// # Errors
-    ///
-    /// [`LengthMismatch`] when the device sent fewer bytes than the type has.
     pub fn get<T: Value>(&self) -> Result<T, LengthMismatch> {
         T::from_bytes(self.bytes())
     }

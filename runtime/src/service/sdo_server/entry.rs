@@ -66,8 +66,8 @@ impl Source {
     }
 }
 
-/// How many bytes an entry may have at most so that the dictionary gets them in one call, when all have come.
-/// Until then, and when they never come, it keeps what it has.
+/// Entries of up to so many bytes are written to the dictionary in one call, when the last byte has come; until then the
+/// old value stays. Longer ones are written segment by segment.
 const STAGED: usize = 64;
 
 /// The bytes of a transfer that have come.

@@ -113,7 +113,7 @@ enum State<B: Choice> {
     Download(Download),
     BlockUpload(B::Part<BlockUpload>),
     BlockDownload(B::Part<BlockDownload>),
-    /// The dictionary failed while segments were pulled; what is left is to report it.
+    /// The dictionary failed while segments were sent; the abort is still to be reported.
     Failed(Abort),
 }
 

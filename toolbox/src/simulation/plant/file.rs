@@ -171,10 +171,6 @@ struct Reader<'a> {
 
 impl Plant {
     /// Reads a plant from a file (TOML). Its paths are relative to the file.
-    ///
-    /// # Errors
-    ///
-    /// The first thing that is wrong.
     pub fn read(path: &Path) -> Result<Self, PlantError> {
         let source = read(path).map_err(|error| PlantError { place: None, problem: Box::new(error.into()) })?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -182,10 +178,6 @@ impl Plant {
     }
 
     /// Reads a plant from a text (TOML), which errors call `name`.
-    ///
-    /// # Errors
-    ///
-    /// The first thing that is wrong.
     pub fn parse(text: &str, name: &str, files: Files<'_>) -> Result<Self, PlantError> {
         let reader = Reader { name, text, files };
         let table = parse::<PlantTable>(text)

@@ -52,7 +52,7 @@ pub struct PlantDevice {
     pub eeprom: Option<PathBuf>,
     /// What happens to it by itself.
     pub script: Option<ScriptText>,
-    /// Where its file says that it is there.
+    /// Its place in the plant's file.
     place: Option<Place>,
     /// `6060 = profile velocity`.
     settings: Vec<Line>,
@@ -106,10 +106,6 @@ impl Plant {
     }
 
     /// The devices, which are switched on at `now`, behind one link.
-    ///
-    /// # Errors
-    ///
-    /// What one of them cannot be set to.
     pub fn segment(&self, now: Instant) -> Result<Segment<SimulatedDevice>, PlantError> {
         let devices = self.devices.iter().map(|device| device.simulate(now)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.wire(devices))
@@ -141,10 +137,6 @@ impl PlantDevice {
     }
 
     /// The device, which is switched on at `now`, and set to what its file says.
-    ///
-    /// # Errors
-    ///
-    /// What it cannot be set to.
     pub fn simulate(&self, now: Instant) -> Result<SimulatedDevice, PlantError> {
         let device = SimulatedDevice::new(now, &self.sheet, self.node, self.eeprom.as_deref());
         let wrong = |error| PlantError { place: self.place.clone(), problem: Problem::Device(error).into() };
