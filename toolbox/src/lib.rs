@@ -5,7 +5,7 @@
 //! devices of the library by what they are on the bus. A [`data_sheet`] is found by its name, and [`simulation`] makes devices of
 //! data sheets, alone or as a plant. Of a bus, [`filter`] and [`changes`] choose what is worth a look, [`transfers`]
 //! makes one thing of the frames of an SDO transfer, and [`statistics`] counts. A [`sampler`] follows values over time, [`series`]
-//! keeps them, and a [`chart`] shows them.
+//! keeps them and makes a picture.
 //! [`check`] compares a device with its data sheet, and [`parameters`] keeps, restores and compares what it is set to, through a
 //! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
 //! what a program leaves behind that ends at any moment is judged by [`chaos`],
@@ -13,7 +13,6 @@
 
 pub mod changes;
 pub mod chaos;
-pub mod chart;
 pub mod check;
 pub mod cob_ids;
 pub mod data_sheet;

@@ -1,10 +1,10 @@
 //! Values over time, as curves and as a table.
 
 use lexican_eds::model::Value;
+use lexican_pictures::{Curve, Panel, Picture, held};
 use lexican_runtime::Instant;
 use lexican_runtime::object::Address;
 
-use crate::chart::{Curve, Panel, Picture, range};
 use crate::values::report::ValueReport;
 
 /// The most points of a curve: when it has more, every second one is dropped.
@@ -98,35 +98,26 @@ impl Recording {
     #[must_use]
     pub fn picture(&self, title: String) -> Picture {
         let end = self.seconds().max(1e-3);
-        let units = self.units();
-        let panel = |unit: &Option<&str>| {
+        let panel = |unit: Option<&str>| {
+            let unit_text = unit.map_or_else(|| "value".to_owned(), |unit| format!("[{unit}]"));
             let curves: Vec<_> =
-                self.of_unit(*unit).map(|series| Curve::new(&*series.name, steps(&series.points))).collect();
-            let numbers = curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
-            let first = numbers.clone().next().unwrap_or_default();
-            Panel {
-                height: 300,
-                names: ["time [s]".to_owned(), unit.map_or_else(|| "value".to_owned(), |unit| format!("[{unit}]"))],
-                ranges: [0.0..end, range(numbers, first)],
-                curves,
+                self.of_unit(unit).map(|series| Curve::new(&*series.name, held(&series.points))).collect();
+            match &curves[..] {
+                // One alone is not in a legend.
+                [curve] => Panel::curves(format!("{} {unit_text}", curve.name), curves),
+                _ => Panel::curves(unit_text, curves),
             }
         };
         let values: usize = self.series.iter().map(|series| series.points.len()).sum();
-        let summary = format!("{values} values in {end:.3} s");
-        Picture { title, summary, panels: units.iter().map(panel).collect() }
-    }
-}
-
-/// A curve that changes in steps.
-fn steps(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let mut steps: Vec<(f64, f64)> = Vec::with_capacity(points.len() * 2);
-    for &(at, value) in points {
-        if let Some(&(_, before)) = steps.last().filter(|(_, before)| *before != value) {
-            steps.push((at, before));
+        Picture {
+            title,
+            subtitle: format!("{values} values in {end:.3} s"),
+            axis: "time [s]".to_owned(),
+            span: 0.0..end,
+            panels: self.units().into_iter().map(panel).collect(),
+            events: Vec::new(),
         }
-        steps.push((at, value));
     }
-    steps
 }
 
 /// The number of a value: in its unit, if it has one.
@@ -183,6 +174,7 @@ impl Series {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lexican_pictures::Content;
 
     fn report(number: i128, unit: Option<(&str, f64)>) -> ValueReport {
         ValueReport {
@@ -206,8 +198,9 @@ mod tests {
         assert!((series.bounds.0 + 0.7).abs() < 1e-9 && (series.bounds.1 - 0.5).abs() < 1e-9);
         assert_eq!(series.points[2].0, 0.02);
         let picture = recording.picture("t".to_owned());
-        assert_eq!(picture.panels[0].names[1], "[mm]");
-        assert_eq!(picture.panels[0].curves[0].points.len(), 4 + 2, "each change is a step");
+        assert_eq!(picture.panels[0].title, "6064:00 [mm]");
+        let Content::Curves(curves) = &picture.panels[0].content else { panic!("{picture:?}") };
+        assert_eq!(curves[0].points.len(), 4 + 2, "each change is a step");
     }
 
     #[test]

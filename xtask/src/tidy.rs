@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-codegen", &["lexican-eds"]),
     ("lexican-runtime", &[]),
     ("lexican-profibus", &["lexican-runtime"]),
+    ("lexican-pictures", &[]),
     ("lexican-conform", &["lexican-eds", "lexican-runtime"]),
     (
         "lexican-toolbox",
@@ -21,6 +22,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-codegen",
             "lexican-driver",
             "lexican-eds",
+            "lexican-pictures",
             "lexican-runtime",
             "lexican-simulator",
             "lexican-kollmorgen-akd",
@@ -31,7 +33,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-serial",
         ],
     ),
-    ("lexican-bench", &["lexican-driver", "lexican-eds", "lexican-runtime", "lexican-toolbox"]),
+    ("lexican-bench", &["lexican-driver", "lexican-eds", "lexican-pictures", "lexican-runtime", "lexican-toolbox"]),
     ("lexican-driver", &["lexican-eds", "lexican-runtime"]),
     ("lexican-simulator", &["lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),
@@ -58,6 +60,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-codegen",
             "lexican-conform",
             "lexican-driver",
+            "lexican-pictures",
             "lexican-runtime",
             "lexican-profibus",
             "lexican-simulator",
@@ -73,6 +76,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "changeover",
         &[
             "lexican-driver",
+            "lexican-pictures",
             "lexican-profibus",
             "lexican-runtime",
             "lexican-kollmorgen-akd",
@@ -80,19 +84,18 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag03-1",
             "lexican-siko-profibus",
             "lexican-siko-serial",
-            "lexican-toolbox",
         ],
     ),
-    ("circle", &["lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd", "lexican-toolbox"]),
+    ("circle", &["lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd", "lexican-pictures"]),
     (
         "doors",
         &[
+            "lexican-pictures",
             "lexican-profibus",
             "lexican-runtime",
             "lexican-siko-ag02",
             "lexican-siko-profibus",
             "lexican-siko-serial",
-            "lexican-toolbox",
         ],
     ),
     (
@@ -298,8 +301,8 @@ fn contains_word(text: &str, word: &str) -> bool {
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
     for room in [
-        "eds", "codegen", "runtime", "profibus", "drives", "toolbox", "bench", "conform", "cli", "examples", "tests",
-        "xtask", "fuzz",
+        "eds", "codegen", "runtime", "profibus", "drives", "pictures", "toolbox", "bench", "conform", "cli",
+        "examples", "tests", "xtask", "fuzz",
     ] {
         collect(root, &root.join(room), &mut sources)?;
     }

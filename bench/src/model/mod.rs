@@ -429,7 +429,7 @@ impl Model {
         let (plot, name, format) = (self.plot.clone(), self.info.name.clone(), format.to_owned());
         move || match &*format {
             "csv" => Ok(plot.csv().into_bytes()),
-            "svg" => plot.svg(&name).map(String::into_bytes).map_err(|error| error.to_string()),
+            "svg" => Ok(plot.svg(&name).into_bytes()),
             other => Err(format!("a plot is a file of csv or svg, not {other:?}")),
         }
     }

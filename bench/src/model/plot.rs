@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use lexican_pictures::{self as pictures, Picture};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, Instant, Measured, NodeId};
-use lexican_toolbox::chart::{self, Picture};
 use lexican_toolbox::sampler::Signal;
 use lexican_toolbox::series::{Recording, number};
 use lexican_toolbox::values::report::ValueReport;
@@ -142,17 +142,18 @@ impl Plot {
         text
     }
 
-    /// A picture with a panel for each node and unit.
-    pub(crate) fn svg(&self, title: &str) -> Result<String, chart::Error> {
-        let pictures = self.nodes.iter().map(|(node, curves)| (node, curves.recording.picture(String::new())));
-        let mut picture = Picture { title: title.to_owned(), ..Picture::default() };
-        for (node, of_node) in pictures {
-            picture.panels.extend(of_node.panels.into_iter().map(|mut panel| {
-                panel.names[1] = format!("node {node} {}", panel.names[1]);
-                panel
-            }));
+    /// A picture with a panel for each node and unit, as an SVG document.
+    pub(crate) fn svg(&self, title: &str) -> String {
+        let mut picture = Picture { title: title.to_owned(), axis: "time [s]".to_owned(), ..Picture::default() };
+        for (node, curves) in &self.nodes {
+            let of_node = curves.recording.picture(String::new());
+            picture.span.end = picture.span.end.max(of_node.span.end);
+            for mut panel in of_node.panels {
+                panel.title = format!("node {node} {}", panel.title);
+                picture.panels.push(panel);
+            }
         }
-        chart::svg(&picture)
+        pictures::svg(&[picture])
     }
 }
 

@@ -16,7 +16,6 @@ use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::worked_examples::NODE;
 
 use super::console::Console;
-use super::plot::Sample;
 use crate::output::Failure;
 use crate::print;
 use lexican_toolbox::decode::{Decoder, Service};
@@ -61,6 +60,13 @@ pub(crate) struct Recording {
     pub(crate) samples: Vec<Sample>,
     /// Emergencies, aborts, and frames that cannot be decoded.
     pub(crate) alarms: Vec<String>,
+}
+
+/// The motion at one moment.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample {
+    pub(crate) at: Instant,
+    pub(crate) truth: Truth,
 }
 
 /// Which of the two PDOs to request.
@@ -203,11 +209,7 @@ impl<'a> Bench<'a> {
 
     fn sample(&mut self) {
         let truth = self.truth();
-        self.recording.samples.push(Sample {
-            at_s: self.now().since(Instant::ZERO).as_secs_f64(),
-            position_increments: truth.position_increments,
-            velocity_rpm: truth.velocity_rpm,
-        });
+        self.recording.samples.push(Sample { at: self.now(), truth });
         let (position, velocity) = (truth.position_increments, truth.velocity_rpm);
         self.console.status(format!("position {position:+8.0} increments   velocity {velocity:+6.1} rev/min"));
     }
@@ -238,11 +240,17 @@ impl DriveStatus {
 pub(crate) struct Truth {
     pub(crate) position_increments: f64,
     pub(crate) velocity_rpm: f64,
+    /// The status word, as the drive would report it now.
+    pub(crate) status: u16,
 }
 
 fn truth(drive: &SimulatedDrive, now: Instant) -> Truth {
     let state = drive.shaft(now);
-    Truth { position_increments: state.position, velocity_rpm: state.velocity * 60.0 / 1600.0 }
+    Truth {
+        position_increments: state.position,
+        velocity_rpm: state.velocity * 60.0 / 1600.0,
+        status: drive.status_word(now),
+    }
 }
 
 /// What the drive has answered; `None` if it does not.

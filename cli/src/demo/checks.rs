@@ -77,7 +77,7 @@ fn checks_of(step: &Step, before: Option<&Step>, mode: u8, check: &mut impl FnMu
             check(format!("velocity {target:+} rev/min reached"), step.done && agrees, seen);
         }
         Action::Wait(Until::Standstill) => {
-            let Truth { position_increments, velocity_rpm } = step.truth;
+            let Truth { position_increments, velocity_rpm, .. } = step.truth;
             let seen = format!("{velocity_rpm:.0} rev/min at {position_increments:+.0} increments");
             check("stop seen".to_owned(), step.done && velocity_rpm == 0.0, seen);
         }

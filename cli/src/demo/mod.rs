@@ -4,7 +4,6 @@ mod bench;
 mod checks;
 mod console;
 mod play;
-mod plot;
 
 use std::path::PathBuf;
 
@@ -57,12 +56,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> Result<(), Failure> {
-    let courses: Vec<_> = played.iter().map(|played| played.course(&recording.samples)).collect();
-    let picture = plot::svg("SIKO AG03/1, node 5: the worked examples of the manual", &courses);
-    let picture = picture.map_err(|error| Failure::new(format_args!("cannot draw the picture: {error}")))?;
+    let pictures: Vec<_> = played.iter().map(|played| played.picture(&recording.samples)).collect();
     let line = |&(at, frame)| Line { at, interface: INTERFACE.to_owned(), frame }.to_string() + "\n";
     let log: String = recording.frames.iter().map(line).collect();
-    args.force.write(&args.folder.join("demo.svg"), picture.as_bytes())?;
+    args.force.write(&args.folder.join("demo.svg"), lexican_pictures::svg(&pictures).as_bytes())?;
     args.force.write(&args.folder.join("demo.log"), log.as_bytes())
 }
 

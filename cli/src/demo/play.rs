@@ -1,12 +1,13 @@
 //! Plays a worked example: sends its frames, and waits as its rows say.
 
+use lexican_pictures::{BLUE, Curve, Event, GREEN, Lane, PURPLE, Panel, Picture};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, cia301};
+use siko_ag03_1::words::{control, status};
 use siko_ag03_1::worked_examples::{Action, Example, NODE, Row, Until};
 
-use super::bench::{Bench, DriveStatus, Poll, Truth};
-use super::plot::{Command, Course, Sample, Target};
+use super::bench::{Bench, DriveStatus, Poll, Sample, Truth};
 use crate::output::Failure;
 use lexican_toolbox::identity::VENDOR;
 
@@ -143,17 +144,6 @@ pub(super) const RPDO1: CobId = CobId::of_node(cia301::connection::RPDO_1, NODE)
 const RPDO3: CobId = CobId::of_node(cia301::connection::RPDO_1 + 0x200, NODE);
 const RPDO4: CobId = CobId::of_node(cia301::connection::RPDO_1 + 0x300, NODE);
 
-/// Bits of the status word (table 21).
-mod status {
-    pub(super) const TARGET_REACHED: u16 = 1 << 10;
-    /// In velocity mode.
-    pub(super) const STANDS_STILL: u16 = 1 << 12;
-    /// In positioning mode.
-    pub(super) const POSITIONING_ACTIVE: u16 = 1 << 14;
-    /// In positioning mode.
-    pub(super) const TRAVELS: u16 = 1 << 15;
-}
-
 impl DriveStatus {
     fn has(self, bit: u16) -> bool {
         self.status_word.is_some_and(|status| status & bit != 0)
@@ -162,7 +152,7 @@ impl DriveStatus {
     /// Whether the drive reports that it rests at this position.
     fn is_at(self, target: i32, window: u32) -> bool {
         self.has(status::TARGET_REACHED)
-            && !self.has(status::POSITIONING_ACTIVE | status::TRAVELS)
+            && !self.has(status::POSITIONING | status::MOVING)
             && self.position.is_some_and(|position| position.abs_diff(target) <= window)
     }
 
@@ -172,40 +162,61 @@ impl DriveStatus {
 
     fn stands_still(self, poll: Poll) -> bool {
         match poll {
-            Poll::Position => self.status_word.is_some() && !self.has(status::TRAVELS),
-            Poll::Velocity => self.has(status::STANDS_STILL) && self.velocity == Some(0),
+            Poll::Position => self.status_word.is_some() && !self.has(status::MOVING),
+            Poll::Velocity => self.has(status::STANDSTILL) && self.velocity == Some(0),
         }
     }
 }
 
 impl Played {
-    /// The example for the picture.
-    pub(crate) fn course(&self, samples: &[Sample]) -> Course {
+    /// The motion that was seen, and the orders that caused it.
+    pub(crate) fn picture(&self, samples: &[Sample]) -> Picture {
+        let Example { table, title, operating_mode, rows: _ } = self.example;
         let seconds = |at: Instant| at.since(Instant::ZERO).as_secs_f64();
-        let (begin, end) = (seconds(self.begin), seconds(self.end));
-        let mut commands = Vec::new();
-        let mut targets = Vec::new();
-        for step in &self.steps {
-            let Action::Send(frame) = step.row.action else { continue };
-            commands.push(Command { at_s: seconds(step.begin), label: step.row.meaning.to_owned() });
-            targets.extend(target(&frame, self.example).map(|target| (seconds(step.begin), target)));
-        }
-        Course {
-            title: format!("Table {}: {}", self.example.table, self.example.title),
-            samples: samples.iter().filter(|it| (begin..=end).contains(&it.at_s)).copied().collect(),
-            commands,
-            targets,
+        let seen = || samples.iter().filter(|it| (self.begin..=self.end).contains(&it.at));
+        let of = |value: fn(&Truth) -> f64| seen().map(|it| (seconds(it.at), value(&it.truth))).collect();
+        let sent = || {
+            self.steps.iter().filter_map(|step| match step.row.action {
+                Action::Send(frame) => Some((seconds(step.begin), frame, step.row.meaning)),
+                Action::Wait(_) => None,
+            })
+        };
+        let targets = sent().filter_map(|(at_s, frame, _)| Some((at_s, target(&frame, *operating_mode)?.into())));
+        let target = Curve::target(&targets.collect::<Vec<_>>(), seconds(self.end));
+        let mut positions =
+            vec![Curve { color: Some(BLUE), ..Curve::new("position", of(|truth| truth.position_increments)) }];
+        let mut velocities =
+            vec![Curve { color: Some(GREEN), ..Curve::new("velocity", of(|truth| truth.velocity_rpm)) }];
+        if *operating_mode == 1 { &mut positions } else { &mut velocities }.push(target);
+        let lane =
+            |name, color, bit| Lane::new(name, color, seen().map(|it| (seconds(it.at), it.truth.status & bit != 0)));
+        let reached = lane("reached (bit 10)", GREEN, status::TARGET_REACHED);
+        let lanes = if *operating_mode == 1 {
+            let active = lane("active (bit 14)", PURPLE, status::POSITIONING);
+            vec![active, lane("moving (bit 15)", BLUE, status::MOVING), reached]
+        } else {
+            vec![reached, lane("stands (bit 12)", PURPLE, status::STANDSTILL)]
+        };
+        Picture {
+            title: format!("Table {table}: {title}"),
+            subtitle: format!("SIKO AG03/1, node {NODE}: a worked example of the manual with a simulated drive"),
+            axis: "time on the bus [s]".to_owned(),
+            span: seconds(self.begin)..seconds(self.end),
+            panels: vec![
+                Panel::curves("position [increments]", positions),
+                Panel::curves("velocity [rev/min]", velocities),
+                Panel::lanes("status word 6041h", lanes),
+            ],
+            events: sent().map(|(at_s, _, meaning)| Event { at_s, text: meaning.to_owned() }).collect(),
         }
     }
 }
 
-/// The target in a frame of the examples.
-fn target(frame: &Frame, example: &Example) -> Option<Target> {
-    const STOP: u8 = 1 << 0;
+/// The target in a frame of the examples, in the unit of its operating mode.
+fn target(frame: &Frame, operating_mode: u8) -> Option<i32> {
     match (frame.id(), frame.data()) {
-        (RPDO1, &[_, high]) if example.operating_mode == 2 && high & STOP != 0 => Some(Target::Velocity(0)),
-        (RPDO3, &[_, _, a, b, c, d]) => Some(Target::Position(i32::from_le_bytes([a, b, c, d]))),
-        (RPDO4, &[_, _, a, b, c, d]) => Some(Target::Velocity(i32::from_le_bytes([a, b, c, d]))),
+        (RPDO1, &[low, high]) if operating_mode == 2 && u16::from_le_bytes([low, high]) & control::STOP != 0 => Some(0),
+        (RPDO3 | RPDO4, &[_, _, a, b, c, d]) => Some(i32::from_le_bytes([a, b, c, d])),
         _ => None,
     }
 }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use lexican_pictures as pictures;
 use lexican_runtime::{Duration, Instant};
-use lexican_toolbox::chart;
 use lexican_toolbox::series::{Recording, Series, number};
 use lexican_toolbox::values::report::ValueReport;
 use ratatui::Frame;
@@ -82,8 +82,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Outcome, Failure> {
 
 fn write_svg(force: ForceArgs, path: &Path, recording: &Recording) -> Result<(), Failure> {
     let names: Vec<_> = recording.series().iter().map(|series| series.name.as_str()).collect();
-    let svg = chart::svg(&recording.picture(names.join(", ")));
-    let svg = svg.map_err(|error| Failure::new(format_args!("cannot draw {}: {error}", path.display())))?;
+    let svg = pictures::svg(&[recording.picture(names.join(", "))]);
     force.write(path, svg.as_bytes())?;
     note(format_args!("{} is written", path.display()));
     Ok(())
@@ -125,7 +124,7 @@ impl Plot {
         let begin = (end - self.window).max(0.0);
         let curves: Vec<_> = self.recording.of_unit(unit).map(|series| (series, within(series, begin))).collect();
         let values = curves.iter().flat_map(|(_, points)| *points).map(|point| point.1);
-        let bounds = chart::range(values.clone(), values.clone().next().unwrap_or_default());
+        let bounds = pictures::range(values);
         let datasets = curves.iter().zip(COLORS.iter().cycle()).map(|((_, points), color)| {
             Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line).style(*color).data(points)
         });
@@ -137,7 +136,7 @@ impl Plot {
             let labels = [low, f64::midpoint(low, high), high].map(|number| format!("{number:.decimals$}"));
             Axis::default().bounds([low, high]).labels(labels).style(Modifier::DIM)
         };
-        let decimals = if bounds.end - bounds.start < 20.0 { 2 } else { 0 };
+        let decimals = (2.5 - (bounds.end - bounds.start).log10()).clamp(0.0, 12.0) as usize;
         let chart = Chart::new(datasets.collect())
             .block(Block::bordered().title_top(Line::from_iter(names)))
             .x_axis(axis(begin, end, 1).title("s"))

@@ -1,7 +1,5 @@
 //! The pictures in `docs/` are those that the example draws now. `LEXICAN_BLESS=1` takes them over.
 
-#[path = "../examples/motion_plots/chart.rs"]
-mod chart;
 #[path = "../examples/motion_plots/runs.rs"]
 mod runs;
 
@@ -13,7 +11,7 @@ fn the_golden_pictures_are_those_that_the_example_draws() {
     let bless = std::env::var_os("LEXICAN_BLESS").is_some();
     let mut stale = Vec::new();
     for (name, draw) in runs::PICTURES {
-        let drawn = draw().unwrap().svg();
+        let drawn = lexican_pictures::svg(&[draw().unwrap()]);
         let path = folder.join(name);
         if bless {
             std::fs::create_dir_all(&folder).unwrap();
@@ -27,7 +25,7 @@ fn the_golden_pictures_are_those_that_the_example_draws() {
 
 #[test]
 fn two_runs_draw_the_same() {
-    let draw = || runs::PICTURES.iter().map(|(_, draw)| draw().unwrap().svg()).collect::<Vec<_>>();
+    let draw = || runs::PICTURES.iter().map(|(_, draw)| lexican_pictures::svg(&[draw().unwrap()])).collect::<Vec<_>>();
     assert_eq!(draw(), draw());
 }
 

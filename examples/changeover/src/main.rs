@@ -102,8 +102,8 @@ fn changeover(args: &Args) -> Result<bool, String> {
     })?;
     print!("{}", report.print(args.format));
     if let Some(path) = &args.plot {
-        let picture = plot::svg(&report).map_err(|error| format!("cannot draw the picture: {error}"))?;
-        std::fs::write(path, picture).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        std::fs::write(path, plot::svg(&report))
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     }
     Ok(report.is_done())
 }

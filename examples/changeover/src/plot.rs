@@ -1,38 +1,31 @@
 //! The positions of all drives over time as a picture: a panel for each unit.
 
-use lexican_toolbox::chart::{self, Curve, Panel, Picture};
+use lexican_pictures::{self as pictures, Curve, Event, Panel, Picture};
 
 use crate::recipe::Unit;
-use crate::report::{Report, Row};
+use crate::report::Report;
 
 /// The picture as an SVG document.
-pub(crate) fn svg(report: &Report) -> Result<String, chart::Error> {
+pub(crate) fn svg(report: &Report) -> String {
     let mut units: Vec<Unit> = report.drives.iter().map(|row| row.unit).collect();
     units.sort_unstable();
     units.dedup();
-    chart::svg(&Picture {
-        title: report.recipe.clone(),
-        summary: report.summary.clone(),
-        panels: units.into_iter().map(|unit| panel(report, unit)).collect(),
-    })
-}
-
-/// The drives with this unit.
-fn panel(report: &Report, unit: Unit) -> Panel {
-    let rows: Vec<&Row> = report.drives.iter().filter(|row| row.unit == unit).collect();
     let end = report.drives.iter().flat_map(|row| &row.course).map(|point| point.0).fold(0.1, f64::max);
-    let positions = chart::range(rows.iter().flat_map(|row| &row.course).map(|point| point.1), 0.0);
-    let curves = rows.iter().map(|row| {
-        // A drive stays where it was seen last.
-        let last = row.course.last().map(|(_, position)| (end, *position));
-        Curve::new(&row.name, row.course.iter().copied().chain(last).collect())
-    });
+    let panel = |unit: Unit| {
+        let curves = report.drives.iter().filter(|row| row.unit == unit).map(|row| {
+            // A drive stays where it was seen last.
+            let last = row.course.last().map(|(_, position)| (end, *position));
+            Curve::new(&row.name, row.course.iter().copied().chain(last).collect())
+        });
+        Panel { height: 300.0, ..Panel::curves(format!("position [{}]", unit.symbol()), curves.collect()) }
+    };
     let stop = report.stop.iter().filter_map(|stop| stop.at_s);
-    let stop = stop.map(|at_s| Curve::upright("all are stopped", at_s, &positions));
-    Panel {
-        height: 360,
-        curves: curves.chain(stop).collect(),
-        names: ["time since the release [s]".to_owned(), format!("position [{}]", unit.symbol())],
-        ranges: [0.0..end, positions],
-    }
+    pictures::svg(&[Picture {
+        title: report.recipe.clone(),
+        subtitle: report.summary.clone(),
+        axis: "time since the release [s]".to_owned(),
+        span: 0.0..end,
+        panels: units.into_iter().map(panel).collect(),
+        events: stop.map(|at_s| Event { at_s, text: "all are stopped".to_owned() }).collect(),
+    }])
 }

@@ -135,9 +135,8 @@ fn run(args: &Args) -> Result<bool, String> {
         );
     }
     if let Some(path) = &args.plot {
-        let picture = plot::svg(summary(args, &report), &recording);
-        let picture = picture.map_err(|error| format!("cannot draw the picture: {error}"))?;
-        std::fs::write(path, picture).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        std::fs::write(path, plot::svg(summary(args, &report), &recording))
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     }
     Ok(report.reason.is_none())
 }

@@ -1,11 +1,11 @@
 //! The circle as it was followed, as a picture.
 
-use lexican_toolbox::chart::{self, Curve, Panel, Picture};
+use lexican_pictures::{self as pictures, Curve, GREY, Panel, Picture};
 
 use crate::recorder::{Cycle, Recording};
 
 /// The picture as an SVG document.
-pub(crate) fn svg(summary: String, recording: &Recording) -> Result<String, chart::Error> {
+pub(crate) fn svg(summary: String, recording: &Recording) -> String {
     let cycles = recording.cycles.get(2..).unwrap_or_default();
     let errors = |axis: usize| {
         over_time(recording, cycles, move |cycle| f64::from(cycle.positions[axis] - cycle.set_points[axis]))
@@ -17,51 +17,42 @@ pub(crate) fn svg(summary: String, recording: &Recording) -> Result<String, char
         };
         cycles.windows(2).map(step).collect::<Vec<_>>()
     };
-    chart::svg(&Picture {
-        title: "A circle of two axes".to_owned(),
-        summary,
+    let outside = over_time(recording, cycles, |cycle| recording.outside(cycle));
+    let over_time = Picture {
+        axis: "time since the first SYNC [s]".to_owned(),
+        span: 0.0..cycles.last().map_or(0.1, |last| recording.seconds(last)),
         panels: vec![
-            circle(recording, cycles),
-            panel(260, "velocity [1000 increments/s]", vec![Curve::new("x", speeds(0)), Curve::new("y", speeds(1))]),
-            panel(
-                260,
+            Panel::curves("velocity [1000 increments/s]", vec![Curve::new("x", speeds(0)), Curve::new("y", speeds(1))]),
+            Panel::curves(
                 "position error [increments]",
                 vec![
                     Curve::new("x: position - set-point", errors(0)),
                     Curve::new("y: position - set-point", errors(1)),
-                    Curve::new(
-                        "distance from the circle",
-                        over_time(recording, cycles, |cycle| recording.outside(cycle)),
-                    ),
+                    Curve::new("distance from the circle", outside),
                 ],
             ),
         ],
-    })
+        ..Picture::default()
+    };
+    pictures::svg(&[circle(summary, recording, cycles), over_time])
 }
 
-fn circle(recording: &Recording, cycles: &[Cycle]) -> Panel {
+fn circle(summary: String, recording: &Recording, cycles: &[Cycle]) -> Picture {
     let ideal = (0..=360).map(|degree| f64::from(degree).to_radians().sin_cos());
     let ideal = ideal.map(|(sin, cos)| (recording.radius * sin, recording.radius * cos)).collect();
-    let followed: Vec<_> = cycles.iter().map(|Cycle { positions: [x, y], .. }| ((*x).into(), (*y).into())).collect();
-    let y =
-        chart::range(followed.iter().map(|point: &(f64, f64)| point.1).chain([recording.radius]), -recording.radius);
-    let circle = Panel {
-        height: 480,
-        names: ["x [increments]".to_owned(), "y [increments]".to_owned()],
-        ranges: [-recording.radius..recording.radius, y],
-        curves: vec![
-            Curve { grey: true, ..Curve::new("the circle", ideal) },
-            Curve::new("as it was followed", followed),
-        ],
+    let followed = cycles.iter().map(|Cycle { positions: [x, y], .. }| ((*x).into(), (*y).into())).collect();
+    let curves = vec![
+        Curve { color: Some(GREY), width: 6.0, ..Curve::new("the circle", ideal) },
+        Curve { color: Some(pictures::BLUE), ..Curve::new("as it was followed", followed) },
+    ];
+    let picture = Picture {
+        title: "A circle of two axes".to_owned(),
+        subtitle: summary,
+        axis: "x [increments]".to_owned(),
+        panels: vec![Panel { height: 420.0, ..Panel::curves("y [increments]", curves) }],
+        ..Picture::default()
     };
-    circle.to_scale()
-}
-
-fn panel(height: u32, name: &str, curves: Vec<Curve>) -> Panel {
-    let points = || curves.iter().flat_map(|curve| &curve.points);
-    let end = points().map(|point| point.0).fold(0.1, f64::max);
-    let ranges = [0.0..end, chart::range(points().map(|point| point.1), 0.0)];
-    Panel { height, names: ["time since the first SYNC [s]".to_owned(), name.to_owned()], ranges, curves }
+    picture.to_scale(0.0)
 }
 
 fn over_time(recording: &Recording, cycles: &[Cycle], value: impl Fn(&Cycle) -> f64) -> Vec<(f64, f64)> {

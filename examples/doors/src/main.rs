@@ -32,7 +32,7 @@ fn main() -> Result<(), MainError> {
         println!("{}: at most {most:.0} increments from where the drive is through {}", run.door, runs[0].door);
     }
     if let Some(path) = Args::parse().plot {
-        std::fs::write(path, plot::svg(&runs)?)?;
+        std::fs::write(path, plot::svg(&runs))?;
     }
     Ok(())
 }

@@ -1,20 +1,14 @@
 //! The positions through each interface, and how far they are from each other.
 
-use lexican_toolbox::chart::{self, Curve, Panel, Picture, Rgb};
+use lexican_pictures::{self as pictures, Curve, INK, ORANGE, Panel, Picture, SKY};
 
 use crate::travel::{Run, TARGET};
 
 /// Each curve is drawn over the one before, and is narrower: where all are seen, they lie on each other.
-const STYLES: [(Rgb, u32); 3] = [([0x56, 0xB4, 0xE9], 12), ([0xD5, 0x5E, 0x00], 6), ([0, 0, 0], 2)];
+const STYLES: [(&str, f64); 3] = [(SKY, 12.0), (ORANGE, 6.0), (INK, 2.0)];
 
 /// The picture as an SVG document.
-pub(crate) fn svg(runs: &[Run; 3]) -> Result<String, chart::Error> {
-    let end = runs.iter().map(Run::took_s).fold(0.0, f64::max);
-    let panel = |height, name: &str, around, curves: Vec<Curve>| {
-        let values = chart::range(curves.iter().flat_map(|curve| &curve.points).map(|point| point.1), around);
-        let names = ["time since the order [s]".to_owned(), name.to_owned()];
-        Panel { height, names, ranges: [0.0..end, values], curves }
-    };
+pub(crate) fn svg(runs: &[Run; 3]) -> String {
     let positions = runs.iter().zip(STYLES).map(|(run, (color, width))| Curve {
         color: Some(color),
         width,
@@ -24,12 +18,15 @@ pub(crate) fn svg(runs: &[Run; 3]) -> Result<String, chart::Error> {
         color: Some(color),
         ..Curve::new(run.door, run.differences(&runs[0]).collect())
     });
-    chart::svg(&Picture {
+    pictures::svg(&[Picture {
         title: format!("One program moves the AG02 to {TARGET}"),
-        summary: "Through each interface the drive moves in the same way, as the program reads it".to_owned(),
+        subtitle: "Through each interface the drive moves in the same way, as the program reads it".to_owned(),
+        axis: "time since the order [s]".to_owned(),
+        span: 0.0..runs.iter().map(Run::took_s).fold(0.0, f64::max),
         panels: vec![
-            panel(360, "position [increments]", 0.0, positions.collect()),
-            panel(220, "ahead of CANopen [increments]", 0.0, differences.collect()),
+            Panel { height: 260.0, ..Panel::curves("position [increments]", positions.collect()) },
+            Panel::curves("ahead of CANopen [increments]", differences.collect()),
         ],
-    })
+        events: Vec::new(),
+    }])
 }

@@ -3,7 +3,6 @@
 //!
 //! `cargo run -p lexican-siko-ag03-1 --example motion_plots [FOLDER]`
 
-mod chart;
 mod runs;
 
 use std::path::PathBuf;
@@ -16,7 +15,7 @@ fn main() -> Result<(), MainError> {
     std::fs::create_dir_all(&folder)?;
     for (name, draw) in runs::PICTURES {
         let path = folder.join(name);
-        std::fs::write(&path, draw()?.svg())?;
+        std::fs::write(&path, lexican_pictures::svg(&[draw()?]))?;
         println!("{}", path.display());
     }
     Ok(())

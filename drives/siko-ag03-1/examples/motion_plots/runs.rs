@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lexican_pictures::{AMBER, BLUE, Curve, Event, GREEN, Lane, ORANGE, PURPLE, Panel, Picture};
 use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Object, Value, Writable};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -11,8 +12,6 @@ use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::sim::inputs::Shaft;
 use siko_ag03_1::words::{control, status, system};
-
-use crate::chart::{AMBER, BLUE, Content, Curve, Event, GREEN, Lane, ORANGE, PURPLE, Panel, Picture};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 /// The name of a file, and what draws it.
@@ -60,11 +59,7 @@ fn positioning() -> Outcome<Picture> {
     Ok(stage.picture(
         "Positioning",
         "Ramps up with a-Pos and down with d-Pos; a travel that is interrupted stays active (2.2.1, 7.5)",
-        vec![
-            stage.positions(),
-            stage.velocities(),
-            Panel { title: "status word 6041h", content: Content::Lanes(lanes) },
-        ],
+        vec![stage.positions(), stage.velocities(), Panel::lanes("status word 6041h", lanes)],
     ))
 }
 
@@ -87,11 +82,7 @@ fn by_loop() -> Outcome<Picture> {
     Ok(stage.picture(
         "Loop positioning, loop +",
         "Every target is approached in positive direction, so that the play of a spindle does not matter (2.2.1.1)",
-        vec![
-            stage.positions(),
-            stage.velocities(),
-            Panel { title: "system status word 1002h", content: Content::Lanes(lanes) },
-        ],
+        vec![stage.positions(), stage.velocities(), Panel::lanes("system status word 1002h", lanes)],
     ))
 }
 
@@ -137,7 +128,7 @@ fn velocity() -> Outcome<Picture> {
         vec![
             stage.velocities(),
             stage.positions(),
-            Panel { title: "status word 6041h", content: Content::Lanes(lanes) },
+            Panel::lanes("status word 6041h", lanes),
         ],
     ))
 }
@@ -168,10 +159,8 @@ fn stops() -> Outcome<Picture> {
         positions.push(stage.curve("", color, |seen| seen.position));
         last = Some(stage);
     }
-    let panels = vec![
-        Panel { title: "velocity [rev/min]", content: Content::Curves(velocities) },
-        Panel { title: "position [increments]", content: Content::Curves(positions) },
-    ];
+    let panels =
+        vec![Panel::curves("velocity [rev/min]", velocities), Panel::curves("position [increments]", positions)];
     Ok(last.ok_or("there are ways to stop")?.picture(
         "Ways to stop",
         "As programmed; without torque (Disable Voltage, reset, no supply: 50 % is assumed); with 100 %; and at once",
@@ -216,8 +205,8 @@ fn fault() -> Outcome<Picture> {
         vec![
             stage.positions(),
             stage.velocities(),
-            Panel { title: "system status word 1002h", content: Content::Lanes(lanes) },
-            Panel { title: "LEDs", content: Content::Lanes(leds) },
+            Panel::lanes("system status word 1002h", lanes),
+            Panel::lanes("LEDs", leds),
         ],
     ))
 }
@@ -338,18 +327,14 @@ impl Stage {
 
     fn curve(&self, name: &str, color: &'static str, value: impl Fn(&Seen) -> f64) -> Curve {
         let points = lock(&self.film).iter().map(|seen| (seen.at_s, value(seen))).collect();
-        Curve { name: name.to_owned(), color, dashed: false, points }
+        Curve { color: Some(color), ..Curve::new(name, points) }
     }
 
-    /// A target holds until the next one, and the last one to the end.
-    fn target_curve(&self) -> Option<Curve> {
-        let mut points: Vec<(f64, f64)> = Vec::new();
-        for &(at_s, target) in &self.targets {
-            points.extend(points.last().map(|&(_, before)| (at_s, before)));
-            points.push((at_s, target));
-        }
-        points.extend(points.last().map(|&(_, last)| (self.end_s(), last)));
-        (!points.is_empty()).then(|| Curve { name: "target".into(), color: ORANGE, dashed: true, points })
+    /// A panel with what it is to reach, if that is in the same unit.
+    fn panel(&self, name: &str, unit: &str, color: &'static str, has_target: bool, value: fn(&Seen) -> f64) -> Panel {
+        let mut curves = vec![self.curve(name, color, value)];
+        curves.extend((has_target && !self.targets.is_empty()).then(|| Curve::target(&self.targets, self.end_s())));
+        Panel::curves(format!("{name} [{unit}]"), curves)
     }
 
     fn end_s(&self) -> f64 {
@@ -357,20 +342,11 @@ impl Stage {
     }
 
     fn positions(&self) -> Panel {
-        let target = self.target_curve().filter(|_| !self.runs());
-        // What is alone needs no name.
-        let name = if target.is_some() { "position" } else { "" };
-        let mut curves = vec![self.curve(name, BLUE, |seen| seen.position)];
-        curves.extend(target);
-        Panel { title: "position [increments]", content: Content::Curves(curves) }
+        self.panel("position", "increments", BLUE, !self.runs(), |seen| seen.position)
     }
 
     fn velocities(&self) -> Panel {
-        let target = self.target_curve().filter(|_| self.runs());
-        let name = if target.is_some() { "velocity" } else { "" };
-        let mut curves = vec![self.curve(name, GREEN, |seen| seen.velocity_rpm)];
-        curves.extend(target);
-        Panel { title: "velocity [rev/min]", content: Content::Curves(curves) }
+        self.panel("velocity", "rev/min", GREEN, self.runs(), |seen| seen.velocity_rpm)
     }
 
     /// Whether targets are velocities.
@@ -380,25 +356,15 @@ impl Stage {
     }
 
     fn lane(&self, name: &'static str, color: &'static str, is_so: impl Fn(&Seen) -> bool) -> Lane {
-        let mut spans_s: Vec<(f64, f64)> = Vec::new();
-        let mut was = false;
-        for seen in lock(&self.film).iter() {
-            let is = is_so(seen);
-            match spans_s.last_mut().filter(|_| was) {
-                Some((_, to)) => *to = seen.at_s,
-                None if is => spans_s.push((seen.at_s, seen.at_s)),
-                None => {}
-            }
-            was = is;
-        }
-        Lane { name, color, spans_s }
+        Lane::new(name, color, lock(&self.film).iter().map(|seen| (seen.at_s, is_so(seen))))
     }
 
     fn picture(&self, title: &str, subtitle: &str, panels: Vec<Panel>) -> Picture {
         Picture {
             title: title.into(),
             subtitle: subtitle.into(),
-            span_s: (0.0, self.end_s()),
+            axis: "time [s]".into(),
+            span: 0.0..self.end_s(),
             panels,
             events: self.events.clone(),
         }

@@ -1,0 +1,214 @@
+//! Pictures of something over time, as SVG: panels of curves and of lanes above each other, with one axis below, and
+//! numbered events through all of them.
+//!
+//! Written as text and not by a plotting library: coordinates of a tenth of a pixel, small files, and not a byte
+//! that differs from run to run.
+
+mod draw;
+mod scale;
+
+use std::ops::Range;
+
+pub use draw::svg;
+pub use scale::range;
+
+/// The colours of curves that have none of their own, in this order. Any two differ for readers who see red and green alike.
+const PALETTE: [&str; 6] = [BLUE, ORANGE, GREEN, PURPLE, AMBER, SKY];
+/// `#0072B2`
+pub const BLUE: &str = "#0072B2";
+/// `#008F68`
+pub const GREEN: &str = "#008F68";
+/// `#D55E00`
+pub const ORANGE: &str = "#D55E00";
+/// `#9A4C95`
+pub const PURPLE: &str = "#9A4C95";
+/// `#C98A00`
+pub const AMBER: &str = "#C98A00";
+/// `#56B4E9`
+pub const SKY: &str = "#56B4E9";
+/// `#8A949E`
+pub const GREY: &str = "#8A949E";
+/// `#222A33`
+pub const INK: &str = "#222A33";
+
+/// A picture.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// Its first line.
+    pub title: String,
+    /// Its second line.
+    pub subtitle: String,
+    /// What the axis below all panels means, with its unit.
+    pub axis: String,
+    /// From where to where this axis goes.
+    pub span: Range<f64>,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+    /// What happened, ascending in time.
+    pub events: Vec<Event>,
+}
+
+/// Something that happened: a numbered line through all panels, and a line of text below them.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// When, in seconds.
+    pub at_s: f64,
+    /// What.
+    pub text: String,
+}
+
+/// One diagram.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// What it shows, with its unit.
+    pub title: String,
+    /// How high it is, in pixels.
+    pub height: f64,
+    /// What is in it.
+    pub content: Content,
+}
+
+/// What is in a panel.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// Numbers; the first one is drawn first.
+    Curves(Vec<Curve>),
+    /// What is so, and what is not so.
+    Lanes(Vec<Lane>),
+}
+
+/// A number over time.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// What it is, for the legend; one without a name is not in it.
+    pub name: String,
+    /// Its colour, instead of the next one of the palette.
+    pub color: Option<&'static str>,
+    /// Whether it is a dashed line.
+    pub dashed: bool,
+    /// How wide the line is, in pixels.
+    pub width: f64,
+    /// Points that are joined by lines.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Something that is so from time to time.
+#[derive(Clone, Debug)]
+pub struct Lane {
+    /// What.
+    pub name: &'static str,
+    /// The colour of its bars.
+    pub color: &'static str,
+    /// From when to when, in seconds.
+    pub spans_s: Vec<(f64, f64)>,
+}
+
+impl Picture {
+    /// Makes one unit as long across as upwards in a panel of curves, so that a circle is round: sets the span.
+    #[must_use]
+    pub fn to_scale(mut self, middle: f64) -> Picture {
+        let upwards = self.panels.first().map_or(0.0, |panel| {
+            let values = panel.values();
+            (values.end - values.start) / panel.height
+        });
+        let half = upwards * draw::ACROSS / 2.0;
+        self.span = middle - half..middle + half;
+        self
+    }
+}
+
+impl Panel {
+    /// Curves over each other, in a panel of the usual height.
+    #[must_use]
+    pub fn curves(title: impl Into<String>, curves: Vec<Curve>) -> Panel {
+        Panel { title: title.into(), height: 170.0, content: Content::Curves(curves) }
+    }
+
+    /// Lanes below each other.
+    #[must_use]
+    pub fn lanes(title: impl Into<String>, lanes: Vec<Lane>) -> Panel {
+        Panel { title: title.into(), height: lanes.len() as f64 * draw::LANE, content: Content::Lanes(lanes) }
+    }
+
+    /// From the lowest to the highest value of the curves, with air.
+    fn values(&self) -> Range<f64> {
+        let curves = if let Content::Curves(curves) = &self.content { &curves[..] } else { &[] };
+        range(curves.iter().flat_map(|curve| &curve.points).map(|point| point.1))
+    }
+}
+
+impl Curve {
+    /// A curve with the next colour.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
+        Curve { name: name.into(), color: None, dashed: false, width: 2.0, points }
+    }
+
+    /// What should be reached: each target holds until the next one, and the last one until `end_s`.
+    #[must_use]
+    pub fn target(targets: &[(f64, f64)], end_s: f64) -> Curve {
+        let mut points = held(targets);
+        points.extend(targets.last().map(|&(_, last)| (end_s, last)));
+        Curve { color: Some(ORANGE), dashed: true, width: 1.6, ..Curve::new("target", points) }
+    }
+}
+
+impl Lane {
+    /// Of what was seen, ascending in time.
+    #[must_use]
+    pub fn new(name: &'static str, color: &'static str, seen: impl Iterator<Item = (f64, bool)>) -> Lane {
+        let mut spans_s: Vec<(f64, f64)> = Vec::new();
+        let mut was = false;
+        for (at_s, is) in seen {
+            match spans_s.last_mut().filter(|_| was) {
+                Some((_, to)) => *to = at_s,
+                None if is => spans_s.push((at_s, at_s)),
+                None => {}
+            }
+            was = is;
+        }
+        Lane { name, color, spans_s }
+    }
+}
+
+/// Values that hold until the next one: where one differs from the one before, there is a step.
+#[must_use]
+pub fn held(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut steps: Vec<(f64, f64)> = Vec::with_capacity(points.len() * 2);
+    for &(at, value) in points {
+        if let Some(&(_, before)) = steps.last().filter(|(_, before)| *before != value) {
+            steps.push((at, before));
+        }
+        steps.push((at, value));
+    }
+    steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_target_holds_until_the_next_one() {
+        let curve = Curve::target(&[(0.5, 5000.0), (10.5, -5000.0)], 20.0);
+        assert_eq!(curve.points, [(0.5, 5000.0), (10.5, 5000.0), (10.5, -5000.0), (20.0, -5000.0)]);
+        assert!(Curve::target(&[], 20.0).points.is_empty());
+    }
+
+    #[test]
+    fn a_lane_is_from_the_first_look_to_the_first_without() {
+        let seen = [false, true, true, false, true].into_iter().enumerate().map(|(at, is)| (at as f64, is));
+        assert_eq!(Lane::new("moving", BLUE, seen).spans_s, [(1.0, 3.0), (4.0, 4.0)]);
+    }
+
+    #[test]
+    fn what_is_to_scale_has_a_circle_that_is_round() {
+        let circle = Curve::new("circle", vec![(-10.0, -10.0), (10.0, 10.0)]);
+        let panel = Panel { height: 412.0, ..Panel::curves("y", vec![circle]) };
+        let picture = Picture { panels: vec![panel], ..Picture::default() }.to_scale(3.0);
+        let values = picture.panels[0].values();
+        let across = (picture.span.end - picture.span.start) / (values.end - values.start);
+        assert!((across - draw::ACROSS / 412.0).abs() < 1e-9, "{across}");
+        assert!((f64::midpoint(picture.span.start, picture.span.end) - 3.0).abs() < 1e-9);
+    }
+}
