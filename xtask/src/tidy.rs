@@ -18,7 +18,6 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lexican-toolbox",
         &[
-            "lexican-codegen",
             "lexican-driver",
             "lexican-eds",
             "lexican-runtime",
