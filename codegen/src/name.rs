@@ -265,7 +265,9 @@ mod tests {
         // syn does not know the keyword of edition 2024.
         assert_eq!(refused.count(), KEYWORDS.len() - 1);
         assert_eq!(identifier("gen", Case::Snake), "gen_");
-        for path in ["::lexican_runtime", "crate::bus", "super::a_1", "x", "", "::", "a b", "a::", "1a", "fn", "a::fn", "a::b;"] {
+        for path in
+            ["::lexican_runtime", "crate::bus", "super::a_1", "x", "", "::", "a b", "a::", "1a", "fn", "a::fn", "a::b;"]
+        {
             assert_eq!(is_path(path), syn::parse_str::<syn::Path>(path).is_ok(), "{path}");
         }
     }
