@@ -241,7 +241,7 @@ impl Job {
                 &["doc", "--workspace", "--no-deps", "--all-features"],
                 &[("RUSTDOCFLAGS", "-D warnings")],
             ),
-            Job::Tidy => crate::tidy::run(root),
+            Job::Tidy => crate::tidy::run(root, false),
             Job::Api => crate::api::run(root, true),
             Job::Dependencies => dependencies(root),
             Job::Minimal => minimal(root),
