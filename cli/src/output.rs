@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::kept::replace;
+use lexican_runtime::host::{AccessError, BusState, LinkError};
+use lexican_runtime::service::sdo_client::SdoError;
 pub(crate) use lexican_toolbox::files::reason;
 use lexican_toolbox::files::{Existing, ReadError};
 pub(crate) use lexican_toolbox::json::fields;
@@ -128,12 +130,52 @@ impl From<ObjectError> for Failure {
     }
 }
 
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        let failure = Failure::new(&error);
+        match error {
+            LinkError::NoBus(BusState::Down) => {
+                failure.help("set the interface up: `ip link set can0 up type can bitrate 500000`")
+            }
+            LinkError::NoBus(BusState::Removed) => failure.help("plug the adapter in, then repeat the command"),
+            LinkError::NoBus(_) => failure.help(
+                "are bit rate, wiring and termination right? Then set the interface down and up again, or let it \
+                 restart by itself: `ip link set can0 type can restart-ms 100`",
+            ),
+            LinkError::Full => {
+                failure.help("is another node on the bus, with power and at this bit rate? Frames must be acknowledged")
+            }
+            LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
+            _ => failure,
+        }
+    }
+}
+
+impl From<AccessError> for Failure {
+    fn from(error: AccessError) -> Self {
+        match error {
+            AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(&error).help(NO_ANSWER),
+            AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(&error).help(
+                "two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` \
+                 finds such nodes",
+            ),
+            AccessError::Link(error) => error.into(),
+            _ => Failure::new(error),
+        }
+    }
+}
+
+/// What to do about a node that does not answer.
+pub(crate) const NO_ANSWER: &str = "is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes \
+     and their states: one in STOPPED answers after `lexican nmt pre-operational --node NODE`";
+
 /// The text about frames that were received by the machine but not by the command.
 pub(crate) fn missing_frames(frames: u32) -> String {
     format!("{frames} frames are missing here: they came faster than they were read")
 }
 
 /// A flag that Ctrl-C, SIGTERM and SIGHUP set.
+#[cfg(feature = "full")]
 pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&flag);
@@ -142,6 +184,7 @@ pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
 }
 
 /// Calls this at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command by themselves.
+#[cfg(feature = "full")]
 pub(crate) fn on_ctrl_c(handler: impl FnMut() + Send + 'static) -> Result<(), Failure> {
     ctrlc::set_handler(handler).map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))
 }

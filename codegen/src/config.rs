@@ -150,7 +150,7 @@ impl Config {
         if self.sheets.is_empty() {
             return Err(Error::NoDataSheet);
         }
-        if syn::parse_str::<syn::Path>(&self.options.runtime_path).is_err() {
+        if !name::is_path(&self.options.runtime_path) {
             return Err(Error::RuntimePath(self.options.runtime_path));
         }
         if let Some(Rule { code, .. }) = self.rules.iter().find(|rule| !codes().any(|code| code == rule.code)) {

@@ -34,7 +34,6 @@ mod options;
 mod plan;
 mod scope;
 mod standard;
-mod start;
 
 pub use compile::{Output, compile};
 pub use config::Config;
@@ -42,7 +41,6 @@ pub use error::Error;
 pub use findings::FINDINGS;
 pub use lexican_eds::drive::Finding;
 pub use options::Options;
-pub use start::{Initial, initial};
 
 /// The README, so that what it shows compiles.
 #[cfg(doctest)]

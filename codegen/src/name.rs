@@ -13,6 +13,15 @@ pub(crate) enum Case {
     Pascal,
 }
 
+/// The keywords of Rust, of all editions, and what is reserved.
+#[rustfmt::skip]
+const KEYWORDS: [&str; 52] = [
+    "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn", "else",
+    "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop", "macro", "match", "mod", "move",
+    "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super", "trait", "true", "try", "type",
+    "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+];
+
 /// The longest identifier in snake case, without the underscores that Rust asks for.
 const MAX_LENGTH: usize = 60;
 
@@ -21,12 +30,22 @@ pub(crate) fn identifier(name: &str, case: Case) -> String {
     let joined = join(&short_words(name), case);
     if joined.starts_with(|c: char| c.is_ascii_digit()) {
         format!("_{joined}")
-    } else if joined.is_empty() || syn::parse_str::<syn::Ident>(&joined).is_ok() && joined != "gen" {
-        joined
-    } else {
-        // `gen` is a keyword since edition 2024, which syn does not know.
+    } else if KEYWORDS.contains(&&*joined) {
         format!("{joined}_")
+    } else {
+        joined
     }
+}
+
+/// Whether it is a path of Rust, such as `::lexican_runtime` or `crate::bus`.
+pub(crate) fn is_path(path: &str) -> bool {
+    let is_letter = |c: char| c.is_alphabetic() || c == '_';
+    path.strip_prefix("::").unwrap_or(path).split("::").all(|name| {
+        name != "_"
+            && name.starts_with(is_letter)
+            && name.chars().all(|c| is_letter(c) || c.is_numeric())
+            && (["crate", "self", "super"].contains(&name) || !KEYWORDS.contains(&name))
+    })
 }
 
 /// Appends `suffix`, which is made of lower-case words.
@@ -237,6 +256,19 @@ mod tests {
                 panic!("four columns: {line}")
             };
             check(name, shouty, snake, pascal);
+        }
+    }
+
+    #[test]
+    fn a_keyword_is_no_identifier_and_a_path_has_none() {
+        let refused = KEYWORDS.iter().filter(|word| syn::parse_str::<syn::Ident>(word).is_err());
+        // syn does not know the keyword of edition 2024.
+        assert_eq!(refused.count(), KEYWORDS.len() - 1);
+        assert_eq!(identifier("gen", Case::Snake), "gen_");
+        for path in
+            ["::lexican_runtime", "crate::bus", "super::a_1", "x", "", "::", "a b", "a::", "1a", "fn", "a::fn", "a::b;"]
+        {
+            assert_eq!(is_path(path), syn::parse_str::<syn::Path>(path).is_ok(), "{path}");
         }
     }
 

@@ -15,7 +15,7 @@
 //! objects of it, [`fix`](mod@fix) what has one right answer. [`library`] holds the data sheets that are shipped.
 //!
 //! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
-//! says what a data sheet has of a drive of CiA 402, for drivers.
+//! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
 //!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
@@ -38,6 +38,7 @@ pub mod patch;
 pub mod report;
 pub mod rules;
 pub mod standard;
+pub mod start;
 pub mod template;
 pub mod text;
 pub mod write;

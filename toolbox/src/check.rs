@@ -118,7 +118,7 @@ impl Comparison<'_> {
             let text = format!("{} bytes ({}) are no {}", data.len(), hex(data), entry.data_type);
             return vec![finding(Kind::Type, &text)];
         };
-        let initial = lexican_codegen::initial(self.values.device, entry);
+        let initial = lexican_eds::start::initial(self.values.device, entry);
         let stated = initial.of_node(self.node.get());
         let found = [
             self.limit(entry, &value),

@@ -10,14 +10,19 @@
 //! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
 //! what a program leaves behind that ends at any moment is judged by [`chaos`],
 //! [`time_of_day`] reads and writes dates; [`node_id`], [`files`] and [`toml_text`] read what people name and write.
+//!
+//! What takes the crates of drives is there with the feature `drives`: [`drive`], [`simulation`] and [`chaos`]; what draws, with
+//! `pictures`: [`series`].
 
 pub mod changes;
+#[cfg(feature = "drives")]
 pub mod chaos;
 pub mod check;
 pub mod cob_ids;
 pub mod data_sheet;
 pub mod dbc;
 pub mod decode;
+#[cfg(feature = "drives")]
 pub mod drive;
 pub mod files;
 pub mod filter;
@@ -32,7 +37,9 @@ pub mod parameters;
 pub mod pdo;
 pub mod remote;
 pub mod sampler;
+#[cfg(feature = "pictures")]
 pub mod series;
+#[cfg(feature = "drives")]
 pub mod simulation;
 pub mod statistics;
 pub mod time_of_day;

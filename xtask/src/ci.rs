@@ -36,6 +36,10 @@ pub(crate) enum Job {
     Main,
     /// the README's command that passes the tests
     Test,
+    /// crates as users write them, and a firmware without std, built outside of the workspace
+    Users,
+    /// the page "A drive in an hour", followed
+    Hour,
     /// the conformance test's HTML report in a browser, and the bench's page, where there are a browser and npm
     Page,
     /// drives against every table of their manuals
@@ -152,6 +156,11 @@ impl Job {
     fn inputs(self) -> Option<Inputs> {
         let (manifests, paths): (&[&str], &[&str]) = match self {
             Job::Minimal | Job::Package => (&["cli/Cargo.toml"], &["drives"]),
+            Job::Users => {
+                let tests: &[&str] = &["tests/Cargo.toml", "tests/bare", "tests/downstream", "tests/tests"];
+                (&["codegen/Cargo.toml", "drives/driver/Cargo.toml", "drives/simulator/Cargo.toml"], tests)
+            }
+            Job::Hour => (&["cli/Cargo.toml"], &["drives", "tests/Cargo.toml", "tests/downstream", "tests/tests"]),
             // The mutated crates are made of the sources of others.
             Job::Verify => (&["tests/mutants/Cargo.toml", "tests/verify/Cargo.toml"], &["drives", "profibus"]),
             // Where it is skipped it proves nothing.
@@ -212,7 +221,8 @@ impl Job {
             Job::Fmt => command::run_cargo(root, &["fmt", "--all", "--check"], &[])
                 .map_err(|error| format!("{error}\nmend it: cargo fmt")),
             Job::Clippy => {
-                command::run_cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
+                let all = ["clippy", "--workspace", "--all-targets", "--features", NESTED, "--", "-D", "warnings"];
+                command::run_cargo(root, &all, &[])?;
                 // Without features, as firmware takes the core, and each feature by itself.
                 for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
                     for features in [&[""], &package.features()[..]].concat() {
@@ -231,13 +241,15 @@ impl Job {
                 &["doc", "--workspace", "--no-deps", "--all-features"],
                 &[("RUSTDOCFLAGS", "-D warnings")],
             ),
-            Job::Tidy => crate::tidy::run(root),
+            Job::Tidy => crate::tidy::run(root, false),
             Job::Api => crate::api::run(root, true),
             Job::Dependencies => dependencies(root),
             Job::Minimal => minimal(root),
             Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
+            Job::Users => nested(root, &["downstream", "bare"]),
+            Job::Hour => nested(root, &["a_drive_in_an_hour"]),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
                 let tests = ["report_page", "bench_page", "bench_tui"].map(|test| ["--test", test]);
@@ -274,6 +286,15 @@ impl Job {
             }
         }
     }
+}
+
+/// The feature that has the tests which run cargo.
+const NESTED: &str = "lexican-tests/nested";
+
+/// Runs tests that run cargo, with what else the workspace's tests have been built with.
+fn nested(root: &Path, tests: &[&str]) -> Result<(), String> {
+    let tests = tests.iter().flat_map(|test| ["--test", test]).collect::<Vec<_>>();
+    command::run_cargo(root, &[&["test", "--workspace", "--features", NESTED], &tests[..]].concat(), &[])
 }
 
 /// What firmware uses.

@@ -49,8 +49,13 @@ enum Task {
         #[arg(long, conflicts_with = "job")]
         all: bool,
     },
-    /// Check the habits that no compiler checks: arrows between crates, names, sizes of files
-    Tidy,
+    /// Check the habits that no compiler checks: arrows between crates, names, sizes of files, subjects of commits; and
+    /// say what has grown since its size was recorded
+    Tidy {
+        /// Write the sizes into ARCHITECTURE.md
+        #[arg(long)]
+        record: bool,
+    },
     /// Write the public API of every library anew: review the difference before you commit it
     Api {
         /// Only check that the files are right
@@ -120,7 +125,7 @@ fn main() -> ExitCode {
     let root = workspace::root();
     let outcome = match Arguments::parse().task {
         Task::Ci { job, all } => ci::run(&root, job, all),
-        Task::Tidy => tidy::run(&root),
+        Task::Tidy { record } => tidy::run(&root, record),
         Task::Api { check } => api::run(&root, check),
         Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),

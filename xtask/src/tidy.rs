@@ -1,11 +1,14 @@
 //! Habits that no compiler checks. Each is a function that returns what it found wrong.
 
 mod circles;
+mod house;
 mod pages;
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
+use crate::command;
 use crate::workspace::{entries, manifests, read_toml};
 
 /// Which of our packages may use which: nothing points back.
@@ -19,7 +22,6 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lexican-toolbox",
         &[
-            "lexican-codegen",
             "lexican-driver",
             "lexican-eds",
             "lexican-pictures",
@@ -184,17 +186,22 @@ const DRIVES: &[&str] = &["siko", "ag03", "ag02", "kollmorgen", "akd"];
 /// Files that are longer than 800 lines, and why that is right.
 const LONG: &[(&str, &str)] = &[];
 
+/// How many commits are looked at where there is no origin.
+const NEW_COMMITS: usize = 500;
+
 /// What is simulated in SIKO's crates: folders and files.
 const SIMULATED: &[&str] = &["sim", "door", "bus"];
 
-pub(crate) fn run(root: &Path) -> Result<(), String> {
+/// Looks for what is wrong, prints what has grown, and with `record` writes how large everything is now.
+pub(crate) fn run(root: &Path, record: bool) -> Result<(), String> {
     let sources = rust_files(root)?;
-    let mut found = Vec::new();
+    let mut found = subjects(root)?;
     found.extend(arrows(root)?);
     for source in &sources {
         found.extend(source.findings());
     }
     let texts = sources.iter().map(|source| (source.path.as_str(), source.text.as_str())).collect();
+    house::run(root, &texts, record)?;
     found.extend(circles::findings(&texts)?);
     found.extend(pages::findings(root)?);
     for (path, _) in LONG {
@@ -207,6 +214,18 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{}\ntidy: {} findings", found.join("\n"), found.len()))
+}
+
+/// Subjects of commits that are not at the origin yet have up to 72 characters.
+fn subjects(root: &Path) -> Result<Vec<String>, String> {
+    let mut log = Command::new("git");
+    log.args(["log", "--format=%h %s", "HEAD", "--not", "--remotes"]).current_dir(root);
+    let log = command::output(&mut log)?.stdout;
+    let log = String::from_utf8_lossy(&log);
+    // What is already in the history of a copy without an origin stays.
+    let commits = log.lines().take(NEW_COMMITS).filter_map(|line| line.split_once(' '));
+    let long = commits.filter(|(_, subject)| subject.chars().count() > 72);
+    Ok(long.map(|(commit, subject)| format!("commit {commit}: more than 72 characters: {subject}")).collect())
 }
 
 /// Dependencies between our packages go only where [`ARROWS`] allows.
@@ -255,7 +274,7 @@ impl Source {
             find(lines, "more than 800 lines: split it, or say in xtask/src/tidy.rs why not");
         }
         for (line, text) in self.text.lines().enumerate() {
-            if self.is_generic() && DRIVES.iter().any(|name| contains_word(text, name)) {
+            if self.is_generic() && DRIVES.iter().any(|name| house::contains_word(text, name)) {
                 find(line + 1, "names a drive: what is special about a device is data of its description");
             }
             if self.must_be_deterministic() && text.contains("HashMap") {
@@ -292,10 +311,6 @@ impl Source {
 /// Whether a line of code, and not one of documentation, uses a module of what is simulated.
 fn names_simulator(text: &str) -> bool {
     !text.trim_start().starts_with("//") && text.contains("sim::")
-}
-
-fn contains_word(text: &str, word: &str) -> bool {
-    text.to_ascii_lowercase().split(|c: char| !c.is_ascii_alphanumeric()).any(|found| found.starts_with(word))
 }
 
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {

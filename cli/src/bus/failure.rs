@@ -1,8 +1,7 @@
-//! Errors of a bus, with advice to the user.
+//! Errors of a bus that cannot be opened, or simulated, with advice to the user.
 
+use lexican_runtime::host::slcan;
 use lexican_runtime::host::url::OpenError;
-use lexican_runtime::host::{AccessError, BusState, LinkError, slcan};
-use lexican_runtime::service::sdo_client::SdoError;
 
 use lexican_toolbox::data_sheet::DataSheetError;
 use lexican_toolbox::simulation::plant::Problem;
@@ -13,10 +12,6 @@ use crate::output::{Failure, reason};
 
 #[cfg(target_os = "linux")]
 const WITHOUT_CAN: &str = "to try lexican without CAN, run `lexican simulate siko/ag03-1 --node 5` in another terminal";
-
-/// What to do about a node that does not answer.
-pub(crate) const NO_ANSWER: &str = "is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes \
-     and their states: one in STOPPED answers after `lexican nmt pre-operational --node NODE`";
 
 pub(crate) fn open_failure(error: &OpenError) -> Failure {
     match error {
@@ -47,41 +42,6 @@ fn is_no_terminal(error: &std::io::Error) -> bool {
     text.contains("typewriter") || text.contains("inappropriate ioctl")
 }
 
-impl From<LinkError> for Failure {
-    fn from(error: LinkError) -> Self {
-        let failure = Failure::new(&error);
-        match error {
-            LinkError::NoBus(BusState::Down) => {
-                failure.help("set the interface up: `ip link set can0 up type can bitrate 500000`")
-            }
-            LinkError::NoBus(BusState::Removed) => failure.help("plug the adapter in, then repeat the command"),
-            LinkError::NoBus(_) => failure.help(
-                "are bit rate, wiring and termination right? Then set the interface down and up again, or let it \
-                 restart by itself: `ip link set can0 type can restart-ms 100`",
-            ),
-            LinkError::Full => {
-                failure.help("is another node on the bus, with power and at this bit rate? Frames must be acknowledged")
-            }
-            LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
-            _ => failure,
-        }
-    }
-}
-
-impl From<AccessError> for Failure {
-    fn from(error: AccessError) -> Self {
-        match error {
-            AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(&error).help(NO_ANSWER),
-            AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(&error).help(
-                "two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` \
-                 finds such nodes",
-            ),
-            AccessError::Link(error) => error.into(),
-            _ => Failure::new(error),
-        }
-    }
-}
-
 impl From<PlantError> for Failure {
     fn from(error: PlantError) -> Self {
         const EXAMPLE: &str = "`lexican simulate --help` shows a plant";
@@ -103,7 +63,9 @@ impl From<PlantError> for Failure {
 mod tests {
     use super::*;
     use lexican_runtime::host::socketcan::SocketCanError;
+    use lexican_runtime::host::{AccessError, BusState, LinkError};
     use lexican_runtime::object::Address;
+    use lexican_runtime::service::sdo_client::SdoError;
     use lexican_runtime::{AbortCode, NodeId};
     use lexican_toolbox::log::LogError;
     use std::io;

@@ -10,10 +10,9 @@ use lexican_toolbox::data_sheet::{DataSheet, find};
 
 use lexican_toolbox::drive::describe;
 
-use crate::bus::failure::NO_ANSWER;
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
 use crate::device::load_input;
-use crate::output::Failure;
+use crate::output::{Failure, NO_ANSWER};
 
 pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
 

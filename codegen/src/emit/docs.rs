@@ -1,10 +1,11 @@
 //! Documentation of items: always the same facts in the same order, escaped.
 
+use lexican_eds::model::number::Number;
 use lexican_eds::model::{Condition, Entry, Meaning, NmtState, Unit, Value};
 
 use super::context::Context;
 use super::literal;
-use crate::plan::{Access, Default, Handle, Item, Mapping, Number, ParameterItem};
+use crate::plan::{Access, Default, Handle, Item, Mapping, ParameterItem};
 
 /// Lines of documentation in front of an item that is indented by `indent`; an empty one separates paragraphs.
 fn text(lines: &[String], aliases: &[String], indent: &str) -> String {

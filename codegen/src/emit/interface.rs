@@ -1,13 +1,14 @@
 //! Parameters of other interfaces: a module with a handle for each, and the table of all.
 
 use lexican_eds::model::ParameterNumber;
+use lexican_eds::model::number::Number;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::context::Context;
 use super::layout::{self, Chain, Generic, line};
 use super::{docs, literal, object};
-use crate::plan::{InterfaceItem, Number, ParameterItem};
+use crate::plan::{InterfaceItem, ParameterItem};
 
 /// A module of its own, since parameters have the names of objects.
 pub(super) fn interface(context: &Context<'_>, item: &InterfaceItem<'_>, code: &mut String) {

@@ -1,12 +1,13 @@
 //! Numbers and types of leaves, as a data sheet prints them.
 
+use lexican_eds::model::number::{Number, fitting, raw};
 use lexican_eds::model::{Condition, Entry, Value};
 use lexican_eds::types::DataType;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::context::Context;
-use crate::plan::{Number, Type, fitting, raw};
+use crate::plan::Type;
 
 /// A number that is spelled as a literal of Rust.
 pub(super) fn number(spelled: &str) -> Literal {

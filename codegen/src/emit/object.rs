@@ -1,5 +1,6 @@
 //! Objects: constants, arrays, records.
 
+use lexican_eds::model::number::Number;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
@@ -7,7 +8,7 @@ use super::context::Context;
 use super::docs;
 use super::layout::{self, Chain, Generic};
 use super::literal;
-use crate::plan::{Access, Default, Handle, Item, Mapping, Number, Shape};
+use crate::plan::{Access, Default, Handle, Item, Mapping, Shape};
 
 pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {
     code.push('\n');

@@ -1,6 +1,7 @@
 //! PDOs as structs.
 
 use lexican_eds::cia301;
+use lexican_eds::model::number::fits_every_node;
 use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_eds::types::DataType;
 use quote::{format_ident, quote};
@@ -8,7 +9,7 @@ use quote::{format_ident, quote};
 use super::context::Context;
 use super::layout::line;
 use super::{docs, literal};
-use crate::plan::{Field, PdoItem, fits_every_node};
+use crate::plan::{Field, PdoItem};
 
 pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>, code: &mut String) {
     let pdo = item.pdo;

@@ -1,6 +1,7 @@
 //! The device's side (the table of all entries, the bytes that a device starts with, what the overlay says of
 //! conditions), and the table of names.
 
+use lexican_eds::model::number::fitting;
 use lexican_eds::model::{Entry, NmtState, Object, Value};
 use lexican_eds::types::DataType;
 use proc_macro2::{Literal, TokenStream};
@@ -9,8 +10,8 @@ use quote::{format_ident, quote};
 use super::context::Context;
 use super::layout::line;
 use super::{layout, literal};
-use crate::plan::{Access, Handle, Mapping, Newtype, NewtypeKind, fitting};
-use crate::start;
+use crate::plan::{Access, Handle, Mapping, Newtype, NewtypeKind};
+use lexican_eds::start;
 
 /// The least capacity, in bytes, of a text or a string of bytes that may become longer than its default.
 const TEXT_CAPACITY: usize = 32;

@@ -13,7 +13,7 @@ pub(crate) use interface::{InterfaceItem, ParameterItem};
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
-pub(crate) use value::{Number, Type, fits_every_node, fitting, raw};
+pub(crate) use value::Type;
 
 use value::{Types, type_of};
 

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use lexican_eds::model::number::{Number, fitting};
 use lexican_eds::model::{BitField, Bits, Device, Enumeration, Meaning, Named, Quantity, Value};
 use lexican_eds::standard;
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostics, Span};
 
-use super::value::{Number, Type, Types, fitting};
+use super::value::{Type, Types};
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 

@@ -1,10 +1,11 @@
 //! The shape of each object: a constant, an array, or a record with one function per member.
 
 use lexican_eds::Diagnostics;
+use lexican_eds::model::number::{Number, fits_every_node, fitting};
 use lexican_eds::model::{AccessType, Device, Entry, Object, ObjectKind, Value};
 use lexican_eds::types::{Class, DataType};
 
-use super::value::{Number, Type, Types, fits_every_node, fitting, has_values, type_of};
+use super::value::{Type, Types, has_values, type_of};
 use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};

@@ -3,6 +3,7 @@
 
 mod info;
 pub(crate) mod keys;
+pub mod number;
 pub(crate) mod pdo;
 pub mod types;
 

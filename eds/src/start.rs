@@ -1,10 +1,9 @@
 //! What a device starts with: the bytes of each entry before it is first written.
 
-use lexican_eds::cia301;
-use lexican_eds::model::{AccessType, Condition, Device, Entry, Value};
-use lexican_eds::types::DataType;
-
-use crate::plan::{Number, fits_every_node, fitting, raw};
+use crate::cia301;
+use crate::model::number::{Number, fits_every_node, fitting, raw};
+use crate::model::{AccessType, Condition, Device, Entry, Value};
+use crate::types::DataType;
 
 /// The value that an entry starts with, as the wire has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -162,7 +161,7 @@ fn text_or_bytes(value: &Value, data_type: DataType) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lexican_eds::{Input, Source};
+    use crate::{Input, Source};
 
     const SHEET: &str = "
 [DeviceInfo]
@@ -207,7 +206,7 @@ ParameterName=Entry
     #[track_caller]
     fn check(address: (u16, u8), keys: &str, expected: &[u8]) {
         let input = Input::new(Source::new("start.dcf", format!("{SHEET}{}", keys.replace(' ', "\n"))));
-        let (device, _) = lexican_eds::load(&input);
+        let (device, _) = crate::load(&input);
         let initial = initial(&device, device.entry(address.0, address.1).unwrap());
         assert_eq!(initial.of_node(5), expected, "{address:04X?} {keys}");
     }
@@ -274,7 +273,7 @@ ParameterName=Entry
         };
         for (overlay, expected) in [(ranges("==", 4), 4), (ranges("!=", 4), 0), (ranges("==", 12), 0)] {
             let input = Input::new(Source::new("start.eds", &*eds)).overlay(Source::new("overlay.toml", &*overlay));
-            let (device, findings) = lexican_eds::load(&input);
+            let (device, findings) = crate::load(&input);
             assert!(!findings.has_errors(), "{}", findings.render(&input));
             assert_eq!(initial(&device, device.entry(0x2000, 0).unwrap()).bytes, [expected], "{overlay}");
         }
