@@ -64,16 +64,6 @@ fn each_gear_has_its_greatest_velocity() {
     }
 }
 
-#[test]
-fn a_bit_rate_holds_after_a_reset() {
-    let mut bench = ag02();
-    assert_eq!(bench.write(0x2100, 0, &[9, 0, 0, 0]), None);
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 500_000);
-    bench.send("000#8105");
-    bench.pass(0);
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 250_000);
-}
-
 /// Parameter 25 is set through the serial port and PROFIBUS, and restored through any door.
 #[test]
 fn parameter_25_is_kept_without_an_object() {

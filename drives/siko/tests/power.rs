@@ -116,22 +116,6 @@ fn a_reset_under_way_releases_the_motor() {
     }
 }
 
-#[test]
-fn the_switches_are_read_at_power_on_and_at_no_other_time() {
-    let mut bench = Bench::new();
-    bench.see(|drive, _| drive.set_switches(DipSwitches::for_node(NodeId::literal(7))));
-    for command in [0x81, 0x82] {
-        assert_eq!(bench.ask(&format!("000#{command:02X}05")), ["705#00"]);
-    }
-    bench.see(SimulatedDrive::power_cycle);
-    assert_eq!(bench.pass(0), ["707#00"]);
-    assert_eq!(bench.ask("607#4001210000000000"), ["587#4F01210007000000"]);
-    assert_eq!(bench.ask("607#4014100000000000"), ["587#4214100087000000"]);
-    bench.see(|drive, _| drive.set_switches(DipSwitches::default()));
-    bench.see(SimulatedDrive::power_cycle);
-    assert_eq!(bench.pass(0), ["701#00"], "all switches off are address 1");
-}
-
 /// Two parameters, one of each set, after restoring by switches.
 #[track_caller]
 fn restores(which: Restore, standard: u32, controller: u32) {

@@ -7,10 +7,10 @@ use std::sync::LazyLock;
 use lexican_driver::Code;
 use lexican_driver::description::{EmergencySwitch, Number};
 use lexican_runtime::device::Behaviour;
-use lexican_runtime::object::{Address, Condition, ConditionalLimit, DataType, Dictionary, Row, Table};
+use lexican_runtime::object::{Address, DataType, Dictionary, Row, Table};
 use lexican_runtime::service::sdo_server::SizesIndicated;
-use lexican_runtime::{Duration, Instant, NodeId};
-use siko_ag03_1::fault::{self, Fault, FaultKind};
+use lexican_runtime::{Instant, NodeId};
+use siko_ag03_1::fault::{self, Fault};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Key};
 use siko_ag03_1::sim::{Addressing, DipSwitches, MODEL, Model, Setup, SimulatedDrive};
@@ -50,15 +50,10 @@ static VARIANT: Model = Model {
     persistent: &[NODE_ID],
     faults: FEWER_FAULTS,
     notices: &[PASSIVE],
-    overcurrent_for: Duration::from_secs(10),
     emergencies: Some(SWITCH),
     control_by_sdo: false,
     addressing: Addressing::Object,
     writes_four_bytes: true,
-    ranges: &[
-        ConditionalLimit::new(0x2410, 0x05, Condition::new(0x2102, 0x00, true, 1), 1, 20),
-        ConditionalLimit::new(0x2410, 0x09, Condition::new(0x2102, 0x00, true, 1), 1, 50),
-    ],
     enable_input: true,
     switches: true,
     keys: false,
@@ -95,21 +90,6 @@ fn a_parameter_without_an_object_has_its_usual_value() {
 }
 
 #[test]
-fn a_loop_has_the_length_of_the_model() {
-    let mut bench = variant();
-    assert_eq!(bench.write(0x2413, 0, &[2, 0, 0, 0]), None);
-    bench.enable();
-    bench.send("405#1F00E8030000");
-    let positions = (0..100).map(|_| {
-        bench.pass(100);
-        bench.see(|drive, now| drive.position(now))
-    });
-    let farthest = positions.max().unwrap();
-    assert!((1790..=1800).contains(&farthest), "1000 and half a revolution beyond: {farthest}");
-    assert_eq!(bench.see(|drive, now| drive.position(now)), 1000);
-}
-
-#[test]
 fn a_node_id_in_an_object_is_taken_over_after_a_reset_and_kept_without_power() {
     let mut bench = variant();
     let node = |drive: &mut SimulatedDrive, now: Instant, node: u8| {
@@ -125,17 +105,6 @@ fn a_node_id_in_an_object_is_taken_over_after_a_reset_and_kept_without_power() {
     bench.see(|drive, _| drive.set_switches(DipSwitches::for_node(NodeId::literal(3))));
     bench.see(SimulatedDrive::power_cycle);
     assert_eq!(bench.pass(0), ["709#00"], "there are no switches");
-}
-
-#[test]
-fn control_words_by_sdo_change_nothing() {
-    let mut bench = variant();
-    bench.send("000#0105");
-    assert_eq!(bench.write(0x6040, 0, &[0x06, 0x01, 0, 0]), None);
-    assert_eq!(bench.state(), State::SwitchOnDisabled);
-    bench.send("205#0601");
-    bench.pass(0);
-    assert_eq!(bench.state(), State::ReadyToSwitchOn);
 }
 
 #[test]
@@ -166,35 +135,6 @@ fn without_its_enable_input_the_motor_has_no_torque() {
     other.see(|drive, now| drive.set_inputs(now, |inputs| inputs.enable = false));
     other.enable();
     assert_eq!(status(&other) & system::NO_SUPPLY, 0, "the AG03/1 has no such input");
-}
-
-#[test]
-fn emergencies_wait_for_the_bit_that_switches_them_on() {
-    let mut bench = variant();
-    let fail = |bench: &mut Bench| {
-        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.force(FaultKind::Sensor)));
-        let heard = bench.pass(0);
-        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.clear(FaultKind::Sensor)));
-        heard.into_iter().filter(|frame| frame.starts_with("085#")).collect::<Vec<_>>()
-    };
-    assert!(fail(&mut bench).is_empty());
-    bench.ask("000#0105");
-    bench.ask("205#8000");
-    assert_eq!(bench.ask("000#8005"), [""; 0]);
-    assert_eq!(bench.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
-    assert_eq!(fail(&mut bench), ["085#0073810000000000"]);
-}
-
-#[test]
-fn too_much_current_is_a_fault_after_the_time_of_the_model() {
-    let mut bench = variant();
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.load_ma = 2401));
-    bench.enable();
-    bench.send("405#1F00204E0000");
-    bench.pass(9900);
-    assert_eq!(bench.state(), State::OperationEnabled);
-    bench.pass(200);
-    assert_eq!(bench.see(|drive, _| drive.controller().faults().to_vec()), [fault::OVERCURRENT]);
 }
 
 #[test]
@@ -348,37 +288,4 @@ fn the_calibration_switch_calibrates_when_no_job_is_active() {
     bench.pass(1000);
     let on_the_way = bench.see(|drive, now| drive.position(now));
     assert_eq!(press(&bench, true), on_the_way);
-}
-
-#[test]
-fn four_bytes_are_read_by_42h_and_written_by_23h_of_any_size() {
-    let mut bench = variant();
-    for (request, answer) in [
-        // The examples of 10.2.8.
-        ("605#237C6000C4090000", "585#607C600000000000"),
-        ("605#407C600000000000", "585#427C6000C4090000"),
-        ("605#237D600280841E00", "585#607D600200000000"),
-        ("605#2391600107000000", "585#6091600100000000"),
-        ("605#4091600100000000", "585#4291600107000000"),
-        ("605#2360600002000000", "585#6060600000000000"),
-        ("605#4060600000000000", "585#4260600002000000"),
-        // Too large for the object, and commands that are not in table 18.
-        ("605#2391600100000100", "585#8091600100000106"),
-        ("605#2360600001010000", "585#8060600000000106"),
-        ("605#2B91600107000000", "585#8091600100000106"),
-        ("605#2F60600001000000", "585#8060600000000106"),
-        ("605#4091600100000000", "585#4291600107000000"),
-    ] {
-        assert_eq!(bench.ask(request), [answer], "{request}");
-    }
-}
-
-#[test]
-fn what_is_more_than_the_gear_allows_is_that_much() {
-    let mut bench = Bench::with(Setup { gear: 1, ..Setup::new(&VARIANT, NODE) });
-    let speeds = |bench: &Bench| bench.see(|drive, _| (drive.parameters().v_pos, drive.parameters().v_inch));
-    assert_eq!(speeds(&bench), (20, 30), "brought down, and left");
-    assert_eq!(bench.write(0x1011, 1, b"load"), None);
-    assert_eq!(speeds(&bench), (20, 30));
-    assert_eq!(speeds(&variant()), (30, 30));
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lexican_runtime::device::{Device, Event};
 use lexican_runtime::host::Node;
-use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::object::{Address, Entry, Layer, ObjectDictionary};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::storage::{self, Storing};
 use lexican_runtime::wire::nmt::NmtState;
@@ -329,24 +329,18 @@ struct Checked<'a> {
     storage: &'a mut dyn Storage,
 }
 
-impl ObjectDictionary for Checked<'_> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.storage.entry(address)
+impl<'a> Layer for Checked<'a> {
+    type Under = dyn Storage + 'a;
+
+    fn under(&self) -> &Self::Under {
+        self.storage
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.storage.entry_again(address, row)
+    fn under_mut(&mut self) -> &mut Self::Under {
+        self.storage
     }
 
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.storage.len(entry)
-    }
-
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
-        self.storage.read(entry, offset, buffer)
-    }
-
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+    fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let mut raw = [0; 8];
         raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
         let model = self.servo.model();
@@ -371,4 +365,23 @@ fn writable(storage: &dyn Storage) -> Vec<Address> {
             && entry.is_ok_and(|entry| entry.access.is_readable() && entry.access.is_writable())
     };
     storage.addresses().into_iter().filter(is_stored).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lexican_runtime::object::{Access, DataType, Dictionary, Object, PdoMapping, Row, Rpdo, Rw, Table};
+
+    #[test]
+    fn what_the_application_has_changed_gets_through_to_the_device() {
+        const POSITION: Address = Address::new(0x6064, 0);
+        static ROWS: [Row; 1] = [Row::new(0x6064, 0, DataType::Integer32, Access::Rw, PdoMapping::Both).at(0, 4)];
+        static TABLE: Table = Table { rows: &ROWS, limits: &[], image: &[0; 4] };
+        let mut storage = Dictionary::<4>::new(&TABLE, NodeId::literal(5));
+        storage.set(Object::<i32, Rw, Rpdo>::new(0x6064, 0), 100);
+        let servo = Servo::new(Instant::ZERO, &ServoModel::CIA_402);
+        let mut checked = Checked { servo: &servo, storage: &mut storage };
+        assert_eq!(checked.take_changes(), Some((POSITION, POSITION)));
+        assert_eq!(checked.take_changes(), None);
+    }
 }

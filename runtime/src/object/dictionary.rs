@@ -44,7 +44,7 @@ pub trait ObjectDictionary {
 
     /// The first and the last of the addresses whose values the application has set since the last call, for TPDOs that map
     /// them; `None` if there are none, or the application reports them by [`Device::changed`](crate::device::Device::changed).
-    /// A type that wraps a dictionary hands on what that one has.
+    /// What wraps a dictionary is a [`Layer`](super::Layer), which hands on what that one has.
     fn take_changes(&mut self) -> Option<(Address, Address)> {
         None
     }

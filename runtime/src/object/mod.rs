@@ -11,6 +11,7 @@ mod device;
 mod dictionary;
 mod generated;
 mod handle;
+mod layer;
 mod mapping;
 mod meaning;
 mod parameter;
@@ -28,6 +29,7 @@ pub use address::Address;
 pub use device::{DeviceModel, Fits, Joins};
 pub use dictionary::{Dictionary, ObjectDictionary};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
+pub use layer::Layer;
 pub use mapping::{Append, Mapping, PdoDirection, Values};
 pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_enumeration, name_of, nearest,

@@ -6,7 +6,7 @@
 use super::snapshot::{Flash, FlashError};
 use crate::abort::AbortCode;
 use crate::cia301::{PROGRAM_CONTROL, PROGRAM_DATA, PROGRAM_FLASH_STATUS, PROGRAM_SOFTWARE_IDENTIFICATION};
-use crate::object::{Address, Entry, ObjectDictionary};
+use crate::object::{Address, Entry, Layer, ObjectDictionary};
 use crate::wire::crc::Crc32;
 
 /// The sub-index of the program.
@@ -284,20 +284,18 @@ impl<'a, O: ObjectDictionary + ?Sized, F: Flash> Programming<'a, O, F> {
     }
 }
 
-impl<O: ObjectDictionary + ?Sized, F: Flash> ObjectDictionary for Programming<'_, O, F> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.od.entry(address)
+impl<O: ObjectDictionary + ?Sized, F: Flash> Layer for Programming<'_, O, F> {
+    type Under = O;
+
+    fn under(&self) -> &Self::Under {
+        self.od
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.od.entry_again(address, row)
+    fn under_mut(&mut self) -> &mut Self::Under {
+        self.od
     }
 
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.od.len(entry)
-    }
-
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+    fn read_entry(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         match self.value(entry.address) {
             Some(value) => {
                 let size = entry.data_type.size().unwrap_or(4);
@@ -309,15 +307,11 @@ impl<O: ObjectDictionary + ?Sized, F: Flash> ObjectDictionary for Programming<'_
         }
     }
 
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+    fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         match (entry.address.index(), entry.address.sub()) {
             (PROGRAM_DATA, FIRST) => self.program.take(offset, data, last),
             (PROGRAM_CONTROL, FIRST) => self.program.control(*data.first().ok_or(AbortCode::LENGTH_TOO_LOW)?),
             _ => self.od.write(entry, offset, data, last),
         }
-    }
-
-    fn take_changes(&mut self) -> Option<(Address, Address)> {
-        self.od.take_changes()
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::abort::AbortCode;
 use crate::cia301;
-use crate::object::{Address, Entry, ObjectDictionary};
+use crate::object::{Address, Entry, Layer, ObjectDictionary};
 
 /// What the application does with the values of its dictionary.
 pub trait Storage {
@@ -55,24 +55,18 @@ fn is_group(address: Address) -> bool {
     matches!(address.index(), cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS) && address.sub() > 0
 }
 
-impl ObjectDictionary for Storing<'_> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.od.entry(address)
+impl<'a> Layer for Storing<'a> {
+    type Under = dyn ObjectDictionary + 'a;
+
+    fn under(&self) -> &Self::Under {
+        self.od
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.od.entry_again(address, row)
+    fn under_mut(&mut self) -> &mut Self::Under {
+        self.od
     }
 
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.od.len(entry)
-    }
-
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
-        self.od.read(entry, offset, buffer)
-    }
-
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+    fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         if !is_group(entry.address) {
             return self.od.write(entry, offset, data, last);
         }
@@ -85,10 +79,6 @@ impl ObjectDictionary for Storing<'_> {
             // Any other signature is refused, and nothing happens (CiA 301, 7.5.2.13).
             _ => Err(AbortCode::CANNOT_TRANSFER),
         }
-    }
-
-    fn take_changes(&mut self) -> Option<(Address, Address)> {
-        self.od.take_changes()
     }
 }
 

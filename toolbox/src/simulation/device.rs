@@ -130,8 +130,13 @@ impl SimulatedDevice {
             Command::Status => return Ok(self.status(now)),
             Command::Get(object) => return self.get(now, object),
             Command::Set { object, value } => return self.set(now, object, value),
-            Command::Emcy { code, register, msef } => self.emergency(*code, *register, *msef)?,
-            Command::EmcyClear => self.clear_errors()?,
+            Command::Emcy { code, register, msef } => {
+                let device = self.with_errors().map_err(|[instead, _]| Refusal::OwnEmergencies { instead })?;
+                device.emergency(ErrorCode(*code), ErrorRegister(*register), *msef);
+            }
+            Command::EmcyClear => {
+                self.with_errors().map_err(|[_, instead]| Refusal::OwnCauses { instead })?.clear_errors();
+            }
             Command::Power(power) => self.set_power(now, *power),
             Command::Input(line) => {
                 self.input(now, line)?;
@@ -320,53 +325,22 @@ impl SimulatedDevice {
         }
     }
 
-    fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), Refusal> {
-        let instead = match &mut self.kind {
-            Kind::Sheet(device) => {
-                device.emergency(ErrorCode(code), ErrorRegister(register), msef);
-                return Ok(());
-            }
-            Kind::Servo(_) => "fault = 0x4310",
-            Kind::Drive(_) => "fault = \"D\"",
-        };
-        Err(Refusal::OwnEmergencies { instead })
-    }
-
-    fn clear_errors(&mut self) -> Result<(), Refusal> {
-        let instead = match &mut self.kind {
-            Kind::Sheet(device) => {
-                device.clear_errors();
-                return Ok(());
-            }
-            Kind::Servo(_) => "fault = none",
-            Kind::Drive(_) => "clear = \"all\"",
-        };
-        Err(Refusal::OwnCauses { instead })
+    /// The device of a data sheet; of a drive, what makes it send an EMCY, and what ends its errors.
+    fn with_errors(&mut self) -> Result<&mut VirtualDevice, [&'static str; 2]> {
+        match &mut self.kind {
+            Kind::Sheet(device) => Ok(device),
+            Kind::Servo(_) => Err(["fault = 0x4310", "fault = none"]),
+            Kind::Drive(_) => Err(["fault = \"D\"", "clear = \"all\""]),
+        }
     }
 
     /// Switches the supply.
     pub fn set_power(&mut self, now: Instant, power: Power) {
-        match (&mut self.kind, power) {
-            (Kind::Sheet(device), Power::On) => device.set_power(now, true),
-            (Kind::Sheet(device), Power::Off) => device.set_power(now, false),
-            (Kind::Sheet(device), Power::Cycle) => {
-                device.set_power(now, false);
-                device.set_power(now, true);
-            }
-            (Kind::Servo(servo), Power::On) => servo.set_power(now, true),
-            (Kind::Servo(servo), Power::Off) => servo.set_power(now, false),
-            (Kind::Servo(servo), Power::Cycle) => {
-                servo.set_power(now, false);
-                servo.set_power(now, true);
-            }
-            (Kind::Drive(siko), power) => {
-                match power {
-                    Power::On => siko.drive_mut().switch_on(now),
-                    Power::Off => siko.drive_mut().switch_off(now),
-                    Power::Cycle => siko.drive_mut().power_cycle(now),
-                }
-                siko.follow_supply(now);
-            }
+        if power != Power::On {
+            Node::set_power(self, now, false);
+        }
+        if power != Power::Off {
+            Node::set_power(self, now, true);
         }
     }
 
@@ -492,7 +466,10 @@ impl Node for SimulatedDevice {
         self.as_node().generation()
     }
     fn set_power(&mut self, now: Instant, on: bool) {
-        self.set_power(now, if on { Power::On } else { Power::Off });
+        self.as_node_mut().set_power(now, on);
+        if let Kind::Drive(siko) = &mut self.kind {
+            siko.follow_supply(now);
+        }
     }
 }
 

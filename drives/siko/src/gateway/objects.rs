@@ -2,7 +2,7 @@
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::cia301;
-use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::object::{Address, Entry, Layer};
 use simulator::{Storage, signed};
 
 use super::Door;
@@ -82,25 +82,30 @@ pub(super) struct Objects<'a, D: ?Sized> {
     pub(super) effects: &'a mut Vec<Effect>,
 }
 
-impl<D: Door + ?Sized> ObjectDictionary for Objects<'_, D> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        let entry = self.storage.entry(address)?;
+impl<'a, D: Door + ?Sized> Layer for Objects<'a, D> {
+    type Under = dyn Storage + 'a;
+
+    fn under(&self) -> &Self::Under {
+        self.storage
+    }
+
+    fn under_mut(&mut self) -> &mut Self::Under {
+        self.storage
+    }
+
+    fn admits(&self, address: Address) -> Result<(), AbortCode> {
         match place(self.door, address, self.target) {
             Place::Missing => Err(AbortCode::NO_SUCH_OBJECT),
-            Place::Own | Place::Door | Place::Fact => Ok(entry),
+            Place::Own | Place::Door | Place::Fact => Ok(()),
         }
     }
 
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.storage.len(entry)
-    }
-
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+    fn read_entry(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         self.refusal.filter(|_| self.by_sdo).map_or(Ok(()), Err)?;
         self.storage.read(entry, offset, buffer)
     }
 
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+    fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let address = entry.address;
         let before = self.storage.raw(address);
         self.storage.write(entry, offset, data, last)?;

@@ -4,7 +4,7 @@
 use lexican_driver::ParameterSet;
 use lexican_runtime::abort::AbortCode;
 use lexican_runtime::cia301;
-use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::object::{Address, Entry, Layer};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
 use simulator::{Storage, signed};
@@ -41,21 +41,23 @@ pub(super) enum Effect {
     Calibrate,
 }
 
-impl ObjectDictionary for Objects<'_> {
-    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.storage.entry(address)
+impl<'a> Layer for Objects<'a> {
+    type Under = dyn Storage + 'a;
+
+    fn under(&self) -> &Self::Under {
+        self.storage
     }
 
-    fn len(&self, entry: &Entry) -> Option<u32> {
-        self.storage.len(entry)
+    fn under_mut(&mut self) -> &mut Self::Under {
+        self.storage
     }
 
-    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+    fn read_entry(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         self.look_up(entry.address);
         self.storage.read(entry, offset, buffer)
     }
 
-    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+    fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let value = Written::new(entry, data);
         self.check(entry, value)?;
         self.storage.write(entry, offset, data, last)?;
