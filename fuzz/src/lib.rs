@@ -1,11 +1,11 @@
 //! What is fuzzed: plain functions of bytes that panic when a promise is broken. libFuzzer calls them from
 //! `fuzz/targets`, and the tests of the workspace with what lies in `fuzz/corpus`.
 
-#[path = "../../runtime/tests/common/mod.rs"]
+#[path = "../../runtime/tests/all/common.rs"]
 mod common;
-#[path = "../../eds/tests/exercise/mod.rs"]
+#[path = "../../eds/tests/all/exercise.rs"]
 mod exercise;
-#[path = "../../runtime/tests/sdo_support/mod.rs"]
+#[path = "../../runtime/tests/all/sdo_support.rs"]
 mod sdo_support;
 
 mod bus;

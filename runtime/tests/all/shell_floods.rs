@@ -1,0 +1,170 @@
+//! A link that always has a frame delays neither deadlines, nor the end of a wait, nor transmission.
+#![cfg(feature = "tokio")]
+
+use std::sync::{Arc, Mutex};
+
+use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
+use lexican_runtime::host::{
+    AccessError, Incoming, Link, LinkError, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
+};
+use lexican_runtime::manager::{Event, Remote};
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+
+const NODE: NodeId = NodeId::literal(5);
+const SILENT: NodeId = NodeId::literal(100);
+
+/// How long reading the link takes.
+const LOOK: Duration = Duration::from_micros(50);
+
+/// A link that always has a frame; every other one is of the bus behind it.
+struct Flood {
+    link: VirtualLink,
+    bus: VirtualBus,
+    frame: Frame,
+    is_others: bool,
+}
+
+impl Flood {
+    fn new(bus: &VirtualBus, frame: Frame) -> Self {
+        Flood { link: bus.link(), bus: bus.clone(), frame, is_others: false }
+    }
+
+    fn of_pdos(bus: &VirtualBus) -> Self {
+        Flood::new(bus, Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [1, 2]))
+    }
+}
+
+impl Link for Flood {
+    fn now(&self) -> Instant {
+        self.link.now()
+    }
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.link.send(frame)
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        self.bus.advance(LOOK);
+        assert!(self.bus.now() < Instant::ZERO + Duration::from_secs(60), "a wait does not end");
+        self.is_others = !self.is_others;
+        let others = if self.is_others { self.link.receive(self.bus.now())? } else { None };
+        Ok(Some(others.unwrap_or(Incoming::Frame(self.frame))))
+    }
+}
+
+/// A bus with a device, and how many SYNC messages are on it.
+fn bus() -> (VirtualBus, Arc<Mutex<u32>>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(station(NODE));
+    let syncs = Arc::new(Mutex::new(0));
+    let count = Arc::clone(&syncs);
+    bus.observe(move |_, frame| *count.lock().unwrap() += u32::from(frame.id() == CobId::SYNC));
+    (bus, syncs)
+}
+
+#[track_caller]
+fn has_timed_out<T: std::fmt::Debug>(result: Result<T, AccessError>) {
+    let error = result.unwrap_err();
+    assert!(matches!(error, AccessError::Sdo { node: SILENT, error: SdoError::TimedOut { .. } }), "{error}");
+}
+
+#[test]
+fn the_blocking_shell_reads_and_notices_silence_and_loss() {
+    let (bus, syncs) = bus();
+    let mut network = blocking::Network::new(Flood::of_pdos(&bus));
+    let now = network.now();
+    network.manager().produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
+    network.manager().add(now, Remote::new(NODE).with_heartbeat(Duration::from_millis(100))).unwrap();
+    assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    network.write(NODE, HEARTBEAT, 20).unwrap();
+    network.write_bytes(NODE, NAME, b"in many segments").unwrap();
+    has_timed_out(network.read(SILENT, DEVICE_TYPE));
+    assert!(*syncs.lock().unwrap() > 70, "{syncs:?}");
+    network.write(NODE, HEARTBEAT, 0).unwrap();
+    let lost = network.wait_for(Duration::from_secs(1), |event| matches!(event, Event::Lost { .. }).then_some(()));
+    assert_eq!(lost.unwrap(), Some(()));
+}
+
+#[test]
+fn the_blocking_shell_ends_its_waits() {
+    let (bus, _) = bus();
+    let mut network = blocking::Network::new(Flood::of_pdos(&bus));
+    let until = network.now() + Duration::from_secs(1);
+    while network.next_event(until).unwrap().is_some() {}
+    assert!(network.now() < until + Duration::from_millis(300), "{}", network.now());
+    assert_eq!(network.wait_for(Duration::from_secs(1), |_| None::<()>).unwrap(), None);
+}
+
+#[test]
+fn the_device_shell_sends_its_heartbeat_and_ends() {
+    let bus = VirtualBus::new();
+    let mut witness = bus.link();
+    let beat = Frame::from_array(CobId::of_node(0x600, NODE), [0x2B, 0x17, 0x10, 0, 10, 0, 0, 0]);
+    // A flood of requests for the device, each of which is answered.
+    let question = Frame::from_array(CobId::of_node(0x600, NODE), [0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+    let mut participant = Participant::new(Flood::new(&bus, question), station(NODE));
+    witness.send(&beat).unwrap();
+    for ms in [500, 1000] {
+        let until = Instant::ZERO + Duration::from_millis(ms);
+        assert!(participant.run(until).unwrap().is_none());
+        assert!(bus.now() < until + Duration::from_millis(300), "{}", bus.now());
+    }
+    let heard: Vec<Frame> = std::iter::from_fn(|| witness.receive_frame(bus.now()).unwrap()).collect();
+    let of = |base| heard.iter().filter(|frame| frame.id() == CobId::of_node(base, NODE)).count();
+    assert!(of(0x700) > 70 && of(0x580) > 1000, "{} heartbeats, {} answers", of(0x700), of(0x580));
+}
+
+#[tokio::test]
+async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
+    let (bus, syncs) = bus();
+    // Of frames that are no events: a listener keeps the last 1024 of those only.
+    let flood = Frame::from_array(CobId::NMT, [1, 9]);
+    let network = shell::Network::spawn(Flood::new(&bus, flood)).unwrap();
+    network
+        .with_manager(|manager, now| {
+            manager.produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
+            manager.add(now, Remote::new(NODE).with_heartbeat(Duration::from_millis(100))).unwrap();
+        })
+        .await
+        .unwrap();
+    assert_eq!(network.read(NODE, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
+    network.write(NODE, HEARTBEAT, 20).await.unwrap();
+    has_timed_out(network.read(SILENT, DEVICE_TYPE).await);
+    assert!(*syncs.lock().unwrap() > 70, "{syncs:?}");
+    network.command(NmtCommand::Start, Some(NODE)).await.unwrap();
+    let mut events = network.events();
+    network.write(NODE, HEARTBEAT, 0).await.unwrap();
+    while events.recv().await.unwrap() != shell::Event::Manager(Event::Lost { node: NODE }) {}
+}
+
+/// A link that has lost frames, once.
+struct Lossy(VirtualLink, Option<u32>);
+
+impl Link for Lossy {
+    fn now(&self) -> Instant {
+        self.0.now()
+    }
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.0.send(frame)
+    }
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        match self.1.take() {
+            Some(frames) => Ok(Some(Incoming::Gap(frames))),
+            None => self.0.receive(until),
+        }
+    }
+}
+
+#[tokio::test]
+async fn every_shell_reports_that_frames_are_missing() {
+    let (bus, _) = bus();
+    let mut network = blocking::Network::new(Lossy(bus.link(), Some(7)));
+    assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    assert_eq!(network.lost_frames(), 7);
+    let mut participant = Participant::new(Lossy(bus.link(), Some(7)), station(SILENT));
+    let until = participant.now() + Duration::from_millis(1);
+    assert!(matches!(participant.run(until), Ok(Some(Notice::Gap(7)))));
+    assert!(matches!(participant.run(until), Ok(None)));
+    let network = shell::Network::spawn(Lossy(bus.link(), Some(7))).unwrap();
+    assert_eq!(network.events().recv().await.unwrap(), shell::Event::Gap(7));
+}

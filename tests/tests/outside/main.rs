@@ -1,0 +1,13 @@
+//! Crates outside of the workspace, which nested runs of cargo build.
+
+#[cfg(feature = "nested")]
+mod a_drive_in_an_hour;
+#[cfg(feature = "nested")]
+mod bare;
+mod cases;
+#[cfg(feature = "nested")]
+mod downstream;
+mod golden;
+mod outside;
+mod readme;
+mod ui;
