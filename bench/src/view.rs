@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::order::Order;
+use crate::command::Verb;
 
 /// The bus as of a moment. Its fields change at different rates: a face is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -366,7 +366,7 @@ pub struct Drive {
     /// That it is to stand, until it has confirmed that it does.
     pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
-    pub orders: Vec<Order>,
+    pub orders: Vec<Verb>,
     /// The homing methods that it has.
     pub homing_methods: Vec<i8>,
 }
