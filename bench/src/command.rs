@@ -1,8 +1,8 @@
 //! What a face asks for, and what it gets back.
 
+pub use lexican_toolbox::drive::Verb;
 use serde::{Deserialize, Serialize};
 
-pub use crate::order::Order;
 use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
 
 /// A request of a face. What changes something on the bus needs the hands ([`Command::TakeHands`]), but for
@@ -173,7 +173,7 @@ pub enum Command {
     Drive {
         node: u8,
         /// What to do.
-        order: Order,
+        order: Verb,
         /// A position, a distance or a velocity with or without unit (`90 deg`), or a homing method.
         value: Option<String>,
     },
@@ -222,7 +222,7 @@ impl Command {
     /// Whether it stops something, and waits for nothing.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
-        matches!(self, Command::StopAll | Command::Drive { order: Order::Stop | Order::QuickStop, .. })
+        matches!(self, Command::StopAll) || matches!(self, Command::Drive { order, .. } if order.is_stop())
     }
 }
 

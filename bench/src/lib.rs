@@ -6,7 +6,6 @@ pub mod command;
 pub mod engine;
 pub mod model;
 mod number;
-mod order;
 pub mod sheet;
 pub mod tui;
 pub mod view;

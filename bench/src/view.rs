@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::order::Order;
+use crate::command::Verb;
 
 /// The bus as of a moment. Its fields change at different rates: a face is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -364,7 +364,7 @@ pub struct Drive {
     /// A stop that was ordered, until the drive confirms that it stands.
     pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
-    pub orders: Vec<Order>,
+    pub orders: Vec<Verb>,
     /// The homing methods that it has.
     pub homing_methods: Vec<i8>,
 }

@@ -20,7 +20,7 @@ use super::recording::{Recording, micros};
 use super::reply::Reply;
 use super::station::Station;
 use super::{access, network, order, parameters, pdo};
-use crate::command::{Answer, Command, Order, Other, Refused};
+use crate::command::{Answer, Command, Other, Refused, Verb};
 use crate::model::Braking;
 use crate::number;
 use crate::sheet::Sheet;
@@ -121,8 +121,8 @@ impl Face {
                 let wanted = Wanted { pdo, objects, transmission, is_check: check };
                 self.with(node, sender, move |station| pdo::map(station, &wanted));
             }
-            Command::Drive { node, order: order @ (Order::Stop | Order::QuickStop), .. } => {
-                let braking = if order == Order::Stop { Braking::Programmed } else { Braking::Full };
+            Command::Drive { node, order: order @ (Verb::Stop | Verb::QuickStop), .. } => {
+                let braking = if order == Verb::Stop { Braking::Programmed } else { Braking::Full };
                 match node_id(node).and_then(|node| bench.drive(node)) {
                     Ok(station) => station.stop(braking, move |result| drop(sender.send(result))),
                     Err(refused) => drop(sender.send(Err(refused))),
@@ -355,7 +355,7 @@ fn needs_hands(command: &Command) -> bool {
         | Command::Power { .. } => true,
         Command::MapPdo { check, .. } => !check,
         // Everybody may stop.
-        Command::Drive { order, .. } => !matches!(order, Order::Stop | Order::QuickStop),
+        Command::Drive { order, .. } => !order.is_stop(),
         _ => false,
     }
 }

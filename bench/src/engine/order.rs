@@ -4,12 +4,12 @@ use lexican_driver::sequence::{self, Recovery};
 use lexican_driver::{Any, Description, Error, Missing, Mode, Protection, Supervision};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::drive::{Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely};
+use lexican_toolbox::drive::{Ending, Look, Order, RESCUE, SafeEnd, Scales, Times, Verb, carry_out, end_safely};
 
 use super::hub::Port;
 use super::lock::lock;
 use super::station::{NOBODY, Station};
-use crate::command::{self, Answer, Refused};
+use crate::command::{Answer, Refused};
 use crate::model::Model;
 use crate::number;
 use crate::sheet::Sheet;
@@ -23,16 +23,13 @@ const PROTECTION: Duration = Duration::from_secs(1);
 /// How long a travel may take.
 const WITHIN: Duration = Duration::from_secs(600);
 
-/// How long to try to stop a drive whose bus is lost.
-const RESCUE: Duration = Duration::from_secs(5);
-
 /// Carries an order out for a face; [`view::Drive`] shows what becomes of it.
-pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str>) -> Result<Answer, Refused> {
+pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Result<Answer, Refused> {
     let node = station.node;
     let (sheet, description) = {
         let mut model = lock(&station.model);
         let is_to_stand = model.drive_if_known(node).is_some_and(|drive| drive.standstill.unconfirmed().is_some());
-        if !is_braking(order) && is_to_stand {
+        if !verb.is_stop() && is_to_stand {
             return Err(Refused::new(format_args!("drive {node} is to stand, and has not confirmed that it does"))
                 .with_remedy("give the order again when it has; until then the stop is sent again and again"));
         }
@@ -40,7 +37,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     };
     let mut scales = Scales::new(sheet.device, description);
     // A stop has no number, and waits for none.
-    if !is_braking(order) {
+    if !verb.is_stop() {
         let mut network = station.network()?;
         let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
         for object in scales.objects() {
@@ -49,9 +46,9 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
             remote.read_conditions(conditions, values).map_err(Refused::new)?;
         }
     }
-    let order = parse(order, value, &scales)?;
+    let order = parse(verb, value, &scales)?;
     let drive = match Drive::connect_described_unprotected(station.link()?, node, description) {
-        Err(_) if is_stop(order) => {
+        Err(_) if verb.is_stop() => {
             let recovery = Recovery::within(RESCUE);
             let found = Drive::connect_described_and_recover(station.ports.link(), node, description, &recovery);
             found.map(|(drive, _)| drive)
@@ -62,7 +59,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
         Ok(drive) => drive,
         Err(error) => {
             let refused = Refused::new(&error).with_remedy(lock(&station.model).no_answer(node));
-            if is_stop(order) {
+            if verb.is_stop() {
                 lock(&station.model).drive(node).ending = Some(unstoppable(node, &error));
             }
             return Err(refused);
@@ -81,7 +78,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     let before = {
         let mut model = lock(&station.model);
         let shown = model.drive(node);
-        shown.order = Some(words(order, &scales));
+        shown.order = Some(order.words(&scales, None, "until it is stopped"));
         (shown.ending, shown.look) = (None, None);
         std::mem::replace(&mut shown.target, target)
     };
@@ -90,7 +87,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
     drop(drive.release());
     let is_refused = end.word == "refused";
     let ending = shown(node, end);
-    if !is_stop(order) {
+    if !verb.is_stop() {
         // What stood in its way is another matter now.
         station.ask(NOBODY, move |station| look(station, description));
     }
@@ -118,10 +115,6 @@ pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'stati
     })
 }
 
-const fn is_braking(order: command::Order) -> bool {
-    matches!(order, command::Order::Stop | command::Order::QuickStop)
-}
-
 fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
     if order.moves() {
         match drive.protect(Supervision::within(PROTECTION)) {
@@ -134,12 +127,8 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
     let model = &station.model;
     let mut look = |look: Look| lock(model).look(station.node, look);
     // What is watched is read on, by the order's own client: a node has one conversation at a time.
-    let mut wanted = |now| if is_stop(order) { None } else { station.due(now) };
-    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)?;
-    if ending == Ending::Stalled {
-        drive.stop()?;
-    }
-    Ok(ending)
+    let mut wanted = |now| if order.verb().is_stop() { None } else { station.due(now) };
+    drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)
 }
 
 fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
@@ -149,55 +138,15 @@ fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
     view::Ending { is_success, may_be_moving: end.may_be_moving, text, remedy: end.remedy }
 }
 
-const fn is_stop(order: Order) -> bool {
-    matches!(order, Order::Stop | Order::QuickStop)
-}
-
 /// The ending of an order that left a drive to itself.
 pub(super) fn unstoppable(node: NodeId, why: &dyn std::fmt::Display) -> view::Ending {
     shown(node, lexican_toolbox::drive::unstoppable(why, Protection::None))
 }
 
-fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
-    let value = value.map(str::trim).filter(|value| !value.is_empty());
-    let position = |text: &str| number::read(text, |text| scales.parse_position(text), |it| scales.target(*it));
-    let velocity =
-        |text: &str| number::read(text, |text| scales.parse_velocity(text), |it| scales.target_velocity(*it));
-    let needed = |what: &str| value.ok_or_else(|| Refused::new(what));
-    Ok(match order {
-        command::Order::Enable => Order::Enable,
-        command::Order::Disable => Order::Disable,
-        command::Order::ResetFault => Order::ResetFault,
-        command::Order::MoveTo => Order::MoveTo(position(needed("where to? It takes a position")?)?),
-        command::Order::Step => Order::Step(value.map(position).transpose()?),
-        command::Order::Run => Order::Run(velocity(needed("how fast? It takes a velocity")?)?),
-        command::Order::Home => Order::Home(match value {
-            None => None,
-            Some(text) => Some(text.parse().map_err(|_| Refused::new(format_args!("{text:?} is no homing method")))?),
-        }),
-        command::Order::Stop => Order::Stop,
-        command::Order::QuickStop => Order::QuickStop,
-        command::Order::Resume => Order::Resume,
-        command::Order::Drop => Order::Drop,
-    })
-}
-
-fn words(order: Order, scales: &Scales<'_>) -> String {
-    match order {
-        Order::Enable => "is being enabled".to_owned(),
-        Order::Disable => "is being stopped and disabled".to_owned(),
-        Order::ResetFault => "its fault is being reset".to_owned(),
-        Order::MoveTo(target) => format!("travels to {}", scales.target(target)),
-        Order::Step(Some(width)) => format!("travels by {}", scales.target(width)),
-        Order::Step(None) => "takes a step".to_owned(),
-        Order::Run(velocity) => format!("runs at {} until it is stopped", scales.target_velocity(velocity)),
-        Order::Home(Some(method)) => format!("homes by method {method}"),
-        Order::Home(None) => "homes".to_owned(),
-        Order::Stop => "is being stopped".to_owned(),
-        Order::QuickStop => "is being stopped at once".to_owned(),
-        Order::Resume => "goes on with its travel".to_owned(),
-        Order::Drop => "drops the rest of its travel, and is being disabled".to_owned(),
-        Order::Watch => "is being watched".to_owned(),
+fn parse(verb: Verb, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
+    match value.map(str::trim).filter(|value| !value.is_empty()) {
+        Some(text) => number::read(text, |text| verb.order(Some(text), scales), |order| order.value_text(scales)),
+        None => verb.order(None, scales).map_err(Refused::new),
     }
 }
 

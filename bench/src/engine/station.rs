@@ -15,7 +15,7 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 use super::hub::{Port, Ports};
 use super::lock::lock;
 use super::reply::Waiter;
-use crate::command::{Answer, Order, Refused};
+use crate::command::{Answer, Refused, Verb};
 use crate::model::{Braking, Model};
 
 /// Something to do with a node.
@@ -28,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(100);
 pub(super) const NOBODY: u32 = 0;
 
 /// What carries an order out.
-pub(super) type Carry = fn(&Station, Order, Option<&str>) -> Result<Answer, Refused>;
+pub(super) type Carry = fn(&Station, Verb, Option<&str>) -> Result<Answer, Refused>;
 
 /// A node, and what is to be done with it.
 pub(super) struct Station {
@@ -138,8 +138,8 @@ impl Station {
     /// Makes an attempt to stop the drive, and answers those who wait for it.
     fn bring_to_a_stand(&self, braking: Braking) {
         let order = match braking {
-            Braking::Programmed => Order::Stop,
-            Braking::Full => Order::QuickStop,
+            Braking::Programmed => Verb::Stop,
+            Braking::Full => Verb::QuickStop,
         };
         // An order that was cancelled has stopped its drive, but somebody else may move it.
         let result = (self.stop_by)(self, order, None);
@@ -376,7 +376,7 @@ mod tests {
 
     static ATTEMPTS: AtomicU32 = AtomicU32::new(0);
 
-    fn stop(_: &Station, _: Order, _: Option<&str>) -> Result<Answer, Refused> {
+    fn stop(_: &Station, _: Verb, _: Option<&str>) -> Result<Answer, Refused> {
         assert!(ATTEMPTS.fetch_add(1, Ordering::Relaxed) > 0, "the first attempt fails");
         Ok(Answer::Done)
     }

@@ -13,7 +13,7 @@ use lexican_toolbox::values::report::ValueReport;
 use super::age::{DRIVE, old_after, shown};
 use super::node::Node;
 use super::standstill::Standstill;
-use crate::command::Order;
+use crate::command::Verb;
 use crate::view;
 
 /// A drive, and the order that it carries out.
@@ -138,17 +138,17 @@ fn allowed(state: State) -> &'static [State] {
 }
 
 /// The orders that a drive knows.
-fn orders(description: &Description) -> Vec<Order> {
+fn orders(description: &Description) -> Vec<Verb> {
     let has = |mode| description.code_of(mode).is_some();
-    let mut orders = vec![Order::Enable, Order::Disable, Order::ResetFault, Order::Stop, Order::QuickStop];
+    let mut orders = vec![Verb::Enable, Verb::Disable, Verb::ResetFault, Verb::Stop, Verb::QuickStop];
     if has(Mode::Positioning) {
-        orders.extend([Order::MoveTo, Order::Step, Order::Resume, Order::Drop]);
+        orders.extend([Verb::MoveTo, Verb::Step, Verb::Resume, Verb::Drop]);
     }
     if has(Mode::Velocity) {
-        orders.push(Order::Run);
+        orders.push(Verb::Run);
     }
     if description.homing.is_some() {
-        orders.push(Order::Home);
+        orders.push(Verb::Home);
     }
     orders
 }

@@ -11,7 +11,7 @@ use super::action::{Action, Purpose, say};
 use super::desk::Desk;
 use super::list::{ALARM, Columns, Listed, WRONG};
 use super::text::Text;
-use crate::command::{Command, Order};
+use crate::command::{Command, Verb};
 use crate::view::{Drive, View};
 
 /// The states of CiA 402 on the way to OPERATION ENABLED.
@@ -31,17 +31,17 @@ pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<
         })
     };
     match code {
-        KeyCode::Char('e') => plain(Order::Enable),
-        KeyCode::Char('d') => plain(Order::Disable),
-        KeyCode::Char('f') => plain(Order::ResetFault),
-        KeyCode::Char('k') => stop(Order::Stop),
-        KeyCode::Char('K') => stop(Order::QuickStop),
-        KeyCode::Char('r') => plain(Order::Resume),
-        KeyCode::Char('x') => plain(Order::Drop),
-        KeyCode::Char('m') => ask(Text::AskPosition, Order::MoveTo),
-        KeyCode::Char('s') => ask(Text::AskDistance, Order::Step),
-        KeyCode::Char('v') => ask(Text::AskVelocity, Order::Run),
-        KeyCode::Char('o') => ask(Text::AskMethod, Order::Home),
+        KeyCode::Char('e') => plain(Verb::Enable),
+        KeyCode::Char('d') => plain(Verb::Disable),
+        KeyCode::Char('f') => plain(Verb::ResetFault),
+        KeyCode::Char('k') => stop(Verb::Stop),
+        KeyCode::Char('K') => stop(Verb::QuickStop),
+        KeyCode::Char('r') => plain(Verb::Resume),
+        KeyCode::Char('x') => plain(Verb::Drop),
+        KeyCode::Char('m') => ask(Text::AskPosition, Verb::MoveTo),
+        KeyCode::Char('s') => ask(Text::AskDistance, Verb::Step),
+        KeyCode::Char('v') => ask(Text::AskVelocity, Verb::Run),
+        KeyCode::Char('o') => ask(Text::AskMethod, Verb::Home),
         _ => None,
     }
 }

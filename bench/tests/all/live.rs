@@ -2,7 +2,7 @@
 
 use std::thread::yield_now;
 
-use lexican_bench::command::{Nmt, Order, Other, TraceFilter};
+use lexican_bench::command::{Nmt, Other, TraceFilter, Verb};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::sheet::Sheet;
@@ -63,7 +63,7 @@ fn face(bench: &Bench) -> Face {
     face
 }
 
-fn drive(node: u8, order: Order, value: Option<&str>) -> Command {
+fn drive(node: u8, order: Verb, value: Option<&str>) -> Command {
     Command::Drive { node, order, value: value.map(str::to_owned) }
 }
 
@@ -112,8 +112,8 @@ fn only_who_has_the_hands_changes_something_and_everybody_stops() {
     assert!(other.ask(start()).wait().unwrap_err().why.contains("has the hands"));
     assert!(other.ask(Command::TakeHands { force: false }).wait().is_err());
     one.ask(start()).wait().unwrap();
-    one.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    let travel = one.ask(drive(5, Order::MoveTo, Some("100000")));
+    one.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let travel = one.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
     other.ask(Command::StopAll).wait().unwrap();
     assert!(travel.wait().is_ok_and(|answer| answer == Answer::Done));
@@ -128,8 +128,8 @@ fn a_number_with_two_readings_moves_and_writes_nothing() {
     let bench = bench();
     let face = face(&bench);
     face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    for order in [Order::MoveTo, Order::Step, Order::Run] {
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    for order in [Verb::MoveTo, Verb::Step, Verb::Run] {
         let refused = face.ask(drive(5, order, Some("5.000"))).wait().unwrap_err();
         assert_eq!(refused.why, "5.000 may be 5 or 5000");
         assert_eq!(refused.remedy.as_deref(), Some("write 5 or 5000"));
@@ -143,7 +143,7 @@ fn a_number_with_two_readings_moves_and_writes_nothing() {
     face.ask(Command::Number { text: "12.500".to_owned() }).wait().unwrap_err();
     // What the card shows can be typed.
     let shown = bench.view().drives[0].position.unwrap().to_string();
-    face.ask(drive(5, Order::MoveTo, Some(&shown))).wait().unwrap();
+    face.ask(drive(5, Verb::MoveTo, Some(&shown))).wait().unwrap();
     bench.end();
 }
 
@@ -152,8 +152,8 @@ fn a_lost_face_stops_what_it_has_started() {
     let bench = bench();
     let face = face(&bench);
     face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    let _travel = face.ask(drive(5, Order::MoveTo, Some("100000")));
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let _travel = face.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
     drop(face);
     let view = until(&bench, |view| view.drives[0].order.is_none() && !moves(view));
@@ -317,8 +317,8 @@ fn what_is_watched_is_read_while_its_drive_moves() {
     let face = face(&bench);
     let address = "1001:00".to_owned();
     face.ask(Command::Watch { node: 6, address: address.clone(), every_ms: 20 }).wait().unwrap();
-    face.ask(drive(6, Order::Enable, None)).wait().unwrap();
-    let running = face.ask(drive(6, Order::Run, Some("100")));
+    face.ask(drive(6, Verb::Enable, None)).wait().unwrap();
+    let running = face.ask(drive(6, Verb::Run, Some("100")));
     let runs = |view: &View| view.drives[1].velocity.is_some_and(|velocity| velocity != 0.0);
     let began = until(&bench, runs).time;
     let at = |view: &View| view.watched[0].value.as_ref().map_or(0.0, |value| value.at);
@@ -445,7 +445,7 @@ fn an_order_to_a_drive_whose_data_sheet_lacks_something_says_what() {
     let bench = Bench::live(Box::new(link), setup).unwrap();
     let face = bench.open_face();
     face.ask(Command::TakeHands { force: false }).wait().unwrap();
-    let refused = face.ask(drive(5, Order::Enable, None)).wait().unwrap_err();
+    let refused = face.ask(drive(5, Verb::Enable, None)).wait().unwrap_err();
     assert!(refused.why.contains("drive 5 cannot be moved by its data sheet: "), "{refused:?}");
     assert!(refused.why.contains("6040h (control word)") && refused.remedy.is_some(), "{refused:?}");
     bench.end();

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::thread::yield_now;
 
-use lexican_bench::command::{Nmt, Order, Other};
+use lexican_bench::command::{Nmt, Other, Verb};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::view::View;
@@ -73,7 +73,7 @@ fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
     }
 }
 
-fn drive(node: u8, order: Order, value: Option<&str>) -> Command {
+fn drive(node: u8, order: Verb, value: Option<&str>) -> Command {
     Command::Drive { node, order, value: value.map(str::to_owned) }
 }
 
@@ -83,8 +83,8 @@ fn moves(view: &View) -> bool {
 
 fn travel(bench: &Bench, face: &Face) -> lexican_bench::engine::Reply {
     face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    let travel = face.ask(drive(5, Order::MoveTo, Some("100000")));
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let travel = face.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(bench, moves);
     travel
 }
@@ -142,7 +142,7 @@ fn a_stop_is_sent_until_it_is_confirmed_however_often_it_was_pressed() {
     let unconfirmed = view.drives[1].unconfirmed.clone().expect("it goes on");
     assert!(unconfirmed.since < view.time && unconfirmed.why.is_some(), "{unconfirmed:?}");
     assert_eq!(view.drives[0].unconfirmed, None);
-    let refused = face.ask(drive(6, Order::MoveTo, Some("5"))).wait().unwrap_err();
+    let refused = face.ask(drive(6, Verb::MoveTo, Some("5"))).wait().unwrap_err();
     assert!(refused.why.contains("is to stand"), "{refused:?}");
     rig.disturb(false);
     let view = until(&rig.bench, |view| view.drives[1].unconfirmed.is_none());
@@ -181,7 +181,7 @@ fn a_stopped_node_is_said_to_take_no_stop_and_gets_it_when_it_is_started() {
 fn a_drive_that_loses_its_power_is_not_shown_as_enabled_and_at_its_target() {
     let rig = rig(Fate::Lose);
     let face = rig.face();
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     until(&rig.bench, |view| view.drives[0].seen.is_some_and(|seen| !seen.is_old));
     let (node, now) = (lexican_runtime::NodeId::new(5), lexican_runtime::Instant::ZERO);
     let power = |power| {
@@ -213,10 +213,10 @@ fn an_order_that_waits_is_dropped_with_its_face() {
     let rig = rig(Fate::Lose);
     let lost = rig.face();
     lost.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    lost.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    lost.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     let at = rig.bench.view().drives[0].position;
     let backup = lost.ask(Command::Backup { node: 5 });
-    let travel = lost.ask(drive(5, Order::MoveTo, Some("100000")));
+    let travel = lost.ask(drive(5, Verb::MoveTo, Some("100000")));
     drop(lost);
     assert!(backup.wait().is_err() && travel.wait().is_err());
     let other = rig.bench.open_face();
@@ -232,7 +232,7 @@ fn whoever_takes_the_hands_ends_what_was_ordered() {
     let rig = rig(Fate::Lose);
     let one = rig.face();
     let travel = travel(&rig.bench, &one);
-    let queued = one.ask(drive(5, Order::MoveTo, Some("0")));
+    let queued = one.ask(drive(5, Verb::MoveTo, Some("0")));
     let other = rig.bench.open_face();
     other.ask(Command::TakeHands { force: true }).wait().unwrap();
     assert_eq!(travel.wait(), Ok(Answer::Done));
@@ -240,7 +240,7 @@ fn whoever_takes_the_hands_ends_what_was_ordered() {
     let view = until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
     assert_eq!(view.hands.holder, Some(other.number()));
     assert_eq!(view.drives[0].ending.as_ref().unwrap().text, "interrupted: it has been stopped");
-    one.ask(drive(5, Order::MoveTo, Some("0"))).wait().unwrap_err();
+    one.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
     rig.bench.end();
 }
 
@@ -292,19 +292,19 @@ fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     let rig = rig(Fate::Lose);
     let face = rig.face();
     face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     let interrupted = |target: &str| {
-        let travel = face.ask(drive(5, Order::MoveTo, Some(target)));
+        let travel = face.ask(drive(5, Verb::MoveTo, Some(target)));
         until(&rig.bench, moves);
         assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
         travel.wait().unwrap();
-        assert!(rig.bench.view().drives[0].orders.contains(&Order::Resume));
-        let refused = face.ask(drive(5, Order::MoveTo, Some("0"))).wait().unwrap_err();
+        assert!(rig.bench.view().drives[0].orders.contains(&Verb::Resume));
+        let refused = face.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
         assert!(refused.why.contains("its travel is interrupted"), "{refused:?}");
         assert!(refused.remedy.unwrap().contains("drop the rest of it"));
     };
     interrupted("3000");
-    let resumed = face.ask(drive(5, Order::Resume, None));
+    let resumed = face.ask(drive(5, Verb::Resume, None));
     let target = until(&rig.bench, |view| view.drives[0].order.is_some() && view.drives[0].target.is_some());
     assert_eq!(target.drives[0].target, Some(3000.0), "as the drive has it");
     resumed.wait().unwrap();
@@ -315,10 +315,10 @@ fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     );
 
     interrupted("100000");
-    face.ask(drive(5, Order::Drop, None)).wait().unwrap();
+    face.ask(drive(5, Verb::Drop, None)).wait().unwrap();
     assert_eq!(until(&rig.bench, |view| view.drives[0].order.is_none()).drives[0].target, None);
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    face.ask(drive(5, Order::MoveTo, Some("3000"))).wait().unwrap();
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Verb::MoveTo, Some("3000"))).wait().unwrap();
     rig.bench.end();
 }
 
@@ -327,11 +327,11 @@ fn a_refused_order_leaves_the_target_of_the_drive() {
     let rig = rig(Fate::Lose);
     let face = rig.face();
     face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Order::MoveTo, Some("5000"))).wait().unwrap_err();
+    face.ask(drive(5, Verb::MoveTo, Some("5000"))).wait().unwrap_err();
     assert_eq!(rig.bench.view().drives[0].target, None, "it is not enabled");
-    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
-    face.ask(drive(5, Order::MoveTo, Some("10"))).wait().unwrap();
-    face.ask(drive(5, Order::MoveTo, Some("2000000000"))).wait().unwrap_err();
+    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    face.ask(drive(5, Verb::MoveTo, Some("10"))).wait().unwrap();
+    face.ask(drive(5, Verb::MoveTo, Some("2000000000"))).wait().unwrap_err();
     assert_eq!(rig.bench.view().drives[0].target, Some(10.0));
     rig.bench.end();
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use lexican_bench::command::{Nmt, Order};
+use lexican_bench::command::{Nmt, Verb};
 use lexican_bench::tui::{Action, Language, Purpose, Screen};
 use lexican_bench::view::{
     Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Lack, Log, Node, Object, Pdo, PdoField, Rate, Row,
@@ -56,7 +56,7 @@ fn view() -> View {
             text: "a fault has stopped it: motor blocked".to_owned(),
             remedy: Some("remove its cause, then reset the fault".to_owned()),
         }),
-        orders: vec![Order::Enable, Order::MoveTo],
+        orders: vec![Verb::Enable, Verb::MoveTo],
         ..Drive::default()
     };
     View {
@@ -312,7 +312,7 @@ fn an_order_goes_to_the_drive_it_was_asked_for() {
     // Another drive is found meanwhile, and takes the row.
     view.drives.insert(0, Drive { node: 3, ..Drive::default() });
     view.nodes.insert(0, Node { id: 3, ..Node::default() });
-    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90".to_owned()) };
+    let travel = Command::Drive { node: 5, order: Verb::MoveTo, value: Some("90".to_owned()) };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
 }
 
@@ -325,7 +325,7 @@ fn what_is_selected_stays_selected_when_others_are_found() {
     let down = KeyEvent::new(KeyCode::Down, KeyModifiers::NONE);
     let nmt = |node| Some(Action::Ask(Purpose::Say, Command::Nmt { node: Some(node), command: Nmt::Start }));
     let enable = |node| {
-        let command = Command::Drive { node, order: Order::Enable, value: None };
+        let command = Command::Drive { node, order: Verb::Enable, value: None };
         Some(Action::Ask(Purpose::Say, command))
     };
     assert_eq!(press(&mut screen, &view, "o"), nmt(5));
@@ -377,8 +377,8 @@ fn orders_take_their_values_from_the_last_line() {
         let command = Command::Drive { node: 5, order, value: value.map(str::to_owned) };
         Some(Action::Ask(Purpose::Say, command))
     };
-    assert_eq!(press(&mut screen, &view, "6e"), order(Order::Enable, None));
-    assert_eq!(press(&mut screen, &view, "m90 deg\n"), order(Order::MoveTo, Some("90 deg")));
+    assert_eq!(press(&mut screen, &view, "6e"), order(Verb::Enable, None));
+    assert_eq!(press(&mut screen, &view, "m90 deg\n"), order(Verb::MoveTo, Some("90 deg")));
     // A question that is left asks for nothing, and letters in it are no keys.
     assert_eq!(press(&mut screen, &view, "mq"), None);
     screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
@@ -617,8 +617,8 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
     }
     let stop = |order| Some(Action::Ask(Purpose::StopDrive, Command::Drive { node: 5, order, value: None }));
     let mut screen = screen(Language::English);
-    assert_eq!(press(&mut screen, &view, "6k"), stop(Order::Stop));
-    assert_eq!(press(&mut screen, &view, "K"), stop(Order::QuickStop));
+    assert_eq!(press(&mut screen, &view, "6k"), stop(Verb::Stop));
+    assert_eq!(press(&mut screen, &view, "K"), stop(Verb::QuickStop));
 }
 
 #[test]
@@ -713,7 +713,7 @@ fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
     press(&mut screen, &view, "m");
     screen.paste("9\r\n0 deg\u{1b}");
     assert!(drawn(&mut screen, &view, 80, 24).contains("5 feeder: to which position: 90 deg▏"));
-    let travel = Command::Drive { node: 5, order: Order::MoveTo, value: Some("90 deg".to_owned()) };
+    let travel = Command::Drive { node: 5, order: Verb::MoveTo, value: Some("90 deg".to_owned()) };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
 }
 

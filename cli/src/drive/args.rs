@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lexican_driver::Description;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::drive::{Order, Scales};
+use lexican_toolbox::drive::{Order, Scales, Verb};
 
 use crate::bus::{BusArgs, node_id};
 use crate::duration::{milliseconds, time};
@@ -33,7 +34,7 @@ pub(crate) struct Args {
     pub(super) node: NodeId,
 
     /// What it is to do
-    #[arg(value_enum, value_name = "ORDER", required_unless_present = "explain")]
+    #[arg(value_parser = verbs(), value_name = "ORDER", required_unless_present = "explain")]
     order: Option<Verb>,
 
     /// Where to, how far, how fast, or the homing method: "5 mm", "-0.5 mm", "60 rpm", raw:5000
@@ -105,32 +106,11 @@ Examples:
     lexican drive --bus can0 5 --explain --device FILE.eds
     lexican drive --bus sim:siko/ag03-1?node=5 5 move-to 5000 --enable";
 
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Verb {
-    /// Lead it to OPERATION ENABLED: it has torque, and nothing moves
-    Enable,
-    /// Stop it, then take its torque away
-    Disable,
-    /// Reset a fault
-    ResetFault,
-    /// Travel to a position
-    MoveTo,
-    /// Travel by a distance; without one, by the step that the drive is set to (inching)
-    Step,
-    /// Run at a velocity until Ctrl-C or --for, then stop
-    Run,
-    /// Find the reference point, by a method of 6098h or the one that the drive is set to
-    Home,
-    /// Stop what moves, with the programmed deceleration
-    Stop,
-    /// Stop what moves, with full deceleration
-    QuickStop,
-    /// Go on with a travel that is interrupted, by a stop say
-    Resume,
-    /// Drop what is left of a travel that is interrupted, and disable the drive
-    Drop,
-    /// Print state, position and velocity until Ctrl-C or --for; nothing is ordered
-    Watch,
+/// The orders by their words.
+fn verbs() -> impl TypedValueParser<Value = Verb> {
+    let words = Verb::ALL.iter().map(|verb| PossibleValue::new(verb.word()).help(verb.help()));
+    let named = |word: String| Verb::ALL.iter().copied().find(|verb| verb.word() == word);
+    PossibleValuesParser::new(words).map(move |word| named(word).expect("one of the possible values"))
 }
 
 impl Args {
@@ -140,13 +120,7 @@ impl Args {
     }
 
     pub(super) fn check_value(&self) -> Result<(), Failure> {
-        let wrong = |what: &str| Err(Failure::new(what));
-        match (self.verb(), &self.value) {
-            (Verb::MoveTo, None) => wrong("where to? move-to takes a position, such as 5000 or \"5 mm\""),
-            (Verb::Run, None) => wrong("how fast? run takes a velocity, such as 60 or \"60 rpm\""),
-            (Verb::MoveTo | Verb::Run | Verb::Step | Verb::Home, _) | (_, None) => Ok(()),
-            (_, Some(value)) => Err(Failure::new(format_args!("this order takes no value, and {value:?} is there"))),
-        }
+        self.verb().check(self.value.as_deref()).map_err(Failure::new)
     }
 
     /// None is given with `--explain`, which looks.
@@ -171,25 +145,6 @@ impl Args {
     }
 
     pub(super) fn order(&self, scales: &Scales<'_>) -> Result<Order, Failure> {
-        let value = self.value.as_deref();
-        let position = |text| scales.parse_position(text).map_err(Failure::new);
-        Ok(match self.verb() {
-            Verb::Enable => Order::Enable,
-            Verb::Disable => Order::Disable,
-            Verb::ResetFault => Order::ResetFault,
-            Verb::MoveTo => Order::MoveTo(position(value.unwrap_or_default())?),
-            Verb::Step => Order::Step(value.map(position).transpose()?),
-            Verb::Run => Order::Run(scales.parse_velocity(value.unwrap_or_default()).map_err(Failure::new)?),
-            Verb::Home => Order::Home(value.map(method).transpose()?),
-            Verb::Stop => Order::Stop,
-            Verb::QuickStop => Order::QuickStop,
-            Verb::Resume => Order::Resume,
-            Verb::Drop => Order::Drop,
-            Verb::Watch => Order::Watch,
-        })
+        self.verb().order(self.value.as_deref(), scales).map_err(Failure::new)
     }
-}
-
-fn method(text: &str) -> Result<i8, Failure> {
-    text.parse().map_err(|_| Failure::new(format_args!("{text:?} is no homing method: these are -128 to 127 (6098h)")))
 }

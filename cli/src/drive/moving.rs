@@ -5,7 +5,6 @@ use lexican_runtime::profile::cia402::State;
 use lexican_toolbox::drive::{
     Ending, Look, Order, SafeEnd, Scales, Times, carry_out, end_safely, explain_profile, prepare, see, set_profile,
 };
-use serde_json::{Value as Json, json};
 
 use super::args::Args;
 use super::explain;
@@ -39,15 +38,11 @@ impl Moving<'_> {
                 self.drive.enable()?;
             }
         }
-        let (name, value, text) = self.words()?;
-        if let Err(failure) = report.order(name, value, &text) {
-            warn(failure);
-        }
+        self.announce(report)?;
         let ending = self
             .drive
             .run(async |drive| carry_out(&drive, order, times, &mut |look| report.look(look), &mut |_| None).await)?;
         if ending == Ending::Stalled {
-            self.drive.stop()?;
             let facts = self.drive.run(async |drive| explain_profile(&drive).await)?;
             explain::say(&facts);
         }
@@ -69,40 +64,19 @@ impl Moving<'_> {
         }
     }
 
-    /// What is about to be done: the order, its value, and a sentence.
-    fn words(&mut self) -> Result<(&'static str, Option<Json>, String), Error> {
-        let from = |drive: &mut Drive, scales: &Scales<'_>| drive.position().map(|position| scales.position(position));
-        let (drive, scales) = (&mut self.drive, self.scales);
-        Ok(match self.order {
-            Order::Enable => ("enable", None, "enabling it".to_owned()),
-            Order::Disable => ("disable", None, "stopping and disabling it".to_owned()),
-            Order::ResetFault => ("reset-fault", None, "resetting its fault".to_owned()),
-            Order::MoveTo(target) => {
-                let text = format!("travels from {} to {}", from(drive, scales)?, scales.target(target));
-                ("move-to", Some(json!(target)), text)
-            }
-            Order::Step(Some(width)) => {
-                let text = format!("travels from {} by {}", from(drive, scales)?, scales.target(width));
-                ("step", Some(json!(width)), text)
-            }
-            Order::Step(None) => ("step", None, format!("takes a step from {}", from(drive, scales)?)),
-            Order::Run(velocity) => {
-                let end = match self.args.span {
-                    Some(span) => format!("for {} s", span.as_secs_f64()),
-                    None => "until Ctrl-C".to_owned(),
-                };
-                ("run", Some(json!(velocity)), format!("runs at {} {end}", scales.target_velocity(velocity)))
-            }
-            Order::Home(method) => {
-                let by = method.map_or_else(|| "the method that it is set to".to_owned(), |it| format!("method {it}"));
-                ("home", method.map(Json::from), format!("homes by {by}, from {}", from(drive, scales)?))
-            }
-            Order::Stop => ("stop", None, "stopping it".to_owned()),
-            Order::QuickStop => ("quick-stop", None, "stopping it at once".to_owned()),
-            Order::Resume => ("resume", None, format!("goes on with its travel from {}", from(drive, scales)?)),
-            Order::Drop => ("drop", None, "dropping what is left of its travel, and disabling it".to_owned()),
-            Order::Watch => ("watch", None, "watching it".to_owned()),
-        })
+    /// Says what is about to be done.
+    fn announce(&mut self, report: &mut Report<'_>) -> Result<(), Error> {
+        let is_from_here = self.order.moves() && !matches!(self.order, Order::Run(_));
+        let from = if is_from_here { Some(self.drive.position()?) } else { None };
+        let until = match self.args.span {
+            Some(span) => format!("for {} s", span.as_secs_f64()),
+            None => "until Ctrl-C".to_owned(),
+        };
+        let text = self.order.words(self.scales, from, &until);
+        if let Err(failure) = report.order(self.order.verb().word(), self.order.value(), &text) {
+            warn(failure);
+        }
+        Ok(())
     }
 
     /// Says how it has ended. The drive stands then, or that it may not is the failure.

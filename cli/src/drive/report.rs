@@ -35,7 +35,7 @@ impl<'a> Report<'a> {
     }
 
     /// Says what is about to be done, before it is.
-    pub(super) fn order(&mut self, order: &str, value: Option<Json>, text: &str) -> Result<(), Failure> {
+    pub(super) fn order(&mut self, order: &str, value: Option<i32>, text: &str) -> Result<(), Failure> {
         let fields = json!({ "event": "order", "node": self.node.get(), "order": order, "value": value, "text": text });
         self.print(fields, &format!("node {}: {text}", self.node))
     }

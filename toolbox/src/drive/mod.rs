@@ -13,12 +13,14 @@ mod order;
 mod profile;
 mod safe_end;
 mod scales;
+mod verb;
 
 pub use described::describe;
 pub use ending::Ending;
 pub use explain::{Fact, Verdict, explain_drive, explain_profile, explain_sheet};
 pub use look::Look;
-pub use order::{Order, Times, carry_out, has_ended, prepare, see};
+pub use order::{Times, carry_out, has_ended, prepare, see};
 pub use profile::set_profile;
-pub use safe_end::{SafeEnd, end_safely, unstoppable};
+pub use safe_end::{RESCUE, SafeEnd, end_safely, unstoppable};
 pub use scales::Scales;
+pub use verb::{Order, Verb};

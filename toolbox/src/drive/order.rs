@@ -1,4 +1,4 @@
-//! Orders, and the sequence that carries them out.
+//! The sequence that carries out an order.
 
 use std::future::{Future, poll_fn};
 use std::pin::{Pin, pin};
@@ -13,35 +13,7 @@ use lexican_runtime::{Duration, Instant};
 
 use super::ending::Ending;
 use super::look::Look;
-
-/// What a person orders of a drive. Positions and velocities are as its objects have them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// To OPERATION ENABLED.
-    Enable,
-    /// To SWITCH ON DISABLED, after it has been stopped.
-    Disable,
-    /// Leave FAULT.
-    ResetFault,
-    /// Travel to a position.
-    MoveTo(i32),
-    /// Travel by a distance, from where it is; without one, by the step that the drive is set to (inching).
-    Step(Option<i32>),
-    /// Run at a velocity for [`Times::lasting`], then stop.
-    Run(i32),
-    /// Home by a method of 6098h, or by the one that the drive is set to.
-    Home(Option<i8>),
-    /// Stop with the programmed deceleration.
-    Stop,
-    /// Stop with full deceleration.
-    QuickStop,
-    /// Go on with a travel that is interrupted.
-    Resume,
-    /// Drop what is left of a travel, and disable the drive.
-    Drop,
-    /// Only look, for [`Times::lasting`].
-    Watch,
-}
+use super::verb::Order;
 
 /// How long an order may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,26 +35,6 @@ impl Order {
     #[must_use]
     pub const fn moves(&self) -> bool {
         self.mode().is_some() || matches!(self, Order::Home(_) | Order::Resume)
-    }
-
-    /// How it has ended, in a sentence.
-    #[must_use]
-    pub fn sentence(&self, ending: Ending) -> String {
-        match (ending, self) {
-            (Ending::Reached, Order::Enable) => "it is enabled".to_owned(),
-            (Ending::Reached, Order::Disable) => "it is disabled".to_owned(),
-            (Ending::Reached, Order::ResetFault) => "it was in no fault".to_owned(),
-            (Ending::Reached, Order::Stop | Order::QuickStop) => "it stands".to_owned(),
-            (Ending::Reached, Order::Drop) => "what was left of its travel is dropped, and it is disabled".to_owned(),
-            (Ending::Reached, Order::Run(_)) => "it has run, and has been stopped".to_owned(),
-            (Ending::Reached, Order::Home(_)) => "it has found its reference point".to_owned(),
-            (Ending::Reached, Order::Watch) => "watched".to_owned(),
-            (Ending::Reached, _) => "it has reached its target".to_owned(),
-            (Ending::Blocked | Ending::Stalled | Ending::TimedOut | Ending::ForeignOrder, order) if order.moves() => {
-                format!("{ending}; it has been stopped")
-            }
-            (ending, _) => ending.to_string(),
-        }
     }
 
     /// Whether a drive that stands has not done it. A step by inching is not watched so closely.
@@ -135,8 +87,7 @@ pub async fn prepare(drive: &DriveContext, order: Order) -> Result<(), Error> {
 /// the drive, `wanted` may name an entry, which is read for those who follow the bus.
 ///
 /// Whatever starts something is checked before it is sent: the mode, the state, the limits of the data sheet and those that the
-/// drive is set to. A travel that is timed out and a drive that has run are stopped; one that has [stalled](Ending::Stalled), the
-/// caller has to stop.
+/// drive is set to. A travel that is timed out, a drive that has run and one that has [stalled](Ending::Stalled) are stopped.
 ///
 /// # Errors
 ///
@@ -148,7 +99,11 @@ pub async fn carry_out(
     look: &mut (dyn FnMut(Look) + Send),
     wanted: &mut (dyn FnMut(Instant) -> Option<Address> + Send),
 ) -> Result<Ending, Error> {
-    watched(drive, run(drive, order, times), order.may_stall(), look, wanted).await
+    let ending = watched(drive, run(drive, order, times), order.may_stall(), look, wanted).await?;
+    if ending == Ending::Stalled {
+        sequence::stop(drive).await?;
+    }
+    Ok(ending)
 }
 
 async fn run(drive: &DriveContext, order: Order, times: Times) -> Result<Ending, Error> {

@@ -6,10 +6,11 @@ use lexican_runtime::Duration;
 use lexican_runtime::host::Link;
 
 use super::ending::Ending;
-use super::order::{Order, has_ended};
+use super::order::has_ended;
+use super::verb::Order;
 
 /// How long to try to stop a drive whose bus is lost.
-const RESCUE: Duration = Duration::from_secs(5);
+pub const RESCUE: Duration = Duration::from_secs(5);
 
 /// How an order has ended, in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,8 +71,7 @@ pub fn end_safely<L: Link>(drive: &mut Drive<L, Any>, order: Order, result: Resu
             _ => end,
         };
     }
-    let is_stop = matches!(order, Order::Stop | Order::QuickStop);
-    if !is_stop && !matches!(error, Error::MayBeMoving { .. }) {
+    if !order.verb().is_stop() && !matches!(error, Error::MayBeMoving { .. }) {
         return SafeEnd { is_known: false, ..SafeEnd::of_error("failed", &error) };
     }
     let why = error.into_cause();

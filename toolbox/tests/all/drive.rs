@@ -86,7 +86,7 @@ fn a_shaft_that_is_held_stalls_the_drive_or_trips_it() {
     let mut drive = akd("inputs = ['blocked = true']");
     let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
     assert_eq!(ending.unwrap(), Ending::Stalled);
-    drive.stop().unwrap();
+    assert!(!drive.run(async |drive| Ok(drive.may_move())).unwrap(), "it has been stopped");
     let mut drive = ag03("[[node.step]]\nwhen = 'moving'\nafter_ms = 500\nshaft = 'blocked'\n");
     let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
     let Ending::Fault(Cause::Fault(code)) = ending.unwrap() else { panic!("the AG03/1 notices it by itself") };

@@ -44,10 +44,6 @@ impl Rig {
         self.drive.run(async |drive| prepare(&drive, order).await)?;
         self.drive.enable()?;
         let times = Times { within: Duration::from_secs(600), lasting: Some(Duration::from_secs(2)) };
-        let ending = self.drive.run(async |drive| carry_out(&drive, order, times, &mut |_| {}, &mut |_| None).await)?;
-        if ending == Ending::Stalled {
-            self.drive.stop()?;
-        }
-        Ok(ending)
+        self.drive.run(async |drive| carry_out(&drive, order, times, &mut |_| {}, &mut |_| None).await)
     }
 }
