@@ -28,7 +28,8 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     })
-    .requires("A frame of an SDO has eight bytes."),
+    .requires("A frame of an SDO has eight bytes; what a server does with another is left to it.")
+    .recommended(),
     case("301/7.2.4.3/2", "", "a transfer that begins while another is under way is served or aborted", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request(initiate(0x40, (index, sub), &[]))?;

@@ -60,6 +60,14 @@ const RIGHT: &[Fault] = &[
             heard("605#2B001803E8*").is_answered("585#8000180330000906").after(&["605#2B00180514*"]),
         ],
     ),
+    right(
+        "a segment whose toggle bit is wrong is not answered",
+        &[heard("605#1B*").after(&["605#21171000*"]).until("605#80*")],
+    ),
+    right(
+        "a TPDO of type 2 comes with the second SYNC from its start value on",
+        &[heard("605#2F00180605*").becomes("605#2F00180606*")],
+    ),
     right("guarding is not answered before it is configured", &[heard("705#R*").until("605#2F0D1000*")]),
     Fault {
         sheet: Some((

@@ -6,7 +6,7 @@ use lexican_runtime::Instant;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Cause, Command, Mode, State, Transition, Transitions};
 use simulator::Storage;
-use simulator::servo::{FaultCodes, Servo, ServoModel};
+use simulator::servo::{FaultCodes, Scales, Servo, ServoModel};
 
 use crate::faulty::{Fault, Rule, heard, sent};
 use crate::od;
@@ -21,6 +21,9 @@ pub struct DriveFault {
 
 /// The servo without a fault.
 pub static MODEL: ServoModel = SERVO;
+
+/// With velocities in revolutions per minute and positions in revolutions: as fast as it can be, it lags behind every ramp of the test.
+pub static SLOW: ServoModel = ServoModel { scales: |_| Scales { velocity: 1.0 / 60.0, acceleration: 1.0 }, ..SERVO };
 
 const SERVO: ServoModel = ServoModel { storage: |node| Box::new(od::storage(node)), ..ServoModel::CIA_402 };
 

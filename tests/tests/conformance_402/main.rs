@@ -21,7 +21,7 @@ use std::num::NonZero;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use faults::{DriveFault, FAULTS, MODEL};
+use faults::{DriveFault, FAULTS, MODEL, SLOW};
 use faulty::Faulty;
 use lexican_conform::{Case, Hazard, Outcome, Settings, Sheet, Tester, Verdict, profile_cases};
 use lexican_eds::{Input, Source};
@@ -68,6 +68,20 @@ fn the_servo_passes_every_case() {
         failed.extend(outcome.is_err().then_some(case.id));
     }
     assert_eq!(failed, [""; 0]);
+}
+
+/// It does what it is told, and is told too much: `--velocity` says what it can do.
+#[test]
+fn no_drive_fails_for_being_slow() {
+    let (sheet, mut slow) = (sheet(), 0);
+    for case in profile_cases() {
+        match run(case, &sheet, servo(&SLOW)).0 {
+            Err(Verdict::Failed(why)) => panic!("{}: {why}", case.id),
+            Err(Verdict::NotApplicable(why)) => slow += usize::from(why.contains("the drive is too slow")),
+            _ => {}
+        }
+    }
+    assert!(slow > 5, "{slow}");
 }
 
 fn name(case: &Case) -> &'static str {
