@@ -22,5 +22,5 @@ fn the_recipe_gives_a_device() {
 #[test]
 fn no_block_of_the_pages_is_left_unchecked() {
     outside::has_no_other_blocks(RECIPE, &outside::files_of(RECIPE, "valve"));
-    outside::has_no_other_blocks(include_str!("../../README.md"), &[]);
+    outside::has_no_other_blocks(include_str!("../../../README.md"), &[]);
 }
