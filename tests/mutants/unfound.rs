@@ -35,7 +35,6 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         "objects fit: storage.number (range.address) > high => storage.number (range.address) >= high",
         "the same value once more",
     ),
-    ("objects new: 64 => 64 + 1 #2", "what has no size in bits is read-only"),
     ("status observe: ROUNDING => another number", ROUNDING),
     (
         "status observe: velocity >= target - f64::from (window) - ROUNDING => velocity > target - f64::from (window) - ROUNDING",

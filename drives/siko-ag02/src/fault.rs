@@ -44,14 +44,6 @@ mod tests {
     use crate::od::EmergencyCode;
 
     #[test]
-    fn letters_and_blinks_count_up() {
-        for (row, fault) in FAULTS.iter().enumerate() {
-            assert_eq!(fault.blinks as usize, row + 1);
-            assert_eq!(fault.letter(), (b'A' + row as u8) as char);
-        }
-    }
-
-    #[test]
     fn the_codes_are_those_of_the_data_sheet() {
         let faults = CODES.faults.iter().chain(CODES.notices).map(|code| code.number);
         let mut codes: Vec<u16> = faults.chain([NO_ERROR]).collect();

@@ -40,14 +40,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_and_blinks_count_up() {
-        for (row, fault) in FAULTS.iter().enumerate() {
-            assert_eq!(fault.blinks as usize, row + 1);
-            assert_eq!(fault.letter(), (b'A' + row as u8) as char);
-        }
-    }
-
-    #[test]
     fn every_code_is_understood_in_both_orders() {
         for fault in FAULTS {
             for cause in [cause_of(fault.code.number), cause_of(fault.code.number.swap_bytes())] {

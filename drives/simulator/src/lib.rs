@@ -15,4 +15,4 @@ mod storage;
 
 pub use memory::{Memory, read};
 pub use node::SimulatedServo;
-pub use storage::{Storage, signed};
+pub use storage::{Storage, raw_of, signed};

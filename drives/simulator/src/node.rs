@@ -16,7 +16,7 @@ use crate::memory::{Memory, read};
 use crate::script::Following;
 use crate::servo::script::{Change, Script, Seen};
 use crate::servo::{Inputs, Servo, ServoModel, follow, report};
-use crate::storage::{Storage, signed};
+use crate::storage::{Storage, raw_of, signed};
 
 /// A servo with its device and its dictionary: a [`Node`], to be attached to a bus.
 ///
@@ -341,15 +341,13 @@ impl<'a> Layer for Checked<'a> {
     }
 
     fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
-        let mut raw = [0; 8];
-        raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        let model = self.servo.model();
-        let Some(value) = signed(entry.data_type, u64::from_le_bytes(raw)) else {
+        let (model, raw) = (self.servo.model(), raw_of(data));
+        let Some(value) = signed(entry.data_type, raw) else {
             return self.storage.write(entry, offset, data, last);
         };
         (model.check)(self.servo, self.storage, entry.address, value)?;
         self.servo.check_cycle(self.storage, entry.address, value)?;
-        let kept = (model.kept)(entry.address, u64::from_le_bytes(raw)).to_le_bytes();
+        let kept = (model.kept)(entry.address, raw).to_le_bytes();
         // What is too long for a number is refused there.
         self.storage.write(entry, offset, kept.get(..data.len()).unwrap_or(data), last)
     }

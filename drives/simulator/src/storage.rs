@@ -64,6 +64,14 @@ impl dyn Storage + '_ {
     }
 }
 
+/// The number in wire form that these bytes are, as far as it has 64 bits.
+#[must_use]
+pub fn raw_of(data: &[u8]) -> u64 {
+    let mut bytes = [0; 8];
+    bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+    u64::from_le_bytes(bytes)
+}
+
 /// What a number in wire form means; none where the type has no fixed size.
 #[must_use]
 pub fn signed(data_type: DataType, raw: u64) -> Option<i64> {

@@ -40,8 +40,8 @@ pub struct Inputs {
     pub calibration_switch: bool,
     /// Which operator key is pressed.
     pub key: Option<Key>,
-    /// Faults whose cause is there independent of the other inputs.
-    pub forced: Faults,
+    /// Faults whose cause is there independent of the other inputs, in the order of [`FaultKind`].
+    pub forced: [bool; FaultKind::ALL.len()],
 }
 
 /// The operator keys (2.2.1.2). Which way the drive counts then depends on the sense of rotation (parameter 18).
@@ -51,34 +51,6 @@ pub enum Key {
     Clockwise,
     /// Key 2: the shaft turns counter-clockwise, which counts up when the sense of rotation is 'i'.
     CounterClockwise,
-}
-
-/// Some of the faults.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Faults(u16);
-
-impl Faults {
-    /// The same with this one.
-    #[must_use]
-    pub const fn with(self, kind: FaultKind) -> Self {
-        Faults(self.0 | bit(kind))
-    }
-
-    /// The same without this one.
-    #[must_use]
-    pub const fn without(self, kind: FaultKind) -> Self {
-        Faults(self.0 & !bit(kind))
-    }
-
-    /// Whether this is one of them.
-    #[must_use]
-    pub const fn contains(self, kind: FaultKind) -> bool {
-        self.0 & bit(kind) != 0
-    }
-}
-
-const fn bit(kind: FaultKind) -> u16 {
-    1 << kind as u16
 }
 
 /// Whether the shaft can turn.
@@ -152,7 +124,7 @@ impl Default for Inputs {
             limit_switches: [false; 2],
             calibration_switch: false,
             key: None,
-            forced: Faults::default(),
+            forced: [false; FaultKind::ALL.len()],
         }
     }
 }
@@ -182,13 +154,13 @@ impl Inputs {
 
     /// Makes the cause of a fault be there, so that it comes at once and cannot be reset.
     pub fn force(&mut self, kind: FaultKind) {
-        self.forced = self.forced.with(kind);
+        self.forced[kind as usize] = true;
     }
 
     /// Takes the cause of a fault away, forced or not: what it comes from is as in [`Inputs::default`] again.
     pub fn clear(&mut self, kind: FaultKind) {
         let well = Inputs::default();
-        self.forced = self.forced.without(kind);
+        self.forced[kind as usize] = false;
         match kind {
             FaultKind::Undervoltage | FaultKind::Overvoltage => {
                 self.output_stage_supply_100mv = well.output_stage_supply_100mv;

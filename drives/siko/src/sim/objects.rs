@@ -7,7 +7,7 @@ use lexican_runtime::cia301;
 use lexican_runtime::object::{Address, Entry, Layer};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
-use simulator::{Storage, signed};
+use simulator::{Storage, raw_of, signed};
 
 use super::address;
 use super::controller::Controller;
@@ -58,7 +58,8 @@ impl<'a> Layer for Objects<'a> {
     }
 
     fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
-        let value = Written::new(entry, data);
+        // Text is no number, and nothing depends on it.
+        let value = signed(entry.data_type, raw_of(data)).unwrap_or_default();
         self.check(entry, value)?;
         self.storage.write(entry, offset, data, last)?;
         self.follow(entry.address, value);
@@ -88,10 +89,10 @@ impl Objects<'_> {
         self.storage.set_raw(address, measured as u64);
     }
 
-    fn check(&mut self, entry: &Entry, value: Written) -> Result<(), AbortCode> {
+    fn check(&mut self, entry: &Entry, value: i64) -> Result<(), AbortCode> {
         let address = entry.address;
         self.check_state(address)?;
-        self.check_ranges(address, value)?;
+        self.check_ranges(entry, value)?;
         let travelling = self.controller.is_travelling(self.now);
         match address {
             // "The states can be set in OPERATIONAL only" (7.3).
@@ -106,17 +107,17 @@ impl Objects<'_> {
             | address::GEAR_DENOMINATOR => require(!travelling, AbortCode::DEVICE_STATE),
             address::CALIBRATION_VALUE => {
                 require(!travelling, AbortCode::DEVICE_STATE)?;
-                require(self.is_within_limits(value.signed), AbortCode::INVALID_VALUE)
+                require(self.is_within_limits(value), AbortCode::INVALID_VALUE)
             }
-            address::LIMIT_2 => require(value.signed <= self.limits()[1], AbortCode::MAXIMUM_BELOW_MINIMUM),
-            address::LIMIT_1 => require(value.signed >= self.limits()[0], AbortCode::MAXIMUM_BELOW_MINIMUM),
+            address::LIMIT_2 => require(value <= self.limits()[1], AbortCode::MAXIMUM_BELOW_MINIMUM),
+            address::LIMIT_1 => require(value >= self.limits()[0], AbortCode::MAXIMUM_BELOW_MINIMUM),
             _ if address.index() == address::RESTORE_ALL.index() => {
-                require(value.raw == LOAD, AbortCode::INVALID_VALUE)?;
+                require(value == LOAD, AbortCode::INVALID_VALUE)?;
                 require(!travelling, AbortCode::DEVICE_STATE)
             }
             // Reserved here; CiA 301 has it for "on request after a SYNC". 1800h to 19FFh are TPDOs.
             _ if address.index() & !0x1FF == cia301::TPDO_1 && address.sub() == 2 => {
-                require(value.raw != 252, AbortCode::INVALID_VALUE)
+                require(value != 252, AbortCode::INVALID_VALUE)
             }
             _ => Ok(()),
         }
@@ -134,12 +135,12 @@ impl Objects<'_> {
     }
 
     /// Limits that depend on the gear.
-    fn check_ranges(&self, address: Address, value: Written) -> Result<(), AbortCode> {
-        for range in self.model.ranges.iter().filter(|range| range.address == address) {
-            let low = value.of_same_type(range.limit.low);
-            let high = value.of_same_type(range.limit.high);
+    fn check_ranges(&self, entry: &Entry, value: i64) -> Result<(), AbortCode> {
+        for range in self.model.ranges.iter().filter(|range| range.address == entry.address) {
+            let low = signed(entry.data_type, range.limit.low);
+            let high = signed(entry.data_type, range.limit.high);
             if range.when.holds(self.storage.raw(range.when.address).unwrap_or_default()) {
-                require((low..=high).contains(&value.signed), AbortCode::INVALID_VALUE)?;
+                require((low..=high).contains(&Some(value)), AbortCode::INVALID_VALUE)?;
             }
         }
         Ok(())
@@ -155,10 +156,10 @@ impl Objects<'_> {
         low == high || (low.min(high)..=low.max(high)).contains(&position)
     }
 
-    fn follow(&mut self, address: Address, value: Written) {
+    fn follow(&mut self, address: Address, value: i64) {
         match address {
             address::CONTROL_WORD if self.by_sdo && !self.model.control_by_sdo => {}
-            address::CONTROL_WORD => self.effects.push(Effect::Control(value.raw as u16)),
+            address::CONTROL_WORD => self.effects.push(Effect::Control(value as u16)),
             address::CALIBRATION_VALUE | address::CALIBRATE => self.effects.push(Effect::Calibrate),
             address::RESTORE_ALL => self.restore(Restore::All),
             address::RESTORE_STANDARD => self.restore(Restore::Standard),
@@ -203,33 +204,7 @@ pub(super) fn fit(model: &Model, storage: &mut dyn Storage) {
 }
 
 /// The signature of 1011h.
-const LOAD: u64 = u32::from_le_bytes(*b"load") as u64;
-
-/// A number that is being written.
-#[derive(Clone, Copy)]
-struct Written {
-    raw: u64,
-    signed: i64,
-    unused_bits: u32,
-    is_signed: bool,
-}
-
-impl Written {
-    fn new(entry: &Entry, data: &[u8]) -> Self {
-        let mut bytes = [0; 8];
-        bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        let raw = u64::from_le_bytes(bytes);
-        let unused_bits = 64 - u32::from(entry.data_type.bits().unwrap_or(64));
-        let mut written = Written { raw, signed: 0, unused_bits, is_signed: entry.data_type.is_signed() };
-        written.signed = written.of_same_type(raw);
-        written
-    }
-
-    fn of_same_type(self, raw: u64) -> i64 {
-        let high = raw << self.unused_bits;
-        if self.is_signed { (high as i64) >> self.unused_bits } else { (high >> self.unused_bits) as i64 }
-    }
-}
+const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 
 fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
     if condition { Ok(()) } else { Err(code) }
