@@ -3,7 +3,7 @@
 
 #[path = "../../runtime/tests/all/common.rs"]
 mod common;
-#[path = "../../eds/tests/exercise/mod.rs"]
+#[path = "../../eds/tests/all/exercise.rs"]
 mod exercise;
 #[path = "../../runtime/tests/all/sdo_support.rs"]
 mod sdo_support;

@@ -15,7 +15,11 @@ const CANTOOLS: &str = "cantools==45.1.0";
 pub(crate) fn read_databases(root: &Path) -> Result<(), String> {
     let python = environment(root)?.to_string_lossy().into_owned();
     command::run(&[&python, "-m", "pip", "install", "--quiet", CANTOOLS])?;
-    command::run_cargo(root, &["test", "-p", "lexican-toolbox", "--test", "dbc"], &[("LEXICAN_PYTHON", &python)])
+    command::run_cargo(
+        root,
+        &["test", "-p", "lexican-toolbox", "--test", "all", "dbc::"],
+        &[("LEXICAN_PYTHON", &python)],
+    )
 }
 
 /// The python of the environment, which is made when it is not there yet.

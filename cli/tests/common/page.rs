@@ -43,6 +43,6 @@ pub(crate) fn follow(
     if std::env::var_os("LEXICAN_BLESS").is_some() {
         fs::write(path, followed).expect("the page can be written");
     } else {
-        assert_eq!(page, followed, "write the page anew: LEXICAN_BLESS=1 cargo test -p lexican --test {test}");
+        assert_eq!(page, followed, "write the page anew: LEXICAN_BLESS=1 cargo test -p lexican --test all {test}");
     }
 }

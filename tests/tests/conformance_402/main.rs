@@ -1,5 +1,5 @@
 //! The cases of CiA 402, against the simulated servo of `tests/conformance/servo.eds`. Those of the library take them in
-//! `cli/tests/conform.rs`.
+//! `cli/tests/all/conform.rs`.
 //!
 //! That each case notices what it is about is shown by faults: servos that are wrong in one thing.
 //!

@@ -3,7 +3,7 @@
 use lexican_runtime::Duration;
 
 /// The drives of the library, and within which time each of them stands whose program is gone: protected as
-/// `Drive::connect` has it, in the middle of a travel. `drives/README.md` shows it; `toolbox/tests/dead_man.rs` measures it.
+/// `Drive::connect` has it, in the middle of a travel. `drives/README.md` shows it; `toolbox/tests/all/dead_man.rs` measures it.
 pub const STANDS_WITHIN: &[(&str, Duration)] = &[
     ("kollmorgen/akd", Duration::from_millis(1300)),
     ("siko/ag02", Duration::from_millis(1500)),

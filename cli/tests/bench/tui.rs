@@ -1,0 +1,181 @@
+//! The bench on a terminal, played on the demo plant: from the node that is faulty to the travel that is stopped.
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::common::folder;
+use crate::simulation::Simulation;
+use crate::terminal::Terminal;
+use crate::tmux::Tmux;
+
+/// What shows a screen and has keys.
+trait Keyboard {
+    fn press(&mut self, keys: &str);
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String;
+}
+
+impl Keyboard for Terminal {
+    fn press(&mut self, keys: &str) {
+        Terminal::press(self, keys);
+    }
+    #[track_caller]
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
+        Terminal::wait_for(self, what)
+    }
+}
+
+impl Keyboard for Tmux {
+    fn press(&mut self, keys: &str) {
+        Tmux::press(self, keys);
+    }
+    #[track_caller]
+    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
+        Tmux::wait_for(self, what)
+    }
+}
+
+const DOWN: &str = "\u{1b}[B";
+const DELETE: &str = "\u{1b}[3~";
+
+/// Waits for some words.
+#[track_caller]
+fn shows(screen: &mut dyn Keyboard, words: &str) -> String {
+    screen.wait_for(&|text| text.contains(words))
+}
+
+/// The title of the details.
+fn title(text: &str) -> Option<&str> {
+    Some(text.split_once("┌ ")?.1.split_once(" ─")?.0)
+}
+
+/// Goes down to the row whose detail has this title.
+#[track_caller]
+fn go_down_to(screen: &mut dyn Keyboard, wanted: &str) {
+    let mut text = screen.wait_for(&|text| title(text).is_some());
+    while title(&text) != Some(wanted) {
+        screen.press(DOWN);
+        // Numbers change by themselves.
+        text = screen.wait_for(&|next| title(next).is_some() && title(next) != title(&text));
+    }
+}
+
+/// Looks after the demo plant, whose files come into `folder`, and leaves.
+fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
+    let backup = folder.join("node-5.dcf");
+    screen.wait_for(&|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
+
+    // What is pasted presses no keys, and a click selects a room.
+    screen.press("\u{1b}[200~q\u{1b}[201~");
+    screen.press("\u{1b}[<0;14;1M");
+    shows(screen, "[2 Objects]");
+
+    // Who is faulty, and why.
+    screen.press("7");
+    shows(screen, "node 7 is silent");
+
+    // A limit refuses in words, then lets through. Nothing is written without the hands.
+    screen.press("1\r");
+    shows(screen, "1000:00");
+    screen.press("/v-pos\r");
+    screen.wait_for(&|text| text.contains("v-Pos") && !text.contains("6064:00"));
+    screen.press("\r60\r");
+    shows(screen, "take the hands first");
+    screen.press("h");
+    shows(screen, "HANDS ON");
+    screen.press("\r250\r");
+    shows(screen, "too high");
+    screen.press("\r60\r");
+    shows(screen, "2410:05 = 60");
+
+    // A backup brings the value back.
+    screen.press("b");
+    shows(screen, "node-5.dcf");
+    screen.wait_for(&|_| backup.exists());
+    screen.press("\r70\r");
+    shows(screen, "2410:05 = 70");
+    screen.press("unode-5.dcf\r");
+    screen.wait_for(&|text| {
+        text.contains("v-Pos") && text.lines().any(|line| line.starts_with("▸2410:05") && line.contains(" 60 "))
+    });
+
+    // A PDO that is too long is objected to before anything is written.
+    screen.press("]3");
+    shows(screen, "TPDO1");
+    go_down_to(screen, "TPDO1");
+    for _ in 0..8 {
+        screen.press(DELETE);
+    }
+    screen.press("a6041\ra6064\ra606C\rc");
+    shows(screen, "64");
+    screen.press(DELETE);
+    screen.press("tevery:20ms\rc");
+    shows(screen, "it can be written");
+    screen.press("\r");
+    shows(screen, "event timer 20 ms");
+
+    // A travel is plotted, and stopped.
+    screen.press("5a6064\r");
+    shows(screen, "Position actual value = ");
+    screen.press("6");
+    shows(screen, "SWITCH ON DISABLED");
+    screen.press(DOWN);
+    shows(screen, "┌ 6 cutter");
+    screen.press("e");
+    shows(screen, "it is enabled");
+    screen.press("m-2000000\r");
+    shows(screen, "travels to");
+    screen.press(" ");
+    shows(screen, "every drive has stopped");
+
+    screen.press("q");
+}
+
+#[test]
+fn a_plant_is_looked_after_on_a_terminal() {
+    let folder = folder("bench-tui");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
+    let mut screen = Terminal::of(command.args(["bench", "--demo", "--tui"]).current_dir(&folder));
+    look_after(&mut screen, &folder);
+    let (code, text) = screen.end();
+    assert_eq!(code, Some(0), "{text}");
+}
+
+#[test]
+fn a_plant_is_looked_after_in_tmux() {
+    let folder = folder("bench-tmux");
+    let Some(mut screen) = Tmux::run(&folder, &["bench", "--demo", "--tui"]) else {
+        eprintln!("skipped: tmux is not installed");
+        return;
+    };
+    look_after(&mut screen, &folder);
+    assert_eq!(screen.end(), Some(0));
+}
+
+#[test]
+fn a_terminal_that_is_closed_stops_what_it_has_started() {
+    let folder = folder("bench-closed");
+    let mut drive = Simulation::begin(&folder, &["kollmorgen/akd", "--node", "6"]);
+    // Its terminal is the one that is closed, as that of a shell is.
+    let mut command = Command::new("setsid");
+    command.args(["--ctty", env!("CARGO_BIN_EXE_lexican"), "bench", "--tui", "--bus", &drive.buses[0]]);
+    let mut screen = Terminal::of(&mut command);
+    shows(&mut screen, "f looks for nodes");
+    screen.press("f");
+    shows(&mut screen, "kollmorgen/akd");
+    screen.press("h6");
+    shows(&mut screen, "SWITCH ON DISABLED");
+    screen.press("e");
+    shows(&mut screen, "it is enabled");
+    screen.press("v100\r");
+    shows(&mut screen, "until it is stopped");
+    let velocity = |drive: &mut Simulation| {
+        let status = drive.asks("status", "answer")["text"].as_str().unwrap().to_owned();
+        let number = status.split(", ").find_map(|part| part.split("/s").next()?.parse::<f64>().ok());
+        number.unwrap_or_else(|| panic!("{status}"))
+    };
+    while velocity(&mut drive) == 0.0 {}
+    let code = screen.close();
+    assert!(matches!(code, Some(0 | 2)), "it has ended by itself: {code:?}");
+    while velocity(&mut drive) != 0.0 {}
+}

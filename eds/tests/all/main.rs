@@ -1,0 +1,17 @@
+//! Reading, judging, changing and writing data sheets. Apart from `memory`, which measures its process.
+
+mod cases;
+mod corpus;
+mod corpus_files;
+mod drive;
+mod edit;
+mod exercise;
+mod golden;
+mod nothing_dropped;
+mod output;
+mod overlay;
+mod precision;
+mod quirks;
+mod remedies;
+mod remedy;
+mod robust;

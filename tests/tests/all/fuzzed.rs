@@ -1,0 +1,89 @@
+//! What is fuzzed (`cargo xtask fuzz`), over the committed inputs and those that were found, without libFuzzer.
+
+#[path = "../../../fuzz/src/lib.rs"]
+#[expect(unreachable_pub, reason = "it is a crate of its own, for libFuzzer")]
+mod fuzz;
+
+use std::fs;
+use std::path::Path;
+
+/// Runs `target` over all files of a folder, with which its runs begin, too.
+#[track_caller]
+fn check(target: fn(&[u8]), folder: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace");
+    let files = fs::read_dir(root.join(folder)).expect("the folder can be read");
+    let files: Vec<_> = files.map(|file| file.expect("the folder can be read").path()).collect();
+    assert!(!files.is_empty(), "{folder} has inputs");
+    for file in files {
+        println!("{}", file.display());
+        let input = fs::read(&file).expect("the input can be read");
+        target(&input);
+        // Any beginning of it is an input, too.
+        (0..16).for_each(|part| target(&input[..input.len() * part / 16]));
+    }
+}
+
+#[test]
+fn a_device_goes_on() {
+    check(fuzz::device, "fuzz/corpus/device");
+}
+
+#[test]
+fn a_manager_goes_on() {
+    check(fuzz::manager, "fuzz/corpus/manager");
+}
+
+#[test]
+fn transfers_end_well_or_fail() {
+    check(fuzz::sdo, "fuzz/corpus/sdo");
+}
+
+#[test]
+fn any_data_sheet_is_read() {
+    check(fuzz::eds, "fuzz/corpus/eds");
+}
+
+#[test]
+fn what_is_generated_is_rust() {
+    check(fuzz::codegen, "fuzz/corpus/codegen");
+}
+
+#[test]
+fn any_log_is_read() {
+    check(fuzz::log, "fuzz/corpus/log");
+}
+
+#[test]
+fn a_log_of_any_format_is_read() {
+    check(fuzz::logs, "fuzz/corpus/logs");
+}
+
+#[test]
+fn any_serial_line_is_read() {
+    check(fuzz::slcan, "fuzz/corpus/slcan");
+}
+
+#[test]
+fn any_name_of_a_bus_is_read() {
+    check(fuzz::bus_url, "fuzz/corpus/bus_url");
+}
+
+#[test]
+fn any_script_is_read() {
+    check(fuzz::script, "fuzz/corpus/script");
+}
+
+#[test]
+fn any_kept_parameters_are_read() {
+    check(fuzz::parameters, "fuzz/corpus/parameters");
+}
+
+#[test]
+fn any_bytes_on_a_serial_port_are_survived() {
+    check(fuzz::siko_serial, "fuzz/corpus/siko_serial");
+}
+
+#[test]
+fn a_drive_on_profibus_goes_on() {
+    check(fuzz::profibus, "fuzz/corpus/profibus");
+}

@@ -1,0 +1,12 @@
+//! What crosses crates.
+
+mod akd_frames;
+mod boot_plan;
+mod data_types;
+mod descriptions;
+mod fuzzed;
+mod link_slcan;
+#[path = "../link_support/mod.rs"]
+mod link_support;
+mod lss_device;
+mod parameters;

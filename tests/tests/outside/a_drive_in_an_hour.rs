@@ -1,0 +1,112 @@
+//! The page "A drive in an hour", followed to the letter with a data sheet of our own.
+#![cfg(unix)]
+
+use crate::outside;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, Stdio};
+
+const PAGE: &str = include_str!("../../../drives/a-drive-in-an-hour.md");
+
+/// A reader who follows the page.
+struct User {
+    folder: PathBuf,
+    simulation: Option<Simulation>,
+}
+
+/// `lexican simulate`, until it is dropped.
+struct Simulation {
+    process: Child,
+    /// Kept open: the command ends when it cannot print.
+    _printed: BufReader<ChildStderr>,
+    bus: String,
+}
+
+impl User {
+    fn folder(&self) -> &str {
+        self.folder.to_str().expect("the target folder has a name in UTF-8")
+    }
+
+    /// Types a command, and returns what it prints. Only the commands of a real bus are left out.
+    fn types(&mut self, command: &str) -> String {
+        let bus = self.simulation.as_ref().map_or("", |simulation| &simulation.bus);
+        let words: Vec<&str> = command.split_whitespace().map_while(|word| (word != "#").then_some(word)).collect();
+        let words: Vec<&str> =
+            words.into_iter().map(|word| if word.starts_with("slcan:") { bus } else { word }).collect();
+        match words[..] {
+            ["cargo", .., "can0"] => String::new(),
+            ["cargo", "run", ref rest @ ..] => {
+                outside::succeeds(self.folder(), &["clippy", "--", "-D", "warnings"]);
+                outside::output(self.folder(), &[&["run", "--quiet"], rest].concat())
+            }
+            ["lexican", "simulate", ..] => {
+                self.simulation = Some(Simulation::start(self.lexican(&words[1..])));
+                String::new()
+            }
+            ["lexican", ref rest @ ..] => {
+                let output = self.lexican(rest).output().expect("the command can be started");
+                assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+                String::from_utf8(output.stdout).expect("it prints UTF-8")
+            }
+            _ => panic!("a command that the test does not follow: {command}"),
+        }
+    }
+
+    fn lexican(&self, words: &[&str]) -> Command {
+        let mut command = Command::new(outside::target_folder().join("debug/lexican"));
+        command.current_dir(&self.folder).args(words);
+        command
+    }
+}
+
+impl Simulation {
+    fn start(mut command: Command) -> Simulation {
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process = command.spawn().expect("the command can be started");
+        let mut printed = BufReader::new(process.stderr.take().expect("it is piped"));
+        let bus = printed.by_ref().lines().map_while(Result::ok).find_map(|line| {
+            let word = line.split_whitespace().find(|word| word.starts_with("slcan:"))?;
+            Some(word.to_owned())
+        });
+        Simulation { process, _printed: printed, bus: bus.expect("it prints its bus") }
+    }
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn the_page_moves_a_drive() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme/axis");
+    let _ = std::fs::remove_dir_all(&folder);
+    outside::write(&folder, "eds/servo.eds", include_str!("../../downstream/servo/eds/servo.eds"));
+    let mut user = User { folder, simulation: None };
+    // In place of `cargo install`.
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cli/Cargo.toml");
+    let manifest = manifest.to_str().expect("the checkout has a name in UTF-8");
+    outside::succeeds(user.folder(), &["build", "--quiet", "--bin", "lexican", "--manifest-path", manifest]);
+    let (mut printed, mut compared) = (String::new(), 0);
+    for (language, text) in outside::blocks(PAGE) {
+        match (language, outside::file(text, "axis")) {
+            (_, Some(path)) => outside::write(&user.folder, path, text),
+            ("sh", None) => printed = text.lines().map(|command| user.types(command)).collect(),
+            ("text", None) => {
+                assert_eq!(printed.trim_end(), text);
+                compared += 1;
+            }
+            _ => panic!("a block that the test does not follow: {text}"),
+        }
+    }
+    assert_eq!(compared, 3, "what the page says of the output is compared");
+    assert_eq!(printed, "reached, at 1000; Position(1000)\nhomed, at 0\nruns at 100\n", "after the last step");
+
+    // The file's name instead of the dictionary's, say.
+    outside::write(&user.folder, "src/lib.rs", "pub mod od {\n    lexican_runtime::include_od!(\"Servo\");\n}\n");
+    let output = outside::cargo(user.folder()).args(["check", "--lib"]).output().expect("cargo can be started");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("there is no dictionary `Servo`; the build script has generated `servo`"), "{said}");
+}
