@@ -1,6 +1,7 @@
 //! The slave in real time: a segment at one end of a pseudo-terminal, the slave at the other.
 #![cfg(unix)]
 
+#[path = "all/support.rs"]
 mod support;
 
 use std::io::{ErrorKind, Read, Write};

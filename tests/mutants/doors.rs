@@ -1,43 +1,51 @@
 //! Each mutant of the drives' other interfaces is found, except in the files of [`NOT_YET`]: by their own tests, or by the
 //! verification against the manual.
 
-#![allow(clippy::duplicate_mod, reason = "each file of tests brings its own bench")]
-
 use std::path::Path;
 
 use lexican_verify::{DRIVES, Inputs, finds};
 use runner::Mutants;
 
-#[path = "../../profibus/tests/any_bytes.rs"]
+#[path = "../../profibus/tests/all/any_bytes.rs"]
 mod profibus_any_bytes;
-#[path = "../../profibus/tests/master.rs"]
+#[path = "../../profibus/tests/all/master.rs"]
 mod profibus_master;
-#[path = "../../profibus/tests/slave.rs"]
+#[path = "../../profibus/tests/all/slave.rs"]
 mod profibus_slave;
-#[path = "../../profibus/tests/station.rs"]
+#[path = "../../profibus/tests/all/station.rs"]
 mod profibus_station;
-#[path = "../../profibus/tests/trouble.rs"]
+#[path = "../../profibus/tests/all/trouble.rs"]
 mod profibus_trouble;
-#[path = "../../drives/siko/tests/gateway/main.rs"]
+#[path = "../../drives/siko/tests/all/gateway/mod.rs"]
 mod siko_gateway;
-#[path = "../../drives/siko-profibus/tests/carrier.rs"]
+#[path = "../../drives/siko-profibus/tests/all/carrier.rs"]
 mod siko_profibus_carrier;
-#[path = "../../drives/siko-profibus/tests/flow.rs"]
+#[path = "../../drives/siko-profibus/tests/all/flow.rs"]
 mod siko_profibus_flow;
-#[path = "../../drives/siko-profibus/tests/parameters.rs"]
+#[path = "../../drives/siko-profibus/tests/all/parameters.rs"]
 mod siko_profibus_parameters;
-#[path = "../../drives/siko-profibus/tests/scripted/main.rs"]
+#[path = "../../drives/siko-profibus/tests/all/scripted/mod.rs"]
 mod siko_profibus_scripted;
-#[path = "../../drives/siko-serial/tests/authority.rs"]
+#[path = "../../drives/siko-serial/tests/all/authority.rs"]
 mod siko_serial_authority;
-#[path = "../../drives/siko-serial/tests/codec.rs"]
+#[path = "../../drives/siko-serial/tests/all/codec.rs"]
 mod siko_serial_codec;
-#[path = "../../drives/siko-serial/tests/door.rs"]
+#[path = "../../drives/siko-serial/tests/all/door.rs"]
 mod siko_serial_door;
-#[path = "../../drives/siko-serial/tests/flow_charts.rs"]
+#[path = "../../drives/siko-serial/tests/all/flow_charts.rs"]
 mod siko_serial_flow_charts;
-#[path = "../../drives/siko-serial/tests/trouble.rs"]
+#[path = "../../drives/siko-serial/tests/all/trouble.rs"]
 mod siko_serial_trouble;
+
+// What these tests share.
+#[path = "../../drives/siko-serial/tests/all/bench/mod.rs"]
+mod bench;
+#[path = "../../profibus/tests/all/random.rs"]
+mod random;
+#[path = "../../drives/siko-profibus/tests/all/rig.rs"]
+mod rig;
+#[path = "../../profibus/tests/all/support.rs"]
+mod support;
 
 mod runner;
 #[path = "doors_unfound.rs"]

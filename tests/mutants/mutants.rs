@@ -1,7 +1,7 @@
 //! Each mutant of the simulated drive is found: by the simulator's own tests, which are the quicker ones, or by the
 //! verification against the manual.
 
-#![allow(clippy::duplicate_mod, reason = "each file of tests brings its own bench")]
+#![allow(clippy::duplicate_mod, reason = "the AG02's tests are a program of their own, with its rig")]
 
 use std::path::Path;
 
@@ -11,24 +11,30 @@ use siko::mutant::{MUTANTS, PACKAGE, VARIABLE};
 
 #[path = "../../drives/siko-ag02/tests/simulator.rs"]
 mod ag02;
-#[path = "../../drives/siko/tests/controller.rs"]
+#[path = "../../drives/siko/tests/all/controller.rs"]
 mod controller;
-#[path = "../../drives/siko/tests/node.rs"]
+#[path = "../../drives/siko/tests/all/node.rs"]
 mod node;
-#[path = "../../drives/siko/tests/objects.rs"]
+#[path = "../../drives/siko/tests/all/objects.rs"]
 mod objects;
-#[path = "../../drives/siko/tests/orders.rs"]
+#[path = "../../drives/siko/tests/all/orders.rs"]
 mod orders;
-#[path = "../../drives/siko/tests/other_doors.rs"]
+#[path = "../../drives/siko/tests/all/other_doors.rs"]
 mod other_doors;
-#[path = "../../drives/siko/tests/parts.rs"]
+#[path = "../../drives/siko/tests/all/parts.rs"]
 mod parts;
-#[path = "../../drives/siko/tests/power.rs"]
+#[path = "../../drives/siko/tests/all/power.rs"]
 mod power;
-#[path = "../../drives/siko/tests/remains.rs"]
+#[path = "../../drives/siko/tests/all/remains.rs"]
 mod remains;
-#[path = "../../drives/siko/tests/variants.rs"]
+#[path = "../../drives/siko/tests/all/variants.rs"]
 mod variants;
+
+// What these tests share.
+#[path = "../../drives/siko/tests/all/controller_rig.rs"]
+mod controller_rig;
+#[path = "../../drives/siko/tests/all/support.rs"]
+mod support;
 
 mod runner;
 mod unfound;

@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn every_target_has_inputs_and_a_test_over_them() {
         let root = workspace::root();
-        let tests = fs::read_to_string(root.join("tests/tests/all/fuzz.rs")).unwrap();
+        let tests = fs::read_to_string(root.join("tests/tests/all/fuzzed.rs")).unwrap();
         let targets = targets(&root).unwrap();
         assert!(targets.len() >= 10, "{targets:?}");
         for target in targets {

@@ -1,6 +1,6 @@
 //! What the simulated AG02 does otherwise than SIKO's other drives.
 
-#[path = "../../siko/tests/support/mod.rs"]
+#[path = "../../siko/tests/all/support.rs"]
 mod support;
 
 use siko_ag02::Direction;

@@ -1,6 +1,7 @@
 //! The client on a port of the operating system.
 #![cfg(all(feature = "serialport", unix))]
 
+#[path = "all/bench/mod.rs"]
 mod bench;
 
 use std::io::{Read, Write};

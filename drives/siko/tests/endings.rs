@@ -251,73 +251,67 @@ fn serve(mut participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>) {
     }
 }
 
-#[track_caller]
-fn check(ending: &str, signal: Option<&str>, then: &Then, words: &str) {
-    let running = Running::start(ending);
-    if let Some(signal) = signal {
-        running.signal(signal);
-    }
-    let (seen, said) = running.end(then);
-    assert_eq!(seen, *then, "{ending}: {said}");
-    assert!(said.contains(words), "{ending}: {said}");
+/// Endings of programs, by a signal or by themselves: what the drive does then, and what the program says. They run at the
+/// same time, since they mostly wait.
+fn check(endings: &[(&str, Option<&str>, Then, &[&str])]) {
+    std::thread::scope(|scope| {
+        for (ending, signal, then, words) in endings {
+            scope.spawn(move || {
+                let running = Running::start(ending);
+                match signal {
+                    Some("cable") => running.cable.shutdown(Shutdown::Both).unwrap(),
+                    Some(signal) => running.signal(signal),
+                    None => {}
+                }
+                let (seen, said) = running.end(then);
+                assert_eq!(seen, *then, "{ending}: {said}");
+                assert!(words.iter().all(|words| said.contains(words)), "{ending}: {said}");
+            });
+        }
+    });
 }
 
 const LET_GO: &str = "the drive at node 5 was let go while it may be moving: it has been stopped";
+const LOST: [&str; 2] =
+    ["; the drive at node 5 may still be moving", "a stop has been sent, and nothing shows that it has arrived"];
 const CANCELLED: &str = "cancelled: the drive at node 5 has been stopped";
 
 #[test]
-fn a_program_that_returns_stops_its_drive() {
-    check("return", None, &Then::Stands, LET_GO);
+fn a_program_that_ends_by_itself_or_handles_its_signals_stops_its_drive() {
+    check(&[
+        ("return", None, Then::Stands, &[LET_GO]),
+        ("error", None, Then::Stands, &[LET_GO]),
+        ("panic", None, Then::Stands, &[LET_GO]),
+        ("SIGINT with a handler", Some("INT"), Then::Stands, &[CANCELLED]),
+        ("SIGTERM with a handler", Some("TERM"), Then::Stands, &[CANCELLED]),
+    ]);
 }
 
 #[test]
-fn a_program_that_ends_in_an_error_stops_its_drive() {
-    check("error", None, &Then::Stands, LET_GO);
-}
-
-#[test]
-fn a_program_that_panics_stops_its_drive() {
-    check("panic", None, &Then::Stands, LET_GO);
-}
-
-#[test]
-fn a_program_that_handles_its_signals_stops_its_drive() {
-    check("SIGINT with a handler", Some("INT"), &Then::Stands, CANCELLED);
-    check("SIGTERM with a handler", Some("TERM"), &Then::Stands, CANCELLED);
-}
-
-#[test]
-fn a_program_that_does_not_handle_its_signals_leaves_its_drive_moving() {
-    check("SIGINT", Some("INT"), &Then::Moves, "");
-    check("SIGTERM", Some("TERM"), &Then::Moves, "");
-}
-
-#[test]
-fn a_program_that_is_gone_at_once_leaves_its_drive_moving() {
-    check("exit", None, &Then::Moves, "");
-    check("abort", None, &Then::Moves, "");
-    check("SIGKILL", Some("KILL"), &Then::Moves, "");
+fn a_program_that_is_gone_at_once_or_does_not_handle_its_signals_leaves_its_drive_moving() {
+    check(&[
+        ("exit", None, Then::Moves, &[]),
+        ("abort", None, Then::Moves, &[]),
+        ("SIGKILL", Some("KILL"), Then::Moves, &[]),
+        ("SIGINT", Some("INT"), Then::Moves, &[]),
+        ("SIGTERM", Some("TERM"), Then::Moves, &[]),
+    ]);
 }
 
 #[test]
 fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
-    for (ending, then) in [("cable", Then::Moves), ("protected cable", Then::Released)] {
-        let running = Running::start(ending);
-        running.cable.shutdown(Shutdown::Both).unwrap();
-        let (seen, said) = running.end(&then);
-        assert_eq!(seen, then, "{ending}: {said}");
-        assert!(said.contains("; the drive at node 5 may still be moving"), "{ending}: {said}");
-        assert!(said.contains("a stop has been sent, and nothing shows that it has arrived"), "{ending}: {said}");
-    }
+    check(&[("cable", Some("cable"), Then::Moves, &LOST), ("protected cable", Some("cable"), Then::Released, &LOST)]);
 }
 
 /// So it is without power: nothing is sent any more.
 #[test]
 fn a_protected_drive_notices_that_its_program_is_gone() {
-    check("protected abort", None, &Then::Released, "");
-    check("protected SIGKILL", Some("KILL"), &Then::Released, "");
-    check("connected as usual", Some("KILL"), &Then::Released, "");
-    check("protected SIGTERM", Some("TERM"), &Then::Released, "");
+    check(&[
+        ("protected abort", None, Then::Released, &[]),
+        ("protected SIGKILL", Some("KILL"), Then::Released, &[]),
+        ("connected as usual", Some("KILL"), Then::Released, &[]),
+        ("protected SIGTERM", Some("TERM"), Then::Released, &[]),
+    ]);
 }
 
 #[test]

@@ -4,14 +4,15 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use crate::rig::tampered;
 use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, VirtualBus, VirtualLink};
+use lexican_runtime::host::{AccessError, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::manager::Event;
 use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Frame, NodeId};
 
 const NODE: NodeId = NodeId::literal(5);
 
@@ -50,25 +51,13 @@ fn errors_name_node_and_address() {
     assert_eq!(format!("{error}"), "node 6: 1000:00: no answer of the device in time");
 }
 
-/// A link that refuses frames while its flag is set.
-struct Ailing<L>(L, Rc<Cell<bool>>);
-
-impl<L: Link> Link for Ailing<L> {
-    fn now(&self) -> Instant {
-        self.0.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        if self.1.get() { Err(LinkError::Full) } else { self.0.send(frame) }
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        self.0.receive(until)
-    }
-}
-
 #[test]
 fn a_transfer_that_the_link_refused_does_not_block_the_next_one() {
     let ails = Rc::new(Cell::new(true));
-    let mut network = Network::new(Ailing(network().into_link(), Rc::clone(&ails)));
+    let is_ill = Rc::clone(&ails);
+    let send =
+        move |link: &mut VirtualLink, frame: &Frame| if is_ill.get() { Err(LinkError::Full) } else { link.send(frame) };
+    let mut network = Network::new(tampered(network().into_link(), send, VirtualLink::receive));
     assert!(matches!(network.read(NODE, DEVICE_TYPE), Err(AccessError::Link(LinkError::Full))));
     assert!(matches!(network.read(NODE, DEVICE_TYPE), Err(AccessError::Link(LinkError::Full))));
     ails.set(false);

@@ -1,7 +1,5 @@
 //! The runtime from outside: services, composites, shells.
 
-#[cfg(feature = "tokio")]
-mod block_support;
 mod blocking_shell;
 mod common;
 mod device_any_configuration;
@@ -20,6 +18,8 @@ mod manager_and_devices;
 mod manager_any_frames;
 mod manager_network;
 mod participant_shell;
+#[cfg(feature = "std")]
+mod rig;
 mod sdo_any_frames;
 mod sdo_client;
 mod sdo_faults;

@@ -3,50 +3,11 @@
 
 use std::cell::Cell;
 
-use crate::common::testing::TestOd;
-use crate::common::{self, FULL, NODE};
-use lexican_runtime::device::{Behaviour, Device, Event};
+use crate::common;
+use crate::rig::Station;
+use lexican_runtime::device::Event;
 use lexican_runtime::host::{BusState, Incoming, Link, LinkError, Node, Notice, Participant, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
-
-/// A device that counts its frames, and stores its events.
-struct Station {
-    device: Device<3, 3, 2, 3>,
-    od: TestOd,
-    heard: usize,
-    events: Vec<Event>,
-}
-
-impl Station {
-    fn new() -> Self {
-        let mut device = Device::new(NODE, Behaviour::CIA_301);
-        let mut od = TestOd::new(FULL);
-        device.restart(Instant::ZERO, &mut od);
-        Station { device, od, heard: 0, events: Vec::new() }
-    }
-}
-
-impl Node for Station {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.heard += 1;
-        self.events.extend(self.device.handle_frame(now, frame, &mut self.od));
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.events.extend(self.device.handle_timeout(now, &mut self.od));
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.device.poll_transmit(now, &mut self.od)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.device.poll_timeout()
-    }
-    fn concerns(&self) -> Vec<CobId> {
-        self.device.cob_ids().collect()
-    }
-    fn generation(&self) -> u32 {
-        self.device.generation()
-    }
-}
 
 /// A device behind a link, and the link of a manager.
 struct Bench {
@@ -59,7 +20,7 @@ impl Bench {
     fn new() -> Self {
         let bus = VirtualBus::with_bit_rate(500);
         let (link, other) = (bus.link(), bus.link());
-        Bench { participant: Participant::new(link, Station::new()), other, bus }
+        Bench { participant: Participant::new(link, Station::full()), other, bus }
     }
 
     /// Sends frames, a millisecond apart, and returns the answers.
@@ -166,7 +127,7 @@ impl Link for Slow {
 
 #[test]
 fn a_sync_period_that_the_machine_cannot_keep_does_not_stop_reception() {
-    let mut station = Station::new();
+    let mut station = Station::full();
     // 1006h: 1 us; then 1005h: the device produces SYNC.
     for frame in ["605#2306100001000000", "605#2305100080000040"] {
         station.device.poll_transmit(Instant::ZERO, &mut station.od);

@@ -3,11 +3,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::block_support::{Station, TEXT};
 use crate::common::{self, NODE};
-use lexican_runtime::host::{
-    Incoming, Link, LinkError, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
-};
+use crate::rig::{Station, TEXT, tampered};
+use lexican_runtime::host::{Link, Participant, VirtualBus, VirtualLink, blocking, tokio as shell};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::service::sdo_client::SdoClient;
@@ -28,20 +26,14 @@ const PERIOD: Duration = Duration::from_millis(5);
 const SLACK: Duration = Duration::from_millis(3);
 
 /// A link without a queue: a frame is sent when it has left.
-struct Queueless(VirtualLink, VirtualBus);
-
-impl Link for Queueless {
-    fn now(&self) -> Instant {
-        self.0.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.0.send(frame)?;
-        self.1.advance(FRAME);
+fn queueless(bus: &VirtualBus) -> impl Link + Send + 'static {
+    let clock = bus.clone();
+    let send = move |link: &mut VirtualLink, frame: &Frame| {
+        link.send(frame)?;
+        clock.advance(FRAME);
         Ok(())
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        self.0.receive(until)
-    }
+    };
+    tampered(bus.link(), send, VirtualLink::receive)
 }
 
 /// When frames with `id` are on the bus.
@@ -76,10 +68,10 @@ fn a_block_download_of_the_blocking_shell_delays_neither_sync_nor_heartbeats() {
     let bus = VirtualBus::with_bit_rate(500);
     let watched = NodeId::literal(9);
     for node in [NODE, watched] {
-        bus.attach(Station::new(node, LONG));
+        bus.attach(Station::named(node, LONG));
     }
     let syncs = times_of(&bus, 0x080);
-    let mut network = blocking::Network::new(Queueless(bus.link(), bus.clone()));
+    let mut network = blocking::Network::new(queueless(&bus));
     let now = network.now();
     prepare(network.manager(), now, watched);
     network.write_bytes(watched, Address::new(0x1017, 0), &10_u16.to_le_bytes()).unwrap();
@@ -96,10 +88,10 @@ async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls
     let bus = VirtualBus::with_bit_rate(500);
     let other = NodeId::literal(9);
     for node in [NODE, other] {
-        bus.attach(Station::new(node, LONG));
+        bus.attach(Station::named(node, LONG));
     }
     let (syncs, answers) = (times_of(&bus, 0x080), times_of(&bus, 0x589));
-    let network = shell::Network::spawn(Queueless(bus.link(), bus.clone())).unwrap();
+    let network = shell::Network::spawn(queueless(&bus)).unwrap();
     network.with_manager(move |manager, now| prepare(manager, now, other)).await.unwrap();
     let reader = tokio::spawn({
         let network = network.clone();
@@ -121,8 +113,8 @@ fn a_block_upload_of_the_device_shell_does_not_delay_its_heartbeat() {
     let bus = VirtualBus::with_bit_rate(500);
     let mut other = bus.link();
     let beats = times_of(&bus, 0x705);
-    let node = Station::new(NODE, LONG);
-    let mut participant = Participant::new(Queueless(bus.link(), bus.clone()), node);
+    let node = Station::named(NODE, LONG);
+    let mut participant = Participant::new(queueless(&bus), node);
     // A heartbeat every 5 ms; blocks of 127 segments; the block is received, and the next one begins.
     let confirmations = std::iter::repeat_n("605#A27F7F0000000000", 22);
     for frame in

@@ -3,9 +3,10 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::rig::tampered;
 use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 use lexican_runtime::host::{
-    AccessError, Incoming, Link, LinkError, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
+    AccessError, Incoming, Link, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
 };
 use lexican_runtime::manager::{Event, Remote};
 use lexican_runtime::service::sdo_client::SdoError;
@@ -19,37 +20,20 @@ const SILENT: NodeId = NodeId::literal(100);
 const LOOK: Duration = Duration::from_micros(50);
 
 /// A link that always has a frame; every other one is of the bus behind it.
-struct Flood {
-    link: VirtualLink,
-    bus: VirtualBus,
-    frame: Frame,
-    is_others: bool,
+fn flooded(bus: &VirtualBus, frame: Frame) -> impl Link + Send + 'static {
+    let (clock, mut is_others) = (bus.clone(), false);
+    let receive = move |link: &mut VirtualLink, _| {
+        clock.advance(LOOK);
+        assert!(clock.now() < Instant::ZERO + Duration::from_secs(60), "a wait does not end");
+        is_others = !is_others;
+        let others = if is_others { link.receive(clock.now())? } else { None };
+        Ok(Some(others.unwrap_or(Incoming::Frame(frame))))
+    };
+    tampered(bus.link(), VirtualLink::send, receive)
 }
 
-impl Flood {
-    fn new(bus: &VirtualBus, frame: Frame) -> Self {
-        Flood { link: bus.link(), bus: bus.clone(), frame, is_others: false }
-    }
-
-    fn of_pdos(bus: &VirtualBus) -> Self {
-        Flood::new(bus, Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [1, 2]))
-    }
-}
-
-impl Link for Flood {
-    fn now(&self) -> Instant {
-        self.link.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.link.send(frame)
-    }
-    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
-        self.bus.advance(LOOK);
-        assert!(self.bus.now() < Instant::ZERO + Duration::from_secs(60), "a wait does not end");
-        self.is_others = !self.is_others;
-        let others = if self.is_others { self.link.receive(self.bus.now())? } else { None };
-        Ok(Some(others.unwrap_or(Incoming::Frame(self.frame))))
-    }
+fn flood_of_pdos(bus: &VirtualBus) -> impl Link + Send + 'static {
+    flooded(bus, Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [1, 2]))
 }
 
 /// A bus with a device, and how many SYNC messages are on it.
@@ -71,7 +55,7 @@ fn has_timed_out<T: std::fmt::Debug>(result: Result<T, AccessError>) {
 #[test]
 fn the_blocking_shell_reads_and_notices_silence_and_loss() {
     let (bus, syncs) = bus();
-    let mut network = blocking::Network::new(Flood::of_pdos(&bus));
+    let mut network = blocking::Network::new(flood_of_pdos(&bus));
     let now = network.now();
     network.manager().produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
     network.manager().add(now, Remote::new(NODE).with_heartbeat(Duration::from_millis(100))).unwrap();
@@ -88,7 +72,7 @@ fn the_blocking_shell_reads_and_notices_silence_and_loss() {
 #[test]
 fn the_blocking_shell_ends_its_waits() {
     let (bus, _) = bus();
-    let mut network = blocking::Network::new(Flood::of_pdos(&bus));
+    let mut network = blocking::Network::new(flood_of_pdos(&bus));
     let until = network.now() + Duration::from_secs(1);
     while network.next_event(until).unwrap().is_some() {}
     assert!(network.now() < until + Duration::from_millis(300), "{}", network.now());
@@ -102,7 +86,7 @@ fn the_device_shell_sends_its_heartbeat_and_ends() {
     let beat = Frame::from_array(CobId::of_node(0x600, NODE), [0x2B, 0x17, 0x10, 0, 10, 0, 0, 0]);
     // A flood of requests for the device, each of which is answered.
     let question = Frame::from_array(CobId::of_node(0x600, NODE), [0x40, 0, 0x10, 0, 0, 0, 0, 0]);
-    let mut participant = Participant::new(Flood::new(&bus, question), station(NODE));
+    let mut participant = Participant::new(flooded(&bus, question), station(NODE));
     witness.send(&beat).unwrap();
     for ms in [500, 1000] {
         let until = Instant::ZERO + Duration::from_millis(ms);
@@ -119,7 +103,7 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     let (bus, syncs) = bus();
     // Of frames that are no events: a listener keeps the last 1024 of those only.
     let flood = Frame::from_array(CobId::NMT, [1, 9]);
-    let network = shell::Network::spawn(Flood::new(&bus, flood)).unwrap();
+    let network = shell::Network::spawn(flooded(&bus, flood)).unwrap();
     network
         .with_manager(|manager, now| {
             manager.produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
@@ -137,34 +121,26 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     while events.recv().await.unwrap() != shell::Event::Manager(Event::Lost { node: NODE }) {}
 }
 
-/// A link that has lost frames, once.
-struct Lossy(VirtualLink, Option<u32>);
-
-impl Link for Lossy {
-    fn now(&self) -> Instant {
-        self.0.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.0.send(frame)
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        match self.1.take() {
-            Some(frames) => Ok(Some(Incoming::Gap(frames))),
-            None => self.0.receive(until),
-        }
-    }
+/// A link that has lost seven frames, once.
+fn lossy(bus: &VirtualBus) -> impl Link + Send + 'static {
+    let mut lost = Some(Incoming::Gap(7));
+    let receive = move |link: &mut VirtualLink, until| match lost.take() {
+        None => link.receive(until),
+        lost => Ok(lost),
+    };
+    tampered(bus.link(), VirtualLink::send, receive)
 }
 
 #[tokio::test]
 async fn every_shell_reports_that_frames_are_missing() {
     let (bus, _) = bus();
-    let mut network = blocking::Network::new(Lossy(bus.link(), Some(7)));
+    let mut network = blocking::Network::new(lossy(&bus));
     assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
     assert_eq!(network.lost_frames(), 7);
-    let mut participant = Participant::new(Lossy(bus.link(), Some(7)), station(SILENT));
+    let mut participant = Participant::new(lossy(&bus), station(SILENT));
     let until = participant.now() + Duration::from_millis(1);
     assert!(matches!(participant.run(until), Ok(Some(Notice::Gap(7)))));
     assert!(matches!(participant.run(until), Ok(None)));
-    let network = shell::Network::spawn(Lossy(bus.link(), Some(7))).unwrap();
+    let network = shell::Network::spawn(lossy(&bus)).unwrap();
     assert_eq!(network.events().recv().await.unwrap(), shell::Event::Gap(7));
 }

@@ -1,15 +1,14 @@
 //! Nodes that are bound to their dictionary, their settings and their PDOs, in both shells.
 #![cfg(feature = "tokio")]
 
-use crate::common::testing::TestOd;
-use crate::common::{FULL, NODE};
-use lexican_runtime::device::{Behaviour, Device};
-use lexican_runtime::host::{self, AccessError, PdoOptions, Settings, VirtualBus, blocking, tokio as shell};
+use crate::common::NODE;
+use crate::rig::Station;
+use lexican_runtime::host::{AccessError, PdoOptions, Settings, VirtualBus, blocking, tokio as shell};
 use lexican_runtime::object::{Mapping, Object, Rpdo, Rw, Tpdo};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::pdo::TransmissionType;
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant};
+use lexican_runtime::{AbortCode, CobId, Duration};
 
 /// As generated code has it.
 mod drive {
@@ -32,28 +31,9 @@ mod drive {
 }
 
 /// A strict device: identifiers, times and mappings change only while the PDO is switched off.
-struct Strict(Device<3, 3, 2, 3>, TestOd);
-
-impl host::Node for Strict {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.0.handle_frame(now, frame, &mut self.1);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.0.handle_timeout(now, &mut self.1);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.0.poll_transmit(now, &mut self.1)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.0.poll_timeout()
-    }
-}
-
 fn bus() -> VirtualBus {
-    let (bus, mut device, mut od) =
-        (VirtualBus::with_bit_rate(500), Device::new(NODE, Behaviour::CIA_301), TestOd::new(FULL));
-    device.restart(bus.now(), &mut od);
-    bus.attach(Strict(device, od));
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(Station::full());
     bus
 }
 

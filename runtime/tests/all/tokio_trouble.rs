@@ -1,12 +1,13 @@
 //! The tokio shell when nodes are silent, links fail, or time ends.
 #![cfg(feature = "tokio")]
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
+use crate::rig::tampered;
 use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 use lexican_runtime::host::tokio::Network;
-use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, Pace, VirtualBus};
+use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtCommand;
@@ -66,32 +67,23 @@ async fn a_call_takes_no_longer_than_its_patience() {
     assert_eq!(hasty.read(NODE, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
 }
 
-/// A link that fails once a frame is sent.
-struct Failing<L> {
-    link: L,
-    has_failed: bool,
-}
-
-impl<L: Link> Link for Failing<L> {
-    fn now(&self) -> Instant {
-        self.link.now()
-    }
-    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
-        self.has_failed = true;
-        Ok(())
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        if self.has_failed {
-            return Err(LinkError::Io(std::io::Error::other("the adapter burns")));
-        }
-        self.link.receive(until)
-    }
-}
-
 #[tokio::test]
 async fn every_call_reports_why_the_link_has_failed() {
     let bus = VirtualBus::with_bit_rate(500);
-    let network = Network::spawn(Failing { link: bus.link(), has_failed: false }).unwrap();
+    // It fails once a frame is sent.
+    let has_failed = Arc::new(AtomicBool::new(false));
+    let fails = Arc::clone(&has_failed);
+    let send = move |_: &mut VirtualLink, _: &Frame| {
+        fails.store(true, Ordering::Relaxed);
+        Ok(())
+    };
+    let receive = move |link: &mut VirtualLink, until| {
+        if has_failed.load(Ordering::Relaxed) {
+            return Err(LinkError::Io(std::io::Error::other("the adapter burns")));
+        }
+        link.receive(until)
+    };
+    let network = Network::spawn(tampered(bus.link(), send, receive)).unwrap();
     let mut events = network.events();
     let reads = [NODE, SILENT].map(|node| {
         let network = network.clone();
@@ -179,28 +171,17 @@ async fn at_the_end_of_time_no_loop_is_endless() {
     assert!(sent.load(Ordering::Relaxed) < 10, "{sent:?}");
 }
 
-/// A link that records the frames that are sent.
-struct Recorder<L>(L, Arc<Mutex<Vec<Frame>>>);
-
-impl<L: Link> Link for Recorder<L> {
-    fn now(&self) -> Instant {
-        self.0.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.1.lock().unwrap().push(*frame);
-        self.0.send(frame)
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        self.0.receive(until)
-    }
-}
-
 #[tokio::test]
 async fn a_frame_that_is_posted_is_the_next_one_to_be_sent() {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(station(NODE));
     let sent = Arc::new(Mutex::new(Vec::new()));
-    let network = Network::spawn(Recorder(bus.link(), Arc::clone(&sent))).unwrap();
+    let list = Arc::clone(&sent);
+    let send = move |link: &mut VirtualLink, frame: &Frame| {
+        list.lock().unwrap().push(*frame);
+        link.send(frame)
+    };
+    let network = Network::spawn(tampered(bus.link(), send, VirtualLink::receive)).unwrap();
     let writer = tokio::spawn({
         let network = network.clone();
         async move {

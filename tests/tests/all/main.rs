@@ -4,7 +4,7 @@ mod akd_frames;
 mod boot_plan;
 mod data_types;
 mod descriptions;
-mod fuzz;
+mod fuzzed;
 mod link_slcan;
 #[path = "../link_support/mod.rs"]
 mod link_support;

@@ -1,7 +1,7 @@
 //! SIKO's drives on PROFIBUS-DP: the same tables, numbered alike, in chapter 9 of the AG02's manual and in chapter 7 of the
 //! AG03/1's.
 
-#[path = "../../../../drives/siko-profibus/tests/support/mod.rs"]
+#[path = "../../../../drives/siko-profibus/tests/all/rig.rs"]
 mod bench;
 
 use lexican_eds::model::{AccessType, ConditionalRange, Meaning, Parameter, ParameterNumber};

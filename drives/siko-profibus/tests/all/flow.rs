@@ -1,0 +1,437 @@
+//! The sequences of figures 13 and 14 (AG02, 9.5.3 and 9.5.6), telegram by telegram, for both drives: the figures
+//! of the AG03/1 are lost, and its bits are those of the AG02. Status words are as printed, except for bit 14 in velocity
+//! mode.
+
+use super::rig::Bench;
+use lexican_profibus::pkw::{Refusal, Task, Value};
+use lexican_profibus::{Application, State};
+use lexican_runtime::Duration;
+use lexican_runtime::host::Node;
+use siko::sim::inputs::{Inputs, Key, Shaft};
+use siko_profibus::words::order;
+use siko_profibus::{AG02, AG03_1, Model, PPO};
+
+const DRIVES: [&Model; 2] = [&AG03_1, &AG02];
+
+const READY_TO_SWITCH_ON: &str = "0x1x 1x11 x01x 0011";
+const OPERATION_ENABLED: &str = "xx1x 1x11 x011 0111";
+const READY_TO_TRAVEL: &str = "101x 1x11 x011 0111";
+const TRAVELLING: &str = "000x 1x1x x011 0111";
+const INCHING: &str = "0x0x 1x1x x011 0111";
+
+/// Power on to "ready to travel".
+fn ready(model: &'static Model) -> Bench {
+    let mut bench = Bench::new(model);
+    bench.control(order::OFF);
+    bench.shows(READY_TO_SWITCH_ON);
+    bench.control(order::ENABLE);
+    bench.shows(OPERATION_ENABLED);
+    bench.control(order::READY);
+    bench.shows(READY_TO_TRAVEL);
+    bench
+}
+
+#[test]
+fn figure_13_travels() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.target(5000);
+        for (target, start) in [(5000, order::START), (-5000, 0)] {
+            bench.target(target);
+            let acknowledged = bench.word() & 0x1000;
+            bench.control(order::READY | start);
+            bench.shows(TRAVELLING);
+            assert_ne!(bench.word() & 0x1000, acknowledged, "{}: each edge is acknowledged by one", model.name);
+            bench.comes_to(READY_TO_TRAVEL);
+            assert_eq!((bench.actual(), bench.word() & 0x0400), (target, 0x0400));
+        }
+    }
+}
+
+#[test]
+fn figure_13_stops_on_the_way_and_goes_on() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.target(5000);
+        bench.control(order::READY | order::START);
+        bench.pass_ms(1000);
+        bench.control(order::INTERMEDIATE_STOP | order::START);
+        bench.comes_to("001x 1x11 x011 0111");
+        // What is slower than 2 rev/min counts as standing.
+        bench.pass_ms(50);
+        let stopped = bench.actual();
+        assert!((1..5000).contains(&stopped));
+        bench.pass_ms(500);
+        assert_eq!(bench.actual(), stopped);
+        bench.control_once(order::READY | order::START);
+        bench.shows("000x xx1x x011 0111");
+        bench.control_once(order::READY | order::START);
+        bench.shows(TRAVELLING);
+        bench.comes_to(READY_TO_TRAVEL);
+        assert_eq!(bench.actual(), 5000);
+    }
+}
+
+#[test]
+fn figure_13_a_stop_discards_the_travel() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.target(5000);
+        bench.control(order::READY | order::START);
+        bench.pass_ms(1000);
+        bench.control(order::ENABLE | order::START);
+        bench.comes_to("101x 1x11 x011 0111");
+        bench.pass_ms(50);
+        let stopped = bench.actual();
+        assert!(stopped < 5000);
+        bench.control(order::READY | order::START);
+        bench.pass_ms(500);
+        assert_eq!(bench.actual(), stopped, "{}: it is not taken up again", model.name);
+        bench.control(order::READY);
+        bench.comes_to(READY_TO_TRAVEL);
+        assert_eq!(bench.actual(), 5000);
+    }
+}
+
+#[test]
+fn figure_13_inches() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.control(order::ENABLE);
+        bench.control(order::INCHING_1);
+        bench.shows(INCHING);
+        bench.comes_to(READY_TO_TRAVEL);
+        assert_eq!(bench.actual(), 1600);
+        bench.control(order::ENABLE);
+        for (word, sign) in [(order::INCHING_2_POSITIVE, 1), (order::INCHING_2_NEGATIVE, -1)] {
+            let before = bench.actual();
+            bench.control(word);
+            bench.pass_ms(1000);
+            bench.shows(INCHING);
+            bench.control(order::ENABLE);
+            bench.comes_to(READY_TO_TRAVEL);
+            let moved = (bench.actual() - before) * sign;
+            assert!(moved > 500, "{}: {moved}", model.name);
+        }
+    }
+}
+
+/// Parameter 25: with 50 % instead of all, the way is twice as long.
+#[test]
+fn inching_2_stops_as_programmed() {
+    for model in DRIVES {
+        let mut ways = [0; 2];
+        for (stop, way) in (0..).zip(&mut ways) {
+            let mut bench = ready(model);
+            assert_eq!((bench.write(1021, stop), bench.write(1008, 30)), (Ok(stop.unsigned_abs()), Ok(30)));
+            bench.control(order::INCHING_2_POSITIVE);
+            bench.pass_ms(1000);
+            bench.control(order::READY);
+            let from = bench.actual();
+            bench.comes_to(READY_TO_TRAVEL);
+            bench.pass_ms(50);
+            *way = bench.actual() - from;
+        }
+        // 800 increments/s: 50 or 100 increments, less what the telegrams take.
+        assert!((35..=50).contains(&ways[0]) && (80..=100).contains(&ways[1]), "{}: {ways:?}", model.name);
+    }
+}
+
+#[test]
+fn figure_13_a_fault_is_acknowledged_and_the_interlock_released() {
+    for (model, turns) in [(DRIVES[0], false), (DRIVES[1], false), (DRIVES[0], true), (DRIVES[1], true)] {
+        let mut bench = if turns { Bench::in_velocity_mode(model) } else { Bench::new(model) };
+        bench.control(order::ENABLE);
+        bench.world(|inputs| inputs.sensor_fails = true);
+        bench.shows("xxxx xxxx xxxx 1xxx");
+        bench.shows("xxxx xxxx x0xx x0xx");
+        // While the cause is there, it stays.
+        bench.control(order::ENABLE | order::ACKNOWLEDGE);
+        bench.shows("xxxx xxxx x0xx 1xxx");
+        bench.world(|inputs| inputs.sensor_fails = false);
+        bench.control(order::ENABLE);
+        bench.shows("xxxx xxxx x0xx 1xxx");
+        bench.control(order::ENABLE | order::ACKNOWLEDGE);
+        bench.shows("xxxx xxxx x1xx 0xxx");
+        bench.control(order::ENABLE);
+        bench.shows("xxxx xxxx x1xx 00xx");
+        bench.control(order::ENABLE & !1);
+        bench.shows("xxxx xxxx x0xx 00xx");
+        bench.control(order::ENABLE);
+        bench.shows("xxxx xxxx x0xx 01xx");
+        assert_eq!((bench.read(952), bench.read(1020).map(|word| word & 0x100)), (Ok(1), Ok(0)));
+    }
+}
+
+#[test]
+fn the_motor_is_released_by_off_1_and_off_2_and_held_without_enable() {
+    for model in DRIVES {
+        for (word, pattern, released) in [
+            (0x000A, "xx1x xxxx x011 0011", true),
+            (0x0009, "xx1x xxxx x010 0011", true),
+            (0x0003, "xx1x xxxx x011 0011", false),
+        ] {
+            let mut bench = ready(model);
+            bench.target(5000);
+            bench.control(order::READY | order::START);
+            bench.pass_ms(1000);
+            bench.control(word);
+            bench.comes_to(pattern);
+            let status = bench.read(1020).unwrap();
+            assert_eq!(status & 0x80 != 0, released, "{} {word:04X}", model.name);
+            assert!(bench.actual() < 5000);
+            bench.pass_ms(100);
+            bench.shows(pattern);
+            bench.control(order::READY);
+            bench.comes_to(READY_TO_TRAVEL);
+        }
+    }
+}
+
+#[test]
+fn figure_14_turns() {
+    for model in DRIVES {
+        let bit_14 = if model.velocity_bit_14 { '1' } else { '0' };
+        let with = |pattern: &str| {
+            let mut pattern: Vec<char> = pattern.chars().collect();
+            pattern[1] = bit_14;
+            pattern.into_iter().collect::<String>()
+        };
+        let mut bench = Bench::in_velocity_mode(model);
+        bench.control(order::OFF);
+        bench.shows(&with("0011 111x x01x 0011"));
+        bench.control(order::ENABLE);
+        bench.shows(&with("x011 111x x011 0111"));
+        bench.comes_to(&with("1011 111x x011 0111"));
+        bench.target(30);
+        bench.control(order::TURN);
+        bench.comes_to(&with("0001 1111 x011 0111"));
+        bench.pass_ms(500);
+        assert_eq!(bench.actual(), 30);
+        // Another setpoint holds at once.
+        bench.target(-20);
+        bench.control(order::TURN);
+        bench.comes_to(&with("0001 1110 x011 0111"));
+        bench.comes_to(&with("0001 1111 x011 0111"));
+        bench.pass_ms(500);
+        assert_eq!(bench.actual(), -20);
+        bench.control(order::ENABLE);
+        bench.comes_to(&with("1011 111x x011 0111"));
+        bench.pass_ms(50);
+        assert_eq!(bench.actual(), 0);
+    }
+}
+
+#[test]
+fn a_travel_needs_a_target_within_the_limits() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        assert_eq!(bench.write(1016, 1000), Ok(1000));
+        bench.target(500);
+        bench.control(order::READY);
+        for target in [i32::MIN, 10_000_000, 1001] {
+            bench.target(target);
+            bench.control(order::READY | order::START);
+            bench.shows(READY_TO_TRAVEL);
+            bench.control(order::READY);
+            assert_eq!((bench.actual(), bench.word() & 0x1000), (0, 0));
+        }
+        bench.target(1000);
+        bench.control(order::READY | order::START);
+        bench.shows(TRAVELLING);
+        assert_eq!(bench.write(930, 1), Err(Refusal::WRONG_STATE));
+        assert_eq!(bench.write(970, 5), Err(Refusal::WRONG_STATE));
+    }
+}
+
+/// Beyond a limit ZSW.14 is set, and only inching leads back.
+#[test]
+fn beyond_a_limit_only_inching_leads_back() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        assert_eq!((bench.write(1017, 1000), bench.write(1019, 2000)), (Ok(1000), Ok(2000)));
+        bench.shows("011x 1x11 x011 0111");
+        bench.target(5000);
+        bench.control(order::READY | order::START);
+        bench.shows("011x 1x11 x011 0111");
+        bench.control(order::INCHING_2_NEGATIVE);
+        bench.shows("011x 1x11 x011 0111");
+        bench.control(order::ENABLE);
+        bench.control(order::INCHING_1);
+        bench.comes_to("101x 1x11 x011 0111");
+        assert_eq!(bench.actual(), 2000);
+    }
+}
+
+/// What the AG02 has besides: an input that enables the motor, and limit switches.
+#[test]
+fn the_inputs_of_the_ag02_take_readiness_away() {
+    let mut bench = ready(&AG02);
+    bench.world(|inputs| inputs.enable = false);
+    bench.shows("001x 1x11 x011 0111");
+    bench.world(|inputs| (inputs.enable, inputs.limit_switches) = (true, [true, false]));
+    bench.shows("001x 1x11 x011 0111");
+    assert_eq!(bench.read(1020).map(|word| word & 0x0003), Ok(0x0001));
+    bench.world(|inputs| inputs.limit_switches = [false; 2]);
+    bench.shows(READY_TO_TRAVEL);
+}
+
+#[test]
+fn without_supply_it_is_not_ready_to_be_switched_on() {
+    for model in DRIVES {
+        let mut bench = Bench::new(model);
+        bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
+        bench.control(order::ENABLE);
+        bench.shows("0x1x 1x11 x011 0000");
+        bench.world(|inputs| inputs.output_stage_supply_100mv = 240);
+        bench.shows(OPERATION_ENABLED);
+    }
+}
+
+/// What the slave does when data exchange ends: the motor is released, and the keys work again.
+#[test]
+fn without_its_master_the_drive_is_released() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.target(5000);
+        bench.control(order::READY | order::START);
+        bench.pass_ms(1000);
+        let now = bench.now;
+        bench.door.take_outputs(now, &[0; 14]);
+        bench.door.enter(now, State::WaitParameters);
+        bench.simulated().handle_timeout(now + Duration::from_secs(2));
+        let (now, drive) = (now + Duration::from_secs(2), bench.door.drive());
+        let (position, status) = (drive.position(now), bench.door.status_word(now));
+        assert!((1..5000).contains(&position) && status & 4 == 0, "{}: {position}", model.name);
+        assert_eq!(drive.velocity(now), 0);
+    }
+}
+
+/// The word that enables a drive starts nothing, and one that is not interrupted takes each edge of bit 6.
+#[test]
+fn a_travel_begins_by_an_edge_once_the_drive_is_enabled() {
+    for model in DRIVES {
+        let mut bench = Bench::power_on(model);
+        assert_eq!(bench.door.status_word(bench.now) & 0x1040, 0);
+        bench.target(5000);
+        bench.control(order::READY | order::START);
+        bench.shows(READY_TO_TRAVEL);
+        assert_eq!(bench.actual(), 0);
+        bench.control(order::ENABLE);
+        bench.control(order::READY | order::START);
+        bench.shows(TRAVELLING);
+    }
+}
+
+#[test]
+fn bits_for_travels_leave_inching_alone() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.control(order::INCHING_1 | order::INTERMEDIATE_STOP);
+        bench.comes_to(READY_TO_TRAVEL);
+        assert_eq!(bench.actual(), 1600);
+    }
+}
+
+#[test]
+fn each_enabled_setpoint_turns_until_the_drive_is_released() {
+    for model in DRIVES {
+        let mut bench = Bench::power_on(model);
+        bench.control(order::TURN);
+        assert_eq!(bench.write(930, 1), Ok(1));
+        for end in [order::OFF, order::TURN & !1, order::ENABLE] {
+            bench.target(30);
+            bench.control(order::TURN);
+            bench.pass_ms(1000);
+            assert_eq!((bench.actual(), bench.word() & 0x8000), (30, 0), "{} {end:04X}", model.name);
+            bench.control(end);
+            bench.pass_ms(2000);
+            assert_eq!(bench.actual(), 0);
+        }
+        // A velocity that the drive does not take is none, nor is that of before.
+        bench.target(1_000_000);
+        bench.control(order::TURN);
+        bench.pass_ms(1000);
+        assert_eq!((bench.actual(), bench.word() & 0x8000), (0, 0x8000));
+    }
+}
+
+/// What the AG02's input has stopped does not turn again by itself.
+#[test]
+fn what_an_input_has_stopped_waits_for_another_order() {
+    let mut bench = Bench::in_velocity_mode(&AG02);
+    bench.control(order::ENABLE);
+    bench.target(30);
+    bench.control(order::TURN);
+    bench.pass_ms(1000);
+    for enable in [false, true] {
+        bench.world(|inputs| inputs.enable = enable);
+        bench.pass_ms(2000);
+        assert_eq!((bench.actual(), bench.word() & 0x8000), (0, 0));
+    }
+    bench.control(order::ENABLE);
+    bench.control(order::TURN);
+    bench.pass_ms(1000);
+    assert_eq!(bench.actual(), 30);
+}
+
+#[test]
+fn a_warning_shows_and_a_drive_without_supply_shows_no_readiness() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        assert_eq!(bench.word() & 0x80, 0);
+        bench.world(|inputs| inputs.battery_10mv = Inputs::BATTERY_LOW_10MV - 1);
+        assert_eq!(bench.word() & 0x80, 0x80);
+        bench.world(|inputs| inputs.control_supply_100mv = 0);
+        assert_eq!(bench.word() & 0x0003, 0);
+    }
+}
+
+#[test]
+fn what_happens_between_two_telegrams_is_seen() {
+    for model in DRIVES {
+        let mut bench = ready(model);
+        bench.target(900_000);
+        bench.control(order::READY | order::START);
+        bench.pass_ms(1000);
+        bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+        let (later, mut door, mut inputs) = (bench.now + Duration::from_secs(60), bench.door.clone(), [0; 14]);
+        door.write_inputs(later, &mut inputs);
+        assert_eq!(PPO.word(&inputs, 0).unwrap() & 0x0008, 0x0008);
+        // The number of faults.
+        bench.door.take_outputs(later, &bench.outputs(Task::Read { number: 952 }.pkw()));
+        bench.door.write_inputs(later, &mut inputs);
+        assert_eq!(PPO.pkw(&inputs).unwrap().value, 1);
+    }
+}
+
+#[test]
+fn a_write_is_carried_out_once_while_data_is_exchanged() {
+    for model in DRIVES {
+        let mut bench = Bench::new(model);
+        let now = bench.now;
+        let calibrate = bench.outputs(Task::Write { number: 970, value: Value::Word(5) }.pkw());
+        for (begins, position) in [(false, 0), (false, 500), (true, 0)] {
+            assert!(bench.simulated().turn_shaft(now, 500));
+            if begins {
+                bench.door.enter(now, State::WaitParameters);
+                bench.door.enter(now, State::DataExchange);
+            }
+            bench.door.take_outputs(now, &calibrate);
+            assert_eq!(bench.simulated().position(now), position, "{}", model.name);
+        }
+    }
+}
+
+/// The AG03/1 has keys.
+#[test]
+fn the_keys_work_while_no_data_is_exchanged() {
+    let mut bench = Bench::new(&AG03_1);
+    for (state, moves) in [(State::DataExchange, false), (State::WaitParameters, true)] {
+        let (now, later) = (bench.now, bench.now + Duration::from_secs(1));
+        bench.door.enter(now, state);
+        bench.simulated().set_inputs(now, |inputs| inputs.key = Some(Key::CounterClockwise));
+        assert_eq!(bench.simulated().position(later) != 0, moves);
+        bench.simulated().set_inputs(now, |inputs| inputs.key = None);
+    }
+}
