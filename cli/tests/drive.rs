@@ -185,7 +185,7 @@ fn what_cannot_be_ordered_is_not_sent() {
 
 #[test]
 fn any_data_sheet_of_a_drive_is_moved_in_units_of_an_overlay() {
-    let folder = folder("drive-overlay");
+    let folder = folder("drive-units");
     let overlay = "[object.\"607A\"]\nquantity = \"Position\"\n[object.\"6064\"]\nquantity = \"Position\"\n\
                    [quantity.Position]\ndescription = \"A position.\"\n\
                    units = [{ symbol = \"mm\", method = \"millimetres\", scale = \"1/100\" }]\n";
