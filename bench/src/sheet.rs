@@ -4,8 +4,10 @@ use lexican_driver::Description;
 use lexican_eds::model::Device;
 use lexican_eds::{Input, library};
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::drive::{Fact, Verdict, describe, explain_sheet};
+use lexican_toolbox::drive::{Fact, Verdict, explain_sheet};
 use lexican_toolbox::identity::Shipped;
+
+use crate::view::Lack;
 
 /// The data sheet of a node. Decoders and drivers refer to its texts as long as the program runs, so each is read once.
 #[derive(Clone, Copy)]
@@ -19,32 +21,38 @@ pub struct Sheet {
     /// What it lacks for moving its drive, and what the driver uses instead, as `lexican drive NODE --explain` has it; the worst
     /// first. Nothing of a device that is no drive.
     pub lacks: &'static [Fact],
+    /// The same as it is shown.
+    pub(crate) shown_lacks: &'static [Lack],
 }
 
 impl Sheet {
     /// A data sheet that was read.
     #[must_use]
     pub fn new(name: &str, sheet: DataSheet) -> Self {
-        let (drive, lacks) = (describe(&sheet.input).ok(), lacks(&sheet.input, &sheet.device));
-        let device: &'static Device = Box::leak(Box::new(sheet.device));
-        Sheet { name: sheet.library.unwrap_or_else(|| String::leak(name.to_owned())), device, drive, lacks }
+        let name = sheet.library.unwrap_or_else(|| String::leak(name.to_owned()));
+        Sheet::of(name, &sheet.input, Box::leak(Box::new(sheet.device)))
     }
 
     /// That of a device of the library.
     pub(crate) fn of_library(shipped: &'static Shipped) -> Self {
-        let input = library::find(shipped.id).map(library::Shipped::input);
-        let drive = input.as_ref().and_then(|input| describe(input).ok());
-        let lacks = input.as_ref().map_or_else(Default::default, |input| lacks(input, &shipped.device));
-        Sheet { name: shipped.id, device: &shipped.device, drive, lacks }
+        match library::find(shipped.id) {
+            Some(found) => Sheet::of(shipped.id, &found.input(), &shipped.device),
+            None => Sheet { name: shipped.id, device: &shipped.device, drive: None, lacks: &[], shown_lacks: &[] },
+        }
+    }
+
+    fn of(name: &'static str, input: &Input, device: &'static Device) -> Self {
+        let (drive, mut facts) = explain_sheet(input, device);
+        // The control word and the status word: no other profile has them there.
+        let is_drive = device.profile == Some(402) || device.object(0x6040).or(device.object(0x6041)).is_some();
+        facts.retain(|fact| is_drive && fact.verdict != Verdict::Ready);
+        let shown_lacks = facts.iter().map(lack).collect::<Vec<_>>().leak();
+        Sheet { name, device, drive, lacks: facts.leak(), shown_lacks }
     }
 }
 
-fn lacks(input: &Input, device: &Device) -> &'static [Fact] {
-    // The control word and the status word: no other profile has them there.
-    if device.profile != Some(402) && device.object(0x6040).or(device.object(0x6041)).is_none() {
-        return &[];
-    }
-    let mut facts = explain_sheet(input, device);
-    facts.retain(|fact| fact.verdict != Verdict::Ready);
-    facts.leak()
+/// A fact with its remedy in one line.
+pub(crate) fn lack(fact: &Fact) -> Lack {
+    let remedy = fact.remedy.as_ref().map_or_else(String::new, |remedy| format!(": {remedy}"));
+    Lack { is_needed: fact.verdict == Verdict::Missing, text: format!("{}{remedy}", fact.text).into() }
 }

@@ -1,5 +1,7 @@
 //! What a face shows. Times are in seconds since the bench was opened, or since the first frame of a log.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::command::Verb;
@@ -119,19 +121,19 @@ pub struct Node {
     pub aborts: u32,
     /// Boot-up messages.
     pub boots: u32,
-    /// What its data sheet lacks for moving it, and what is used instead; the worst first.
+    /// What its data sheet, and then the drive itself, lacks for moving it, and what is used instead.
     pub lacks: Vec<Lack>,
     /// What has changed since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
     pub changes: Vec<String>,
 }
 
-/// Something that a drive's data sheet lacks.
+/// Something that a drive or its data sheet lacks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Lack {
     /// Whether the drive cannot be moved without it.
     pub is_needed: bool,
     /// What is missing, or used instead, with its remedy.
-    pub text: String,
+    pub text: Cow<'static, str>,
 }
 
 /// An emergency.

@@ -87,9 +87,9 @@ struct Scanner<L> {
 impl<L: Link> Scanner<L> {
     fn new(link: L, wait: Duration) -> Self {
         Scanner {
+            wait: wait + link.latency(),
             link,
             pump: Pump::new(),
-            wait,
             found: BTreeMap::new(),
             answered: BTreeSet::new(),
             segmented: BTreeSet::new(),
@@ -385,6 +385,44 @@ mod tests {
         let link = Endless { now: Instant::ZERO, request: None, sent: 0 };
         let found = Scanner::new(link, Duration::from_millis(500)).scan().unwrap();
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
+    }
+
+    /// A link whose node, 9, answers uploads two seconds later, and sends nothing else.
+    struct Far {
+        now: Instant,
+        answers: Vec<(Instant, Frame)>,
+    }
+
+    impl Link for Far {
+        fn now(&self) -> Instant {
+            self.now
+        }
+        fn latency(&self) -> Duration {
+            Duration::from_secs(2)
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            if frame.id() == CobId::of_node(0x600, NodeId::literal(9)) {
+                let [_, low, high, sub, ..] = *frame.data().first_chunk::<8>().unwrap();
+                let answer =
+                    Frame::from_array(CobId::of_node(0x580, NodeId::literal(9)), [0x43, low, high, sub, sub, 0, 0, 0]);
+                self.answers.push((self.now + Duration::from_secs(2), answer));
+            }
+            Ok(())
+        }
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            let is_due = self.answers.first().is_some_and(|(at, _)| *at <= until);
+            let due = is_due.then(|| self.answers.remove(0));
+            self.now = self.now.max(due.map_or(until, |(at, _)| at));
+            Ok(due.map(|(_, frame)| Incoming::Frame(frame)))
+        }
+    }
+
+    #[test]
+    fn nodes_behind_a_latency_are_waited_for() {
+        let far = Far { now: Instant::ZERO, answers: Vec::new() };
+        let found = Scanner::new(far, Duration::from_millis(500)).scan().unwrap();
+        let identity = [1, 2, 3, 4].map(|sub| found[&NodeId::literal(9)].identity(sub));
+        assert_eq!(identity, [1, 2, 3, 4].map(Some));
     }
 
     #[test]

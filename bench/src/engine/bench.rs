@@ -217,7 +217,10 @@ impl Bench {
         let has_hands = lock(&self.0.faces).holder.is_some();
         if !has_hands {
             // What was seen is not looked at again.
-            lock(&self.0.model).drive(station.node).obstacles = None;
+            let mut model = lock(&self.0.model);
+            let drive = model.drive(station.node);
+            (drive.obstacles, drive.lacks) = (None, Vec::new());
+            drop(model);
             drives.insert(station.node, now);
         }
         let due = drives.entry(station.node).or_insert(now);

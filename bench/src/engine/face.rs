@@ -149,15 +149,7 @@ impl Face {
                 let (link, job) = (bench.link_of(self.number), Job::begin(&model, "scan".to_owned()));
                 apart(sender, move || concluded(&job, |job| network::scan(&ports, link, &model, job)));
             }
-            Command::Assign { node } => {
-                if let Err(refused) = bench.check_writable() {
-                    drop(sender.send(Err(refused)));
-                    return;
-                }
-                let ports = bench.0.ports.clone();
-                let (link, job) = (bench.link_of(self.number), Job::begin(model, format!("node-ID {node} by LSS")));
-                apart(sender, move || concluded(&job, |job| network::assign(&ports, link, node_id(node)?, job)));
-            }
+            Command::Assign { node } => self.job(node, "assignment by LSS", sender, network::assign),
             other => {
                 let _ = sender.send(self.at_once(other));
             }

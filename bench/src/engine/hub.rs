@@ -61,6 +61,7 @@ struct Hub {
 /// Begins to run a link, and returns what makes links to its bus.
 pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std::io::Result<Ports> {
     let (outgoing, frames) = channel();
+    lock(&model).set_latency(link.latency());
     let shared = Arc::new(Shared::new(link.now(), link.latency(), outgoing));
     let hub = Hub { shared: Arc::clone(&shared), model, outgoing: frames };
     std::thread::Builder::new().name("bus".to_owned()).spawn(move || hub.run(link))?;

@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use lexican_runtime::cia301::{self, connection};
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{Link, LinkError, Pump};
+use lexican_runtime::host::{AccessError, Link, LinkError, Pump};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssManager};
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::lss::{LssRequest, LssState};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::ClientRequest;
@@ -15,6 +16,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use super::hub::{Port, Ports};
 use super::jobs::Job;
 use super::lock::lock;
+use super::station::Station;
 use crate::command::{Answer, Nmt, Refused};
 use crate::model::Model;
 
@@ -75,9 +77,18 @@ fn lost(ports: &Ports, error: LinkError) -> Refused {
     }
 }
 
-/// Gives a device without node-ID one, and lets it be stored (CiA 305).
-pub(super) fn assign(ports: &Ports, mut link: Port, node: NodeId, job: &Job) -> Result<Answer, Refused> {
-    let result = configure(ports, &mut link, node, job);
+/// Gives a device without node-ID that of the station, which no node may have, and lets it be stored (CiA 305).
+pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
+    let (node, ports) = (station.node, &station.ports);
+    match station.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
+        Err(AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }) => {}
+        Err(AccessError::Link(error)) => return Err(lost(ports, error)),
+        _ => {
+            return Err(Refused::new(format_args!("a node has the node-ID {node}"))
+                .with_remedy("choose another one, or take that node off the bus first"));
+        }
+    }
+    let result = configure(ports, &mut station.link()?, node, job);
     // However it has ended, no device waits for the rest: the next one would be configured with it.
     let waiting = deselect(&mut ports.link());
     let who = result?;

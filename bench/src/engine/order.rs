@@ -4,7 +4,9 @@ use lexican_driver::sequence::{self, Recovery};
 use lexican_driver::{Any, Description, Error, Missing, Mode, Protection, Supervision};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::drive::{Ending, Look, Order, RESCUE, SafeEnd, Scales, Times, Verb, carry_out, end_safely};
+use lexican_toolbox::drive::{
+    Ending, Look, Order, RESCUE, SafeEnd, Scales, Times, Verb, carry_out, end_safely, explain_settings,
+};
 
 use super::hub::Port;
 use super::lock::lock;
@@ -12,7 +14,7 @@ use super::station::{NOBODY, Station};
 use crate::command::{Answer, Refused};
 use crate::model::Model;
 use crate::number;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, lack};
 use crate::view;
 
 type Drive = lexican_driver::Drive<Port, Any>;
@@ -153,13 +155,14 @@ fn parse(verb: Verb, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, 
 /// Finds out why a drive would not move now.
 pub(super) fn look(station: &Station, description: &'static Description) {
     let Ok(link) = station.link() else { return };
-    let found = Drive::connect_described_unprotected(link, station.node, description)
-        .and_then(|mut drive| obstacles(&mut drive, description));
-    let obstacles = match found {
-        Ok(obstacles) => obstacles,
-        Err(error) => vec![error.to_string()],
-    };
-    lock(&station.model).drive(station.node).obstacles = Some(obstacles);
+    let found = Drive::connect_described_unprotected(link, station.node, description).and_then(|mut drive| {
+        let obstacles = obstacles(&mut drive, description)?;
+        Ok((obstacles, drive.run(async |drive| explain_settings(&drive).await)?))
+    });
+    let (obstacles, facts) = found.unwrap_or_else(|error| (vec![error.to_string()], Vec::new()));
+    let mut model = lock(&station.model);
+    let drive = model.drive(station.node);
+    (drive.obstacles, drive.lacks) = (Some(obstacles), facts.iter().map(lack).collect());
 }
 
 fn obstacles(drive: &mut Drive, description: &'static Description) -> Result<Vec<String>, Error> {

@@ -7,12 +7,13 @@ use crate::view;
 /// How often state, position and velocity of a drive are read.
 pub(crate) const DRIVE: Duration = Duration::from_millis(250);
 
-/// How long a node may take to answer a request, as the SDO client waits for it.
+/// How long a node may take to answer a request, as the SDO client waits for it, where the link has no latency.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// After how long a value is old that is read every so often: one reading has failed, and the next one was not answered in time.
-pub(crate) const fn old_after(every: Duration) -> Duration {
-    Duration::from_micros(every.as_micros() * 2 + ANSWER.as_micros())
+/// After how long a value is old that is read every so often over a link of this latency: one reading has failed, and the next one
+/// was not answered in time.
+pub(crate) fn old_after(every: Duration, latency: Duration) -> Duration {
+    (every + latency).times(2) + ANSWER
 }
 
 /// When something was as it is shown.

@@ -4,13 +4,13 @@ use lexican_driver::{Description, Mode};
 use lexican_eds::model::Value;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::{Instant, Measured, NodeId};
+use lexican_runtime::{Duration, Instant, Measured, NodeId};
 use lexican_toolbox::drive::Look;
 use lexican_toolbox::series;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
-use super::age::{DRIVE, old_after, shown};
+use super::age::shown;
 use super::node::Node;
 use super::standstill::Standstill;
 use crate::command::Verb;
@@ -29,6 +29,8 @@ pub(crate) struct Drive {
     pub(crate) standstill: Standstill,
     /// Why it would not move now; `None` while nobody has looked.
     pub(crate) obstacles: Option<Vec<String>>,
+    /// What it is set to that bears on moving it; nothing while nobody has looked.
+    pub(crate) lacks: Vec<view::Lack>,
     /// What the order's sequence has seen last, by the time of the view.
     pub(crate) look: Option<Measured<Look>>,
 }
@@ -42,10 +44,11 @@ pub(crate) fn watched(description: &Description) -> [Address; 4] {
 }
 
 impl Drive {
-    /// What a face shows of it.
+    /// What a face shows of it: state, position and velocity are old after `limit`.
     pub(crate) fn view(
         &self,
         now: Instant,
+        limit: Duration,
         id: NodeId,
         node: &Node,
         values: &DeviceValues<'_>,
@@ -82,7 +85,7 @@ impl Drive {
             name: node.name(),
             state: state.map(|state| state.to_string()),
             allowed: state.map(allowed).unwrap_or_default().iter().map(State::to_string).collect(),
-            seen: oldest.map(|seen| shown(&seen, now, old_after(DRIVE))),
+            seen: oldest.map(|seen| shown(&seen, now, limit)),
             mode: seen(mode).map(|seen| seen.value.text.clone()),
             position: at.map(|at| at.value),
             position_unit: unit(position),

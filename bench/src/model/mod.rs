@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, VecDeque};
 use lexican_runtime::host::BusState;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{Frame, Instant, Measured, NodeId};
+use lexican_runtime::{Duration, Frame, Instant, Measured, NodeId};
 use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail};
 use lexican_toolbox::drive::Look;
@@ -66,6 +66,8 @@ pub struct Model {
     info: BusInfo,
     began: Instant,
     now: Instant,
+    /// As [`Link::latency`](lexican_runtime::host::Link::latency).
+    latency: Duration,
     state: Option<BusState>,
     /// Why there is no bus any more.
     lost: Option<String>,
@@ -101,6 +103,7 @@ impl Model {
             info,
             began: now,
             now,
+            latency: Duration::ZERO,
             state: None,
             lost: None,
             decoder: Decoder::new(),
@@ -164,6 +167,11 @@ impl Model {
             let row = self.last_sdo.get(&transfer.node).copied().unwrap_or_default();
             self.transferred(at, row, &transfer);
         }
+    }
+
+    /// The nodes answer so much later than on CAN.
+    pub const fn set_latency(&mut self, latency: Duration) {
+        self.latency = latency;
     }
 
     /// The controller is in another state.
@@ -421,7 +429,7 @@ impl Model {
     /// The points of the curves after a time.
     #[must_use]
     pub fn curves(&self, since: f64) -> Vec<view::Curve> {
-        self.plot.since(since, Instant::ZERO + self.now.since(self.began))
+        self.plot.since(since, Instant::ZERO + self.now.since(self.began), self.latency)
     }
 
     /// What makes the curves, as they are now, a file of `csv` or `svg`; the model is not needed for it.
@@ -514,6 +522,7 @@ impl Model {
     /// What a face shows.
     pub fn view(&mut self) -> View {
         let now = Instant::ZERO + self.now.since(self.began);
+        let limit = age::old_after(DRIVE, self.latency);
         let report = self.own.removed_from(self.statistics.report(now));
         let bits = self.rates.bits().max(1) as f64;
         let rates: Vec<view::Rate> = report
@@ -536,8 +545,9 @@ impl Model {
         let troubles = self.troubles.view(self.seconds(), self.state, &report, &rates);
         let nodes = self.nodes.iter().map(|(id, node)| {
             let mut view = node.view(id.get());
+            view.lacks.extend(self.drives.get(id).into_iter().flat_map(|drive| drive.lacks.iter().cloned()));
             // Without heartbeats nobody says when the state was to be seen again.
-            view.seen = node.state.map(|state| age::shown(&state, now, age::old_after(DRIVE)));
+            view.seen = node.state.map(|state| age::shown(&state, now, limit));
             if let Some(of_node) = report.nodes.iter().find(|of_node| of_node.node == id.get()) {
                 view.heartbeat_ms = of_node.heartbeat.as_ref().map(|spans| spans.mean_ms);
                 view.silent_seconds = of_node.silent_seconds;
@@ -556,12 +566,12 @@ impl Model {
                 since: unconfirmed.since.since(self.began).as_secs_f64(),
                 why: unconfirmed.why,
             });
-            let shown = drive.view(now, *id, node, self.decoder.values(*id)?, node.sheet?.drive?);
+            let shown = drive.view(now, limit, *id, node, self.decoder.values(*id)?, node.sheet?.drive?);
             Some(view::Drive { unconfirmed, ..shown })
         });
         let watched = self.watched.iter().map(|((id, address), watched)| {
             let report = ValueReport::without_value(self.decoder.values(*id), *address);
-            watched.view(now, *id, *address, report.name.unwrap_or_else(|| address.to_string()))
+            watched.view(now, self.latency, *id, *address, report.name.unwrap_or_else(|| address.to_string()))
         });
         View {
             time: self.seconds(),

@@ -6,7 +6,6 @@ use lexican_runtime::manager::Pace;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Instant, Measured, cia301};
-use lexican_toolbox::drive::{Fact, Verdict};
 use lexican_toolbox::values::hex;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::encode;
@@ -202,16 +201,11 @@ impl Node {
             state: self.state.map(|state| state.value.to_string()),
             faults: self.faults.clone(),
             history: self.history.iter().cloned().collect(),
-            lacks: self.sheet.map(|sheet| sheet.lacks.iter().map(lack).collect()).unwrap_or_default(),
+            lacks: self.sheet.map(|sheet| sheet.shown_lacks.to_vec()).unwrap_or_default(),
             changes,
             ..view::Node::default()
         }
     }
-}
-
-fn lack(fact: &Fact) -> view::Lack {
-    let remedy = fact.remedy.as_ref().map_or_else(String::new, |remedy| format!(": {remedy}"));
-    view::Lack { is_needed: fact.verdict == Verdict::Missing, text: format!("{}{remedy}", fact.text) }
 }
 
 /// A value in words.

@@ -105,7 +105,7 @@ impl Plot {
     }
 
     /// The points after a time; a curve whose last point should have been followed by another one is old `now`.
-    pub(crate) fn since(&self, seconds: f64, now: Instant) -> Vec<view::Curve> {
+    pub(crate) fn since(&self, seconds: f64, now: Instant, latency: Duration) -> Vec<view::Curve> {
         let of_node = |(node, curves): (&NodeId, &Curves)| {
             let of_series = |series: &lexican_toolbox::series::Series| {
                 let first = series.points.partition_point(|(at, _)| *at <= seconds);
@@ -118,7 +118,7 @@ impl Plot {
                     address: series.address.to_string(),
                     name: series.name.clone(),
                     unit: series.unit.clone(),
-                    seen: last.map(|last| shown(&last, now, old_after(every))),
+                    seen: last.map(|last| shown(&last, now, old_after(every, latency))),
                     points: series.points[first..].to_vec(),
                 }
             };
@@ -129,7 +129,7 @@ impl Plot {
 
     /// All points as a table, in the order of their times.
     pub(crate) fn csv(&self) -> String {
-        let curves = self.since(f64::NEG_INFINITY, Instant::ZERO);
+        let curves = self.since(f64::NEG_INFINITY, Instant::ZERO, Duration::ZERO);
         let mut rows: Vec<_> =
             curves.iter().flat_map(|curve| curve.points.iter().map(move |(at, value)| (*at, *value, curve))).collect();
         rows.sort_by(|one, two| one.0.total_cmp(&two.0));
@@ -184,8 +184,15 @@ impl Watched {
     }
 
     /// What a face shows of it.
-    pub(crate) fn view(&self, now: Instant, node: NodeId, address: Address, name: String) -> view::Watched {
-        let limit = old_after(Duration::from_millis(self.every_ms.into()));
+    pub(crate) fn view(
+        &self,
+        now: Instant,
+        latency: Duration,
+        node: NodeId,
+        address: Address,
+        name: String,
+    ) -> view::Watched {
+        let limit = old_after(Duration::from_millis(self.every_ms.into()), latency);
         view::Watched {
             node: node.get(),
             address: address.to_string(),

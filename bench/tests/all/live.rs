@@ -357,6 +357,16 @@ fn a_scan_ends_with_its_face() {
 }
 
 #[test]
+fn a_node_id_that_a_node_has_is_not_given_by_lss() {
+    let bench = bench();
+    let face = face(&bench);
+    for (node, why) in [(5, "a node has the node-ID 5"), (9, "no device without node-ID answers")] {
+        assert_eq!(face.ask(Command::Assign { node }).wait().unwrap_err().why, why);
+    }
+    bench.end();
+}
+
+#[test]
 fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
     let bench = bench();
     let face = face(&bench);

@@ -291,6 +291,25 @@ fn a_drive_without_power_is_not_shown_as_it_was() {
 }
 
 #[test]
+fn behind_a_latency_values_grow_old_so_much_later() {
+    let mut bus = Bus::new();
+    bus.introduce_drive();
+    bus.model.set_latency(lexican_runtime::Duration::from_secs(5));
+    let (node, position) = (NodeId::literal(5), lexican_runtime::object::Address::new(0x6064, 0));
+    bus.model.watch(node, position, 250);
+    bus.model.plot(node, [lexican_toolbox::sampler::Signal::Object(position)], 250);
+    answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
+    answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
+    for (ms, is_old) in [(11_000, false), (1000, true)] {
+        let view = bus.wait(ms);
+        let curve = bus.model.curves(-1.0)[0].seen;
+        for seen in [view.drives[0].seen, view.watched[0].seen, curve] {
+            assert_eq!(seen.unwrap().is_old, is_old, "{seen:?}");
+        }
+    }
+}
+
+#[test]
 fn what_is_watched_grows_old_by_how_often_it_is_read() {
     let mut bus = Bus::new();
     bus.introduce_drive();

@@ -29,7 +29,7 @@ fn view() -> View {
         history: vec![fault(12.5, "7121", "motor blocked", 812), fault(3.25, "3220", "DC link under-voltage", 77)],
         sdo_ms: Some(1.2),
         changes: vec!["state: PRE-OPERATIONAL at first, now OPERATIONAL".to_owned()],
-        lacks: vec![Lack { is_needed: true, text: "there is no 6060h (mode of operation)".to_owned() }],
+        lacks: vec![Lack { is_needed: true, text: "there is no 6060h (mode of operation)".into() }],
         ..Node::default()
     };
     let io = Node {

@@ -5,7 +5,7 @@ use std::io::Write;
 use lexican_driver::Error;
 use lexican_runtime::host::Pace;
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::drive::{Fact, Verdict, describe, explain_drive, explain_sheet};
+use lexican_toolbox::drive::{Fact, Verdict, explain_drive, explain_sheet};
 use serde_json::json;
 
 use super::args::Args;
@@ -17,8 +17,8 @@ const SAID: [&str; 3] = ["drive::profile", "drive::velocity", "drive::vendor"];
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (link, sheet) = find_sheet(&args.bus, Pace::Virtual, args.node, args.device.as_deref(), &args.overlay)?;
-    let mut facts = explain_sheet(&sheet.input, &sheet.device);
-    if let Ok(description) = describe(&sheet.input) {
+    let (description, mut facts) = explain_sheet(&sheet.input, &sheet.device);
+    if let Some(description) = description {
         match Drive::connect_described_unprotected(link, args.node, description) {
             Ok(mut drive) => {
                 facts.extend(drive.run(async |drive| explain_drive(&drive).await).map_err(Failure::new)?);
@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// Says before an order what the driver uses instead of what the data sheet lacks.
 pub(super) fn say_what_is_used_instead(sheet: &DataSheet) {
-    let facts = explain_sheet(&sheet.input, &sheet.device).into_iter();
+    let facts = explain_sheet(&sheet.input, &sheet.device).1.into_iter();
     let said: Vec<Fact> = facts.filter(|fact| fact.code.is_some_and(|code| SAID.contains(&code))).collect();
     say(&said);
 }

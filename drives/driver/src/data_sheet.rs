@@ -64,13 +64,20 @@ impl Description {
             let why = first.map_or_else(String::new, |finding| finding.render_short(input));
             return Err(NotADrive { summary: why, report: findings.render(input) });
         };
+        Ok(Description::of_drive(drive))
+    }
+
+    /// The description of a drive whose data sheet was [read](lexican_eds::drive::read): see
+    /// [`of_data_sheet`](Self::of_data_sheet).
+    #[must_use]
+    pub fn of_drive(drive: Drive) -> &'static Description {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, description)) = known.iter().find(|(other, _)| *other == drive) {
-            return Ok(description);
+            return description;
         }
         let description: &'static Description = Box::leak(Box::new(describe(&drive)));
         known.push((drive, description));
-        Ok(description)
+        description
     }
 }
 

@@ -2,7 +2,7 @@
 //! and what has to be set.
 
 use lexican_driver::description::Number;
-use lexican_driver::{DriveContext, Error, sequence};
+use lexican_driver::{Description, DriveContext, Error, sequence};
 use lexican_eds::drive::{Drive, Number as Place, read};
 use lexican_eds::model::Device;
 use lexican_eds::{Input, Severity};
@@ -64,12 +64,12 @@ impl Fact {
     }
 }
 
-/// What a data sheet says about moving its drive: the worst first.
+/// How a data sheet has its drive moved, as [`describe`](super::describe) does, and what it says about that: the worst first.
 #[must_use]
-pub fn explain_sheet(input: &Input, device: &Device) -> Vec<Fact> {
+pub fn explain_sheet(input: &Input, device: &Device) -> (Option<&'static Description>, Vec<Fact>) {
     if let Some(description) = described_by_hand(input) {
         let text = format!("the driver knows more of the {} than its data sheet says", description.name);
-        return vec![Fact::new(Verdict::Ready, text, None)];
+        return (Some(description), vec![Fact::new(Verdict::Ready, text, None)]);
     }
     let (drive, findings) = read(device);
     let fact = |finding: &lexican_eds::Diagnostic| Fact {
@@ -84,7 +84,7 @@ pub fn explain_sheet(input: &Input, device: &Device) -> Vec<Fact> {
         facts.extend(ready(drive));
     }
     facts.sort_by_key(|fact| std::cmp::Reverse(fact.verdict));
-    facts
+    (drive.map(Description::of_drive), facts)
 }
 
 /// Entries of 1016h whose limits leave no room for a node-ID, in bits 16 to 23 (CiA 301, 7.5.2.19).
@@ -131,8 +131,7 @@ fn ready(drive: &Drive) -> Vec<Fact> {
 ///
 /// As [`DriveContext::read`]; not because an object does not exist.
 pub async fn explain_drive(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
-    let description = drive.description();
-    let mut facts = Vec::new();
+    let mut facts = explain_settings(drive).await?;
     match State::from_status_word(drive.status().await?) {
         Some(State::Fault | State::FaultReactionActive) => {
             let text = format!("it is in fault: {}", sequence::cause(drive).await?);
@@ -142,7 +141,17 @@ pub async fn explain_drive(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
         Some(state) => facts.push(Fact::new(Verdict::Ready, format!("it is in {state}"), None)),
         None => facts.push(Fact::new(Verdict::Missing, "the status word (6041h) has no state of CiA 402", None)),
     }
-    facts.extend(explain_profile(drive).await?);
+    facts.sort_by_key(|fact| std::cmp::Reverse(fact.verdict));
+    Ok(facts)
+}
+
+/// What the drive is set to, besides its state, that bears on moving it.
+///
+/// # Errors
+///
+/// As [`explain_drive`].
+pub async fn explain_settings(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
+    let mut facts = explain_profile(drive).await?;
     let emergencies = Number::new(0x1014, 0x00, DataType::Unsigned32);
     if let Some(cob_id) = known(drive.get(emergencies).await)? {
         let cob_id = cob_id as u32;
@@ -155,13 +164,12 @@ pub async fn explain_drive(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
             facts.push(Fact::instead(text, "the driver listens there; no other node may send on it"));
         }
     }
-    if description.identity.vendor_ids.len() != 1 {
+    if drive.description().identity.vendor_ids.len() != 1 {
         let vendor = known(drive.get(Number::new(0x1018, 0x01, DataType::Unsigned32)).await)?;
         let vendor = vendor.filter(|id| *id != 0).map_or("none".to_owned(), |id| format!("{id:X}h"));
         let text = format!("the data sheet leaves open whose drive it is; the vendor-ID of the node is {vendor}");
         facts.push(Fact::instead(text, "the driver takes it for the drive that was named: make sure that it is"));
     }
-    facts.sort_by_key(|fact| std::cmp::Reverse(fact.verdict));
     Ok(facts)
 }
 
@@ -187,7 +195,7 @@ pub async fn explain_profile(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
             _ => "that is the least there is: the drive may creep",
         };
         let remedy = match [1000, 100, 10].into_iter().find(|value| number.check(*value).is_ok()) {
-            Some(value) => format!("set it: `{option} {value}` with the order, or a value that fits the machine"),
+            Some(value) => format!("set it: `{option} {value}` with the order, or {object} to what fits the machine"),
             None => format!("set it: `{option}` with the order"),
         };
         facts.push(Fact::new(Verdict::Set, format!("{object} ({what}) is {value}: {effect}"), Some(remedy)));

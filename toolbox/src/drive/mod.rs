@@ -17,7 +17,7 @@ mod verb;
 
 pub use described::describe;
 pub use ending::Ending;
-pub use explain::{Fact, Verdict, explain_drive, explain_profile, explain_sheet};
+pub use explain::{Fact, Verdict, explain_drive, explain_profile, explain_settings, explain_sheet};
 pub use look::Look;
 pub use order::{Times, carry_out, has_ended, prepare, see};
 pub use profile::set_profile;

@@ -76,7 +76,7 @@ fn rig(changes: &str) -> Rig {
 /// What is said of a data sheet, beyond what is there.
 fn said(changes: &str) -> Vec<Fact> {
     let sheet = sheet(changes);
-    let facts = explain_sheet(&sheet.input, &sheet.device).into_iter();
+    let facts = explain_sheet(&sheet.input, &sheet.device).1.into_iter();
     facts.filter(|fact| fact.verdict != Verdict::Ready).collect()
 }
 
