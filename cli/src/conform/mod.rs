@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Earlier, Ended, Hazard, InputStimulus, Known, Level, Settings, Sheet, Stimuli, Write, cases,
-    profile_cases, run as test,
+    About, Case, Document, Earlier, Ended, Hazard, HostLateness, InputStimulus, Known, Level, Settings, Sheet, Stimuli,
+    Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -233,7 +233,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         guard(path, args.device.as_deref(), &args.overlay)?;
     }
     let named = args.device.as_deref().map(find).transpose()?;
-    let Bus { mut link, nodes, .. } = bus.open(Pace::Virtual)?.settled()?;
+    let Bus { mut link, nodes, simulation } = bus.open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
     let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
@@ -243,7 +243,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     })?;
     let input = with_overlays(input, &args.overlay)?;
     let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
-    let settings = args.conditions.settings(node, &sheet.device)?;
+    let mut settings = args.conditions.settings(node, &sheet.device)?;
+    if simulation.is_none() {
+        settings.host = HostLateness::watched();
+    }
     if let Some(path) = &args.trace {
         return trace::run(path, &mut link, &sheet, &settings, args.reports.json);
     }
