@@ -14,6 +14,9 @@ const PAGE: &str = "conform/REPORTS.md";
 /// From here on, the page has what is not simulated: it is measured in real time, and not checked.
 const MEASURED: &str = "## Not simulated\n";
 
+/// From here on, the page is written by people: what was seen of devices that are not part of the project.
+const BY_HAND: &str = "\n### Foreign stacks\n";
+
 /// A device that is tested.
 struct Subject {
     name: &'static str,
@@ -65,8 +68,8 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let reports = SIMULATED.iter().map(|subject| bench.simulated(subject)).collect::<Result<Vec<_>, _>>()?;
     write_table(&mut page, SIMULATED.iter().zip(&reports));
     let failed: usize = reports.iter().map(|report| report.failed).sum();
+    let text = fs::read_to_string(root.join(PAGE)).map_err(|error| format!("{PAGE}: {error}"))?;
     if check {
-        let text = fs::read_to_string(root.join(PAGE)).map_err(|error| format!("{PAGE}: {error}"))?;
         if text.split(MEASURED).next() != Some(&page) {
             return Err(format!("{PAGE} is stale\nmend it: cargo xtask conform"));
         }
@@ -74,6 +77,8 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
         let reports = [bench.python_canopen()?, bench.firmware()?];
         let _ = write!(page, "{MEASURED}{INTRODUCTION}");
         write_table(&mut page, [&PYTHON_CANOPEN, &FIRMWARE].into_iter().zip(&reports));
+        let by_hand = text.find(BY_HAND).map_or("", |at| &text[at..]);
+        page.push_str(by_hand);
         fs::write(root.join(PAGE), &page).map_err(|error| format!("{PAGE}: {error}"))?;
     }
     println!("{page}");
