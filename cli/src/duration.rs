@@ -9,7 +9,7 @@ pub(crate) fn in_milliseconds(duration: Duration) -> u64 {
 
 /// Parses a time: `10s`, `0.5s`, `500ms`, `2min`, `0`.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
-    micros(text).map(Duration::from_micros).ok_or_else(|| match text.bytes().all(|byte| byte.is_ascii_digit()) {
+    text.parse().map_err(|_| match text.bytes().all(|byte| byte.is_ascii_digit()) {
         true if !text.is_empty() => format!("{text} of what? write {text}ms, {text}s or {text}min"),
         _ => format!("{text:?} is not a time such as 500ms, 10s, 0.5s or 2min"),
     })
@@ -32,19 +32,6 @@ pub(crate) fn period(text: &str) -> Result<Duration, String> {
 
 /// In microseconds: a longer time that is usually one of milliseconds is a mistake.
 const HOUR: u64 = 3_600_000_000;
-
-/// A number with a unit, or zero, as whole microseconds; of less than 30 years.
-fn micros(text: &str) -> Option<u64> {
-    if text == "0" {
-        return Some(0);
-    }
-    let (number, micros) = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 6e7)]
-        .into_iter()
-        .find_map(|(unit, micros)| Some((text.strip_suffix(unit)?.trim_end(), micros)))?;
-    let digits = number.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
-    let number: Option<f64> = number.parse().ok().filter(|_| digits);
-    number.map(|number| (number * micros).round()).filter(|micros| *micros < 1e15).map(|micros| micros as u64)
-}
 
 #[cfg(test)]
 mod tests {

@@ -61,12 +61,20 @@ fn checksum(source: &Source) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+impl Findings {
+    /// The command that shows all of them with what to do about each.
+    #[must_use]
+    pub fn command(&self) -> String {
+        format!("lexican eds lint {}", self.files)
+    }
+}
+
 impl Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.lines[..self.lines.len().min(NAMED)].join("\n"))?;
         match self.lines.len().saturating_sub(NAMED) {
             0 => Ok(()),
-            more => write!(f, "\nand {more} more: lexican eds lint {}", self.files),
+            more => write!(f, "\nand {more} more: {}", self.command()),
         }
     }
 }

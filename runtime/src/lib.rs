@@ -121,4 +121,4 @@ pub use abort::AbortCode;
 pub use embedded_storage::FlashSlots;
 pub use frame::Frame;
 pub use id::{CobId, InvalidNodeId, NodeId};
-pub use time::{Duration, Instant, Measured};
+pub use time::{Duration, Instant, Measured, NoDuration};

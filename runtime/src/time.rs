@@ -3,6 +3,7 @@
 use core::fmt;
 use core::num::NonZeroU64;
 use core::ops::{Add, AddAssign, Sub, SubAssign};
+use core::str::FromStr;
 
 /// A point in time: microseconds since an origin that the caller chooses. Enough for 584 000 years,
 /// so nothing here wraps.
@@ -153,6 +154,37 @@ impl Duration {
 impl Default for Instant {
     fn default() -> Self {
         Instant::ZERO
+    }
+}
+
+/// A text is no time such as `500ms`, `10s`, `0.5s`, `2min` or `0`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoDuration;
+
+impl fmt::Display for NoDuration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("no time such as 500ms, 10s, 0.5s or 2min")
+    }
+}
+
+impl core::error::Error for NoDuration {}
+
+/// A number with a unit (us, ms, s, min), or `0`, rounded to microseconds; of less than 30 years.
+impl FromStr for Duration {
+    type Err = NoDuration;
+
+    fn from_str(text: &str) -> Result<Self, NoDuration> {
+        if text == "0" {
+            return Ok(Duration::ZERO);
+        }
+        let (number, micros) = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 6e7)]
+            .into_iter()
+            .find_map(|(unit, micros)| Some((text.strip_suffix(unit)?.trim_end(), micros)))
+            .ok_or(NoDuration)?;
+        let digits = number.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+        let number: Option<f64> = number.parse().ok().filter(|_| digits);
+        let micros = number.map(|number| number * micros + 0.5).filter(|micros| *micros < 1e15);
+        micros.map(|micros| Duration(micros as u64)).ok_or(NoDuration)
     }
 }
 

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Earlier, Ended, Hazard, InputStimulus, Known, Level, Settings, Sheet, Stimuli, Write, cases,
-    profile_cases, run as test,
+    About, Case, Document, Earlier, Ended, Hazard, HostLateness, InputStimulus, Known, Level, Report, Settings, Sheet,
+    Stimuli, Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -20,7 +20,7 @@ use serde::Deserialize;
 use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
 use crate::device::guard;
 use crate::duration::time;
-use crate::output::{Failure, ForceArgs, Outcome, ctrl_c};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, plural};
 use crate::send::time::now;
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
@@ -60,7 +60,7 @@ pub(crate) struct Args {
     /// A row is a frame: cob_id and data (hexadecimal, x for any digit), and if wanted chapter, direction (send or expect), meaning
     /// and condition: until, until 5s, about (5 %), any value, any time, not before 100ms, after 2s; several with ; between. A
     /// chapter with frames of other nodes, or with what is not allowed, is left out
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "report", "known", "against"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "skip", "list", "plan", "repeat", "seed", "known"])]
     trace: Option<PathBuf>,
 
     #[command(flatten)]
@@ -233,7 +233,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         guard(path, args.device.as_deref(), &args.overlay)?;
     }
     let named = args.device.as_deref().map(find).transpose()?;
-    let Bus { mut link, nodes, .. } = bus.open(Pace::Virtual)?.settled()?;
+    let Bus { mut link, nodes, simulation } = bus.open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
     let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
@@ -243,9 +243,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     })?;
     let input = with_overlays(input, &args.overlay)?;
     let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
-    let settings = args.conditions.settings(node, &sheet.device)?;
+    let mut settings = args.conditions.settings(node, &sheet.device)?;
+    if simulation.is_none() {
+        settings.host = HostLateness::watched();
+    }
+    let about = About {
+        device: print::name(&sheet.device).to_owned(),
+        node: node.get(),
+        data_sheet,
+        facts: args.facts(&sheet, &settings),
+        ..args.reports.signed()
+    };
+    let earlier = args.reports.against.as_deref().map(earlier).transpose()?;
     if let Some(path) = &args.trace {
-        return trace::run(path, &mut link, &sheet, &settings, args.reports.json);
+        let report = trace::run(path, &mut link, &sheet, &settings, args.reports.json)?;
+        let about = with_plan(about, format!("{}, {}", path.display(), plural(report.chapters.len(), "chapter")));
+        let is_worse = args.reports.write(&report.report(), about, earlier.as_ref(), &sheet.device)?;
+        return trace::outcome(&report, is_worse);
     }
     let cases = args.selection.for_device(chosen, &sheet.device);
     if !args.reports.json {
@@ -254,27 +268,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.selection.plan {
         return Ok(Outcome::Clean);
     }
-    let about =
-        About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet, ..args.reports.signed() };
-    let about = About { facts: args.facts(&sheet, &settings, &cases), ..about };
-    let earlier = args.reports.against.as_deref().map(earlier).transpose()?;
+    let about = with_plan(about, format!("CCT 3.0.3.10 and beyond, {} cases", cases.len()));
     let mut screen = Screen::new(node, &sheet.device, args.reports.json);
     let report = test(&mut link, &sheet, &settings, &cases, &*ctrl_c()?, &mut screen);
     screen.finish();
-    let mut is_worse = false;
-    if !args.reports.report.is_empty() || earlier.is_some() {
-        let mut decoder = Decoder::new();
-        decoder.introduce(node, &sheet.device);
-        let mut document = report.document(about, |frame| print::words(&decoder.decode(frame)));
-        if let Some((name, earlier)) = &earlier {
-            let differences = document.compare(name, earlier);
-            is_worse = !differences.worse.is_empty();
-            print::differences(differences, args.reports.json)?;
-        }
-        for ReportFile { path, format } in &args.reports.report {
-            args.reports.force.write(path, format(&document).as_bytes())?;
-        }
-    }
+    let is_worse = args.reports.write(&report, about, earlier.as_ref(), &sheet.device)?;
     print::sum(&report, args.reports.json)?;
     let tally = report.tally();
     let counted =
@@ -289,7 +287,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 impl Args {
     /// What the head of a report says beside the device.
-    fn facts(&self, sheet: &Sheet, settings: &Settings, cases: &[&Case]) -> Vec<(String, String)> {
+    fn facts(&self, sheet: &Sheet, settings: &Settings) -> Vec<(String, String)> {
         let bus = self.bus.as_ref();
         let rate = match (bus, settings.bit_rate_kbit) {
             (Some(BusUrl::Slcan { bit_rate: Some(rate), .. }), _) => format!("{} kbit/s", rate / 1000),
@@ -303,7 +301,6 @@ impl Args {
         let facts = [
             ("date", date),
             ("version", format!("lexican {}", env!("CARGO_PKG_VERSION"))),
-            ("plan", format!("CCT 3.0.3.10 and beyond, {} cases", cases.len())),
             ("bus", bus.map(ToString::to_string).unwrap_or_default()),
             ("bit rate", rate),
             ("allowed", allowed),
@@ -319,6 +316,38 @@ impl Reports {
     fn signed(&self) -> About {
         About { tester: self.tester.clone(), remarks: self.remark.clone(), ..About::default() }
     }
+
+    /// Writes the reports. Returns whether the device is worse than in an earlier one.
+    fn write(
+        &self,
+        report: &Report,
+        about: About,
+        earlier: Option<&(String, Earlier)>,
+        device: &Device,
+    ) -> Result<bool, Failure> {
+        if self.report.is_empty() && earlier.is_none() {
+            return Ok(false);
+        }
+        let mut decoder = Decoder::new();
+        decoder.introduce(NodeId::try_from(about.node).map_err(Failure::new)?, device);
+        let mut document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        let mut is_worse = false;
+        if let Some((name, earlier)) = earlier {
+            let differences = document.compare(name, earlier);
+            is_worse = !differences.worse.is_empty();
+            print::differences(differences, self.json)?;
+        }
+        for ReportFile { path, format } in &self.report {
+            self.force.write(path, format(&document).as_bytes())?;
+        }
+        Ok(is_worse)
+    }
+}
+
+/// Says in the head of a report what was tested, behind the version.
+fn with_plan(mut about: About, plan: String) -> About {
+    about.facts.insert(2, ("plan".to_owned(), plan));
+    about
 }
 
 /// The name of an earlier report, and what it says.

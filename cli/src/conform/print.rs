@@ -43,6 +43,10 @@ pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Resul
         "{} for {device} at node {node}: it is reset before each, and what is written is put back",
         plural(cases.len(), "case")
     )?;
+    if !sheet.is_unfit && !sheet.findings.lines.is_empty() {
+        let warnings = plural(sheet.findings.lines.len(), "warning");
+        writeln!(stdout, "  the data sheet has {warnings}: {}", sheet.findings.command())?;
+    }
     for hazard in Hazard::ALL {
         let allowed = settings.allow.contains(&hazard);
         let asked = cases.iter().filter(|case| case.needs.contains(&hazard)).count();

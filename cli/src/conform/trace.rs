@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use lexican_conform::{Ended, Settings, Sheet, Trace, run_trace};
+use lexican_conform::{Ended, Settings, Sheet, Trace, TraceReport, run_trace};
 use lexican_runtime::host::Link;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ pub(super) fn run(
     sheet: &Sheet,
     settings: &Settings,
     as_json: bool,
-) -> Result<Outcome, Failure> {
+) -> Result<TraceReport, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
     let trace = Trace::parse(&path.display().to_string(), &text).map_err(Failure::new)?;
     let report = run_trace(link, sheet, settings, &trace, &*ctrl_c()?);
@@ -44,9 +44,14 @@ pub(super) fn run(
         let chapters = plural(report.chapters.len(), "chapter");
         writeln!(stdout, "{chapters}: {passed} passed, {failed} failed, {left_out} left out")?;
     }
+    Ok(report)
+}
+
+pub(super) fn outcome(report: &TraceReport, is_worse: bool) -> Result<Outcome, Failure> {
+    let (passed, failed, _) = report.tally();
     match &report.ended_early {
         Some(end @ (Ended::BusLost(_) | Ended::Moving(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
-        None if failed == 0 && passed > 0 => Ok(Outcome::Clean),
+        None if failed == 0 && passed > 0 && !is_worse => Ok(Outcome::Clean),
         _ => Ok(Outcome::Found),
     }
 }

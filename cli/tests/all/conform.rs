@@ -49,6 +49,18 @@ fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     assert!(html.contains("by default 6") && !html.contains("{{"), "{html}");
 }
 
+/// Whatever cases are run: what the data sheet has wrong may be why one fails.
+#[test]
+fn the_warnings_of_a_data_sheet_are_said_before_the_test() {
+    let wrong = ("DefaultValue=5\n", "DefaultValue=300\n");
+    let (folder, run) = conform("conform-warnings", Some(wrong), &["--only", "2.1"]);
+    run.on_stdout(0, "the data sheet has 1 warning: lexican eds lint tested.eds");
+    let said = run.stdout.lines().find_map(|line| line.split_once(": lexican ")).unwrap().1;
+    lexican_in(&folder, &said.split(' ').collect::<Vec<_>>()).on_stdout(0, "warning[");
+    let (_, run) = conform("conform-no-warnings", None, &["--only", "2.1"]);
+    assert!(!run.stdout.contains("warning"), "{run}");
+}
+
 /// Of hundreds of findings, ten lines are printed, and the command for the others: it is run as it is said.
 #[test]
 fn a_data_sheet_with_errors_says_which_in_ten_lines() {

@@ -43,6 +43,34 @@ fn a_frame_that_comes_too_early_or_never_fails() {
     run.on_stdout(1, "line 6: 707#05 was expected, 707#7F came");
 }
 
+/// As for the cases: frames in words, and what is worse than before.
+#[test]
+fn a_report_has_the_chapters_and_is_compared_with_an_earlier_one() {
+    let folder = folder("trace-report");
+    std::fs::write(folder.join("sensor.eds"), include_str!("sensor.eds")).unwrap();
+    std::fs::write(folder.join("t.csv"), TRACE).unwrap();
+    let ask = ["conform", "--bus", "sim:sensor.eds?node=7", "--trace", "t.csv"];
+    let run = |args: &[&str]| lexican_in(&folder, &[&ask[..], args].concat());
+    run(&["--report", "r.json", "--report", "r.html"]).on_stdout(0, "2 passed");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let report: Value = serde_json::from_str(&read("r.json")).unwrap();
+    assert_eq!((&report["overall"], &report["passed"]), (&"passed".into(), &2.into()), "{report}");
+    let case = &report["cases"][1];
+    assert_eq!((&case["title"], &case["verdict"]), (&"write".into(), &"passed".into()), "{case}");
+    let frames = case["frames"].as_array().unwrap();
+    assert!(frames.iter().any(|frame| frame["words"] == "heartbeat: PRE-OPERATIONAL"), "{case}");
+    assert!(
+        report["facts"].as_array().unwrap().contains(&serde_json::json!(["plan", "t.csv, 2 chapters"])),
+        "{report}"
+    );
+    assert!(read("r.html").contains("write"));
+    let other = TRACE.replace("587,60 17", "587,60 18");
+    std::fs::write(folder.join("t.csv"), other).unwrap();
+    let worse = run(&["--against", "r.json"]);
+    worse.on_stdout(1, "worse");
+    worse.on_stdout(1, "trace/2");
+}
+
 /// Each condition with a trace that passes, and what makes it fail.
 #[test]
 fn each_condition_can_pass_and_fail() {
@@ -119,6 +147,7 @@ fn an_error_of_the_file_has_its_line_and_column() {
         ("587,60", "58G,60", "t.csv:5: column cob_id: \"58G\" is no identifier"),
         ("607,2B", "607,2BX", "t.csv:4: column data: "),
         ("607,2B", "607,xx", "is sent, and what is sent has no x"),
+        ("until 1s", "until 2h", "t.csv:6: column condition: "),
         ("until 1s", "until 1", "t.csv:6: column condition: "),
         ("until 1s", "about 3", "t.csv:6: column condition: "),
         ("707,7F", "707,R9", "t.csv:6: column data: "),
@@ -153,5 +182,9 @@ fn drives_are_asked_by_the_frames_of_their_manuals() {
         run.on_stdout(0, &format!("{chapter}.2: passed"));
         let run = ask(&format!("siko/{drive}?node=5"), &format!("{drive}/example_position.csv"), &["--allow", "all"]);
         run.on_stdout(1, "no frame brings about \"target position reached\"");
+        // The same with what the manual waits for in frames.
+        let file = format!("../../conform/traces/siko-{drive}.csv");
+        let run = ask(&format!("siko/{drive}?node=5"), &file, &["--allow", "all"]);
+        run.on_stdout(0, "2 chapters: 2 passed, 0 failed, 0 left out");
     }
 }

@@ -8,17 +8,19 @@ mod step;
 
 use std::sync::atomic::AtomicBool;
 
+use lexican_runtime::Duration;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::NmtCommand;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::axis::make_safe;
+use crate::case::Case;
 use crate::hazard::Hazard;
 use crate::sheet::Sheet;
-use crate::suite::STEP;
-use crate::tester::{Settings, Tester, uncancelled};
-use crate::verdict::{Ended, Outcome, Verdict, not_applicable};
+use crate::suite::{CaseReport, Report, STEP};
+use crate::tester::{Record, Settings, Tester, uncancelled};
+use crate::verdict::{Ended, Level, Outcome, Verdict, not_applicable};
 
 pub use ask::{Asked, StepReport, ask};
 use step::Condition;
@@ -35,6 +37,8 @@ pub struct TraceReport {
     pub chapters: Vec<ChapterReport>,
     /// Why the test ended before its last chapter.
     pub ended_early: Option<Ended>,
+    /// How long the test took.
+    pub took: Duration,
 }
 
 /// What a chapter has led to. It ends at the first step that fails.
@@ -44,9 +48,16 @@ pub struct ChapterReport {
     pub chapter: String,
     /// The steps that were carried out.
     pub steps: Vec<StepReport>,
+    /// All frames that came meanwhile.
+    pub frames: Vec<Record>,
+    /// How long it took.
+    pub took: Duration,
     /// What came of it.
     pub outcome: Outcome,
 }
+
+/// What a chapter asks for.
+const REQUIREMENT: &str = "The device answers the frames of the trace by those that it has, in their time.";
 
 /// A row of a trace to be written.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -120,9 +131,11 @@ pub fn run_trace(
         return report;
     }
     let mut tester = Tester::new(link, sheet, settings, cancelled);
+    let test_begun = tester.now();
     let mut has_sent = false;
     for steps in trace.chapters() {
-        let mut done = Vec::new();
+        let (begun, mut done) = (tester.now(), Vec::new());
+        tester.begin();
         let outcome = is_for(steps, sheet, settings).and_then(|()| {
             has_sent = true;
             let outcome = chapter(&mut tester, steps, &mut done);
@@ -144,7 +157,8 @@ pub fn run_trace(
             report.ended_early = Some(ended.clone());
         }
         let name = steps.first().map(|step| step.chapter.clone()).unwrap_or_default();
-        report.chapters.push(ChapterReport { chapter: name, steps: done, outcome });
+        let (frames, took) = (tester.frames().to_vec(), tester.now().since(begun));
+        report.chapters.push(ChapterReport { chapter: name, steps: done, frames, took, outcome });
         if report.ended_early.is_some() {
             break;
         }
@@ -156,6 +170,7 @@ pub fn run_trace(
             tester.reset(NmtCommand::ResetNode)
         });
     }
+    report.took = tester.now().since(test_begun);
     report
 }
 
@@ -178,7 +193,6 @@ fn is_for(steps: &[Step], sheet: &Sheet, settings: &Settings) -> Outcome {
 }
 
 fn chapter(t: &mut Tester<'_>, steps: &[Step], done: &mut Vec<StepReport>) -> Outcome {
-    t.begin();
     let answer = t.settings.answer;
     let spans = steps.iter().fold(STEP, |sum, step| sum + step.span(answer));
     t.limit(spans);
@@ -188,6 +202,23 @@ fn chapter(t: &mut Tester<'_>, steps: &[Step], done: &mut Vec<StepReport>) -> Ou
 }
 
 impl TraceReport {
+    /// A report like that of the cases, with a case for each chapter.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        let case = |(number, chapter): (usize, &ChapterReport)| CaseReport {
+            case: Case::judged_elsewhere(format!("trace/{number}"), chapter.chapter.clone(), REQUIREMENT, Level::Must),
+            outcome: chapter.outcome.clone(),
+            took: chapter.took,
+            frames: chapter.frames.clone(),
+            known: None,
+            expected: Vec::new(),
+            measured: Vec::new(),
+            notes: Vec::new(),
+        };
+        let cases = (1..).zip(&self.chapters).map(case).collect();
+        Report { cases, ended_early: self.ended_early.clone(), took: self.took, ..Report::default() }
+    }
+
     /// How many chapters have passed, failed or were not finished, and were not carried out.
     #[must_use]
     pub fn tally(&self) -> (usize, usize, usize) {

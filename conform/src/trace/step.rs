@@ -10,6 +10,9 @@ use crate::sheet::Sheet;
 /// How long `until` waits where it names no time: the slowest travel of a manual's example.
 const LONGEST: Duration = Duration::from_secs(120);
 
+/// The longest time that a condition may have.
+const LIMIT: Duration = Duration::from_secs(3600);
+
 /// A row of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
@@ -246,7 +249,8 @@ impl Step {
 
 impl Condition {
     fn parse(word: &str) -> Result<Self, (&'static str, &'static str)> {
-        let after = |name: &str| word.strip_prefix(name).map(|rest| time(rest.trim()));
+        let time = |text: &str| text.trim().parse().ok().filter(|span| *span <= LIMIT);
+        let after = |name: &str| word.strip_prefix(name).map(time);
         let wrong = ("condition", "has no time such as 500ms, 2s or 1min, up to an hour");
         if let Some(span) = after("not before ") {
             return Ok(Condition::NotBefore(span.ok_or(wrong)?));
@@ -282,15 +286,6 @@ fn is_near(printed: &[u8], heard: &[u8]) -> bool {
     let (printed, heard) = (number(printed), number(heard));
     let apart = i128::from(signed(printed.wrapping_sub(heard))).abs();
     apart * 20 <= i128::from(signed(printed)).abs()
-}
-
-/// `500ms`, `2s`, `1min`, of whole numbers.
-fn time(text: &str) -> Option<Duration> {
-    let units = [("ms", 1), ("s", 1000), ("min", 60_000)];
-    let ms = units
-        .iter()
-        .find_map(|(unit, factor)| text.strip_suffix(unit)?.trim().parse::<u64>().ok()?.checked_mul(*factor));
-    ms.filter(|ms| *ms <= 3_600_000).map(Duration::from_millis)
 }
 
 /// Whether it is of this kind in the predefined connection set, whatever node it is of.

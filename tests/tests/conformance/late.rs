@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::atomic::AtomicBool;
 
-use lexican_conform::{Case, Outcome, Tester, Verdict};
-use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
+use lexican_conform::{Case, HostLateness, Outcome, Tester, Verdict, run as test};
+use lexican_runtime::host::{Incoming, Link, LinkError, Node, VirtualBus, VirtualLink};
 use lexican_runtime::{Duration, Frame, Instant};
 
 use crate::device::DeviceUnderTest;
@@ -69,7 +69,7 @@ fn what_the_testers_own_lateness_explains_is_not_decided() {
     assert!(undecided > 0 && passed > 5 * undecided, "{passed} passed, {undecided} not decided");
 }
 
-/// Lateness excuses no fault that it does not explain.
+/// Lateness excuses no fault that it does not explain: neither the tester's nor that of a device's computer.
 #[test]
 fn a_late_tester_notices_what_does_not_depend_on_time() {
     for (title, plan) in [
@@ -81,7 +81,116 @@ fn a_late_tester_notices_what_does_not_depend_on_time() {
     ] {
         let fault = SUBJECTS[0].faults.iter().find(|fault| fault.title == title).unwrap();
         let case = SUBJECTS[0].cases().find(|case| case.plan == plan).unwrap();
-        let outcome = run(case, 1, 3, Some(fault));
-        assert!(matches!(outcome, Err(Verdict::Failed(_))), "{title}: {outcome:?}");
+        for outcome in [run(case, 1, 3, Some(fault)), run_sleepy(case, 1, 2, true, Some(fault))] {
+            assert!(matches!(outcome, Err(Verdict::Failed(_))), "{title}: {outcome:?}");
+        }
     }
+}
+
+/// A device that is late by itself is not excused: this computer was not.
+#[test]
+fn on_a_quiet_computer_a_late_device_fails() {
+    let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();
+    let failed = |seed| matches!(run_sleepy(case, seed, 30, false, None), Err(Verdict::Failed(_)));
+    assert!((0..20).any(failed));
+    let decided = |seed| !matches!(run_sleepy(case, seed, 30, false, None), Err(Verdict::NotDecidable(_)));
+    assert!((0..20).all(decided));
+}
+
+/// A device whose program is not woken in time now and then.
+struct Sleepy<N> {
+    inner: N,
+    waiting: VecDeque<Frame>,
+    until: Instant,
+    state: u64,
+    by: Duration,
+    /// What knows of it: the computer that the tester runs on as well; and how much of it.
+    host: HostLateness,
+    says: Duration,
+}
+
+impl<N> Sleepy<N> {
+    fn sleeps(&mut self, now: Instant) -> bool {
+        self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Two naps without a pause would be one that is twice as long.
+        if now >= self.until + self.by && (self.state >> 33).is_multiple_of(40) {
+            self.until = now + self.by;
+            self.host.saw(self.says);
+        }
+        now < self.until
+    }
+}
+
+impl<N: Node> Node for Sleepy<N> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if self.sleeps(now) || !self.waiting.is_empty() {
+            self.waiting.push_back(*frame);
+        } else {
+            self.inner.handle_frame(now, frame);
+        }
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        if !self.sleeps(now) && self.inner.poll_timeout().is_some_and(|due| due <= now) {
+            self.inner.handle_timeout(now);
+        }
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        while now >= self.until {
+            let sent = self.inner.poll_transmit(now);
+            if sent.is_some() {
+                return sent;
+            }
+            self.inner.handle_frame(now, &self.waiting.pop_front()?);
+        }
+        None
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        let own = Some(self.until).filter(|_| !self.waiting.is_empty());
+        let next = own.into_iter().chain(self.inner.poll_timeout()).min();
+        next.map(|due| due.max(self.until))
+    }
+}
+
+/// `knows` is whether the tester knows how late its computer is.
+fn run_sleepy(case: &Case, seed: u64, by_ms: u64, knows: bool, fault: Option<&'static Fault>) -> Outcome {
+    let (bus, inner, settings) = (VirtualBus::new(), Faulty::new(DeviceUnderTest::new(), fault), settings());
+    let (waiting, until, by) = (VecDeque::new(), Instant::ZERO, Duration::from_millis(by_ms));
+    let host = if knows { settings.host.clone() } else { HostLateness::default() };
+    bus.attach(Sleepy { inner, waiting, until, state: seed, by, host, says: by });
+    let (mut link, cancelled, sheet) = (bus.link(), AtomicBool::new(false), sheet(DATA_SHEET));
+    Tester::new(&mut link, &sheet, &settings, &cancelled).run(case)
+}
+
+/// A device on the tester's own computer is late with it.
+#[test]
+fn what_the_lateness_of_a_devices_computer_explains_is_not_decided() {
+    let (mut passed, mut undecided, mut wrong) = (0, 0, Vec::new());
+    for case in SUBJECTS[0].cases().filter(|case| !lss::tests(case)) {
+        for seed in 0..3 {
+            match run_sleepy(case, seed, 15, true, None) {
+                Ok(()) => passed += 1,
+                Err(Verdict::NotDecidable(_)) => undecided += 1,
+                Err(other) => wrong.push(format!("{} ({seed}): {other}", name(case))),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(undecided > 0 && passed > 5 * undecided, "{passed} passed, {undecided} not decided");
+}
+
+/// Of a computer that was later than it knows, a failure by time counts when it comes twice.
+#[test]
+fn on_a_late_computer_a_failure_by_time_is_tried_again() {
+    let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();
+    let has_passed_then = |seed| {
+        let (bus, inner, settings) = (VirtualBus::new(), Faulty::new(DeviceUnderTest::new(), None), settings());
+        let (by, says) = (Duration::from_millis(40), Duration::from_millis(6));
+        let (waiting, until, host) = (VecDeque::new(), Instant::ZERO, settings.host.clone());
+        bus.attach(Sleepy { inner, waiting, until, state: seed, by, host, says });
+        let (mut link, cancelled, sheet) = (bus.link(), AtomicBool::new(false), sheet(DATA_SHEET));
+        let report = test(&mut link, &sheet, &settings, &[case], &cancelled, &mut ());
+        let again = "this computer was late by up to 12.00 ms, and the case was run again";
+        report.cases[0].outcome.is_ok() && report.cases[0].notes == [again]
+    };
+    assert!((0..20).any(has_passed_then));
 }
