@@ -4,18 +4,16 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use crate::scale::{spread, thin, ticks};
-use crate::{Content, Curve, Event, GREY, INK, Lane, PALETTE, Panel, Picture};
+use crate::{ACROSS, Content, Curve, Event, GREY, INK, LANE, Lane, PALETTE, Panel, Picture};
 
 const MUTED: &str = "#5B6670";
 const FAINT: &str = "#E3E7EB";
 const PAPER: &str = "#F5F7F9";
 
 // The layout, in pixels.
-const WIDTH: f64 = 960.0;
 const LEFT: f64 = 112.0;
-const RIGHT: f64 = WIDTH - 24.0;
-/// How wide a panel is.
-pub(crate) const ACROSS: f64 = RIGHT - LEFT;
+const RIGHT: f64 = LEFT + ACROSS;
+const WIDTH: f64 = RIGHT + 24.0;
 /// The title and the subtitle.
 const TITLE: f64 = 62.0;
 /// Numbers of events stand above the first panel.
@@ -23,7 +21,6 @@ const EVENTS: f64 = 28.0;
 /// The title of a panel and its legend stand above it; a long legend has rows of its own below the title.
 const HEAD: f64 = 22.0;
 const LEGEND: f64 = 18.0;
-pub(crate) const LANE: f64 = 22.0;
 const GAP: f64 = 16.0;
 const AXIS: f64 = 44.0;
 const EVENT_LINE: f64 = 20.0;
@@ -200,8 +197,9 @@ fn keys(title: &str, curves: &[Curve]) -> (usize, Vec<Key>) {
         if !has_room && left > LEFT && left + width(curve) > RIGHT + 14.0 {
             (left, row) = (LEFT, row + 1);
         }
+        let key = Key { number, left, row };
         left += width(curve);
-        Key { number, left: left - width(curve), row }
+        key
     });
     let keys: Vec<Key> = keys.collect();
     (if has_room { 0 } else { row + 1 }, keys)

@@ -12,6 +12,11 @@ use std::ops::Range;
 pub use draw::svg;
 pub use scale::range;
 
+/// How wide a panel is, in pixels.
+const ACROSS: f64 = 824.0;
+/// How high a lane is, in pixels.
+const LANE: f64 = 22.0;
+
 /// The colours of curves that have none of their own, in this order. Any two differ for readers who see red and green alike.
 const PALETTE: [&str; 6] = [BLUE, ORANGE, GREEN, PURPLE, AMBER, SKY];
 /// `#0072B2`
@@ -111,7 +116,7 @@ impl Picture {
             let values = panel.values();
             (values.end - values.start) / panel.height
         });
-        let half = upwards * draw::ACROSS / 2.0;
+        let half = upwards * ACROSS / 2.0;
         self.span = middle - half..middle + half;
         self
     }
@@ -127,7 +132,7 @@ impl Panel {
     /// Lanes below each other.
     #[must_use]
     pub fn lanes(title: impl Into<String>, lanes: Vec<Lane>) -> Panel {
-        Panel { title: title.into(), height: lanes.len() as f64 * draw::LANE, content: Content::Lanes(lanes) }
+        Panel { title: title.into(), height: lanes.len() as f64 * LANE, content: Content::Lanes(lanes) }
     }
 
     /// From the lowest to the highest value of the curves, with air.
@@ -208,7 +213,7 @@ mod tests {
         let picture = Picture { panels: vec![panel], ..Picture::default() }.to_scale(3.0);
         let values = picture.panels[0].values();
         let across = (picture.span.end - picture.span.start) / (values.end - values.start);
-        assert!((across - draw::ACROSS / 412.0).abs() < 1e-9, "{across}");
+        assert!((across - ACROSS / 412.0).abs() < 1e-9, "{across}");
         assert!((f64::midpoint(picture.span.start, picture.span.end) - 3.0).abs() < 1e-9);
     }
 }
