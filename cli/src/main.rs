@@ -107,7 +107,7 @@ enum Command {
     Demo(demo::Args),
     #[cfg(feature = "full")]
     #[command(flatten)]
-    Other(commands::Command),
+    Other(Box<commands::Command>),
 }
 
 fn main() -> ExitCode {
