@@ -47,7 +47,7 @@ fn a_frame_that_comes_too_early_or_never_fails() {
 #[test]
 fn a_report_has_the_chapters_and_is_compared_with_an_earlier_one() {
     let folder = folder("trace-report");
-    std::fs::write(folder.join("sensor.eds"), include_str!("sensor.eds")).unwrap();
+    std::fs::write(folder.join("sensor.eds"), include_str!("../sensor.eds")).unwrap();
     std::fs::write(folder.join("t.csv"), TRACE).unwrap();
     let ask = ["conform", "--bus", "sim:sensor.eds?node=7", "--trace", "t.csv"];
     let run = |args: &[&str]| lexican_in(&folder, &[&ask[..], args].concat());
