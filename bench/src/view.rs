@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
+use lexican_toolbox::drive::Verb;
 use serde::Serialize;
-
-use crate::command::Verb;
 
 /// The bus as of a moment. Its fields change at different rates: a face is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
