@@ -12,7 +12,7 @@ use lexican_runtime::host::{Link, LinkError, Pump, Turn};
 use lexican_runtime::object::{Mapping, Object, Readable, Rpdo, Tpdo, Value, Values, Writable};
 use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{Duration, Instant, NodeId};
 
 use crate::cancel::CancelHandle;
 use crate::context::DriveContext;
@@ -137,7 +137,7 @@ impl<L: Link, K> Drive<L, K> {
     fn new(link: L, node: NodeId, description: &'static Description) -> Self {
         let session = Session::new(node, description).with_latency(link.latency());
         let context = session.context();
-        let machine = Machine { link, session, pump: Pump::new() };
+        let machine = Machine { link, session, pump: Pump::new(), idle_since: None };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
         let (supervision, has_thread, cancel) = (None, false, CancelHandle::default());
         Drive { shared, node, context, supervision, has_thread, cancel, kind: PhantomData }
@@ -324,6 +324,8 @@ struct Machine<L> {
     link: L,
     session: Session,
     pump: Pump,
+    /// When the last operation ended.
+    idle_since: Option<Instant>,
 }
 
 impl<L: Link> Machine<L> {
@@ -336,10 +338,9 @@ impl<L: Link> Machine<L> {
             self.session.context().missed();
         }
         self.session.begin(self.link.now());
-        match self.run_unless_cancelled(cancel, sequence) {
-            Some(result) => result,
-            None => Err(self.cancelled()),
-        }
+        let result = self.run_unless_cancelled(cancel, sequence).unwrap_or_else(|| Err(self.cancelled()));
+        self.idle_since = Some(self.link.now());
+        result
     }
 
     fn run_unless_cancelled<T, F>(
@@ -438,6 +439,10 @@ impl<L: Link> Machine<L> {
 
     /// Hears what has come, and sends what is due to keep the drive going; how long to wait for the next time.
     fn keep_alive(&mut self) -> Duration {
+        if self.idle_since == Some(self.link.now()) {
+            // In virtual time the next operation begins when the last one ends, whether a thread gets in between or not.
+            return IDLE;
+        }
         // An operation reports what is wrong with the link.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
         let now = self.link.now();
