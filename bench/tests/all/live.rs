@@ -377,6 +377,20 @@ fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
     bench.end();
 }
 
+/// The AKD's 1014h is stored as "off".
+#[test]
+fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_control() {
+    let (bench, _) = bench_and_bus(&PLANT.replace("['1017 = 100']", "['1017 = 100', '1014 = 0x80000086']"));
+    let face = face(&bench);
+    let lacks = |view: &View| view.nodes[1].lacks.clone();
+    let view = until(&bench, |view| !lacks(view).is_empty());
+    let [off] = &lacks(&view)[..] else { panic!("{:?}", lacks(&view)) };
+    assert!(!off.is_needed && off.text.starts_with("1014:00 switches emergency messages off: "), "{off:?}");
+    face.ask(Command::ReleaseHands).wait().unwrap();
+    until(&bench, |view| lacks(view).is_empty());
+    bench.end();
+}
+
 #[test]
 fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     // The data sheet maps the status word alone.
