@@ -370,3 +370,28 @@ fn the_bus_releases_a_motor_that_another_interface_has_in_control() {
     bench.controller.set_network(bench.now, Network::Operational);
     assert_eq!(bench.controller.state(), State::OperationEnabled);
 }
+
+#[test]
+fn a_word_that_enables_does_not_start_a_travel() {
+    let mut bench = Bench::new(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.controller.set_network(bench.now, Network::Operational);
+    for word in [0x0006, 0x0007, 0x001F] {
+        bench.control(word);
+    }
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), 0);
+}
+
+#[test]
+fn a_load_that_is_too_high_is_a_lag_error_and_no_fault() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.world(|inputs| inputs.attainable_rpm = Some(15));
+    bench.travel_to(5000);
+    bench.pass_ms(2000);
+    assert_eq!(bench.controller.velocity(bench.now), 15);
+    bench.system_shows("1100 1000 0001 0000");
+    assert!(bench.has(status::WARNING));
+    bench.pass_ms(60_000);
+    bench.system_shows("0000 0000 0000 1000");
+    assert_eq!(bench.codes(), [0; 0]);
+}
