@@ -1,4 +1,4 @@
-//! What `lexican chaos` finds in our own commands, the bench and an example: a few seeds of each.
+//! What `lexican chaos` finds in our own commands, the bench and examples: a few seeds of each.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -12,6 +12,8 @@ const SETTINGS: &str = "[node.5]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2
 /// A drive that is set otherwise than at power-on, so that restoring its parameters has to write.
 const PLANT: &str = "[[node]]\nid = 5\ndevice = \"siko/ag03-1\"\nsettings = [\"Motor Parameter Set/v-Pos = 35\"]\n";
 
+const AXES: &str = "[[node]]\nid = 1\ndevice = \"kollmorgen/akd\"\n\n[[node]]\nid = 2\ndevice = \"kollmorgen/akd\"\n";
+
 /// A program, what it is run against, and which seeds.
 struct Subject {
     name: &'static str,
@@ -23,47 +25,53 @@ struct Subject {
 const SUBJECTS: &[Subject] = &[
     Subject {
         name: "drive, AG03/1",
-        options: &["siko/ag03-1", "--seed", "1", "--runs", "5"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "1", "--runs", "5"],
         program: &["L", "drive", "5", "move-to", "2000", "--enable"],
     },
     Subject {
         name: "drive, AKD",
-        options: &["kollmorgen/akd", "--seed", "20", "--runs", "5"],
+        options: &["kollmorgen/akd", "--node", "5", "--seed", "20", "--runs", "5"],
         program: &["L", "drive", "5", "move-to", "20000", "--enable"],
     },
     Subject {
         name: "backup",
-        options: &["siko/ag03-1", "--seed", "3", "--runs", "5", "--writes", "kept.dcf"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "3", "--runs", "5", "--writes", "kept.dcf"],
         program: &["L", "backup", "5", "-o", "kept.dcf", "--force"],
     },
     Subject {
         name: "restore",
-        options: &["siko/ag03-1", "--seed", "3", "--runs", "5"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "3", "--runs", "5"],
         program: &["L", "restore", "5", "changed.dcf"],
     },
     Subject {
         name: "apply",
-        options: &["siko/ag03-1", "--seed", "8", "--runs", "5"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "8", "--runs", "5"],
         program: &["L", "apply", "settings.toml"],
     },
     Subject {
         name: "changeover",
-        options: &["siko/ag03-1", "--seed", "2", "--runs", "5"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "2", "--runs", "5"],
         program: &["changeover", "recipe.toml", "--bus", "{bus}"],
     },
     Subject {
+        name: "circle",
+        options: &["axes.toml", "--seed", "1", "--runs", "4"],
+        program: &["circle", "--bus", "{bus}", "--period", "10"],
+    },
+    Subject {
         name: "bench",
-        options: &["siko/ag03-1", "--seed", "2", "--runs", "5", "--for", "3s"],
+        options: &["siko/ag03-1", "--node", "5", "--seed", "2", "--runs", "5", "--for", "3s"],
         program: &["L", "bench", "--no-open", "--bus", "{bus}", "--device", "5=siko/ag03-1"],
     },
 ];
 
 /// Disturbs each of them, all at the same time: they mostly wait.
 pub(crate) fn run(root: &Path) -> Result<(), String> {
-    command::run_cargo(root, &["build", "-p", "lexican", "-p", "changeover"], &[])?;
+    command::run_cargo(root, &["build", "-p", "lexican", "-p", "changeover", "-p", "circle"], &[])?;
     let built = workspace::target_folder(root).join("debug");
     let folder = empty_folder(root, "chaos")?;
-    for (name, text) in [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("plant.toml", PLANT)] {
+    let files = [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("plant.toml", PLANT), ("axes.toml", AXES)];
+    for (name, text) in files {
         write(&folder.join(name), text)?;
     }
     let lexican = |args: &[&str]| {
@@ -75,7 +83,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let disturb = |subject: &Subject| {
         let program = built.join(if subject.program[0] == "L" { "lexican" } else { subject.program[0] });
         let program = program.to_string_lossy();
-        let args = [&["chaos", "--node", "5"], subject.options, &["--", &program], &subject.program[1..]].concat();
+        let args = [&["chaos"], subject.options, &["--", &program], &subject.program[1..]].concat();
         let output = lexican(&args).output().map_err(|error| format!("{}: {error}", subject.name))?;
         let text = [output.stdout, output.stderr].concat();
         println!("{}:\n{}", subject.name, String::from_utf8_lossy(&text));
