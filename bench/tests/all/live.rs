@@ -2,6 +2,7 @@
 
 use std::thread::yield_now;
 
+use super::{drive, until};
 use lexican_bench::command::{Nmt, Other, TraceFilter, Verb};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
@@ -42,29 +43,12 @@ fn bench_and_bus(plant: &str) -> (Bench, VirtualBus) {
     (Bench::live(Box::new(link), Setup::new(info)).unwrap(), bus)
 }
 
-/// Waits until a view is so.
-#[track_caller]
-fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
-    // The harness ends a test that waits for ever.
-    loop {
-        let view = bench.view();
-        if is_so(&view) {
-            return view;
-        }
-        yield_now();
-    }
-}
-
 /// A face that has the hands, of a bench whose two drives are known.
 fn face(bench: &Bench) -> Face {
     until(bench, |view| view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some()));
     let face = bench.open_face();
     face.ask(Command::TakeHands { force: false }).wait().unwrap();
     face
-}
-
-fn drive(node: u8, order: Verb, value: Option<&str>) -> Command {
-    Command::Drive { node, order, value: value.map(str::to_owned) }
 }
 
 fn moves(view: &View) -> bool {

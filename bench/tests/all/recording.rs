@@ -1,7 +1,6 @@
 //! A recorded log: what a bench shows of it, and how a face goes through it.
 
-use std::thread::yield_now;
-
+use super::until;
 use lexican_bench::command::{Nmt, TraceFilter};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
@@ -33,16 +32,6 @@ fn bench() -> (Bench, Face) {
     let face = bench.open_face();
     until(&bench, |view| position(view) == 10.0);
     (bench, face)
-}
-
-fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
-    loop {
-        let view = bench.view();
-        if is_so(&view) {
-            return view;
-        }
-        yield_now();
-    }
 }
 
 fn position(view: &View) -> f64 {

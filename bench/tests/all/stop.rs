@@ -1,8 +1,8 @@
 //! What ends what is under way: a stop, a lost face, a node that does not answer.
 
 use std::sync::{Arc, Mutex};
-use std::thread::yield_now;
 
+use super::{drive, until};
 use lexican_bench::command::{Nmt, Other, Verb};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
@@ -60,21 +60,6 @@ impl Rig {
         face.ask(Command::TakeHands { force: false }).wait().unwrap();
         face
     }
-}
-
-/// Waits until a view is so; the harness ends a test that waits for ever.
-fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
-    loop {
-        let view = bench.view();
-        if is_so(&view) {
-            return view;
-        }
-        yield_now();
-    }
-}
-
-fn drive(node: u8, order: Verb, value: Option<&str>) -> Command {
-    Command::Drive { node, order, value: value.map(str::to_owned) }
 }
 
 fn moves(view: &View) -> bool {

@@ -393,10 +393,11 @@ impl<'d> Recorder<'d> {
     /// The same was read before, and nothing commanded since: how often does not matter, only what it comes to.
     fn is_answered(&mut self, read: usize, answer: usize) {
         let question = self.entries[read].row.data.clone().into_bytes();
-        let Some((earlier, told)) = self.reads.insert(question, (read, answer)) else { return };
-        let (asked, since, varied) = (self.entries[earlier].at, self.entries[told].settled, self.entries[told].varied);
-        let is_same = self.entries[told].row.data == self.entries[answer].row.data;
-        (self.entries[earlier].dropped, self.entries[told].dropped) = (true, true);
+        let Some((last_read, last_answer)) = self.reads.insert(question, (read, answer)) else { return };
+        let (asked, since, varied) =
+            (self.entries[last_read].at, self.entries[last_answer].settled, self.entries[last_answer].varied);
+        let is_same = self.entries[last_answer].row.data == self.entries[answer].row.data;
+        (self.entries[last_read].dropped, self.entries[last_answer].dropped) = (true, true);
         self.entries[read].at = asked;
         let entry = &mut self.entries[answer];
         entry.varied = varied || !is_same;
