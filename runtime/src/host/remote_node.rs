@@ -7,11 +7,11 @@ macro_rules! remote_nodes {
         [$($link:tt)*] Network = $network:ty, RemoteNode<D> = $remote:ty, Named = $named:ty
     ) => {
         impl<$($link)*> $network {
-            /// Writes settings in the order in which devices take them: see [`Settings`]. Most devices take some of them in
-            /// PRE-OPERATIONAL only.
+            /// Writes settings in the order in which devices take them: see [`Settings`]. Most devices take some of
+            /// them in PRE-OPERATIONAL only.
             ///
             /// Errors: [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was
-            /// written before stays, and a PDO that was being changed stays switched off. So it is if the call is dropped.
+            /// written before stays, and a PDO that was being changed stays switched off, also if the call is dropped.
             pub $($async)? fn configure<D>(
                 &$($mut)? self,
                 node: NodeId,
@@ -95,8 +95,8 @@ macro_rules! remote_nodes {
                 self.network.write_bytes(self.node, address, data)$($await)*
             }
 
-            /// An object by the name that it has in the data sheet, for tools. Letters and digits count, their case does
-            /// not.
+            /// An object by the name that it has in the data sheet, for tools. Letters and digits count, their case
+            /// does not.
             ///
             /// Errors: every name is unknown if the dictionary was generated without names.
             pub fn by_name(&$($mut)? self, name: &str) -> Result<$named, UnknownName> {
@@ -110,7 +110,10 @@ macro_rules! remote_nodes {
             }
 
             /// Writes settings in the order in which devices take them: see [`Network::configure`].
-            pub $($async)? fn configure<E: Fits<D>>(&$($mut)? self, settings: &Settings<E>) -> Result<(), AccessError> {
+            pub $($async)? fn configure<E: Fits<D>>(
+                &$($mut)? self,
+                settings: &Settings<E>,
+            ) -> Result<(), AccessError> {
                 self.network.configure(self.node, settings)$($await)*
             }
 
