@@ -22,7 +22,7 @@ use lexican_runtime::host::Pace;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::simulation::{Files, Plant};
 
-use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
+use crate::bus::{Bus, BusArgs, NO_DEVICE, kinds, of_node, simulate};
 use crate::device::{load, load_input};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
 use language::Language;
@@ -202,7 +202,7 @@ impl Args {
     /// Opens the bus.
     fn open(&self) -> Result<Bench, Failure> {
         let (name, bit_rate) = match &self.bus {
-            Some(bus) => (bus.url().to_string(), bus.bit_rate()),
+            Some(bus) => (bus.url().to_string(), kinds::bit_rate(bus.url())),
             None => ("demo".to_owned(), None),
         };
         let recorded = self.bus.as_ref().and_then(BusArgs::recorded).transpose()?;
@@ -266,7 +266,7 @@ const FILES: Files<'_> = Files::Embedded(&[
 ]);
 
 fn demo() -> Result<Bus, Failure> {
-    Bus::of_plant(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
+    simulate(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
 }
 
 /// Says where the page is, what that risks, and opens it for as long as what is returned is kept.

@@ -15,8 +15,9 @@ use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::simulation::Plant;
 use lexican_toolbox::time_of_day;
 
-use crate::bus::BusArgs;
+use crate::bus::kinds::{Kind, Simulated};
 use crate::bus::pty::Ptys;
+use crate::bus::{BusArgs, url};
 use crate::conform::{ReportFile, print};
 use crate::duration::time;
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, note, stdout, styled};
@@ -43,7 +44,7 @@ pub(crate) struct Args {
     plant: PlantArgs,
 
     /// The bus instead of a pseudo-terminal: a CAN interface such as vcan0, for programs that know no serial adapter (slcan)
-    #[arg(long, value_name = "URL")]
+    #[arg(long, value_name = "URL", value_parser = url)]
     bus: Option<BusUrl>,
 
     /// The first seed; without it, a new one, which is printed
@@ -180,7 +181,7 @@ impl Lab<'_> {
                 let url = ptys.urls().concat();
                 (Box::new(ptys), url)
             }
-            Some(url @ BusUrl::SocketCan { .. }) => {
+            Some(url) if matches!(Kind::of(url).simulated, Simulated::Shared) => {
                 (BusArgs::named(url.clone()).open(Pace::RealTime)?.link, url.to_string())
             }
             Some(url) => {

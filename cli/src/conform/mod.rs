@@ -12,12 +12,13 @@ use lexican_conform::{
     Stimuli, Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
+use lexican_runtime::host::url::SOCKETCAN;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
-use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
+use crate::bus::{BUS, Bus, BusArgs, NODE, kinds, node_id, url, which_node};
 use crate::device::guard;
 use crate::duration::time;
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, plural};
@@ -41,7 +42,7 @@ use print::Screen;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000 or sim:siko/ag03-1?node=5
-    #[arg(long, value_name = "URL", env = BUS, required_unless_present = "list")]
+    #[arg(long, value_name = "URL", env = BUS, value_parser = url, required_unless_present = "list")]
     bus: Option<BusUrl>,
 
     #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
@@ -289,10 +290,12 @@ impl Args {
     /// What the head of a report says beside the device.
     fn facts(&self, sheet: &Sheet, settings: &Settings) -> Vec<(String, String)> {
         let bus = self.bus.as_ref();
-        let rate = match (bus, settings.bit_rate_kbit) {
-            (Some(BusUrl::Slcan { bit_rate: Some(rate), .. }), _) => format!("{} kbit/s", rate / 1000),
-            (_, Some(rate)) => format!("{rate} kbit/s"),
-            (Some(BusUrl::SocketCan { .. }), None) => "that of the interface".to_owned(),
+        let rate = match (bus.and_then(kinds::bit_rate), settings.bit_rate_kbit) {
+            (Some(rate), _) => format!("{} kbit/s", rate / 1000),
+            (None, Some(rate)) => format!("{rate} kbit/s"),
+            (None, None) if bus.is_some_and(|bus| bus.scheme().name == SOCKETCAN.name) => {
+                "that of the interface".to_owned()
+            }
             _ => "not known".to_owned(),
         };
         let allowed: Vec<_> = settings.allow.iter().map(|hazard| hazard.name()).collect();
