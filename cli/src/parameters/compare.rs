@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         "event": "summary", "compared": comparison.compared, "differ": count, "unknown": comparison.unknown.len(),
         "left_out": by_reason(&comparison.left_out),
     });
-    print_result(args.json, fields(object), format_args!("{compared} compared, {verdict}{unknown}"))?;
+    print_result(args.json, object, format_args!("{compared} compared, {verdict}{unknown}"))?;
     args.left_out.print(args.json, &a.device, &comparison.left_out)?;
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }
