@@ -2,6 +2,7 @@
 
 pub(crate) mod failure;
 pub(crate) mod kinds;
+mod known;
 mod node;
 mod node_id;
 mod profibus;
@@ -28,15 +29,17 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::node_id::node_id;
 pub(crate) use node::{
-    BoxedLink, Connected, Identity, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
+    BoxedLink, Connected, Identity, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };
 pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
 pub(crate) use simulation::Simulation;
 
 pub(crate) use kinds::url;
+pub(crate) use known::KnownArgs;
 pub(crate) use simulation::{read_plant, simulate};
 
 use kinds::Kind;
+use node::NO_DEVICE;
 
 /// The environment variable that stands for `--bus`.
 pub(crate) const BUS: &str = "LEXICAN_BUS";
