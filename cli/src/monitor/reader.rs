@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use lexican_eds::model::Device;
-use lexican_runtime::cia301;
+use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
@@ -11,7 +11,7 @@ use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 use lexican_toolbox::decode::{Decoded, Detail, Side};
 use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::sdo_channel::request_frame;
-use lexican_toolbox::values::{address, is_pdo_mapping};
+use lexican_toolbox::values::address;
 
 /// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.
 const QUIET: Duration = Duration::from_millis(200);

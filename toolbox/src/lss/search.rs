@@ -54,7 +54,7 @@ impl<L: Link> Session<L> {
     /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
     /// no known one is probed. For that the known ones are left searched for: some confirm anything while they are
     /// selected.
-    fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Trouble> {
+    pub fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Trouble> {
         self.deselect()?;
         self.is_fenced = self.has_unconfigured()?;
         for identity in known {
