@@ -143,7 +143,11 @@ impl<'a> Crate<'a> {
                     let name = plain(&inner.ident);
                     let folder = format!("{folder}/{name}");
                     let child = match inner.content {
-                        Some((_, items)) => self.items(items, file, &folder, Some(here))?,
+                        Some((_, items)) => {
+                            let given = path_of(&inner.attrs).map(|path| beside(file, &path));
+                            let folder = given.as_deref().map_or(&*folder, |given| given.trim_end_matches('/'));
+                            self.items(items, file, folder, Some(here))?
+                        }
                         None => {
                             let (path, folder) = match path_of(&inner.attrs) {
                                 Some(path) => {
@@ -428,6 +432,9 @@ mod tests {
     fn a_module_may_lie_elsewhere() {
         let root = "#[path = \"../support/bus.rs\"] mod bus; fn f() { bus::g() }";
         let files = |bus| found(&[("tests/boot/main.rs", root), ("tests/support/bus.rs", bus)]).len();
+        assert_eq!((files("pub fn g() { crate::f() }"), files("pub fn g() {}")), (1, 0));
+        let inline = "#[path = \"\"] mod whole { mod bus; } fn f() { whole::bus::g() }";
+        let files = |bus| found(&[("src/main.rs", inline), ("src/bus.rs", bus)]).len();
         assert_eq!((files("pub fn g() { crate::f() }"), files("pub fn g() {}")), (1, 0));
         let missing = findings(&[("src/lib.rs", "mod gone;")].into());
         assert_eq!(missing, Err("src/lib.rs: there is no file of the module gone".to_owned()));
