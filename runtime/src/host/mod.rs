@@ -19,6 +19,7 @@ mod node;
 mod open;
 mod participant;
 mod pump;
+mod remote_node;
 mod replay;
 mod settings;
 #[cfg(feature = "slcan")]
