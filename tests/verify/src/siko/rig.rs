@@ -273,18 +273,18 @@ impl<D: Siko> Scripted for D {
             }
             // In velocity mode, the drive runs and stops as it does without this parameter.
             ("runs-alike", [change]) => {
-                let run = |change: Option<&&str>| {
-                    let mut rig = enabled_with::<D>(&[(0x6060, 0, 2, 1)]);
-                    change.into_iter().for_each(|text| _ = write(&mut rig, text));
+                let run = |writes: &[&str]| {
+                    let mut rig = Rig::<D>::new();
+                    D::step(&mut rig, "ready", writes)?;
                     rig.control(0x010F);
                     rig.run(-30);
                     rig.hear(3000);
                     let before = (rig.velocity(), rig.system());
                     rig.control(0x010F);
                     rig.hear(3000);
-                    (before, rig.position(), rig.system())
+                    Some((before, rig.position(), rig.system()))
                 };
-                return Some(run(Some(change)) == run(None));
+                return Some(run(&["6060:00=2", change])? == run(&["6060:00=2"])?);
             }
             // A PDO is sent on every change of its number.
             ("without-gap", [id]) => {
