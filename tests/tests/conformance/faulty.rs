@@ -117,6 +117,10 @@ enum Act {
     Add(&'static str),
 }
 
+/// Words of a rule with others behind them.
+const VERBS: [&str; 11] =
+    ["heard", "sent", "every", "becomes", "answered", "brings", "flipped", "late", "in", "after", "until"];
+
 impl Rule {
     fn parse(text: &'static str) -> Self {
         let mut rule = Rule { on: On::Heard(""), act: Act::Lose, state: None, after: Vec::new(), until: None };
@@ -126,8 +130,7 @@ impl Rule {
             match (verb, word) {
                 (_, "halved") => rule.act = Act::LoseEverySecond,
                 (_, "cut") => rule.act = Act::Cut,
-                (_, "heard" | "sent" | "every" | "becomes" | "answered" | "brings" | "flipped" | "late")
-                | (_, "in" | "after" | "until") => verb = word,
+                _ if VERBS.contains(&word) => verb = word,
                 ("heard", _) => rule.on = On::Heard(word),
                 ("sent", _) => rule.on = On::Sent(word),
                 ("every", _) => rule.on = On::EveryMs(number()),
