@@ -16,7 +16,7 @@ use siko_ag03_1::od::profibus as ag03_1;
 use siko_profibus::table::{self, Content};
 use siko_profibus::{Model, bus};
 
-use self::rig::Bench as Rig;
+use self::rig::Rig;
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::{Case, Check};
 use crate::exempt::Exempt;
