@@ -13,9 +13,10 @@ use crate::workspace::{entries, manifests, read_toml};
 
 /// Which of our packages may use which: nothing points back.
 const ARROWS: &[(&str, &[&str])] = &[
-    ("lexican-eds", &[]),
+    ("lexican-cia", &[]),
+    ("lexican-eds", &["lexican-cia"]),
     ("lexican-codegen", &["lexican-eds"]),
-    ("lexican-runtime", &[]),
+    ("lexican-runtime", &["lexican-cia"]),
     ("lexican-profibus", &["lexican-runtime"]),
     ("lexican-pictures", &[]),
     ("lexican-conform", &["lexican-eds", "lexican-runtime"]),
@@ -291,9 +292,8 @@ impl Source {
     }
 
     fn is_generic(&self) -> bool {
-        ["eds/src/", "codegen/src/", "runtime/src/", "profibus/src/", "drives/driver/src/", "drives/simulator/src/"]
-            .iter()
-            .any(|room| self.path.starts_with(room))
+        let rooms = ["cia", "eds", "codegen", "runtime", "profibus", "drives/driver", "drives/simulator"];
+        rooms.iter().any(|room| self.path.starts_with(&format!("{room}/src/")))
     }
 
     /// SIKO's drives, without what is simulated: a program that moves a real drive has no use for that.

@@ -1,7 +1,6 @@
 //! What crosses crates.
 
 mod boot_plan;
-mod data_types;
 mod descriptions;
 mod fuzzed;
 mod link_slcan;
