@@ -24,7 +24,7 @@ pub(crate) trait Simulator: Sized + 'static {
     fn transitions() -> Transitions;
     fn start(now: Instant) -> Self::Drive;
     /// Sets what most comparisons need and a drive that has just been delivered does not do.
-    fn prepare(_bench: &mut Rig<Self>) {}
+    fn prepare(_rig: &mut Rig<Self>) {}
     fn nmt(drive: &Self::Drive) -> NmtState;
     fn state(drive: &Self::Drive) -> State;
     fn status_word(drive: &mut Self::Drive, now: Instant) -> u16;

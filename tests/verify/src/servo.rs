@@ -27,7 +27,7 @@ pub(crate) trait OfModel: Sized + 'static {
     /// The code of a fault or warning, by its label.
     fn code(label: &str) -> Option<u16>;
 
-    fn has_default_in_words(_bench: &mut Rig<Servo<Self>>, _words: &str) -> bool {
+    fn has_default_in_words(_rig: &mut Rig<Servo<Self>>, _words: &str) -> bool {
         false
     }
 }

@@ -26,7 +26,7 @@ pub(crate) trait Objects: Simulator {
     /// A drive of each variant, with limits of others as wide as they can be.
     fn variants() -> Vec<(i128, Rig<Self>)>;
     /// Whether a drive that has been delivered has the default that is printed in words.
-    fn has_default_in_words(_bench: &mut Rig<Self>, _words: &str) -> bool {
+    fn has_default_in_words(_rig: &mut Rig<Self>, _words: &str) -> bool {
         false
     }
     /// Whether it cannot be written in PRE-OPERATIONAL either.
