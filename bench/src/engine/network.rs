@@ -16,9 +16,9 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use super::hub::{Port, Ports};
 use super::jobs::Job;
 use super::lock::lock;
-use super::station::Station;
-use crate::command::{Answer, Nmt, Refused};
+use super::worker::Worker;
 use crate::model::Model;
+use crate::request::{Answer, Nmt, Refused};
 
 /// Between two requests, so that other nodes get through.
 const PAUSE: Duration = Duration::from_millis(5);
@@ -69,7 +69,7 @@ fn listen(link: &mut impl Link, pump: &mut Pump, span: Duration) -> Result<(), L
     Ok(())
 }
 
-/// Why a link is gone: the bus is, or the face that it was for.
+/// Why a link is gone: the bus is, or the client that it was for.
 fn lost(ports: &Ports, error: LinkError) -> Refused {
     match error {
         LinkError::Closed if !ports.is_over() => Refused::interrupted(),
@@ -77,10 +77,10 @@ fn lost(ports: &Ports, error: LinkError) -> Refused {
     }
 }
 
-/// Gives a device without node-ID that of the station, which no node may have, and lets it be stored (CiA 305).
-pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
-    let (node, ports) = (station.node, &station.ports);
-    match station.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
+/// Gives a device without node-ID that of the worker, which no node may have, and lets it be stored (CiA 305).
+pub(super) fn assign(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
+    let (node, ports) = (worker.node, &worker.ports);
+    match worker.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
         Err(AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }) => {}
         Err(AccessError::Link(error)) => return Err(lost(ports, error)),
         _ => {
@@ -88,7 +88,7 @@ pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
                 .with_remedy("choose another one, or take that node off the bus first"));
         }
     }
-    let result = configure(ports, &mut station.link()?, node, job);
+    let result = configure(ports, &mut worker.link()?, node, job);
     // However it has ended, no device waits for the rest: the next one would be configured with it.
     let waiting = deselect(&mut ports.link());
     let who = result?;

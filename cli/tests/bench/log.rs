@@ -21,7 +21,7 @@ fn shown(path: &Path, filter: TraceFilter) -> Vec<Row> {
         yield_now();
     }
     let Ok(Answer::Frames(frames)) =
-        bench.open_face().ask(Command::Trace { filter, from: 0, at: None, count: 1000 }).wait()
+        bench.open_client().ask(Command::Trace { filter, from: 0, at: None, count: 1000 }).wait()
     else {
         panic!("rows")
     };
