@@ -7,7 +7,7 @@
 //! makes one thing of the frames of an SDO transfer, and [`statistics`] counts. A [`sampler`] follows values over time, [`series`]
 //! keeps them and makes a picture.
 //! [`check`] compares a device with its data sheet, and [`parameters`] keeps, restores and compares what it is set to, through a
-//! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
+//! [`remote`] node. [`lss`] finds and configures devices by their identity, [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, long transfers are [`followed`], [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
 //! what a program leaves behind that ends at any moment is judged by [`chaos`],
 //! [`time_of_day`] reads and writes dates; [`node_id`], [`files`] and [`toml_text`] read what people name and write.
 //!
@@ -31,12 +31,14 @@ pub mod followed;
 pub mod identity;
 pub mod json;
 pub mod log;
+pub mod lss;
 pub mod node_id;
 pub mod object;
 pub mod parameters;
 pub mod pdo;
 pub mod remote;
 pub mod sampler;
+pub mod sdo_channel;
 #[cfg(feature = "pictures")]
 pub mod series;
 #[cfg(feature = "drives")]

@@ -4,10 +4,10 @@ use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{Identity, LssResponse};
 use serde_json::{Map, Value as Json, json};
 
-use super::session::Selected;
 use crate::output::{Failure, Outcome, fields, print_result, warn};
 use lexican_toolbox::decode::lss::{response_json, response_text};
 use lexican_toolbox::identity::{self, recognise};
+use lexican_toolbox::lss::Selected;
 
 /// The device of a line of output.
 pub(super) fn title(selected: Option<Selected>) -> String {
