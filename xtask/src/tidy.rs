@@ -19,20 +19,30 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-profibus", &["lexican-runtime"]),
     ("lexican-pictures", &[]),
     ("lexican-conform", &["lexican-eds", "lexican-runtime"]),
+    ("lexican-toolbox", &["lexican-driver", "lexican-eds", "lexican-pictures", "lexican-registry", "lexican-runtime"]),
     (
-        "lexican-toolbox",
+        "lexican-simulation",
         &[
-            "lexican-driver",
             "lexican-eds",
-            "lexican-pictures",
-            "lexican-runtime",
-            "lexican-simulator",
-            "lexican-kollmorgen-akd",
-            "lexican-siko-ag02",
-            "lexican-siko-ag03-1",
             "lexican-profibus",
+            "lexican-registry",
+            "lexican-runtime",
+            "lexican-siko-ag03-1",
             "lexican-siko-profibus",
             "lexican-siko-serial",
+            "lexican-simulator",
+            "lexican-toolbox",
+        ],
+    ),
+    (
+        "lexican-registry",
+        &[
+            "lexican-driver",
+            "lexican-kollmorgen-akd",
+            "lexican-runtime",
+            "lexican-siko-ag02",
+            "lexican-siko-ag03-1",
+            "lexican-simulator",
         ],
     ),
     ("lexican-bench", &["lexican-driver", "lexican-eds", "lexican-pictures", "lexican-runtime", "lexican-toolbox"]),
@@ -65,6 +75,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-pictures",
             "lexican-runtime",
             "lexican-profibus",
+            "lexican-simulation",
             "lexican-simulator",
             "lexican-kollmorgen-akd",
             "lexican-siko-ag02",
@@ -316,8 +327,21 @@ fn names_simulator(text: &str) -> bool {
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
     for room in [
-        "eds", "codegen", "runtime", "profibus", "drives", "pictures", "toolbox", "bench", "conform", "cli",
-        "examples", "tests", "xtask", "fuzz",
+        "eds",
+        "codegen",
+        "runtime",
+        "profibus",
+        "drives",
+        "pictures",
+        "toolbox",
+        "simulation",
+        "bench",
+        "conform",
+        "cli",
+        "examples",
+        "tests",
+        "xtask",
+        "fuzz",
     ] {
         collect(root, &root.join(room), &mut sources)?;
     }
@@ -379,7 +403,7 @@ mod tests {
             ("drives/siko/src/sim/node.rs", 0),
             ("drives/siko-profibus/src/door.rs", 0),
             ("drives/siko-serial/tests/door.rs", 0),
-            ("toolbox/src/simulation/device.rs", 0),
+            ("simulation/src/device.rs", 0),
         ] {
             assert_eq!(findings(path, text).len(), count, "{path}");
         }

@@ -10,7 +10,7 @@ use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Command, Face};
 use lexican_runtime::host::{Fate, Pace, VirtualBus};
 use lexican_runtime::{CobId, Duration};
-use lexican_toolbox::simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
+use lexican_simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
 
 const PLANT: &str = "
 [[node]]

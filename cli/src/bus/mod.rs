@@ -21,10 +21,10 @@ use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
 use crate::output::{Failure, reason};
+use lexican_simulation::Plant;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
-pub(crate) use lexican_toolbox::node_id::node_id;
-use lexican_toolbox::simulation::Plant;
+pub(crate) use lexican_toolbox::text::node_id::node_id;
 pub(crate) use node::{
     BoxedLink, Connected, Identity, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };

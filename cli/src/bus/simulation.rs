@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
+use lexican_simulation::plant::is_plant;
+use lexican_simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::node_id::node_id;
-use lexican_toolbox::simulation::plant::is_plant;
-use lexican_toolbox::simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
+use lexican_toolbox::text::node_id::node_id;
 
 use crate::device::{load, warn_of_errors};
 use crate::output::Failure;

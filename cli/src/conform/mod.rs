@@ -24,8 +24,8 @@ use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, plural};
 use crate::send::time::now;
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::object::resolve;
-use lexican_toolbox::time_of_day;
+use lexican_toolbox::text::time_of_day;
+use lexican_toolbox::values::lookup::resolve;
 use print::Screen;
 
 /// Test whether a device does what CANopen asks for

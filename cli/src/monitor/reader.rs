@@ -9,7 +9,7 @@ use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use lexican_toolbox::decode::{Decoded, Detail, Side};
-use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
+use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::values::{address, is_pdo_mapping};
 
 /// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.

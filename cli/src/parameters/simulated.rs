@@ -7,17 +7,17 @@ use lexican_eds::{Input, Source};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::parameters::compare::{Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, configured, restore};
 use lexican_toolbox::parameters::{Ended, Parameters, Progress};
-use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::address;
 use lexican_toolbox::values::wire::written;
 
 use crate::device::samples;
+use lexican_simulation::VirtualDevice;
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::simulation::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
 

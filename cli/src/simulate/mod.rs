@@ -7,7 +7,7 @@ mod session;
 mod station;
 
 use lexican_runtime::host::{BusUrl, Link, Pace};
-use lexican_toolbox::simulation::{Plant, PlantDevice};
+use lexican_simulation::{Plant, PlantDevice};
 use siko_profibus::Model;
 
 use crate::bus::BusArgs;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use super::lss;
-use crate::json::fields;
+use crate::text::json::fields;
 use crate::values::hex;
 use crate::values::report::ValueReport;
 

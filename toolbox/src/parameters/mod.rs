@@ -17,8 +17,8 @@ use lexican_eds::types::DataType;
 use lexican_runtime::host::{AccessError, Bytes, Link};
 use lexican_runtime::object::Address;
 
-use crate::followed::Followed;
-use crate::remote::{Refusal, RemoteNode};
+use crate::node::followed::Followed;
+use crate::node::remote::{Refusal, RemoteNode};
 use crate::values::wire::parse_padded;
 use crate::values::{address, is_pdo_mapping};
 

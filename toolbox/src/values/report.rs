@@ -8,7 +8,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::wire::parse_padded;
 use super::{DeviceValues, hex, plain};
-use crate::json::fields;
+use crate::text::json::fields;
 
 /// An entry of a node, and perhaps its value.
 #[derive(Clone, Debug, PartialEq)]
