@@ -10,7 +10,7 @@ use lexican_toolbox::node::flash::{Cause, FlashError, Held, Loader, Progress, St
 use serde_json::json;
 
 use crate::bus::{Connected, NetworkArgs, node_id};
-use crate::output::{Failure, Outcome, ctrl_c, fields, note, print_result, progress, warn};
+use crate::output::{Failure, Outcome, ctrl_c, note, print_result, progress, warn};
 use crate::toml_text::parse;
 use lexican_toolbox::text::files::read_up_to;
 
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Some(image) = image else {
         let held = held(&mut network, id, &loader);
         let state = json!({ "node": id.get(), "held": word(held), "text": held.to_string() });
-        print_result(args.json, fields(state), held)?;
+        print_result(args.json, state, held)?;
         return Ok(if matches!(held, Held::Unknown | Held::NoControl) { Outcome::Found } else { Outcome::Clean });
     };
     let bar = progress("{msg} {wide_bar} {bytes}/{total_bytes} {eta}", image.len() as u64);
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             let text = format!("node {id} holds the program: {bytes} bytes in {seconds:.1} s{identification}");
             let object = json!({ "node": id.get(), "bytes": bytes, "seconds": seconds, "before": number(done.before),
                 "after": number(done.after) });
-            print_result(args.json, fields(object), text)?;
+            print_result(args.json, object, text)?;
             Ok(Outcome::Clean)
         }
         Err(error) => failed(args.json, id.get(), &error),
@@ -124,7 +124,7 @@ fn failed(as_json: bool, node: u8, error: &FlashError) -> Result<Outcome, Failur
     if as_json {
         let object = json!({ "node": node, "stage": error.stage.to_string(), "error": error.cause.to_string(),
             "held": word(error.held) });
-        print_result(true, fields(object), "")?;
+        print_result(true, object, "")?;
     }
     if is_lost || matches!(error.cause, Cause::Access(AccessError::Link(_))) {
         return Err(Failure::new(error).help(help));

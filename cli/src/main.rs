@@ -13,70 +13,50 @@ mod node_place;
 mod output;
 mod print;
 
+/// What only the whole command has.
 #[cfg(feature = "full")]
-mod access;
-#[cfg(feature = "full")]
-mod bench;
-#[cfg(feature = "full")]
-mod boot;
-#[cfg(feature = "full")]
-mod bus;
-#[cfg(all(feature = "full", unix))]
-mod chaos;
-#[cfg(feature = "full")]
-mod check;
-#[cfg(feature = "full")]
-mod commands;
-#[cfg(feature = "full")]
-mod completions;
-#[cfg(feature = "full")]
-mod conform;
-#[cfg(feature = "full")]
-mod devices;
-#[cfg(feature = "full")]
-mod drive;
-#[cfg(feature = "full")]
-mod duration;
-#[cfg(feature = "full")]
-mod eds;
-#[cfg(feature = "full")]
-mod flash;
-#[cfg(feature = "full")]
-mod follow;
-#[cfg(feature = "full")]
-mod generate;
-#[cfg(feature = "full")]
-mod log;
-#[cfg(feature = "full")]
-mod lss;
-#[cfg(feature = "full")]
-mod monitor;
-#[cfg(feature = "full")]
-mod nmt;
-#[cfg(all(feature = "full", test))]
-mod pages;
-#[cfg(feature = "full")]
-mod parameters;
-#[cfg(feature = "full")]
-mod pdo;
-#[cfg(feature = "full")]
-mod scan;
-#[cfg(feature = "full")]
-mod screen;
-#[cfg(feature = "full")]
-mod send;
-#[cfg(feature = "full")]
-mod simulate;
-#[cfg(feature = "full")]
-mod statistics;
-#[cfg(all(feature = "full", test))]
-mod style;
-#[cfg(feature = "full")]
-mod toml_text;
+#[path = ""]
+mod whole {
+    pub(crate) mod access;
+    pub(crate) mod bench;
+    pub(crate) mod boot;
+    pub(crate) mod bus;
+    #[cfg(unix)]
+    pub(crate) mod chaos;
+    pub(crate) mod check;
+    pub(crate) mod commands;
+    pub(crate) mod completions;
+    pub(crate) mod conform;
+    pub(crate) mod devices;
+    pub(crate) mod drive;
+    pub(crate) mod duration;
+    pub(crate) mod eds;
+    pub(crate) mod flash;
+    pub(crate) mod follow;
+    pub(crate) mod generate;
+    pub(crate) mod log;
+    pub(crate) mod lss;
+    pub(crate) mod monitor;
+    pub(crate) mod nmt;
+    #[cfg(test)]
+    mod pages;
+    pub(crate) mod parameters;
+    pub(crate) mod pdo;
+    pub(crate) mod scan;
+    pub(crate) mod screen;
+    pub(crate) mod send;
+    pub(crate) mod simulate;
+    pub(crate) mod statistics;
+    #[cfg(test)]
+    mod style;
+    pub(crate) mod toml_text;
+}
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
+#[cfg(feature = "full")]
+use whole::*;
 
 /// CANopen on the command line: check data sheets, generate code from them, simulate and move drives
 #[derive(Parser, Debug)]

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::bus::sdo::{request_frame, responder};
 use crate::bus::{BusArgs, NodeIds, let_leave};
 use crate::duration::{in_milliseconds, milliseconds};
-use crate::output::{self, Failure, Outcome, fields, print_result, warn};
+use crate::output::{self, Failure, Outcome, print_result, warn};
 
 /// Send an NMT command to nodes, or to all
 ///
@@ -230,7 +230,7 @@ fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
         state => format!("enter {state}"),
     };
     let object = json!({ "node": message.node.map(NodeId::get), "command": message.command.to_string() });
-    print_result(as_json, fields(object), format_args!("{target}: {what}"))
+    print_result(as_json, object, format_args!("{target}: {what}"))
 }
 
 fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Result<Outcome, Failure> {

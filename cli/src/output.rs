@@ -16,7 +16,7 @@ pub(crate) use lexican_toolbox::text::files::reason;
 use lexican_toolbox::text::files::{Existing, ReadError};
 pub(crate) use lexican_toolbox::text::json::fields;
 use lexican_toolbox::values::lookup::ObjectError;
-use serde_json::{Map, Value as Json};
+use serde_json::Value as Json;
 
 /// The result of a command that has done its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -248,11 +248,11 @@ fn unless_broken<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
     }
 }
 
-/// Prints a result: the fields as a JSON object, or the text.
-pub(crate) fn print_result(as_json: bool, fields: Map<String, Json>, text: impl Display) -> Result<(), Failure> {
+/// Prints a result: a JSON object, or the text.
+pub(crate) fn print_result(as_json: bool, object: impl Into<Json>, text: impl Display) -> Result<(), Failure> {
     let mut stdout = stdout();
     if as_json {
-        writeln!(stdout, "{}", Json::Object(fields))?;
+        writeln!(stdout, "{}", object.into())?;
     } else {
         writeln!(stdout, "{text}")?;
     }

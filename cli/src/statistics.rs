@@ -11,7 +11,7 @@ use ratatui::style::{Modifier, Stylize};
 use ratatui::text::Line;
 use serde_json::json;
 
-use crate::bus::{Bus, BusArgs};
+use crate::bus::{Bus, BusArgs, kinds};
 use crate::duration;
 use crate::output::{Failure, Outcome, ctrl_c, stdout};
 use crate::screen::{self, Screen};
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     for (node, sheet) in &nodes {
         decoder.introduce(*node, &sheet.device);
     }
-    let rate = args.bit_rate.map(|kbit| kbit * 1000).or_else(|| args.bus.bit_rate());
+    let rate = args.bit_rate.map(|kbit| kbit * 1000).or_else(|| kinds::bit_rate(args.bus.url()));
     let mut statistics = Statistics::new(rate);
     let mut screen = if args.json || args.every.is_some() || !link.is_real_time() { None } else { Screen::take()? };
     let left = if screen.is_some() { None } else { Some(ctrl_c()?) };

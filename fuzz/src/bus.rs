@@ -6,7 +6,7 @@ use lexican_runtime::service::sdo_client::{self, Scalar, SdoClient};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use super::common::Bench;
+use super::common::Rig;
 use super::sdo_support::{Bus, Growing, Od, at, pattern};
 
 /// Reads choices off the input; at its end, zeros.
@@ -52,26 +52,26 @@ impl Choices<'_> {
 pub fn device(data: &[u8]) {
     let known = [0x000, 0x080, 0x100, 0x185, 0x205, 0x385, 0x405, 0x605, 0x705, 0x710];
     let mut choices = Choices(data);
-    let mut bench = Bench::full();
+    let mut rig = Rig::full();
     while !choices.0.is_empty() {
         if choices.byte() < 0xC0 {
             let Some(frame) = choices.frame(&known) else { continue };
-            bench.device.handle_frame(bench.now, &frame, &mut bench.od);
-            bench.sent();
+            rig.device.handle_frame(rig.now, &frame, &mut rig.od);
+            rig.sent();
         } else {
             let pause = choices.pause();
-            let sent = bench.pass(pause).len();
+            let sent = rig.pass(pause).len();
             assert!(sent < 10 + 2 * pause.as_micros() as usize, "{sent} frames in {pause:?}");
         }
-        if bench.state() == NmtState::Initialising {
-            bench.restart();
-            bench.sent();
+        if rig.state() == NmtState::Initialising {
+            rig.restart();
+            rig.sent();
         }
     }
-    bench.send("000#8105");
-    bench.restart();
-    assert_eq!(bench.sent().first().map(String::as_str), Some("705#00"));
-    assert_eq!(bench.read(0x1000, 0), Ok(0x192));
+    rig.send("000#8105");
+    rig.restart();
+    assert_eq!(rig.sent().first().map(String::as_str), Some("705#00"));
+    assert_eq!(rig.read(0x1000, 0), Ok(0x192));
 }
 
 /// A manager whose peer answers every request with what the input has, the last of it over and over: each

@@ -4,10 +4,8 @@ mod language;
 mod opening;
 mod simulation;
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::{AddrParseError, IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,8 +20,7 @@ use lexican_runtime::host::Pace;
 use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
 
-use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
-use crate::device::{load, load_input};
+use crate::bus::{Bus, BusArgs, KnownArgs, kinds, simulate};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
 use language::Language;
 use opening::Opening;
@@ -44,13 +41,8 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "bus", required_unless_present = "bus")]
     demo: bool,
 
-    /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
-    #[arg(long, value_name = "NODE=DEVICE", value_parser = of_node)]
-    device: Vec<(NodeId, String)>,
-
-    /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
-    #[arg(long, value_name = "NODE=FILE", value_parser = of_node)]
-    overlay: Vec<(NodeId, String)>,
+    #[command(flatten)]
+    known: KnownArgs,
 
     /// Show it on this terminal, and serve no page
     #[arg(long, conflicts_with_all = ["listen", "host", "no_open"])]
@@ -202,7 +194,7 @@ impl Args {
     /// Opens the bus.
     fn open(&self) -> Result<Bench, Failure> {
         let (name, bit_rate) = match &self.bus {
-            Some(bus) => (bus.url().to_string(), bus.bit_rate()),
+            Some(bus) => (bus.url().to_string(), kinds::bit_rate(bus.url())),
             None => ("demo".to_owned(), None),
         };
         let recorded = self.bus.as_ref().and_then(BusArgs::recorded).transpose()?;
@@ -217,29 +209,11 @@ impl Args {
         let bit_rate = bit_rate.or(simulation.as_ref().map(|simulation| simulation.bit_rate));
         let simulation = simulation.map(Devices);
         let named = |node| simulation.as_ref().and_then(|devices| devices.name(node));
-        let overlays = |node| self.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
-        let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
-        let mut known: BTreeMap<NodeId, DataSheet> = BTreeMap::new();
-        for (node, sheet) in nodes {
-            // The overlays add to the data sheet, which stays the one of the library.
-            let added = load_input(sheet.input, &overlays(node))?;
-            known.insert(node, DataSheet { library: sheet.library, ..added });
-        }
-        for (node, name) in &self.device {
-            match &**name {
-                NO_DEVICE => drop(known.remove(node)),
-                name => drop(known.insert(*node, load(name, &overlays(*node))?)),
-            }
-        }
-        if let Some((node, path)) = self.overlay.iter().find(|(node, _)| !known.contains_key(node)) {
-            return Err(Failure::new(format_args!("{path} adds to a data sheet, but that of node {node} is unknown"))
-                .help(format_args!("name the data sheet with --device {node}=FILE")));
-        }
         let shown = |(node, sheet): (NodeId, DataSheet)| {
             let name = sheet.input.eds.name().to_owned();
             (node, named(node), Some(Sheet::new(&name, sheet)))
         };
-        let nodes = known.into_iter().map(shown).collect();
+        let nodes = self.known.load(nodes)?.into_iter().map(shown).collect();
         let simulation = simulation.map(|devices| Box::new(devices) as Box<dyn Simulation>);
         let bus = BusInfo { name, is_writable: recorded.is_none(), bit_rate };
         let setup = Setup { bus, nodes, simulation };
@@ -266,7 +240,7 @@ const FILES: Files<'_> = Files::Embedded(&[
 ]);
 
 fn demo() -> Result<Bus, Failure> {
-    Bus::of_plant(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
+    simulate(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
 }
 
 /// Says where the page is, what that risks, and opens it for as long as what is returned is kept.

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};
 use crate::duration::{milliseconds, time};
-use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
+use crate::output::{Failure, Outcome, ctrl_c, print_result, styled, warn};
 use plan::Node;
 
 /// Boot a network: check, configure and start its nodes (CiA 302-2)
@@ -221,11 +221,11 @@ fn print(as_json: bool, event: &Event) -> Result<(), Failure> {
                 "meaning": code.text(),
                 "register": format!("{register:02X}"),
             });
-            return print_result(as_json, fields(more), if code.0 == 0 { text } else { bad(text) });
+            return print_result(as_json, more, if code.0 == 0 { text } else { bad(text) });
         }
         _ => return Ok(()),
     };
-    let (name, text, more) = match event {
+    let (name, text, mut object) = match event {
         NetworkEvent::Booted(node) => ("booted", format!("node {node}: has booted"), json!({ "node": node.get() })),
         NetworkEvent::Failed { node, mandatory, error } => {
             let more = json!({ "node": node.get(), "mandatory": mandatory, "error": error.to_string() });
@@ -248,7 +248,6 @@ fn print(as_json: bool, event: &Event) -> Result<(), Failure> {
             ("boot-loop", bad(text), json!({ "node": node.get() }))
         }
     };
-    let mut object = fields(more);
-    object.insert("event".to_owned(), json!(name));
+    object["event"] = json!(name);
     print_result(as_json, object, text)
 }

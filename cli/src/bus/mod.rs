@@ -1,13 +1,15 @@
 //! The bus of a command: opening it, and the nodes on it.
 
 pub(crate) mod failure;
+pub(crate) mod kinds;
+mod known;
 mod node;
 mod node_id;
-pub(crate) mod profibus;
+mod profibus;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;
-pub(crate) mod serial;
+mod serial;
 pub(crate) mod serial_terminal;
 mod simulation;
 #[cfg(test)]
@@ -16,39 +18,36 @@ pub(crate) mod testing;
 use std::io;
 use std::path::Path;
 
+use clap_complete::engine::ArgValueCompleter;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
+use lexican_runtime::host::url::{LOG, SOCKETCAN};
+use lexican_runtime::host::{BusUrl, Link, Pace, Pump};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
 use crate::output::{Failure, reason};
-use lexican_simulation::Plant;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::text::node_id::node_id;
 pub(crate) use node::{
-    BoxedLink, Connected, Identity, NO_DEVICE, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
+    BoxedLink, Connected, Identity, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };
 pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
 pub(crate) use simulation::Simulation;
 
-pub(crate) use simulation::read_plant;
+pub(crate) use kinds::url;
+pub(crate) use known::KnownArgs;
+pub(crate) use simulation::{read_plant, simulate};
 
-use failure::open_failure;
+use kinds::Kind;
+use node::NO_DEVICE;
 
 /// The environment variable that stands for `--bus`.
 pub(crate) const BUS: &str = "LEXICAN_BUS";
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct BusArgs {
-    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5, sim:plant.toml, serial:PORT?device=siko/ag02,
-    /// profibus:PORT?device=siko/ag03-1&address=5 or log:FILE
-    ///
-    /// A drive at its own serial interface is a node, too, alone on its bus: node 1 unless node=5 is among the
-    /// parameters; baud=19200 sets the speed, which is 9600 otherwise. So is a drive on PROFIBUS, whose node-ID is its address;
-    /// bitrate=187500 sets the rate, which is 500000 otherwise. A simulation, of one device or of a plant of several
-    /// (`lexican simulate --help` shows one), lasts as long as the command, and runs as fast as possible unless pace=real is among its
-    /// parameters. A log is a file of candump, pcap, pcapng, ASC, TRC or BLF.
-    #[arg(long, value_name = "URL", env = BUS)]
+    #[arg(long, value_name = "URL", env = BUS, value_parser = url, help = kinds::examples(), long_help = kinds::help(),
+        add = ArgValueCompleter::new(kinds::complete))]
     bus: BusUrl,
 }
 
@@ -67,34 +66,20 @@ impl BusArgs {
 
     /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
-        matches!(self.bus, BusUrl::Log { .. })
+        self.log_file().is_some()
     }
 
     /// The file of the log, if the bus is one.
     pub(crate) fn log_file(&self) -> Option<&Path> {
-        match &self.bus {
-            BusUrl::Log { file, .. } => Some(file),
-            _ => None,
-        }
+        (self.bus.scheme().name == LOG.name).then(|| Path::new(self.bus.place()))
     }
 
     /// All frames of the log, if the bus is one.
     pub(crate) fn recorded(&self) -> Option<Result<Vec<(Instant, Frame)>, Failure>> {
-        let BusUrl::Log { file, interface, .. } = &self.bus else { return None };
+        let (file, interface) = (self.log_file()?, self.bus.get("interface").map(str::to_owned));
         let broken = |error: io::Error| Failure::new(format_args!("{}: {}", file.display(), reason(&error)));
-        Some(
-            Reader::open(file, None)
-                .map_err(Failure::from)
-                .and_then(|reader| reader.into_frames(interface.clone()).collect::<io::Result<_>>().map_err(broken)),
-        )
-    }
-
-    /// The bit rate in bits per second, if the URL names it.
-    pub(crate) fn bit_rate(&self) -> Option<u32> {
-        match self.bus {
-            BusUrl::Slcan { bit_rate, .. } => bit_rate,
-            _ => None,
-        }
+        let reader = Reader::open(file, None).map_err(Failure::from);
+        Some(reader.and_then(|reader| reader.into_frames(interface).collect::<io::Result<_>>().map_err(broken)))
     }
 
     /// How the bus is called.
@@ -104,49 +89,16 @@ impl BusArgs {
 
     /// The name of its interface in logs.
     pub(crate) fn interface(&self) -> &str {
-        match &self.bus {
-            BusUrl::SocketCan { interface } => interface,
-            _ => INTERFACE,
-        }
+        if self.bus.scheme().name == SOCKETCAN.name { self.bus.place() } else { INTERFACE }
     }
 
     /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
-        if let BusUrl::Simulation { device, parameters } = &self.bus {
-            return simulation::open(device, parameters, pace).map(Bus::simulated);
-        }
-        if let BusUrl::Serial { port, parameters } = &self.bus {
-            let (link, node, sheet) = serial::open(port, parameters)?;
-            return Ok(Bus::of(link, vec![(node, sheet)]));
-        }
-        if let BusUrl::Profibus { port, parameters } = &self.bus {
-            let (link, node, sheet) = profibus::open(port, parameters)?;
-            return Ok(Bus::of(link, vec![(node, sheet)]));
-        }
-        if let BusUrl::Log { file, interface, pace } = &self.bus {
-            let frames = Reader::open(file, None)?.into_frames(interface.clone());
-            let link = Replay::of(frames, *pace).map_err(Failure::new)?;
-            return Ok(Bus::of(Box::new(link), Vec::new()));
-        }
-        if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
-            return Err(Failure::new("pty is a bus that `lexican simulate` makes")
-                .help("name one of the terminals that it prints, such as --bus slcan:/dev/pts/3"));
-        }
-        let link = self.bus.open().map_err(|error| open_failure(&error))?;
-        Ok(Bus::of(link, Vec::new()))
+        (Kind::of(&self.bus).open)(&self.bus, pace)
     }
 }
 
 impl Bus {
-    /// One of this plant, which is switched on.
-    pub(crate) fn of_plant(plant: Plant, pace: Pace) -> Result<Self, Failure> {
-        simulation::simulate(plant, pace).map(Bus::simulated)
-    }
-
-    fn simulated((link, nodes, simulation): (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>, Simulation)) -> Self {
-        Bus { link, nodes, simulation: Some(simulation) }
-    }
-
     /// One that is not simulated here.
     fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
         Bus { link, nodes, simulation: None }

@@ -70,7 +70,7 @@ pub(crate) enum Identity {
 }
 
 /// The `--device` of a node that is treated as unknown.
-pub(crate) const NO_DEVICE: &str = "none";
+pub(super) const NO_DEVICE: &str = "none";
 
 pub(crate) type BoxedLink = Box<dyn Link + Send>;
 

@@ -1,20 +1,58 @@
-//! `profibus:/dev/ttyUSB0?device=siko/ag03-1&address=5`: a drive on PROFIBUS-DP, as the only node of a bus.
+//! A drive on PROFIBUS-DP, as the only node of a bus.
 
 use std::path::Path;
 
-use lexican_profibus::bus::{AddressError, Bus, Station};
+use lexican_profibus::bus::{self as segment, AddressError, Station};
 use lexican_profibus::gsd::{Configuration, GsdError};
 use lexican_profibus::master::Segment;
 use lexican_profibus::serial_line::{self, SerialSegment};
-use lexican_runtime::host::Link;
-use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::data_sheet::DataSheet;
+use lexican_runtime::Duration;
+use lexican_runtime::host::url::{Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::{BusUrl, Pace};
+use lexican_simulation::PlantDevice;
 use profirust::Baudrate;
 use siko_profibus::{AG02, AG03_1, Model, PPO, bus, line};
 
-use super::node_id;
+use super::kinds::{Kind, Simulated, Terminal};
+use super::{Bus, node_id};
 use crate::device::load;
 use crate::output::{Failure, reason};
+
+pub(super) const KIND: Kind = Kind {
+    scheme: &Scheme {
+        name: "profibus",
+        example: "profibus:/dev/ttyUSB0?device=siko/ag03-1&address=5",
+        what: "a drive on PROFIBUS-DP, alone on its bus; its node-ID is its address",
+        parameters: &[
+            Parameter { key: "device", what: "what is there", takes: Takes::Text },
+            Parameter { key: "address", what: "its address", takes: Takes::Text },
+            Parameter {
+                key: "bitrate",
+                what: "that of the PROFIBUS: 93750, 187500 or 500000, which is the default",
+                takes: Takes::Words(&["93750", "187500", "500000"]),
+            },
+            Parameter {
+                key: "gsd",
+                what: "the GSD file of the drive, in place of the one that is known",
+                takes: Takes::Text,
+            },
+            Parameter { key: "module", what: "the modules of the GSD file, with | between", takes: Takes::Text },
+        ],
+        check: anything,
+        open: elsewhere,
+    },
+    open,
+    simulated: Simulated::AtTerminal(Terminal {
+        name: "profibus",
+        parameters: |plant| match plant.devices.as_slice() {
+            [PlantDevice { device, node: Some(node), .. }] => {
+                Ok(format!("device={}&address={}", known(device)?.0, Model::address(node.get())))
+            }
+            _ => Err(Failure::new("one drive at a time is simulated on PROFIBUS, with an address: --node 5")),
+        },
+        connect: |drive, device, now| Ok(drive.on_profibus(now, known(device)?.1)),
+    }),
+};
 
 /// The devices of the library that are known on PROFIBUS.
 const DEVICES: [(&str, &Model); 2] = [("siko/ag03-1", &AG03_1), ("siko/ag02", &AG02)];
@@ -29,7 +67,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const POLL: Duration = Duration::from_micros(500);
 
 /// A device that is known on PROFIBUS: its name in the library, and what it is there.
-pub(crate) fn known(device: &str) -> Result<(&'static str, &'static Model), Failure> {
+fn known(device: &str) -> Result<(&'static str, &'static Model), Failure> {
     let shipped = lexican_eds::library::find(device);
     let known = DEVICES.into_iter().find(|(id, _)| shipped.is_some_and(|shipped| shipped.id == *id));
     known.ok_or_else(|| {
@@ -38,33 +76,12 @@ pub(crate) fn known(device: &str) -> Result<(&'static str, &'static Model), Fail
     })
 }
 
-/// Opens a port by the parameters of its URL: the link, and the node on it, whose node-ID is its address.
-pub(super) fn open(
-    port: &str,
-    parameters: &[(String, String)],
-) -> Result<(Box<dyn Link + Send>, NodeId, DataSheet), Failure> {
-    let (mut address, mut bit_rate, mut device) = (None, Baudrate::B500000, None);
-    let (mut gsd, mut module) = (None, None);
-    for (key, value) in parameters {
-        match key.as_str() {
-            "device" => device = Some(value),
-            "address" => address = Some(node_id(value).map_err(Failure::new)?),
-            "gsd" => gsd = Some(Path::new(value)),
-            "module" => module = Some(value.as_str()),
-            "bitrate" => {
-                let known = BIT_RATES.into_iter().find(|rate| rate.to_rate().to_string() == *value);
-                bit_rate = known.ok_or_else(|| {
-                    Failure::new(format_args!("bitrate={value} is not possible; there is 93750, 187500, 500000"))
-                })?;
-            }
-            _ => {
-                return Err(Failure::new(format_args!(
-                    "PROFIBUS has no parameter {key:?}; there is device, address, bitrate, gsd, module"
-                )));
-            }
-        }
-    }
-    let (Some(device), Some(address)) = (device, address) else {
+fn open(url: &BusUrl, _: Pace) -> Result<Bus, Failure> {
+    let (port, gsd, module) = (url.place(), url.get("gsd").map(Path::new), url.get("module"));
+    let address = url.get("address").map(node_id).transpose().map_err(Failure::new)?;
+    let given = BIT_RATES.into_iter().find(|rate| url.rate("bitrate") == Some(rate.to_rate() as u32));
+    let bit_rate = given.unwrap_or(Baudrate::B500000);
+    let (Some(device), Some(address)) = (url.get("device"), address) else {
         return Err(Failure::new("which drive, and at which address of the PROFIBUS?")
             .help(format!("profibus:{port}?device={}&address=5", DEVICES[0].0)));
     };
@@ -79,13 +96,13 @@ pub(super) fn open(
         None => bus::options(model),
     };
     let cannot = |error: std::io::Error| Failure::new(format_args!("cannot open {port}: {}", reason(&error)));
-    let bus = Bus::new(SerialSegment::open(port, serial_line::parameters(bit_rate)).map_err(cannot)?);
+    let bus = segment::Bus::new(SerialSegment::open(port, serial_line::parameters(bit_rate)).map_err(cannot)?);
     bus.keep(POLL).map_err(cannot)?;
     let mut link = line::link_with(&bus, model, address, options)?;
     await_data(link.carrier()).map_err(|error| cannot(error.into()))?;
     match link.carrier().trouble() {
         Some(trouble) => Err(Failure::new(trouble).help(trouble.remedy())),
-        None => Ok((Box::new(link), address, sheet)),
+        None => Ok(Bus::of(Box::new(link), vec![(address, sheet)])),
     }
 }
 

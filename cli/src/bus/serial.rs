@@ -1,55 +1,63 @@
-//! `serial:/dev/ttyUSB0?device=siko/ag02`: a drive behind its own serial interface, as the only node of a bus. `echo=on`
-//! where an RS-485 adapter with two wires hears what it sends.
+//! A drive behind its own serial interface, as the only node of a bus.
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::Link;
-use lexican_toolbox::data_sheet::DataSheet;
+use lexican_runtime::host::url::{Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::{BusUrl, Pace};
 use siko_serial::{Settings, gateway};
 
-use super::node_id;
+use super::kinds::{Kind, Simulated, Terminal};
+use super::{Bus, node_id};
 use crate::device::load;
 use crate::output::{Failure, reason};
 
-/// The node-ID of a drive whose URL names none: the interface has no addresses.
-const NODE: NodeId = NodeId::literal(1);
+pub(super) const KIND: Kind = Kind {
+    scheme: &Scheme {
+        name: "serial",
+        example: "serial:/dev/ttyUSB0?device=siko/ag02",
+        what: "a drive at its own serial interface, alone on its bus",
+        parameters: &[
+            Parameter { key: "device", what: "what is there", takes: Takes::Text },
+            Parameter { key: "baud", what: "the speed of the interface, 9600 by default", takes: Takes::Rate },
+            Parameter {
+                key: "echo",
+                what: "on, where an RS-485 adapter with two wires hears what it sends",
+                takes: Takes::Words(&["on", "off"]),
+            },
+            Parameter {
+                key: "node",
+                what: "its node-ID, 1 by default: the interface has no addresses",
+                takes: Takes::Text,
+            },
+        ],
+        check: anything,
+        open: elsewhere,
+    },
+    open,
+    simulated: Simulated::AtTerminal(Terminal {
+        name: "serial",
+        parameters: |plant| match plant.devices.as_slice() {
+            [device] if is_known(&device.device) => Ok(format!("device={DEVICE}")),
+            _ => Err(Failure::new("this device has no serial interface that lexican knows")
+                .help(format!("that of {DEVICE} is known"))),
+        },
+        connect: |drive, _, _| Ok(drive),
+    }),
+};
 
 /// The device of the library whose interface is known.
-pub(crate) const DEVICE: &str = "siko/ag02";
+const DEVICE: &str = "siko/ag02";
 
 /// Whether the serial interface of a device is known.
-pub(crate) fn is_known(device: &str) -> bool {
+fn is_known(device: &str) -> bool {
     lexican_eds::library::find(device).is_some_and(|shipped| shipped.id == DEVICE)
 }
 
-/// Opens a port by the parameters of its URL: the link, and the node on it.
-pub(super) fn open(
-    port: &str,
-    parameters: &[(String, String)],
-) -> Result<(Box<dyn Link + Send>, NodeId, DataSheet), Failure> {
-    let (mut node, mut settings, mut device) = (NODE, Settings::default(), None);
-    for (key, value) in parameters {
-        match key.as_str() {
-            "device" => device = Some(value),
-            "node" => node = node_id(value).map_err(Failure::new)?,
-            "baud" => {
-                let wrong = || Failure::new(format_args!("baud={value} is not a number of bit/s"));
-                settings.baud = value.parse().ok().filter(|baud| *baud > 0).ok_or_else(wrong)?;
-            }
-            "echo" => {
-                settings.echo = match value.as_str() {
-                    "on" => true,
-                    "off" => false,
-                    _ => return Err(Failure::new(format_args!("echo={value} is not on or off"))),
-                };
-            }
-            _ => {
-                return Err(Failure::new(format_args!(
-                    "a serial interface has no parameter {key:?}; there is device, baud, echo, node"
-                )));
-            }
-        }
-    }
-    let device = device.ok_or_else(|| {
+fn open(url: &BusUrl, _: Pace) -> Result<Bus, Failure> {
+    let port = url.place();
+    let node = url.get("node").map_or(Ok(NodeId::literal(1)), node_id).map_err(Failure::new)?;
+    let mut settings = Settings { echo: url.get("echo") == Some("on"), ..Settings::default() };
+    settings.baud = url.rate("baud").unwrap_or(settings.baud);
+    let device = url.get("device").ok_or_else(|| {
         Failure::new("which device is at the serial interface?").help(format!("serial:{port}?device={DEVICE}"))
     })?;
     let sheet = load(device, &[])?;
@@ -59,5 +67,5 @@ pub(super) fn open(
     }
     let link = gateway::open(port, settings, node)
         .map_err(|error| Failure::new(format_args!("cannot open {port}: {}", reason(&error))))?;
-    Ok((Box::new(link), node, sheet))
+    Ok(Bus::of(Box::new(link), vec![(node, sheet)]))
 }

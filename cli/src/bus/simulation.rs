@@ -1,15 +1,17 @@
-//! `sim:DEVICE?node=5`, `sim:plant.toml`: a bus inside the process with simulated devices on it.
+//! A bus inside the process with simulated devices on it.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::{Link, Pace, VirtualBus};
+use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::{BusUrl, Pace, VirtualBus};
 use lexican_simulation::plant::is_plant;
 use lexican_simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
-use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::text::node_id::node_id;
 
+use super::Bus;
+use super::kinds::{Kind, Simulated};
 use crate::device::{load, warn_of_errors};
 use crate::output::Failure;
 
@@ -25,21 +27,28 @@ pub(crate) struct Simulation {
     pub(crate) devices: Arc<Mutex<Segment<SimulatedDevice>>>,
 }
 
-/// A bus, the nodes that are on it, and how they are reached otherwise.
-type Opened = (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>, Simulation);
+pub(super) const KIND: Kind = Kind {
+    scheme: &Scheme {
+        name: "sim",
+        example: "sim:siko/ag03-1?node=5",
+        what: "a simulated device, or a plant of several (`sim:plant.toml`), for as long as the command runs",
+        parameters: &[
+            Parameter { key: "node", what: "the node-ID of the device, 1 by default", takes: Takes::Text },
+            PACE,
+        ],
+        check: anything,
+        open: elsewhere,
+    },
+    open,
+    simulated: Simulated::Never(
+        "a simulated bus is inside the command: no other command could reach the device",
+        Some("without --bus the device is on pseudo-terminals, which other commands can use"),
+    ),
+};
 
-/// Opens a simulation by the parameters of its URL: the bus, and its nodes.
-pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace) -> Result<Opened, Failure> {
-    let mut node = None;
-    for (key, value) in parameters {
-        match (key.as_str(), value.as_str()) {
-            ("node", id) => node = Some(node_id(id).map_err(Failure::new)?),
-            ("pace", "real") => pace = Pace::RealTime,
-            ("pace", "virtual") => pace = Pace::Virtual,
-            ("pace", other) => return Err(Failure::new(format_args!("pace={other} is not real or virtual"))),
-            _ => return Err(Failure::new(format_args!("a simulation has no parameter {key:?}; there is node, pace"))),
-        }
-    }
+fn open(url: &BusUrl, pace: Pace) -> Result<Bus, Failure> {
+    let device = url.place();
+    let node = url.get("node").map(node_id).transpose().map_err(Failure::new)?;
     let plant = match (is_plant(device), node) {
         (true, None) => read_plant(device.as_ref())?,
         (true, Some(_)) => {
@@ -49,18 +58,19 @@ pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace
         }
         (false, node) => Plant::of(PlantDevice::new(Some(node.unwrap_or(NODE)), device, load(device, &[])?)),
     };
-    simulate(plant, pace)
+    simulate(plant, url.pace().unwrap_or(pace))
 }
 
-/// Switches a plant on.
-pub(super) fn simulate(plant: Plant, pace: Pace) -> Result<Opened, Failure> {
+/// Switches a plant on, on a bus of its own.
+pub(crate) fn simulate(plant: Plant, pace: Pace) -> Result<Bus, Failure> {
     let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
     let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
     bus.attach(Arc::clone(&devices));
     let link = Box::new(bus.link());
     bus.set_pace(pace);
     let nodes = plant.devices.into_iter().filter_map(|device| Some((device.node?, device.sheet))).collect();
-    Ok((link, nodes, Simulation { bus, bit_rate: plant.bit_rate_kbit * 1000, devices }))
+    let simulation = Simulation { bus, bit_rate: plant.bit_rate_kbit * 1000, devices };
+    Ok(Bus { link, nodes, simulation: Some(simulation) })
 }
 
 /// Reads a plant; warns about the errors of its data sheets.

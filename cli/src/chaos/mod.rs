@@ -13,14 +13,14 @@ use lexican_runtime::{Duration, Instant};
 use lexican_simulation::Plant;
 use lexican_simulation::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Trial, judge_file};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::text::time_of_day;
 
-use crate::bus::BusArgs;
+use crate::bus::kinds::{Kind, Simulated};
 use crate::bus::pty::Ptys;
-use crate::conform::{ReportFile, print};
+use crate::bus::{BusArgs, url};
+use crate::conform::print;
+use crate::conform::reports::{ReportArgs, about};
 use crate::duration::time;
-use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, note, stdout, styled};
-use crate::send::time::now;
+use crate::output::{Failure, Outcome, ctrl_c, note, stdout, styled};
 use crate::simulate::PlantArgs;
 use program::Program;
 
@@ -43,7 +43,7 @@ pub(crate) struct Args {
     plant: PlantArgs,
 
     /// The bus instead of a pseudo-terminal: a CAN interface such as vcan0, for programs that know no serial adapter (slcan)
-    #[arg(long, value_name = "URL")]
+    #[arg(long, value_name = "URL", value_parser = url)]
     bus: Option<BusUrl>,
 
     /// The first seed; without it, a new one, which is printed
@@ -70,12 +70,8 @@ pub(crate) struct Args {
     #[arg(long)]
     strict: bool,
 
-    /// Write a report: an HTML page (FILE.html), JSON (FILE.json), or JUnit's XML for build servers (FILE.xml); may be given several times
-    #[arg(long, value_name = "FILE", value_parser = ReportFile::new)]
-    report: Vec<ReportFile>,
-
     #[command(flatten)]
-    force: ForceArgs,
+    reports: ReportArgs,
 
     /// Print one JSON object per line: each run when it has ended, and the sum
     #[arg(long)]
@@ -103,9 +99,7 @@ const REQUIREMENT: &str = "Each axis stands within its dead-man time and does no
 const TOO_LATE: Duration = Duration::from_millis(500);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    for ReportFile { path, .. } in &args.report {
-        args.force.guard(path, [])?;
-    }
+    args.reports.guard(|_| Ok(()))?;
     let files = args.writes.iter().map(|path| Written::of(path)).collect::<Result<Vec<_>, _>>()?;
     let stopped = ctrl_c()?;
     let first = args.seed.unwrap_or_else(fresh_seed);
@@ -180,7 +174,7 @@ impl Lab<'_> {
                 let url = ptys.urls().concat();
                 (Box::new(ptys), url)
             }
-            Some(url @ BusUrl::SocketCan { .. }) => {
+            Some(url) if matches!(Kind::of(url).simulated, Simulated::Shared) => {
                 (BusArgs::named(url.clone()).open(Pace::RealTime)?.link, url.to_string())
             }
             Some(url) => {
@@ -277,31 +271,21 @@ impl Lab<'_> {
     }
 
     fn write(&self, report: &Report) -> Result<(), Failure> {
-        if self.args.report.is_empty() {
+        if self.args.reports.is_empty() {
             return Ok(());
         }
         let plant = self.args.plant.plant()?;
         let mut decoder = Decoder::new();
         let nodes = plant.devices.iter().filter_map(|device| Some((device.node?, &device.sheet.device)));
         nodes.clone().for_each(|(node, device)| decoder.introduce(node, device));
-        let date = now().map_or_else(|| "not known".to_owned(), |time| format!("{} UTC", time_of_day::text(time)));
-        let facts = [
-            ("date", date),
-            ("version", format!("lexican {}", env!("CARGO_PKG_VERSION"))),
-            ("plant", self.args.plant.name().to_owned()),
-        ];
         let about = About {
-            facts: facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect(),
             device: format!("{} against {}", self.args.command.join(" "), self.args.plant.name()),
             node: nodes.map(|(node, _)| node.get()).next().unwrap_or_default(),
             data_sheet: self.args.plant.name().to_owned(),
-            ..About::default()
+            ..about([("plant", self.args.plant.name().to_owned())])
         };
         let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
-        for ReportFile { path, format } in &self.args.report {
-            self.args.force.write(path, format(&document).as_bytes())?;
-        }
-        Ok(())
+        self.args.reports.write(&document)
     }
 }
 

@@ -203,7 +203,7 @@ impl Tally {
             "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
             "not_default": set, "sheet": sheet,
         });
-        print_result(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
+        print_result(as_json, object, format_args!("node {node}: {entries} entries, {verdict}{rest}"))
     }
 }
 

@@ -1,6 +1,7 @@
 //! `lexican conform`: the conformance test of a device.
 
 pub(crate) mod print;
+pub(crate) mod reports;
 mod trace;
 
 use std::collections::BTreeMap;
@@ -8,25 +9,25 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Earlier, Ended, Hazard, HostLateness, InputStimulus, Known, Level, Report, Settings, Sheet,
-    Stimuli, Write, cases, profile_cases, run as test,
+    About, Case, Earlier, Ended, Hazard, HostLateness, InputStimulus, Known, Level, Report, Settings, Sheet, Stimuli,
+    Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
+use lexican_runtime::host::url::SOCKETCAN;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
-use crate::bus::{BUS, Bus, BusArgs, NODE, node_id, which_node};
+use crate::bus::{BUS, Bus, BusArgs, NODE, kinds, node_id, url, which_node};
 use crate::device::guard;
 use crate::duration::time;
-use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, plural};
-use crate::send::time::now;
+use crate::output::{Failure, Outcome, ctrl_c, plural};
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::text::time_of_day;
 use lexican_toolbox::values::lookup::resolve;
 use print::Screen;
+use reports::{ReportArgs, about};
 
 /// Test whether a device does what CANopen asks for
 ///
@@ -41,7 +42,7 @@ use print::Screen;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000 or sim:siko/ag03-1?node=5
-    #[arg(long, value_name = "URL", env = BUS, required_unless_present = "list")]
+    #[arg(long, value_name = "URL", env = BUS, value_parser = url, required_unless_present = "list")]
     bus: Option<BusUrl>,
 
     #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
@@ -150,11 +151,8 @@ struct Conditions {
 
 #[derive(clap::Args, Debug)]
 struct Reports {
-    /// Write a report: an HTML page (FILE.html), JSON (FILE.json), or JUnit's XML for build servers (FILE.xml); may be given several times
-    ///
-    /// The page and JSON have every frame of the test, in words.
-    #[arg(long, value_name = "FILE", value_parser = ReportFile::new)]
-    report: Vec<ReportFile>,
+    #[command(flatten)]
+    files: ReportArgs,
 
     /// Compare with an earlier report (JSON): what is worse, better, new or gone; exit code 1 if a case is worse
     #[arg(long, value_name = "FILE", conflicts_with_all = ["list", "plan"])]
@@ -168,32 +166,9 @@ struct Reports {
     #[arg(long, value_name = "TEXT")]
     remark: Vec<String>,
 
-    #[command(flatten)]
-    force: ForceArgs,
-
     /// Print one JSON object per line: each case when it has ended, and the sum
     #[arg(long, conflicts_with_all = ["list", "plan"])]
     json: bool,
-}
-
-/// A file to write a report to.
-#[derive(Clone, Debug)]
-pub(crate) struct ReportFile {
-    pub(crate) path: PathBuf,
-    pub(crate) format: fn(&Document) -> String,
-}
-
-impl ReportFile {
-    pub(crate) fn new(text: &str) -> Result<Self, String> {
-        let path = PathBuf::from(text);
-        let format = match path.extension().and_then(|extension| extension.to_str()) {
-            Some("html") => Document::html,
-            Some("json") => Document::json,
-            Some("xml") => Document::junit,
-            _ => return Err("which format is it? let it end in .html, .json or .xml (JUnit)".to_owned()),
-        };
-        Ok(ReportFile { path, format })
-    }
 }
 
 const EXAMPLES: &str = "\
@@ -228,10 +203,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     };
     let bus = BusArgs::named(bus.clone());
-    for ReportFile { path, .. } in &args.reports.report {
-        args.reports.force.guard(path, [])?;
-        guard(path, args.device.as_deref(), &args.overlay)?;
-    }
+    args.reports.files.guard(|path| guard(path, args.device.as_deref(), &args.overlay))?;
     let named = args.device.as_deref().map(find).transpose()?;
     let Bus { mut link, nodes, simulation } = bus.open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
@@ -251,8 +223,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         device: print::name(&sheet.device).to_owned(),
         node: node.get(),
         data_sheet,
-        facts: args.facts(&sheet, &settings),
-        ..args.reports.signed()
+        tester: args.reports.tester.clone(),
+        remarks: args.reports.remark.clone(),
+        ..args.about(&sheet, &settings)
     };
     let earlier = args.reports.against.as_deref().map(earlier).transpose()?;
     if let Some(path) = &args.trace {
@@ -287,36 +260,26 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 impl Args {
     /// What the head of a report says beside the device.
-    fn facts(&self, sheet: &Sheet, settings: &Settings) -> Vec<(String, String)> {
+    fn about(&self, sheet: &Sheet, settings: &Settings) -> About {
         let bus = self.bus.as_ref();
-        let rate = match (bus, settings.bit_rate_kbit) {
-            (Some(BusUrl::Slcan { bit_rate: Some(rate), .. }), _) => format!("{} kbit/s", rate / 1000),
-            (_, Some(rate)) => format!("{rate} kbit/s"),
-            (Some(BusUrl::SocketCan { .. }), None) => "that of the interface".to_owned(),
+        let rate = match (bus.and_then(kinds::bit_rate), settings.bit_rate_kbit) {
+            (Some(rate), _) => format!("{} kbit/s", rate / 1000),
+            (None, Some(rate)) => format!("{rate} kbit/s"),
+            (None, None) if bus.is_some_and(|bus| bus.scheme().name == SOCKETCAN.name) => {
+                "that of the interface".to_owned()
+            }
             _ => "not known".to_owned(),
         };
         let allowed: Vec<_> = settings.allow.iter().map(|hazard| hazard.name()).collect();
         let allowed = if allowed.is_empty() { "nothing".to_owned() } else { allowed.join(", ") };
-        let date = now().map_or_else(|| "not known".to_owned(), |time| format!("{} UTC", time_of_day::text(time)));
-        let facts = [
-            ("date", date),
-            ("version", format!("lexican {}", env!("CARGO_PKG_VERSION"))),
-            ("bus", bus.map(ToString::to_string).unwrap_or_default()),
-            ("bit rate", rate),
-            ("allowed", allowed),
-        ];
-        let facts = facts.into_iter().map(|(name, text)| (name.to_owned(), text));
-        let checksums = sheet.checksums.iter().map(|(file, sum)| (format!("SHA-256 of {file}"), sum.clone()));
-        facts.chain(checksums).collect()
+        let bus = bus.map(ToString::to_string).unwrap_or_default();
+        let mut about = about([("bus", bus), ("bit rate", rate), ("allowed", allowed)]);
+        about.facts.extend(sheet.checksums.iter().map(|(file, sum)| (format!("SHA-256 of {file}"), sum.clone())));
+        about
     }
 }
 
 impl Reports {
-    /// Who answers for the report.
-    fn signed(&self) -> About {
-        About { tester: self.tester.clone(), remarks: self.remark.clone(), ..About::default() }
-    }
-
     /// Writes the reports. Returns whether the device is worse than in an earlier one.
     fn write(
         &self,
@@ -325,7 +288,7 @@ impl Reports {
         earlier: Option<&(String, Earlier)>,
         device: &Device,
     ) -> Result<bool, Failure> {
-        if self.report.is_empty() && earlier.is_none() {
+        if self.files.is_empty() && earlier.is_none() {
             return Ok(false);
         }
         let mut decoder = Decoder::new();
@@ -337,9 +300,7 @@ impl Reports {
             is_worse = !differences.worse.is_empty();
             print::differences(differences, self.json)?;
         }
-        for ReportFile { path, format } in &self.report {
-            self.force.write(path, format(&document).as_bytes())?;
-        }
+        self.files.write(&document)?;
         Ok(is_worse)
     }
 }

@@ -115,8 +115,8 @@ fn verbs() -> impl TypedValueParser<Value = Verb> {
 
 impl Args {
     /// Whether only Ctrl-C ends it.
-    pub(super) const fn is_endless(&self) -> bool {
-        matches!(self.order, Some(Verb::Run | Verb::Watch)) && self.span.is_none()
+    pub(super) fn is_endless(&self) -> bool {
+        self.order.is_some_and(Verb::lasts) && self.span.is_none()
     }
 
     pub(super) fn check_value(&self) -> Result<(), Failure> {

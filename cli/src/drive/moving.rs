@@ -66,8 +66,7 @@ impl Moving<'_> {
 
     /// Says what is about to be done.
     fn announce(&mut self, report: &mut Report<'_>) -> Result<(), Error> {
-        let is_from_here = self.order.moves() && !matches!(self.order, Order::Run(_));
-        let from = if is_from_here { Some(self.drive.position()?) } else { None };
+        let from = if self.order.verb().begins_at_a_position() { Some(self.drive.position()?) } else { None };
         let until = match self.args.span {
             Some(span) => format!("for {} s", span.as_secs_f64()),
             None => "until Ctrl-C".to_owned(),
@@ -107,7 +106,7 @@ impl Moving<'_> {
         if end.is_known {
             report.close(&end, remedy)?;
             // These have no other end.
-            let is_end = end.word == "cancelled" && matches!(self.order, Order::Run(_) | Order::Watch);
+            let is_end = end.word == "cancelled" && self.order.verb().lasts();
             return Ok(if end.is_success || is_end { Outcome::Clean } else { Outcome::Found });
         }
         let closed = report.close(&end, None);

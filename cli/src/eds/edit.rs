@@ -14,7 +14,7 @@ use lexican_toolbox::values::lookup::{resolve, same_name};
 use serde_json::json;
 
 use super::file;
-use crate::output::{self, Failure, Outcome, fields, plural, print_result, warn};
+use crate::output::{self, Failure, Outcome, plural, print_result, warn};
 use lexican_toolbox::data_sheet::{DataSheet, with_overlays};
 
 #[derive(clap::Args, Debug)]
@@ -362,7 +362,7 @@ impl<'a> Edited<'a> {
                 "changes": diff::json(&diff::diff(&self.before.device, &self.sheet.device)),
                 "findings": findings,
             });
-            print_result(true, fields(result), "")?;
+            print_result(true, result, "")?;
         } else {
             let mut stdout = output::stdout();
             stdout.write_all(diff.as_bytes())?;

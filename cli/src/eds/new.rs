@@ -7,7 +7,7 @@ use lexican_eds::write;
 use serde_json::json;
 
 use crate::lss::number;
-use crate::output::{Failure, ForceArgs, Outcome, fields, plural, print_result};
+use crate::output::{Failure, ForceArgs, Outcome, plural, print_result};
 
 /// Write a new data sheet: what CiA 301 demands, the objects of a device profile, and its PDOs
 ///
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let file = path.display().to_string();
     let text = format!("{file}: {}", plural(device.objects.len(), "object"));
     let result = json!({ "file": file, "objects": device.objects.len(), "entries": device.entries().count() });
-    print_result(args.json, fields(result), text)?;
+    print_result(args.json, result, text)?;
     Ok(Outcome::Clean)
 }
 

@@ -11,7 +11,7 @@ use lexican_toolbox::log::{Format, UnknownFormat, Writer, parse_time};
 use serde_json::json;
 
 use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, trace, write_failure};
-use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, fields, print_result, progress};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, print_result, progress};
 
 /// Convert a log into another format, or into a trace for `conform`
 ///
@@ -158,8 +158,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     }
     let bytes = std::fs::metadata(output).map_or(bytes, |data| data.len());
-    let fields = fields(json!({ "frames": written, "bytes": bytes, "from": reader.format().to_string(),
-        "to": to.to_string(), "fd": skipped.fd, "errors": skipped.errors, "other": skipped.other, "cut": skipped.cut }));
+    let fields = json!({ "frames": written, "bytes": bytes, "from": reader.format().to_string(),
+        "to": to.to_string(), "fd": skipped.fd, "errors": skipped.errors, "other": skipped.other, "cut": skipped.cut });
     let text = format!("{}: {}, {}", output.display(), frames(written), DecimalBytes(bytes));
     print_result(args.json, fields, text)?;
     Ok(Outcome::Clean)

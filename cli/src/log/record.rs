@@ -17,7 +17,7 @@ use serde_json::json;
 use super::{format_of, frames, is_pipe, size, write_failure};
 use crate::bus::{Bus, BusArgs};
 use crate::duration::time;
-use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, fields, missing_frames, note, print_result, warn};
+use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, missing_frames, note, print_result, warn};
 
 /// Record the frames of a bus in a file
 ///
@@ -202,8 +202,8 @@ impl Recorder<'_> {
             // What is written at the end belongs to it.
             bytes = before.max(data.len());
         }
-        let fields = fields(json!({ "frames": count, "seconds": span.as_secs_f64(), "bytes": bytes,
-            "missing": missing, "file": path.display().to_string() }));
+        let fields = json!({ "frames": count, "seconds": span.as_secs_f64(), "bytes": bytes,
+            "missing": missing, "file": path.display().to_string() });
         let seconds = span.as_secs_f64();
         let mut text = format!("{} in {seconds:.1} s, {}: {}", frames(count), DecimalBytes(bytes), path.display());
         if missing > 0 {

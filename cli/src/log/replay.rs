@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::{SelectionArgs, factor, frames, is_pipe, open, remark_on};
 use crate::bus::{Bus, BusArgs, let_leave};
-use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, warn};
+use crate::output::{Failure, Outcome, ctrl_c, print_result, warn};
 
 /// Send the frames of a log to a bus, in the time of the log
 ///
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     remark_on(replay.skipped);
     let (sent, late) = (replay.sent, replay.late.as_secs_f64() * 1e3);
     let seconds = span.as_secs_f64();
-    let fields = fields(json!({ "frames": sent, "passes": passes, "seconds": seconds, "late_ms": late }));
+    let fields = json!({ "frames": sent, "passes": passes, "seconds": seconds, "late_ms": late });
     let text = format!("{} in {seconds:.1} s, at most {late:.1} ms late", frames(sent));
     print_result(args.json, fields, text)?;
     Ok(Outcome::Clean)

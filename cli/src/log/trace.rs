@@ -17,7 +17,7 @@ use super::{frames, is_pipe, remark_on};
 use crate::bus::node_id;
 use crate::device::load;
 use crate::duration::in_milliseconds;
-use crate::output::{Failure, ForceArgs, Outcome, fields, note, plural, print_result, stdout};
+use crate::output::{Failure, ForceArgs, Outcome, note, plural, print_result, stdout};
 
 /// Of a trace: which device it is about.
 #[derive(clap::Args, Debug)]
@@ -114,8 +114,8 @@ pub(super) fn run(
         return Ok(Outcome::Clean);
     }
     force.write(output, text.as_bytes())?;
-    let fields = fields(json!({ "to": "trace", "from": reader.format().to_string(), "node": node.get(),
-        "frames": log.len(), "steps": rows.len(), "left_out": left_out, "bytes": text.len() }));
+    let fields = json!({ "to": "trace", "from": reader.format().to_string(), "node": node.get(),
+        "frames": log.len(), "steps": rows.len(), "left_out": left_out, "bytes": text.len() });
     let (steps, of) = (plural(rows.len(), "step"), frames(log.len() as u64));
     let others = if left_out > 0 { format!(", {left_out} of them of others") } else { String::new() };
     print_result(as_json, fields, format!("{}: {steps} with node {node}, of {of}{others}", output.display()))?;

@@ -5,7 +5,6 @@ mod reader;
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
 
 use anstream::adapter::strip_str;
 use lexican_eds::model::Device;
@@ -16,8 +15,7 @@ use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::bus::transfers::{End, Transfer, Transfers};
 use serde_json::{Value as Json, json};
 
-use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
-use crate::device::{load, load_input};
+use crate::bus::{Bus, BusArgs, KnownArgs};
 use crate::duration;
 use crate::output::{Failure, Outcome, colours, missing_frames, note};
 use crate::print;
@@ -37,13 +35,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
-    #[arg(long, value_name = "NODE=DEVICE", value_parser = of_node)]
-    device: Vec<(NodeId, String)>,
-
-    /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
-    #[arg(long, value_name = "NODE=FILE", value_parser = of_node)]
-    overlay: Vec<(NodeId, String)>,
+    #[command(flatten)]
+    known: KnownArgs,
 
     /// Read the identity of each node that is heard, to recognise its device
     ///
@@ -101,28 +94,16 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new("a log takes no frames: its nodes cannot be asked")
             .help("name the devices with --device NODE=DEVICE; the mapping is known if the log has it"));
     }
-    let named = args.device.iter().filter(|(_, name)| name != NO_DEVICE);
-    let overlays = |node| args.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
-    let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
-    let named = named.map(|(node, name)| Ok((*node, load(name, &overlays(*node))?)));
-    let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, nodes, .. } = args.bus.open(pace)?;
-    for (node, sheet) in nodes {
-        devices.push((node, load_input(sheet.input, &overlays(node))?));
-    }
-    if let Some((node, path)) = args.overlay.iter().find(|(node, _)| devices.iter().all(|(known, _)| known != node)) {
-        return Err(Failure::new(format_args!("{path} adds to a data sheet, but that of node {node} is unknown"))
-            .help(format_args!("name the data sheet with --device {node}=FILE")));
-    }
+    let known = args.known.load(nodes)?;
     let mut monitor = Monitor::new(args, std::io::stdout().lock());
-    for (node, sheet) in devices.iter().rev() {
+    for (node, sheet) in &known {
         monitor.introduce(*node, &sheet.device);
-        monitor.identities.settle(*node);
     }
-    for (node, _) in &args.device {
-        monitor.identities.settle(*node);
+    for node in known.keys().copied().chain(args.known.named()) {
+        monitor.identities.settle(node);
     }
     monitor.listen(&mut *link, args)?;
     Ok(Outcome::Clean)

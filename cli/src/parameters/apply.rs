@@ -14,7 +14,7 @@ use serde_json::json;
 use super::writing::{Wanted, WriteArgs};
 use super::{Watch, known};
 use crate::bus::{NetworkArgs, NodeIds, Nodes};
-use crate::output::{Failure, Outcome, fields, note, print_result, warn};
+use crate::output::{Failure, Outcome, note, print_result, warn};
 use lexican_toolbox::text::files::read;
 
 /// Apply settings from a file (TOML) to nodes
@@ -111,7 +111,7 @@ impl Args {
                 for reason in wrong {
                     if self.writing.json {
                         let object = json!({ "event": "wrong", "node": node.get(), "reason": reason });
-                        print_result(true, fields(object), "")?;
+                        print_result(true, object, "")?;
                     } else {
                         warn(format_args!("node {node}: {reason}"));
                     }

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::{LeftOutArgs, Watch, by_reason, known, print_refused};
 use crate::bus::{Identity, NODES, NetworkArgs, NodeIds};
-use crate::output::{Failure, ForceArgs, Outcome, fields, plural, print_result};
+use crate::output::{Failure, ForceArgs, Outcome, plural, print_result};
 
 /// Save the parameters of nodes as DCF
 ///
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             count => format!("; {} not saved without --domains", plural(count, "DOMAIN")),
         };
         let kept = plural(backup.kept, "parameter");
-        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{missing}{unread}"))?;
+        print_result(args.json, object, format_args!("node {node}: {kept} in {path}{missing}{unread}"))?;
         args.left_out.print(args.json, sheet, &backup.no_parameters)?;
         Ok(if backup.left_out.is_empty() { Outcome::Clean } else { Outcome::Found })
     })

@@ -12,7 +12,7 @@ use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Value as Json, json};
 
 use super::{LeftOutArgs, Watch, by_reason, known};
-use crate::bus::{BUS, BusArgs, Nodes, SheetArgs, node_id};
+use crate::bus::{BUS, BusArgs, Nodes, SheetArgs, node_id, url};
 use crate::output::{self, Failure, Outcome, fields, plural, print_result, styled};
 
 /// Compare the parameters of two devices, backups or data sheets
@@ -24,7 +24,7 @@ use crate::output::{self, Failure, Outcome, fields, plural, print_result, styled
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The bus, if a side is a node: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5
-    #[arg(long, value_name = "URL", env = BUS)]
+    #[arg(long, value_name = "URL", env = BUS, value_parser = url)]
     bus: Option<BusUrl>,
 
     #[command(flatten)]
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         "event": "summary", "compared": comparison.compared, "differ": count, "unknown": comparison.unknown.len(),
         "left_out": by_reason(&comparison.left_out),
     });
-    print_result(args.json, fields(object), format_args!("{compared} compared, {verdict}{unknown}"))?;
+    print_result(args.json, object, format_args!("{compared} compared, {verdict}{unknown}"))?;
     args.left_out.print(args.json, &a.device, &comparison.left_out)?;
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }

@@ -128,7 +128,7 @@ impl<'a> Wanted<'a> {
             "refused": restored.refused.len(), "stored": restored.stored, "complete": ended.is_ok(),
             "left_out": by_reason(self.left_out),
         });
-        print_result(self.writing.json, fields(object), text)?;
+        print_result(self.writing.json, object, text)?;
         match ended {
             Err(ended) => Err(Failure::from(ended)
                 .help("the same command goes on from here: what the device has is not written again")),

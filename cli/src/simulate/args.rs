@@ -9,8 +9,8 @@ use lexican_simulation::plant::{ScriptText, is_plant};
 use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::text::files::read;
 
-use crate::bus::NodeOrNone;
-use crate::bus::read_plant;
+use crate::bus::kinds::{KINDS, Simulated, Terminal, url};
+use crate::bus::{NodeOrNone, read_plant};
 use crate::device::DeviceArgs;
 use crate::duration::time;
 use crate::output::Failure;
@@ -152,10 +152,8 @@ impl PlantArgs {
 pub(super) enum Place {
     /// A bus of so many pseudo-terminals.
     Ptys(usize),
-    /// A pseudo-terminal that is the serial interface of a drive.
-    Serial,
-    /// A pseudo-terminal that is the PROFIBUS of a drive.
-    Profibus,
+    /// A pseudo-terminal that is the other interface of a drive.
+    Terminal(Terminal),
     Url(BusUrl),
 }
 
@@ -164,17 +162,20 @@ impl FromStr for Place {
 
     fn from_str(text: &str) -> Result<Self, String> {
         const MOST: usize = 16;
+        let terminals = KINDS.iter().filter_map(|kind| match kind.simulated {
+            Simulated::AtTerminal(terminal) => Some(terminal),
+            _ => None,
+        });
         match text.split_once(':').unwrap_or((text, "")) {
-            ("serial", "") => Ok(Place::Serial),
-            ("profibus", "") => Ok(Place::Profibus),
             ("pty", "") => Ok(Place::Ptys(2)),
             ("pty", count) => match count.parse() {
                 Ok(count @ 1..=MOST) => Ok(Place::Ptys(count)),
                 _ => Err(format!("{count:?} is not a number of pseudo-terminals: that is 1 to {MOST}")),
             },
-            _ => {
-                text.parse().map(Place::Url).map_err(|error: lexican_runtime::host::url::BusUrlError| error.to_string())
-            }
+            (name, rest) => match terminals.into_iter().find(|it| it.name == name && rest.is_empty()) {
+                Some(terminal) => Ok(Place::Terminal(terminal)),
+                None => url(text).map(Place::Url).map_err(|error| error.to_string()),
+            },
         }
     }
 }

@@ -6,15 +6,14 @@ mod report;
 mod session;
 mod station;
 
-use lexican_runtime::host::{BusUrl, Link, Pace};
-use lexican_simulation::{Plant, PlantDevice};
-use siko_profibus::Model;
+use lexican_runtime::host::{Link, Pace};
+use lexican_simulation::Plant;
 
 use crate::bus::BusArgs;
+use crate::bus::kinds::{Kind, Simulated, Terminal};
 #[cfg(unix)]
 use crate::bus::serial_terminal::Alone;
 use crate::bus::serial_terminal::SerialTerminal;
-use crate::bus::{profibus, serial};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
@@ -35,8 +34,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let report = Report::new(&device.sheet.device, args.json, args.json || args.verbose);
         let report = if several { report.among_others(device.node, device.name.as_deref()) } else { report };
         let mut simulated = device.simulate(now)?;
-        if matches!(args.bus, Place::Profibus) {
-            simulated = simulated.on_profibus(now, profibus::known(&device.device)?.1);
+        if let Place::Terminal(terminal) = &args.bus {
+            simulated = (terminal.connect)(simulated, &device.device, now)?;
         }
         stations.push(Station::new(device, simulated, report));
     }
@@ -55,31 +54,17 @@ type Opened = (Box<dyn Link + Send>, Option<SerialTerminal>, Vec<String>);
 fn open(place: &Place, plant: &Plant) -> Result<Opened, Failure> {
     match place {
         Place::Ptys(count) => open_ptys(*count),
-        Place::Serial => match plant.devices.as_slice() {
-            [device] if serial::is_known(&device.device) => open_terminal("serial", serial::DEVICE, ""),
-            _ => Err(Failure::new("this device has no serial interface that lexican knows")
-                .help(format!("that of {} is known", serial::DEVICE))),
-        },
-        Place::Profibus => match plant.devices.as_slice() {
-            [PlantDevice { device, node: Some(node), .. }] => {
-                let address = Model::address(node.get());
-                open_terminal("profibus", profibus::known(device)?.0, &format!("&address={address}"))
+        Place::Terminal(terminal) => open_terminal(terminal.name, &(terminal.parameters)(plant)?),
+        Place::Url(url) => match Kind::of(url).simulated {
+            Simulated::Shared | Simulated::Alone => {
+                Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, None, vec![url.to_string()]))
             }
-            _ => Err(Failure::new("one drive at a time is simulated on PROFIBUS, with an address: --node 5")),
+            Simulated::AtTerminal(Terminal { name, .. }) => {
+                Err(Failure::new(format_args!("a simulated drive makes the terminal of its {name} interface itself"))
+                    .help(format_args!("--bus {name}")))
+            }
+            Simulated::Never(why, help) => Err(Failure::new(why).help_if(help.map(str::to_owned))),
         },
-        Place::Url(BusUrl::Serial { .. }) => {
-            Err(Failure::new("a simulated drive makes the terminal of its serial interface itself")
-                .help("--bus serial"))
-        }
-        Place::Url(BusUrl::Profibus { .. }) => {
-            Err(Failure::new("a simulated drive makes the terminal of its PROFIBUS itself").help("--bus profibus"))
-        }
-        Place::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: there is no bus for the device")),
-        Place::Url(BusUrl::Simulation { .. }) => {
-            Err(Failure::new("a simulated bus is inside the command: no other command could reach the device")
-                .help("without --bus the device is on pseudo-terminals, which other commands can use"))
-        }
-        Place::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, None, vec![url.to_string()])),
     }
 }
 
@@ -92,9 +77,9 @@ fn open_ptys(count: usize) -> Result<Opened, Failure> {
 
 /// The bus of a drive whose other interface is used: nothing else is on it.
 #[cfg(unix)]
-fn open_terminal(scheme: &str, device: &str, parameters: &str) -> Result<Opened, Failure> {
+fn open_terminal(scheme: &str, parameters: &str) -> Result<Opened, Failure> {
     let terminal = SerialTerminal::open()?;
-    let url = format!("{scheme}:{}?device={device}{parameters}", terminal.path());
+    let url = format!("{scheme}:{}?{parameters}", terminal.path());
     Ok((Box::new(Alone::new()), Some(terminal), vec![url]))
 }
 
@@ -104,7 +89,7 @@ fn open_ptys(_: usize) -> Result<Opened, Failure> {
 }
 
 #[cfg(not(unix))]
-fn open_terminal(_: &str, _: &str, _: &str) -> Result<Opened, Failure> {
+fn open_terminal(_: &str, _: &str) -> Result<Opened, Failure> {
     Err(no_terminals())
 }
 

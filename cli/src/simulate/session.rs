@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 
-use lexican_runtime::host::{BusUrl, Link, LinkError, Notice, Participant};
+use lexican_runtime::host::{Link, LinkError, Notice, Participant};
 use lexican_runtime::{Duration, Instant};
 use lexican_simulation::Segment;
 use lexican_simulation::command::{self, Command, CommandError, addressee};
@@ -14,6 +14,7 @@ use super::args::{Args, Place};
 use super::input::is_listening;
 use super::report::print;
 use super::station::Station;
+use crate::bus::kinds::{Kind, Simulated};
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, fields, missing_frames, warn};
 
@@ -99,7 +100,8 @@ impl<'a> Session<'a> {
         }
         // A serial port serves one program, which is this one.
         let others = match &args.bus {
-            Place::Url(BusUrl::Slcan { port, .. }) => {
+            Place::Url(url) if matches!(Kind::of(url).simulated, Simulated::Alone) => {
+                let port = url.place();
                 let other = if port.starts_with("/dev/pts/") { OTHER_TERMINAL } else { OTHER_ADAPTER };
                 let _ = writeln!(stderr, "{port} serves only this command; BUS below is {other}");
                 &["BUS".to_owned()]

@@ -119,7 +119,7 @@ fn impossible_arguments_are_refused_with_advice() {
     check(&["simulate", "siko/ag03-1", "--bus", "can0", "--node", "300"], 2, "300 is not a node-ID");
     check(&["read", "--bus", "sim:siko/ag03-1?node=0", "6064"], 2, "0 is not a node-ID");
     check(&["read", "--bus", "sim:siko/ag03-9", "6064"], 2, "did you mean siko/ag03-1 or siko/ag02?");
-    check(&["read", "--bus", "sim:siko/ag03-1?speed=1", "6064"], 2, "no parameter \"speed\"");
+    check(&["read", "--bus", "sim:siko/ag03-1?speed=1", "6064"], 2, "no parameter `speed`");
     check(&["read", "--bus", "pty", "--node", "5", "6064"], 2, "slcan:/dev/pts/3");
     check(&["read", "--bus", "carrier:pigeon", "6064"], 2, "there is no kind of bus");
     check(&["read", "--bus", "slcan:/dev/pts/none", "--node", "5", "6064"], 2, "is `lexican simulate` still running?");

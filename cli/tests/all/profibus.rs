@@ -49,7 +49,7 @@ fn a_url_that_names_no_drive_on_profibus_is_refused_with_a_remedy() {
     refused("profibus:/dev/nothing?device=siko/ag02&address=5", "cannot open /dev/nothing");
     refused("profibus:/dev/nothing?device=kollmorgen/akd&address=5", "it knows siko/ag03-1 and siko/ag02");
     refused("profibus:/dev/nothing?device=siko/ag02&address=0", "1 to 127");
-    refused("profibus:/dev/nothing?device=siko/ag02&bitrate=19200", "there is 93750, 187500, 500000");
+    refused("profibus:/dev/nothing?device=siko/ag02&bitrate=19200", "bitrate=19200 is not 93750, 187500 or 500000");
     refused("profibus:/dev/nothing?node=5", "there is device, address, bitrate, gsd, module");
     refused("profibus:/dev/nothing?device=siko/ag02&address=5&module=PPO", "gsd=FILE&module=PPO");
     refused("profibus:/dev/nothing?device=siko/ag02&address=5&gsd=/dev/nothing.gsd", "/dev/nothing.gsd: ");

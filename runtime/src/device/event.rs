@@ -10,6 +10,7 @@ use crate::wire::nmt::NmtState;
 /// What happened to a device. One frame or deadline is at most one event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Event {
     /// The device is in another NMT state.
     StateChanged(NmtState),
@@ -21,9 +22,7 @@ pub enum Event {
     Written(Address),
     /// A client's access to an entry failed, or the client gave up.
     SdoAborted {
-        /// The entry.
         address: Address,
-        /// Why.
         reason: AbortCode,
     },
     /// The objects of an RPDO are in the dictionary.
@@ -37,16 +36,13 @@ pub enum Event {
         number: u16,
         /// The first object that was refused.
         address: Address,
-        /// Why.
         reason: AbortCode,
     },
     /// An RPDO was shorter than its mapping, and ignored.
     RpdoTooShort {
         /// 1 to 512.
         number: u16,
-        /// The bytes that are mapped.
         expected: u8,
-        /// The bytes that came.
         got: u8,
     },
     /// An RPDO did not come within its deadline.
@@ -60,13 +56,10 @@ pub enum Event {
         /// When the producer counts.
         counter: Option<u8>,
     },
-    /// The time of day.
     Time(TimeOfDay),
     /// Something happened to a node whose heartbeat the device consumes (1016h).
     Heartbeat {
-        /// Which node.
         node: NodeId,
-        /// What.
         event: heartbeat_consumer::Event,
     },
     /// Guarding requests have stopped for longer than the life time, or have come again.

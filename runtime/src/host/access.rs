@@ -17,19 +17,10 @@ pub enum AccessError {
     OutOfRange(#[from] OutOfRange),
     /// The node has aborted the transfer, or does not answer.
     #[error("node {node}: {error}")]
-    Sdo {
-        node: NodeId,
-        /// What happened.
-        error: SdoError,
-    },
+    Sdo { node: NodeId, error: SdoError },
     /// The node's value has another length than in the data sheet.
     #[error("node {node}, {address}: the device and its data sheet differ: {error}")]
-    DataSheet {
-        node: NodeId,
-        /// Which entry.
-        address: Address,
-        error: LengthMismatch,
-    },
+    DataSheet { node: NodeId, address: Address, error: LengthMismatch },
     /// There is no such PDO. Nothing was sent.
     #[error("there is no PDO {number}: PDOs have the numbers 1 to 512")]
     NoSuchPdo { number: u16 },
@@ -39,13 +30,11 @@ pub enum AccessError {
     /// A text is no value of an object. Nothing was sent.
     #[error("{address} {name:?}: {why}")]
     NoValue {
-        /// The object.
         address: Address,
         name: &'static str,
         /// What is wrong with the text, and what to write.
         why: String,
     },
-    /// The link has failed.
     #[error(transparent)]
     Link(#[from] LinkError),
 }

@@ -19,6 +19,7 @@ mod node;
 mod open;
 mod participant;
 mod pump;
+mod remote_node;
 mod replay;
 mod settings;
 #[cfg(feature = "slcan")]
@@ -50,6 +51,6 @@ pub use pump::{Listener, Pump, StateMachine, Turn};
 pub use replay::{Replay, ReplayError};
 pub use settings::Settings;
 pub use station::Station;
-pub use url::BusUrl;
+pub use url::{BusUrl, BusUrlError};
 pub use virtual_bus::{Attachment, Fate, Pace, VirtualBus, VirtualLink};
 pub use wire_bits::wire_bits;

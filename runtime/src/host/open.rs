@@ -1,35 +1,85 @@
-//! Opening links by URL.
+//! The links of this crate, as URLs name them.
 
+use std::borrow::ToOwned;
 use std::boxed::Box;
-use std::string::String;
+use std::error::Error;
+use std::string::{String, ToString};
 
-use super::{BusUrl, Link, Replay, ReplayError};
+use super::url::{PACE, Parameter, Scheme, Takes};
+use super::{BusUrl, BusUrlError, Link, Replay, ReplayError};
 
-impl BusUrl {
-    /// Opens the bus.
-    ///
-    /// Errors: A simulation cannot be opened here: this crate has no simulators, and no serial protocols of devices.
-    pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
-        match self {
-            BusUrl::SocketCan { interface } => open_socketcan(interface),
-            BusUrl::Slcan { port, bit_rate, baud } => open_slcan(port, *bit_rate, *baud),
-            BusUrl::Serial { port, .. } | BusUrl::Profibus { port, .. } => {
-                Err(OpenError::Serial { port: port.clone() })
-            }
-            BusUrl::Simulation { device, .. } => Err(OpenError::Simulation { device: device.clone() }),
-            BusUrl::Log { file, interface, pace } => Ok(Box::new(Replay::open(file, interface.as_deref(), *pace)?)),
-        }
+type Opened = Result<Box<dyn Link + Send>, OpenError>;
+
+/// The schemes of this crate.
+pub const SCHEMES: &[&Scheme] = &[&SOCKETCAN, &SLCAN, &LOG];
+
+/// An interface of the kernel.
+pub const SOCKETCAN: Scheme = Scheme {
+    name: "socketcan",
+    example: "can0",
+    what: "an interface of a Linux kernel",
+    parameters: &[],
+    check: is_interface,
+    open: open_socketcan,
+};
+
+/// A serial adapter.
+pub const SLCAN: Scheme = Scheme {
+    name: "slcan",
+    example: "slcan:/dev/ttyACM0?bitrate=500000",
+    what: "a serial adapter",
+    parameters: &[
+        Parameter {
+            key: "bitrate",
+            what: "the bit rate of the bus; by default that of the adapter",
+            takes: Takes::Rate,
+        },
+        Parameter { key: "baud", what: "the speed of the line to the adapter, 115200 by default", takes: Takes::Rate },
+    ],
+    check: anything,
+    open: open_slcan,
+};
+
+/// A log of `candump -L`.
+pub const LOG: Scheme = Scheme {
+    name: "log",
+    example: "log:FILE",
+    what: "a log",
+    parameters: &[Parameter { key: "interface", what: "only the frames of this interface", takes: Takes::Text }, PACE],
+    check: anything,
+    open: |url| Ok(Box::new(Replay::open(url.place().as_ref(), url.get("interface"), url.pace().unwrap_or_default())?)),
+};
+
+/// For a [`Scheme`] whose places need no check.
+pub const fn anything(_: &str) -> Result<(), BusUrlError> {
+    Ok(())
+}
+
+/// For a [`Scheme`] whose buses are more than a link, and which its program opens itself.
+pub fn elsewhere(url: &BusUrl) -> Opened {
+    Err(OpenError::Elsewhere { bus: url.to_string() })
+}
+
+/// An interface of the kernel: at most 15 bytes, without `/` and white space.
+fn is_interface(name: &str) -> Result<(), BusUrlError> {
+    let is_port = name.contains('/') || name.strip_prefix("COM").is_some_and(|n| n.parse::<u16>().is_ok());
+    if is_port {
+        return Err(BusUrlError::Port { name: name.to_owned() });
     }
+    if name.len() > 15 || name.contains(|c: char| c.is_whitespace() || c.is_control()) {
+        return Err(BusUrlError::Interface { name: name.to_owned() });
+    }
+    Ok(())
 }
 
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
-fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
-    Ok(Box::new(super::socketcan::SocketCan::open(interface)?))
+fn open_socketcan(url: &BusUrl) -> Opened {
+    Ok(Box::new(super::socketcan::SocketCan::open(url.place())?))
 }
 
 #[cfg(not(all(feature = "socketcan", target_os = "linux")))]
-fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
-    let bus = String::from(interface);
+fn open_socketcan(url: &BusUrl) -> Opened {
+    let bus = url.place().to_owned();
     Err(if cfg!(target_os = "linux") {
         OpenError::NotBuilt { bus, feature: "socketcan" }
     } else {
@@ -38,13 +88,15 @@ fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
 }
 
 #[cfg(feature = "slcan")]
-fn open_slcan(port: &str, bit_rate: Option<u32>, baud: u32) -> Result<Box<dyn Link + Send>, OpenError> {
-    Ok(Box::new(super::slcan::Slcan::open(port, super::slcan::Settings { bit_rate, baud })?))
+fn open_slcan(url: &BusUrl) -> Opened {
+    use super::slcan::{BAUD, Settings, Slcan};
+    let settings = Settings { bit_rate: url.rate("bitrate"), baud: url.rate("baud").unwrap_or(BAUD) };
+    Ok(Box::new(Slcan::open(url.place(), settings)?))
 }
 
 #[cfg(not(feature = "slcan"))]
-fn open_slcan(port: &str, _: Option<u32>, _: u32) -> Result<Box<dyn Link + Send>, OpenError> {
-    Err(OpenError::NotBuilt { bus: String::from(port), feature: "slcan" })
+fn open_slcan(url: &BusUrl) -> Opened {
+    Err(OpenError::NotBuilt { bus: url.place().to_owned(), feature: "slcan" })
 }
 
 /// Why a bus cannot be opened, with a remedy.
@@ -68,12 +120,10 @@ pub enum OpenError {
     /// Only Linux has SocketCAN.
     #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
     NotLinux { bus: String },
-    /// The serial protocols of devices, and PROFIBUS, are not part of this crate.
-    #[error(
-        "{port} cannot be opened as a link: a device's other interface is opened by the program that has its protocol"
-    )]
-    Serial { port: String },
-    /// Simulators are not part of this crate.
-    #[error("{device} cannot be opened as a link: a simulation is started by the program that has the simulators")]
-    Simulation { device: String },
+    /// A bus that is more than a link.
+    #[error("{bus} cannot be opened as a link: it is opened by the program that knows what is there")]
+    Elsewhere { bus: String },
+    /// A link of another crate.
+    #[error(transparent)]
+    Other(Box<dyn Error + Send + Sync>),
 }

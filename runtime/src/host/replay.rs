@@ -141,11 +141,10 @@ impl Iterator for Lines {
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ReplayError {
-    /// The file.
     #[error("{}: {error}", path.display())]
     Io {
-        /// The file.
         path: PathBuf,
         /// The error of the operating system.
         error: io::Error,
@@ -153,17 +152,14 @@ pub enum ReplayError {
     /// A line of it.
     #[error("{}:{line}: {error}; write logs with `candump -L`", path.display())]
     Line {
-        /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// The error.
         error: NotALogLine,
     },
     /// A line of it has more bytes than any line of a log.
     #[error("{}:{line}: the line does not end; write logs with `candump -L`", path.display())]
     LongLine {
-        /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,

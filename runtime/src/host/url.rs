@@ -1,220 +1,181 @@
-//! The names of buses, in all commands and configurations.
+//! The names of buses, in all commands and configurations: `scheme:place?key=value&key=value`.
+//!
+//! A [`Scheme`] says what the URLs of one kind of link mean, and opens them. This crate has [`SCHEMES`]:
 //!
 //! | URL | what it is |
 //! | --- | --- |
 //! | `socketcan:can0`, or just `can0` | an interface of a Linux kernel |
 //! | `slcan:/dev/ttyACM0?bitrate=500000` | a serial adapter; `baud=` sets the speed of the line to it |
-//! | `serial:/dev/ttyUSB0?device=vendor/device` | a device behind its own serial interface, as a node of a bus of its own |
-//! | `profibus:/dev/ttyUSB0?device=vendor/device&address=5` | a device on PROFIBUS-DP, as a node of a bus of its own |
-//! | `sim:vendor/device?node=5` | a device that exists only in software |
 //! | `log:FILE` | a log of `candump -L`; `interface=` picks one of its interfaces, `pace=real` takes its time |
+//!
+//! A program that has links of its own, such as a simulation, parses by its own list ([`BusUrl::among`]).
 
 use core::fmt;
 use core::str::FromStr;
 use std::borrow::ToOwned;
-use std::path::PathBuf;
-use std::string::{String, ToString};
+use std::boxed::Box;
+use std::format;
+use std::string::String;
 use std::vec::Vec;
 
-use super::Pace;
-pub use super::open::OpenError;
+pub use super::open::{LOG, OpenError, SCHEMES, SLCAN, SOCKETCAN, anything, elsewhere};
+use super::{Link, Pace};
 
-/// The default speed of a serial line, in bit/s.
-pub(super) const BAUD: u32 = 115_200;
-
-/// The name of a bus. Parses from text, and prints as text that parses to the same.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum BusUrl {
-    /// `socketcan:can0`
-    SocketCan {
-        /// The interface's name.
-        interface: String,
-    },
-    /// `slcan:/dev/ttyACM0?bitrate=500000`
-    Slcan {
-        /// The serial port.
-        port: String,
-        /// The bit rate of the CAN bus in bit/s; `None` leaves it to the adapter.
-        bit_rate: Option<u32>,
-        /// The speed of the serial line in bit/s.
-        baud: u32,
-    },
-    /// `serial:/dev/ttyUSB0?device=vendor/device`
-    Serial {
-        /// The serial port.
-        port: String,
-        /// `key=value`, in the order of the URL. The program that knows the device defines them.
-        parameters: Vec<(String, String)>,
-    },
-    /// `profibus:/dev/ttyUSB0?device=vendor/device&address=5`
-    Profibus {
-        /// The serial port.
-        port: String,
-        /// As those of [`BusUrl::Serial`].
-        parameters: Vec<(String, String)>,
-    },
-    /// `sim:vendor/device?node=5`
-    Simulation {
-        /// The device, as the library of devices names it, or a path.
-        device: String,
-        /// `key=value`, in the order of the URL. The simulation defines them.
-        parameters: Vec<(String, String)>,
-    },
-    /// `log:FILE`
-    Log {
-        /// The file.
-        file: PathBuf,
-        /// The interface whose frames are replayed; `None` for all.
-        interface: Option<String>,
-        /// Whether the frames come as fast as they are read, or with the times of the log.
-        pace: Pace,
-    },
+/// A kind of link: what its URLs mean, and how a bus is opened by one.
+#[derive(Debug)]
+pub struct Scheme {
+    /// The word before the colon.
+    pub name: &'static str,
+    /// A URL of it, for help and errors.
+    pub example: &'static str,
+    /// What it names, in a few words.
+    pub what: &'static str,
+    /// What may follow the `?`.
+    pub parameters: &'static [Parameter],
+    /// Checks what is between the colon and the `?`, which is not empty.
+    pub check: fn(&str) -> Result<(), BusUrlError>,
+    /// Opens a bus as a link.
+    pub open: fn(&BusUrl) -> Result<Box<dyn Link + Send>, OpenError>,
 }
 
+/// A `key=value` of a URL.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// The word before the `=`.
+    pub key: &'static str,
+    /// What it sets, in a few words.
+    pub what: &'static str,
+    /// The values that it takes.
+    pub takes: Takes,
+}
+
+/// The values of a [`Parameter`].
+#[derive(Clone, Copy, Debug)]
+pub enum Takes {
+    /// Any text; the link looks at it when it is opened.
+    Text,
+    /// A number of bit/s.
+    Rate,
+    /// One of these.
+    Words(&'static [&'static str]),
+}
+
+/// A parameter that says how fast the time of a log or a simulation passes.
+pub const PACE: Parameter =
+    Parameter { key: "pace", what: "as fast as possible, or in real time", takes: Takes::Words(&["virtual", "real"]) };
+
+/// The name of a bus. Parses from text, and prints as text that parses to the same.
+#[derive(Clone, Debug)]
+pub struct BusUrl {
+    scheme: &'static Scheme,
+    place: String,
+    parameters: Vec<(String, String)>,
+}
+
+impl PartialEq for BusUrl {
+    fn eq(&self, other: &BusUrl) -> bool {
+        (self.scheme.name, &self.place, &self.parameters) == (other.scheme.name, &other.place, &other.parameters)
+    }
+}
+
+impl Eq for BusUrl {}
+
+/// Of the schemes that this crate has.
 impl FromStr for BusUrl {
     type Err = BusUrlError;
 
     fn from_str(text: &str) -> Result<Self, BusUrlError> {
-        let (scheme, rest) = text.split_once(':').unwrap_or(("socketcan", text));
-        match scheme {
-            "socketcan" => {
-                let (interface, parameters) = Parameters::split(rest)?;
-                parameters.none_but(&[])?;
-                socketcan(interface)
-            }
-            "slcan" => {
-                let (port, parameters) = Parameters::split(rest)?;
-                parameters.none_but(&["bitrate", "baud"])?;
-                let (bit_rate, baud) = (parameters.number("bitrate")?, parameters.number("baud")?);
-                let port = required(port, "slcan:/dev/ttyACM0?bitrate=500000")?;
-                Ok(BusUrl::Slcan { port, bit_rate, baud: baud.unwrap_or(BAUD) })
-            }
-            "serial" => {
-                let (port, parameters) = Parameters::split(rest)?;
-                let port = required(port, "serial:/dev/ttyUSB0?device=vendor/device")?;
-                Ok(BusUrl::Serial { port, parameters: parameters.0 })
-            }
-            "profibus" => {
-                let (port, parameters) = Parameters::split(rest)?;
-                let port = required(port, "profibus:/dev/ttyUSB0?device=vendor/device&address=5")?;
-                Ok(BusUrl::Profibus { port, parameters: parameters.0 })
-            }
-            "sim" => {
-                let (device, parameters) = Parameters::split(rest)?;
-                Ok(BusUrl::Simulation {
-                    device: required(device, "sim:vendor/device?node=5")?,
-                    parameters: parameters.0,
-                })
-            }
-            "log" => {
-                let (file, parameters) = Parameters::split(rest)?;
-                parameters.none_but(&["interface", "pace"])?;
-                let pace = match parameters.get("pace") {
-                    None | Some("virtual") => Pace::Virtual,
-                    Some("real") => Pace::RealTime,
-                    Some(other) => {
-                        return Err(BusUrlError::Value {
-                            key: "pace",
-                            value: other.to_owned(),
-                            wanted: "real or virtual",
-                        });
-                    }
-                };
-                Ok(BusUrl::Log {
-                    file: required(file, "log:bus.log")?.into(),
-                    interface: parameters.get("interface").map(ToOwned::to_owned),
-                    pace,
-                })
-            }
-            _ => Err(BusUrlError::Scheme { scheme: scheme.to_owned() }),
+        BusUrl::among(SCHEMES, text)
+    }
+}
+
+impl BusUrl {
+    /// Parses the name of a bus of these schemes. A text without a scheme names an interface of SocketCAN.
+    pub fn among(schemes: &[&'static Scheme], text: &str) -> Result<Self, BusUrlError> {
+        let (name, rest) = text.split_once(':').unwrap_or((SOCKETCAN.name, text));
+        let Some(&scheme) = schemes.iter().find(|scheme| scheme.name == name) else {
+            return Err(BusUrlError::Scheme {
+                scheme: name.to_owned(),
+                examples: schemes.iter().map(|it| it.example).collect(),
+            });
+        };
+        let (place, parameters) = rest.split_once('?').map_or((rest, None), |(place, rest)| (place, Some(rest)));
+        let pairs = parameters.into_iter().flat_map(|parameters| parameters.split('&')).map(pair);
+        let url = BusUrl { scheme, place: place.to_owned(), parameters: pairs.collect::<Result<_, _>>()? };
+        url.check_parameters()?;
+        if place.is_empty() {
+            return Err(BusUrlError::Empty { example: scheme.example });
         }
-    }
-}
-
-/// An interface of the kernel: at most 15 bytes, without `/` and white space.
-fn socketcan(name: &str) -> Result<BusUrl, BusUrlError> {
-    let name = required(name, "can0")?;
-    let is_port = name.contains('/') || name.strip_prefix("COM").is_some_and(|n| n.parse::<u16>().is_ok());
-    if is_port {
-        return Err(BusUrlError::Port { name });
-    }
-    if name.len() > 15 || name.contains(|c: char| c.is_whitespace() || c.is_control()) {
-        return Err(BusUrlError::Interface { name });
-    }
-    Ok(BusUrl::SocketCan { interface: name })
-}
-
-fn required(text: &str, example: &'static str) -> Result<String, BusUrlError> {
-    if text.is_empty() { Err(BusUrlError::Empty { example }) } else { Ok(text.to_owned()) }
-}
-
-/// The part after the `?`: `key=value`, joined by `&`.
-struct Parameters(Vec<(String, String)>);
-
-impl Parameters {
-    fn split(text: &str) -> Result<(&str, Parameters), BusUrlError> {
-        let Some((head, tail)) = text.split_once('?') else { return Ok((text, Parameters(Vec::new()))) };
-        let pairs = tail.split('&').map(|pair| match pair.split_once('=') {
-            Some((key, value)) if !key.is_empty() => Ok((key.to_owned(), value.to_owned())),
-            _ => Err(BusUrlError::Pair { pair: pair.to_owned() }),
-        });
-        Ok((head, Parameters(pairs.collect::<Result<_, _>>()?)))
+        (scheme.check)(place)?;
+        Ok(url)
     }
 
-    /// Refuses parameters that are not known, or given twice.
-    fn none_but(&self, known: &'static [&'static str]) -> Result<(), BusUrlError> {
-        for (at, (key, _)) in self.0.iter().enumerate() {
-            if !known.contains(&key.as_str()) {
+    fn check_parameters(&self) -> Result<(), BusUrlError> {
+        for (at, (key, value)) in self.parameters.iter().enumerate() {
+            let Some(parameter) = self.scheme.parameters.iter().find(|parameter| parameter.key == key) else {
+                let known = self.scheme.parameters.iter().map(|parameter| parameter.key).collect();
                 return Err(BusUrlError::Key { key: key.clone(), known });
-            }
-            if self.0.iter().skip(at + 1).any(|(other, _)| other == key) {
+            };
+            if self.parameters.iter().skip(at + 1).any(|(other, _)| other == key) {
                 return Err(BusUrlError::Twice { key: key.clone() });
             }
+            let wanted = match parameter.takes {
+                Takes::Rate if value.parse::<u32>().is_err() => "a number of bit/s".to_owned(),
+                Takes::Words(words) if !words.contains(&value.as_str()) => list(words, " or "),
+                _ => continue,
+            };
+            return Err(BusUrlError::Value { key: parameter.key, value: value.clone(), wanted });
         }
         Ok(())
     }
 
-    fn get(&self, wanted: &str) -> Option<&str> {
-        self.0.iter().find(|(key, _)| key == wanted).map(|(_, value)| value.as_str())
+    /// The kind of link.
+    #[must_use]
+    pub fn scheme(&self) -> &'static Scheme {
+        self.scheme
     }
 
-    fn number(&self, key: &'static str) -> Result<Option<u32>, BusUrlError> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let number = value.parse();
-        number.map(Some).map_err(|_| BusUrlError::Value { key, value: value.to_owned(), wanted: "a number of bit/s" })
+    /// What is between the colon and the `?`: an interface, a port, a file.
+    #[must_use]
+    pub fn place(&self) -> &str {
+        &self.place
+    }
+
+    /// The value of a parameter, if it is given.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.parameters.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
+    }
+
+    /// The number that a parameter has, if it is given.
+    #[must_use]
+    pub fn rate(&self, key: &str) -> Option<u32> {
+        self.get(key)?.parse().ok()
+    }
+
+    /// How fast its time is to pass, if that is given ([`PACE`]).
+    #[must_use]
+    pub fn pace(&self) -> Option<Pace> {
+        self.get(PACE.key).map(|pace| if pace == "real" { Pace::RealTime } else { Pace::Virtual })
+    }
+
+    /// Opens the bus.
+    pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
+        (self.scheme.open)(self)
+    }
+}
+
+fn pair(text: &str) -> Result<(String, String), BusUrlError> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.is_empty() => Ok((key.to_owned(), value.to_owned())),
+        _ => Err(BusUrlError::Pair { pair: text.to_owned() }),
     }
 }
 
 impl fmt::Display for BusUrl {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut parameters: Vec<(&str, String)> = Vec::new();
-        match self {
-            BusUrl::SocketCan { interface } => write!(f, "socketcan:{interface}")?,
-            BusUrl::Slcan { port, bit_rate, baud } => {
-                write!(f, "slcan:{port}")?;
-                parameters.extend(bit_rate.map(|rate| ("bitrate", rate.to_string())));
-                parameters.extend((*baud != BAUD).then(|| ("baud", baud.to_string())));
-            }
-            BusUrl::Serial { port, parameters: given } => {
-                write!(f, "serial:{port}")?;
-                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
-            }
-            BusUrl::Profibus { port, parameters: given } => {
-                write!(f, "profibus:{port}")?;
-                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
-            }
-            BusUrl::Simulation { device, parameters: given } => {
-                write!(f, "sim:{device}")?;
-                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
-            }
-            BusUrl::Log { file, interface, pace } => {
-                write!(f, "log:{}", file.display())?;
-                parameters.extend(interface.clone().map(|interface| ("interface", interface)));
-                parameters.extend((*pace == Pace::RealTime).then(|| ("pace", "real".to_owned())));
-            }
-        }
-        for (number, (key, value)) in parameters.iter().enumerate() {
+        write!(f, "{}:{}", self.scheme.name, self.place)?;
+        for (number, (key, value)) in self.parameters.iter().enumerate() {
             write!(f, "{}{key}={value}", if number == 0 { '?' } else { '&' })?;
         }
         Ok(())
@@ -224,116 +185,68 @@ impl fmt::Display for BusUrl {
 /// Why a text does not name a bus, with a remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what it is")]
 pub enum BusUrlError {
-    /// The scheme before the colon is unknown.
-    #[error(
-        "there is no kind of bus `{scheme}`; write socketcan:can0 (or just can0), \
-         slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
-         profibus:/dev/ttyUSB0?device=vendor/device&address=5, sim:vendor/device?node=5 or log:FILE"
-    )]
-    Scheme {
-        /// The word.
-        scheme: String,
-    },
-    /// The text is empty, or nothing follows the colon.
+    #[error("there is no kind of bus `{scheme}`; write {}", list(examples, " or "))]
+    Scheme { scheme: String, examples: Vec<&'static str> },
     #[error("the bus has no name; write for example {example}")]
-    Empty {
-        /// A text that names a bus.
-        example: &'static str,
-    },
-    /// A serial port without its scheme.
+    Empty { example: &'static str },
     #[error("{name} is a serial port; write slcan:{name}?bitrate=500000")]
-    Port {
-        /// The port.
-        name: String,
-    },
-    /// The name is too long for an interface, or has spaces.
+    Port { name: String },
     #[error("`{name}` cannot be an interface: a name has at most 15 bytes and no spaces")]
-    Interface {
-        /// The name.
-        name: String,
-    },
-    /// A parameter without `=`.
+    Interface { name: String },
     #[error("`{pair}` is not a parameter; write key=value, joined by &")]
-    Pair {
-        /// The parameter.
-        pair: String,
-    },
-    /// A parameter that this kind of bus does not have.
-    #[error("there is no parameter `{key}` here{}", list(known))]
-    Key {
-        /// The parameter's name.
-        key: String,
-        /// The parameters of this kind of bus.
-        known: &'static [&'static str],
-    },
-    /// A parameter that is given twice.
+    Pair { pair: String },
+    #[error("there is no parameter `{key}` here{}", there_is(known))]
+    Key { key: String, known: Vec<&'static str> },
     #[error("there are two of the parameter `{key}`")]
-    Twice {
-        /// The parameter's name.
-        key: String,
-    },
-    /// A parameter with a value out of its range.
+    Twice { key: String },
     #[error("{key}={value} is not {wanted}")]
-    Value {
-        /// The parameter's name.
-        key: &'static str,
-        /// Its value.
-        value: String,
-        /// The expected values.
-        wanted: &'static str,
-    },
+    Value { key: &'static str, value: String, wanted: String },
 }
 
-fn list(known: &[&str]) -> String {
-    if known.is_empty() { String::new() } else { std::format!("; there is {}", known.join(", ")) }
+fn there_is(known: &[&str]) -> String {
+    if known.is_empty() { String::new() } else { format!("; there is {}", known.join(", ")) }
+}
+
+/// `a, b or c`.
+fn list(words: &[&str], last: &str) -> String {
+    match words {
+        [first @ .., end] if !first.is_empty() => format!("{}{last}{end}", first.join(", ")),
+        words => words.concat(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::vec;
-
-    #[track_caller]
-    fn check(text: &str, url: BusUrl, canonical: &str) {
-        assert_eq!(text.parse(), Ok(url.clone()));
-        assert_eq!(url.to_string(), canonical);
-        assert_eq!(canonical.parse(), Ok(url));
-    }
+    use std::string::ToString;
 
     #[test]
     fn urls_read_and_print() {
-        let can0 = BusUrl::SocketCan { interface: "can0".to_owned() };
-        check("can0", can0.clone(), "socketcan:can0");
-        check("socketcan:can0", can0, "socketcan:can0");
-        let adapter = |port: &str, bit_rate, baud| BusUrl::Slcan { port: port.to_owned(), bit_rate, baud };
-        check("slcan:/dev/ttyACM0", adapter("/dev/ttyACM0", None, BAUD), "slcan:/dev/ttyACM0");
-        check(
-            "slcan:COM3?baud=0&bitrate=500000",
-            adapter("COM3", Some(500_000), 0),
-            "slcan:COM3?bitrate=500000&baud=0",
-        );
-        let serial = BusUrl::Serial {
-            port: "COM3".to_owned(),
-            parameters: vec![("device".to_owned(), "vendor/device".to_owned()), ("baud".to_owned(), "9600".to_owned())],
-        };
-        check("serial:COM3?device=vendor/device&baud=9600", serial, "serial:COM3?device=vendor/device&baud=9600");
-        let profibus =
-            BusUrl::Profibus { port: "COM3".to_owned(), parameters: vec![("address".to_owned(), "5".to_owned())] };
-        check("profibus:COM3?address=5", profibus, "profibus:COM3?address=5");
-        let simulation = BusUrl::Simulation {
-            device: "vendor/device".to_owned(),
-            parameters: vec![("node".to_owned(), "5".to_owned()), ("pace".to_owned(), "real".to_owned())],
-        };
-        check("sim:vendor/device?node=5&pace=real", simulation, "sim:vendor/device?node=5&pace=real");
-        let log = |file: &str, interface: Option<&str>, pace| BusUrl::Log {
-            file: file.into(),
-            interface: interface.map(ToOwned::to_owned),
-            pace,
-        };
-        check("log:a.log", log("a.log", None, Pace::Virtual), "log:a.log");
-        check("log:C:\\a.log?pace=real", log("C:\\a.log", None, Pace::RealTime), "log:C:\\a.log?pace=real");
-        check("log:a?interface=can1", log("a", Some("can1"), Pace::Virtual), "log:a?interface=can1");
+        for (text, printed) in [
+            ("can0", "socketcan:can0"),
+            ("slcan:/dev/ttyACM0", "slcan:/dev/ttyACM0"),
+            ("slcan:COM3?baud=0&bitrate=500000", "slcan:COM3?baud=0&bitrate=500000"),
+            ("log:a.log", "log:a.log"),
+            ("log:C:\\a.log?pace=real", "log:C:\\a.log?pace=real"),
+            ("log:a?interface=can1", "log:a?interface=can1"),
+        ] {
+            let url = text.parse::<BusUrl>().unwrap();
+            assert_eq!(url.to_string(), printed);
+            assert_eq!(printed.parse(), Ok(url));
+        }
+        let url = "slcan:COM3?bitrate=500000".parse::<BusUrl>().unwrap();
+        assert_eq!((url.scheme().name, url.place()), ("slcan", "COM3"));
+        assert_eq!((url.rate("bitrate"), url.rate("baud"), url.pace()), (Some(500_000), None, None));
+        assert_eq!("log:a?pace=real".parse::<BusUrl>().unwrap().pace(), Some(Pace::RealTime));
+    }
+
+    #[test]
+    fn every_example_is_a_url_of_its_scheme() {
+        for scheme in SCHEMES {
+            assert_eq!(scheme.example.parse::<BusUrl>().unwrap().scheme().name, scheme.name);
+        }
     }
 
     #[track_caller]
@@ -353,9 +266,7 @@ mod tests {
         );
         refused(
             "kvaser:0",
-            "there is no kind of bus `kvaser`; write socketcan:can0 (or just can0), \
-             slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
-             profibus:/dev/ttyUSB0?device=vendor/device&address=5, sim:vendor/device?node=5 or log:FILE",
+            "there is no kind of bus `kvaser`; write can0, slcan:/dev/ttyACM0?bitrate=500000 or log:FILE",
         );
         refused("slcan:COM3?speed=1", "there is no parameter `speed` here; there is bitrate, baud");
         refused("socketcan:can0?bitrate=1", "there is no parameter `bitrate` here");
@@ -363,13 +274,15 @@ mod tests {
         refused("slcan:COM3?baud=1&baud=2", "there are two of the parameter `baud`");
         refused("slcan:COM3?bitrate=fast", "bitrate=fast is not a number of bit/s");
         refused("slcan:COM3?bitrate", "`bitrate` is not a parameter; write key=value, joined by &");
-        refused("log:a?pace=slow", "pace=slow is not real or virtual");
+        refused("log:a?pace=slow", "pace=slow is not virtual or real");
     }
 
     #[test]
     fn errors_of_open_have_a_remedy() {
-        let error = |text: &str| text.parse::<BusUrl>().unwrap().open().err().unwrap().to_string();
-        assert!(error("log:/no/such.log").starts_with("/no/such.log: "));
-        assert!(error("sim:vendor/device").contains("started by the program that has the simulators"));
+        let error = |url: BusUrl| url.open().err().unwrap().to_string();
+        assert!(error("log:/no/such.log".parse().unwrap()).starts_with("/no/such.log: "));
+        static OTHER: Scheme = Scheme { name: "sim", example: "sim:a", open: super::super::open::elsewhere, ..LOG };
+        let other = BusUrl::among(&[&OTHER], "sim:vendor/device").unwrap();
+        assert!(error(other).contains("opened by the program that knows what is there"));
     }
 }

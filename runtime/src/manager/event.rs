@@ -26,17 +26,9 @@ pub enum Event {
     /// A node that the manager does not look after sends heartbeats or guarding answers.
     Stranger { node: NodeId, state: NmtState },
     /// A node reports an error, or the end of one.
-    Emergency {
-        node: NodeId,
-        /// What it reports.
-        emergency: Emergency,
-    },
+    Emergency { node: NodeId, emergency: Emergency },
     /// An SDO transfer ended.
-    Sdo {
-        node: NodeId,
-        /// How.
-        event: sdo_client::Event,
-    },
+    Sdo { node: NodeId, event: sdo_client::Event },
     /// A data frame that is no other message: a PDO, to be [read](crate::object::Pdo::from_data) by who knows the mapping.
     Pdo {
         /// The node that the manager looks after whose TPDO has this COB-ID in the predefined connection
@@ -77,7 +69,6 @@ pub enum NetworkEvent {
         node: NodeId,
         /// Whether the network can do without it.
         mandatory: bool,
-        /// Why.
         error: BootError,
     },
     /// All mandatory nodes have booted, for the first time or again. Returned by a call of `handle_timeout` that

@@ -35,10 +35,9 @@ pub enum DefaultValue<T> {
 /// The smallest and the largest value allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Limits<T> {
-    /// The smallest value allowed.
     pub low: T,
-    /// The largest value allowed.
     pub high: T,
 }
 

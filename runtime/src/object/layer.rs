@@ -15,30 +15,18 @@ pub trait Layer {
     /// The dictionary under it.
     fn under_mut(&mut self) -> &mut Self::Under;
 
-    /// Whether the layer has an entry of the dictionary under it.
-    ///
-    /// # Errors
-    ///
-    /// As [`ObjectDictionary::entry`].
+    /// Whether the layer has an entry of the dictionary under it; else the error of [`ObjectDictionary::entry`].
     fn admits(&self, address: Address) -> Result<(), AbortCode> {
         let _ = address;
         Ok(())
     }
 
     /// [`ObjectDictionary::read`].
-    ///
-    /// # Errors
-    ///
-    /// As there.
     fn read_entry(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         self.under_mut().read(entry, offset, buffer)
     }
 
     /// [`ObjectDictionary::write`].
-    ///
-    /// # Errors
-    ///
-    /// As there.
     fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         self.under_mut().write(entry, offset, data, last)
     }

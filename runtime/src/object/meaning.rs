@@ -8,14 +8,12 @@ use super::{Address, DataType, Value};
 /// What tools show of an entry: one row of the generated `NAMES`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Name {
-    /// Index and sub-index.
     pub address: Address,
     /// In the words of the data sheet; of an element or member, after that of its object and a colon.
     pub name: &'static str,
-    /// The data type.
     pub data_type: DataType,
-    /// What the number means.
     pub meaning: Meaning<'static>,
 }
 
@@ -87,10 +85,9 @@ impl<'a> ValueName<'a> {
 /// Neighbouring bits and their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct BitName<'a> {
-    /// The lowest bit.
     pub low: u8,
-    /// The number of bits.
     pub width: u8,
     /// In the words of the data sheet.
     pub name: &'a str,

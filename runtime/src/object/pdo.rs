@@ -49,10 +49,9 @@ pub trait Pdo: Copy {
 /// The direction of a PDO as the device sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Direction {
-    /// Received by the device.
     Receive,
-    /// Transmitted by the device.
     Transmit,
 }
 
@@ -90,10 +89,9 @@ impl Mapped {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the PDO maps {mapped} bytes, the frame has {got}")]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct MappedLengthMismatch {
-    /// The bytes that are mapped.
     pub mapped: usize,
-    /// The bytes that came.
     pub got: usize,
 }
 

@@ -32,12 +32,10 @@ impl Condition {
 /// Limits of an entry that hold while another entry has a certain value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct ConditionalLimit {
-    /// The entry that is limited.
     pub address: Address,
-    /// When.
     pub when: Condition,
-    /// The limits.
     pub limit: Limit,
 }
 
@@ -52,12 +50,10 @@ impl ConditionalLimit {
 /// In which NMT states an entry may be written; entries that are not listed may be in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct WritableIn {
-    /// The entry.
     pub address: Address,
-    /// In PRE-OPERATIONAL.
     pub pre_operational: bool,
-    /// In OPERATIONAL.
     pub operational: bool,
 }
 

@@ -6,14 +6,11 @@ use crate::abort::AbortCode;
 /// The facts of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Entry {
-    /// Index and sub-index.
     pub address: Address,
-    /// The data type.
     pub data_type: DataType,
-    /// What a manager may do.
     pub access: Access,
-    /// Which PDOs may map it.
     pub mapping: PdoMapping,
     /// Where the value starts in the image. Text and bytes are preceded by their length, two bytes.
     pub offset: u32,
@@ -73,24 +70,20 @@ impl Access {
 /// Which PDOs may map an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum PdoMapping {
-    /// None.
     None,
-    /// Those that the device transmits.
     Tpdo,
-    /// Those that the device receives.
     Rpdo,
-    /// All.
     Both,
 }
 
 /// The limits of an entry, in wire form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Limit {
-    /// The smallest value.
     pub low: u64,
-    /// The largest value.
     pub high: u64,
 }
 

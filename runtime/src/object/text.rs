@@ -12,70 +12,39 @@ use super::{BitField, BitName, DataType, Meaning, Name, Quantity, Unit, ValueNam
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum NoValue<'a> {
     #[error("{text:?} is no {data_type}")]
-    NoNumber {
-        text: &'a str,
-        /// The type of the entry.
-        data_type: DataType,
-    },
+    NoNumber { text: &'a str, data_type: DataType },
     /// The data type does not reach that far.
     #[error("{number} is no {data_type}: that is {} to {}", range(*data_type).0, range(*data_type).1)]
     OutOfType {
         /// In counts.
         number: i128,
-        /// The type of the entry.
         data_type: DataType,
     },
     /// It does not begin with a number.
     #[error("{text:?} is no number of {symbol}: write 1.5 {symbol}")]
-    NoQuantity {
-        text: &'a str,
-        /// The unit of the entry.
-        symbol: &'a str,
-    },
+    NoQuantity { text: &'a str, symbol: &'a str },
     /// The number has a unit that is not the entry's, or several units have its symbol.
     #[error("{text:?} is not in {symbol}")]
-    OtherUnit {
-        text: &'a str,
-        /// The unit of the entry.
-        symbol: &'a str,
-    },
+    OtherUnit { text: &'a str, symbol: &'a str },
     /// A number without unit and decimal point, where a count is not worth one of the unit.
     #[error("is {text} in {symbol}, or a count? Write \"{text} {symbol}\" or \"raw:{text}\"")]
-    NoUnit {
-        text: &'a str,
-        /// The unit of the entry.
-        symbol: &'a str,
-    },
+    NoUnit { text: &'a str, symbol: &'a str },
     /// The number lies between two counts.
     #[error("{text} cannot be set: the step is {} {}", unit.scale(1.0), unit.symbol)]
-    BetweenCounts {
-        text: &'a str,
-        /// The unit of the entry.
-        unit: Unit<'a>,
-    },
+    BetweenCounts { text: &'a str, unit: Unit<'a> },
     /// No value, or bit, has that name; or more than one.
     #[error("{text:?} is none of: {names}")]
-    NoName {
-        /// The name.
-        text: &'a str,
-        names: Names<'a>,
-    },
+    NoName { text: &'a str, names: Names<'a> },
     /// The number does not fit into the bits of a field.
     #[error("{name} has only {width} bits")]
-    TooWide {
-        /// The name of the field.
-        name: &'a str,
-        /// The number of its bits.
-        width: u8,
-    },
+    TooWide { name: &'a str, width: u8 },
 }
 
 /// The names of values, or of bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Names<'a> {
-    /// Of values.
     Values(&'a [ValueName<'a>]),
-    /// Of bits.
     Bits(&'a [BitName<'a>]),
 }
 

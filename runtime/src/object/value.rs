@@ -52,10 +52,9 @@ pub trait Value: Type + PartialOrd + fmt::Debug {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("expected {expected} bytes, got {got}")]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct LengthMismatch {
-    /// The length of the data type.
     pub expected: usize,
-    /// The length that came.
     pub got: usize,
 }
 

@@ -40,12 +40,11 @@ pub enum Event<'a> {
 /// Which step failed, and why.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 #[error("step {number} ({step}): {error}")]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Failure<'a> {
     /// Counted from 1.
     pub number: usize,
-    /// The step.
     pub step: Step<'a>,
-    /// Why.
     pub error: StepError,
 }
 
@@ -53,30 +52,23 @@ pub struct Failure<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum StepError {
-    /// Reading or writing failed.
     #[error(transparent)]
     Sdo(#[from] SdoError),
     /// An entry has another value than expected.
     #[error("{address} is {got:X}h")]
     Mismatch {
-        /// The entry.
         address: Address,
         /// The value, with the bits that count.
         got: u64,
     },
     /// What was waited for did not happen in time.
     #[error("it did not happen within {within}")]
-    TimedOut {
-        /// How long was waited.
-        within: Duration,
-    },
+    TimedOut { within: Duration },
     /// No way leads to the goal.
     #[error("no way leads on from {observed:X}h")]
-    Impossible {
-        /// What was read.
-        observed: u64,
-    },
+    Impossible { observed: u64 },
 }
 
 /// What the runner does to carry out its step.

@@ -9,66 +9,51 @@ use crate::wire::nmt::NmtCommand;
 
 /// One step of a procedure.
 #[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Step<'a> {
     /// Writes an entry.
     Write {
-        /// The entry.
         address: Address,
-        /// What it becomes.
         data: Data<'a>,
     },
     /// Reads an entry, which must have a value.
     Expect {
-        /// The entry.
         address: Address,
-        /// The bits that are compared.
         mask: u64,
-        /// The value of these bits.
         value: u64,
     },
     /// Reads an entry until it has a value.
     Await {
-        /// The entry.
         address: Address,
-        /// The bits that are compared.
         mask: u64,
-        /// The value of these bits.
         value: u64,
         /// The time from one reading to the next.
         poll: Duration,
-        /// How long it may take.
         timeout: Duration,
     },
     /// Reads an entry, decides what to write into another, and so on until the goal is reached.
     Steer {
-        /// The entry that is read.
         observed: Address,
         /// The entry that is written, an UNSIGNED16.
         acted: Address,
-        /// What decides.
         steer: &'a dyn Steer,
         /// The time from one reading to the next.
         poll: Duration,
-        /// How long it may take.
         timeout: Duration,
     },
-    /// Commands the node.
     Nmt(NmtCommand),
     /// Waits for the node's boot-up message.
     AwaitBootUp {
-        /// How long it may take.
         timeout: Duration,
     },
-    /// Lets time pass.
     Wait(Duration),
 }
 
 /// What is written.
 #[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Data<'a> {
-    /// A value.
     Value(Scalar),
-    /// Bytes.
     Bytes(&'a [u8]),
 }
 

@@ -31,6 +31,7 @@ pub enum Event {
 /// Why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum LssError {
     /// No device answered: there is none, or it does not support the operation.
     #[error("no device answers")]
@@ -45,12 +46,7 @@ pub enum LssError {
     },
     /// A scan found bits that no device has: answers were late or got lost. A device may be selected all the same.
     #[error("the scan for {part:?} ended with {value:08X}h, which no device confirms")]
-    ScanFailed {
-        /// The part.
-        part: Part,
-        /// What was found of it.
-        value: u32,
-    },
+    ScanFailed { part: Part, value: u32 },
 }
 
 /// Another operation is under way.
@@ -92,12 +88,11 @@ enum State {
 /// The identities that [`LssManager::identify`] looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Range {
     /// Vendor, product, and the lowest revision and serial number.
     pub low: Identity,
-    /// The highest revision number.
     pub revision_high: u32,
-    /// The highest serial number.
     pub serial_high: u32,
 }
 

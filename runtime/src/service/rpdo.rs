@@ -29,23 +29,18 @@ impl Parameters {
 /// The result of a PDO or of its deadline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Event {
     /// Its objects are in the dictionary now.
     Received,
     /// The same, but the dictionary refused at least one object: this was the first.
-    Refused {
-        /// The object.
-        address: Address,
-        /// Why.
-        reason: AbortCode,
-    },
+    Refused { address: Address, reason: AbortCode },
     /// It waits for SYNC.
     Waiting,
     /// It is shorter than the mapping, and was ignored.
     TooShort {
         /// The length of the mapping in bytes.
         expected: usize,
-        /// The length of the frame.
         got: usize,
     },
     /// The next PDO did not come within its deadline.

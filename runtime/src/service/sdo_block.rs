@@ -311,6 +311,15 @@ impl Receiver {
     }
 }
 
+/// The block size that may be, 1 to 127, nearest to this one.
+pub(super) const fn nearest_block_size(block_size: u8) -> u8 {
+    match block_size {
+        0 => 1,
+        1..=BlockSegment::MAX_SEQUENCE => block_size,
+        _ => BlockSegment::MAX_SEQUENCE,
+    }
+}
+
 fn valid(block_size: u8) -> Result<u8, AbortCode> {
     if (1..=BlockSegment::MAX_SEQUENCE).contains(&block_size) {
         Ok(block_size)

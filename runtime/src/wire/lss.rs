@@ -20,14 +20,11 @@ pub struct Identity {
 /// A part of the identity, in the order of 1018h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Part {
-    /// The vendor-ID.
     Vendor,
-    /// The product code.
     Product,
-    /// The revision number.
     Revision,
-    /// The serial number.
     Serial,
 }
 
@@ -111,18 +108,15 @@ pub enum LssState {
 /// A bound of the range that identifies devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Bound {
     /// Vendor-ID: must be met.
     Vendor,
     /// Product code: must be met.
     Product,
-    /// The lowest revision number.
     RevisionLow,
-    /// The highest revision number.
     RevisionHigh,
-    /// The lowest serial number.
     SerialLow,
-    /// The highest serial number.
     SerialHigh,
 }
 
@@ -134,6 +128,7 @@ impl Bound {
 /// What a manager asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum LssRequest {
     /// All devices enter a state. No answer.
     SwitchGlobal(LssState),
@@ -145,7 +140,6 @@ pub enum LssRequest {
     ConfigureBitTiming {
         /// 0 is the table of CiA 305.
         table: u8,
-        /// The entry.
         index: u8,
     },
     /// All devices change to their new bit rate after `delay_ms`, and may transmit again after twice that.
@@ -165,7 +159,6 @@ pub enum LssRequest {
         value: u32,
         /// How many low bits are not compared, 0 to 31; 128 begins anew.
         bits_left: u8,
-        /// Of which part.
         part: Part,
         /// Which part comes next, when this one is met.
         next: Part,

@@ -5,40 +5,67 @@ use core::fmt;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 
-/// The NMT state of a node, as heartbeats and guarding answers carry it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum NmtState {
-    /// Not yet on the bus; on the wire this is the boot-up message.
-    Initialising = 0x00,
-    /// Only NMT and error control work.
-    Stopped = 0x04,
-    /// Everything works.
-    Operational = 0x05,
-    /// Everything but PDOs works.
-    PreOperational = 0x7F,
+macro_rules! codes {
+    ($(#[$doc:meta])* $name:ident { $($(#[$of_variant:meta])* $variant:ident = $code:literal, $text:literal;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        pub enum $name { $($(#[$of_variant])* $variant = $code,)* }
+
+        impl $name {
+            /// `None` for a code that CiA 301 does not have.
+            #[must_use]
+            pub const fn from_code(code: u8) -> Option<Self> {
+                match code { $($code => Some($name::$variant),)* _ => None }
+            }
+
+            /// The code on the wire.
+            #[must_use]
+            pub const fn code(self) -> u8 {
+                self as u8
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.pad(match self { $($name::$variant => $text,)* })
+            }
+        }
+    };
+}
+
+codes! {
+    /// The NMT state of a node, as heartbeats and guarding answers carry it.
+    NmtState {
+        /// Not yet on the bus; on the wire this is the boot-up message.
+        Initialising = 0x00, "INITIALISING";
+        /// Only NMT and error control work.
+        Stopped = 0x04, "STOPPED";
+        /// Everything works.
+        Operational = 0x05, "OPERATIONAL";
+        /// Everything but PDOs works.
+        PreOperational = 0x7F, "PRE-OPERATIONAL";
+    }
+}
+
+codes! {
+    /// What a manager may ask of a node.
+    NmtCommand {
+        /// Enter OPERATIONAL.
+        Start = 0x01, "start";
+        /// Enter STOPPED.
+        Stop = 0x02, "stop";
+        /// Enter PRE-OPERATIONAL.
+        EnterPreOperational = 0x80, "enter PRE-OPERATIONAL";
+        /// Begin anew, as after power-on.
+        ResetNode = 0x81, "reset node";
+        /// Begin anew with the communication objects (1000h to 1FFFh) only.
+        ResetCommunication = 0x82, "reset communication";
+    }
 }
 
 impl NmtState {
-    /// The state of a code; `None` for a code that CiA 301 does not have.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Option<Self> {
-        match code {
-            0x00 => Some(NmtState::Initialising),
-            0x04 => Some(NmtState::Stopped),
-            0x05 => Some(NmtState::Operational),
-            0x7F => Some(NmtState::PreOperational),
-            _ => None,
-        }
-    }
-
-    /// The code on the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
     /// Whether the state allows SDO, SYNC, TIME and EMCY (CiA 301, table 38).
     #[must_use]
     pub const fn allows_messages(self) -> bool {
@@ -46,55 +73,7 @@ impl NmtState {
     }
 }
 
-/// As CiA 301 writes it: `PRE-OPERATIONAL`.
-impl fmt::Display for NmtState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            NmtState::Initialising => "INITIALISING",
-            NmtState::Stopped => "STOPPED",
-            NmtState::Operational => "OPERATIONAL",
-            NmtState::PreOperational => "PRE-OPERATIONAL",
-        })
-    }
-}
-
-/// What a manager may ask of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum NmtCommand {
-    /// Enter OPERATIONAL.
-    Start = 0x01,
-    /// Enter STOPPED.
-    Stop = 0x02,
-    /// Enter PRE-OPERATIONAL.
-    EnterPreOperational = 0x80,
-    /// Begin anew, as after power-on.
-    ResetNode = 0x81,
-    /// Begin anew with the communication objects (1000h to 1FFFh) only.
-    ResetCommunication = 0x82,
-}
-
 impl NmtCommand {
-    /// The command of a code; `None` for a code that CiA 301 does not have.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Option<Self> {
-        match code {
-            0x01 => Some(NmtCommand::Start),
-            0x02 => Some(NmtCommand::Stop),
-            0x80 => Some(NmtCommand::EnterPreOperational),
-            0x81 => Some(NmtCommand::ResetNode),
-            0x82 => Some(NmtCommand::ResetCommunication),
-            _ => None,
-        }
-    }
-
-    /// The code on the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
     /// The state that a node is in afterwards; it is INITIALISING until it boots up again after a reset.
     #[must_use]
     pub const fn target(self) -> NmtState {
@@ -104,18 +83,6 @@ impl NmtCommand {
             NmtCommand::EnterPreOperational => NmtState::PreOperational,
             NmtCommand::ResetNode | NmtCommand::ResetCommunication => NmtState::Initialising,
         }
-    }
-}
-
-impl fmt::Display for NmtCommand {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            NmtCommand::Start => "start",
-            NmtCommand::Stop => "stop",
-            NmtCommand::EnterPreOperational => "enter PRE-OPERATIONAL",
-            NmtCommand::ResetNode => "reset node",
-            NmtCommand::ResetCommunication => "reset communication",
-        })
     }
 }
 

@@ -13,21 +13,18 @@ use crate::object::Address;
 /// What a client asks of a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ClientRequest {
     /// Download SDO segment (7.2.4.3.4).
     DownloadSegment(Segment),
     /// Initiate SDO download (7.2.4.3.3): the start of a write.
     InitiateDownload {
-        /// The entry to be written.
         address: Address,
         /// The data, or how much of it will follow.
         content: Content,
     },
     /// Initiate SDO upload (7.2.4.3.6): the start of a read.
-    InitiateUpload {
-        /// The entry to be read.
-        address: Address,
-    },
+    InitiateUpload { address: Address },
     /// Upload SDO segment (7.2.4.3.7).
     UploadSegment {
         /// Alternates, beginning with `false`.
@@ -37,7 +34,6 @@ pub enum ClientRequest {
     Abort(Abort),
     /// Initiate SDO block upload (7.2.4.3.13).
     InitiateBlockUpload {
-        /// The entry to be read.
         address: Address,
         /// Whether the client can compute the CRC.
         crc: bool,
@@ -54,7 +50,6 @@ pub enum ClientRequest {
     EndBlockUpload,
     /// Initiate SDO block download (7.2.4.3.9).
     InitiateBlockDownload {
-        /// The entry to be written.
         address: Address,
         /// Whether the client can compute the CRC.
         crc: bool,
@@ -68,31 +63,24 @@ pub enum ClientRequest {
 /// What a server answers to a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum ServerResponse {
     /// Upload SDO segment (7.2.4.3.7).
     UploadSegment(Segment),
     /// Download SDO segment (7.2.4.3.4): the segment was taken.
-    DownloadSegment {
-        /// As in the request.
-        toggle: bool,
-    },
+    DownloadSegment { toggle: bool },
     /// Initiate SDO upload (7.2.4.3.6).
     InitiateUpload {
-        /// The entry that is read.
         address: Address,
         /// The data, or how much of it will follow.
         content: Content,
     },
     /// Initiate SDO download (7.2.4.3.3): the write was begun, or done when it was expedited.
-    InitiateDownload {
-        /// The entry that is written.
-        address: Address,
-    },
+    InitiateDownload { address: Address },
     /// Abort SDO transfer (7.2.4.3.17).
     Abort(Abort),
     /// Initiate SDO block download (7.2.4.3.9).
     InitiateBlockDownload {
-        /// The entry that is written.
         address: Address,
         /// Whether the server can compute the CRC.
         crc: bool,
@@ -105,7 +93,6 @@ pub enum ServerResponse {
     EndBlockDownload,
     /// Initiate SDO block upload (7.2.4.3.13).
     InitiateBlockUpload {
-        /// The entry that is read.
         address: Address,
         /// Whether the server can compute the CRC.
         crc: bool,
@@ -415,10 +402,9 @@ impl Segment {
 /// Either side gives a transfer up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Abort {
-    /// The entry that was transferred.
     pub address: Address,
-    /// The reason.
     pub code: AbortCode,
 }
 

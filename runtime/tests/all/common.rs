@@ -1,10 +1,11 @@
-//! A device and its dictionary on the test bench: frame scripts in virtual time.
+//! A device and its dictionary: frame scripts in virtual time.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses its own part, and none exports it")]
 
 #[path = "../../src/testing.rs"]
 pub mod testing;
 
 use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::object::ObjectDictionary;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use testing::TestOd;
@@ -93,34 +94,36 @@ pub const FULL: &str = "
 ";
 
 /// A device under test.
-pub struct Bench {
+pub struct Rig<O = TestOd> {
     pub device: Device<3, 3, 2, 3>,
-    pub od: TestOd,
+    pub od: O,
     pub now: Instant,
     pub events: Vec<Event>,
 }
 
-impl Bench {
-    /// A device that has sent its boot-up message.
-    pub fn new(od: TestOd, behaviour: Behaviour) -> Self {
-        let mut bench = Bench { device: Device::new(NODE, behaviour), od, now: Instant::ZERO, events: Vec::new() };
-        bench.restart();
-        assert_eq!(bench.sent(), ["705#00"]);
-        bench
-    }
-
+impl Rig {
     pub fn full() -> Self {
-        Bench::with("")
+        Rig::with("")
     }
 
     /// A device whose dictionary has these entries changed.
     pub fn with(changes: &str) -> Self {
-        Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
+        Rig::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
     }
 
     /// A device that deviates from CiA 301.
     pub fn deviating(behaviour: Behaviour) -> Self {
-        Bench::new(TestOd::new(FULL), behaviour)
+        Rig::new(TestOd::new(FULL), behaviour)
+    }
+}
+
+impl<O: ObjectDictionary> Rig<O> {
+    /// A device that has sent its boot-up message.
+    pub fn new(od: O, behaviour: Behaviour) -> Self {
+        let mut rig = Rig { device: Device::new(NODE, behaviour), od, now: Instant::ZERO, events: Vec::new() };
+        rig.restart();
+        assert_eq!(rig.sent(), ["705#00"]);
+        rig
     }
 
     pub fn restart(&mut self) {
@@ -223,8 +226,9 @@ fn number(answer: &[u8; 8]) -> u32 {
     u32::from_le_bytes(answer[4..].try_into().unwrap())
 }
 
-/// A frame as candump writes it: `605#4000100000000000`, `705#R`, `00000585#01`.
+/// A frame as candump writes it: `605#4000100000000000`, `705#R`, `00000585#01`; with spaces at will.
 pub fn frame(text: &str) -> Frame {
+    let text: String = text.split_whitespace().collect();
     let (id, data) = text.split_once('#').unwrap();
     let raw = u32::from_str_radix(id, 16).unwrap();
     let id = if id.len() > 3 { CobId::extended(raw) } else { CobId::standard(raw as u16) }.unwrap();

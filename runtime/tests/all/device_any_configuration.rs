@@ -3,7 +3,7 @@
 //! The device does not panic, answers a frame with few, sends under no identifier that its
 //! dictionary does not list, forgets nothing that is due, and no two services get the same identifier.
 
-use crate::common::{Bench, NODE};
+use crate::common::{NODE, Rig};
 use lexican_runtime::device::Event;
 use lexican_runtime::object::{Address, ObjectDictionary, TimeOfDay};
 use lexican_runtime::wire::nmt::NmtState;
@@ -152,7 +152,7 @@ fn in_use(od: &mut dyn ObjectDictionary) -> Vec<CobId> {
 }
 
 struct Walk {
-    bench: Bench,
+    rig: Rig,
     /// How many writes were taken, frames sent, and states entered.
     taken: usize,
     sent: usize,
@@ -162,7 +162,7 @@ struct Walk {
 impl Walk {
     fn step(&mut self, random: &mut Random) {
         // The answer to a write that changes its own server leaves as it was before.
-        let before = sent_as(&mut self.bench.od);
+        let before = sent_as(&mut self.rig.od);
         let event = match random.below(10) {
             0..=4 => {
                 let (index, sub, size, value) = write(random);
@@ -175,53 +175,53 @@ impl Walk {
             5..=6 => self.take(&traffic(random)),
             7 => {
                 let (index, sub) = random.one_of(&[(0x6041, 0), (0x6064, 0), (0x2000, 2), (0x1001, 0)]);
-                self.bench.device.changed(Address::new(index, sub));
-                self.bench.device.request_tpdo(random.one_of(&[1, 3]));
+                self.rig.device.changed(Address::new(index, sub));
+                self.rig.device.request_tpdo(random.one_of(&[1, 3]));
                 None
             }
             _ => {
-                self.bench.now += Duration::from_micros(random.below(20_000));
+                self.rig.now += Duration::from_micros(random.below(20_000));
                 None
             }
         };
         self.taken += usize::from(matches!(event, Some(Event::Written(_))));
         self.operational += usize::from(event == Some(Event::StateChanged(NmtState::Operational)));
         self.pull(&before);
-        let mut used = in_use(&mut self.bench.od);
+        let mut used = in_use(&mut self.rig.od);
         let count = used.len();
         used.sort();
         used.dedup();
         assert_eq!(used.len(), count, "two services have one identifier");
         let mut due = 0;
-        while self.bench.device.poll_timeout().is_some_and(|due| due <= self.bench.now) {
+        while self.rig.device.poll_timeout().is_some_and(|due| due <= self.rig.now) {
             due += 1;
             assert!(due < 32, "a deadline that does not pass");
-            self.bench.device.handle_timeout(self.bench.now, &mut self.bench.od);
+            self.rig.device.handle_timeout(self.rig.now, &mut self.rig.od);
             self.pull(&[]);
         }
-        if self.bench.state() == NmtState::Initialising {
-            self.bench.restart();
+        if self.rig.state() == NmtState::Initialising {
+            self.rig.restart();
             self.pull(&[]);
         }
     }
 
     /// The device remembers that there is nothing to do, and until when; one that looks again finds the same.
     fn look_again(&self) {
-        let (mut device, mut od) = (self.bench.device.clone(), self.bench.od.clone());
+        let (mut device, mut od) = (self.rig.device.clone(), self.rig.od.clone());
         // It does not produce TIME, so this only makes it look.
         device.send_time(TimeOfDay { days: 0, ms: 0 });
-        assert_eq!(device.poll_timeout(), self.bench.device.poll_timeout());
-        assert_eq!(device.poll_transmit(self.bench.now, &mut od), None);
+        assert_eq!(device.poll_timeout(), self.rig.device.poll_timeout());
+        assert_eq!(device.poll_transmit(self.rig.now, &mut od), None);
     }
 
     fn take(&mut self, frame: &Frame) -> Option<Event> {
-        self.bench.device.handle_frame(self.bench.now, frame, &mut self.bench.od)
+        self.rig.device.handle_frame(self.rig.now, frame, &mut self.rig.od)
     }
 
     fn pull(&mut self, before: &[CobId]) {
-        let listed = sent_as(&mut self.bench.od);
+        let listed = sent_as(&mut self.rig.od);
         for count in 0.. {
-            let Some(frame) = self.bench.device.poll_transmit(self.bench.now, &mut self.bench.od) else { break };
+            let Some(frame) = self.rig.device.poll_transmit(self.rig.now, &mut self.rig.od) else { break };
             assert!(count < MOST_FRAMES, "{frame} is one too many");
             let id = frame.id();
             assert!(listed.contains(&id) || before.contains(&id), "{frame} under an identifier that is not listed");
@@ -234,7 +234,7 @@ impl Walk {
 fn with_any_configuration_the_device_neither_panics_nor_babbles_nor_takes_the_identifiers_of_others() {
     for seed in 0..4 {
         let mut random = Random(seed);
-        let mut walk = Walk { bench: Bench::full(), taken: 0, sent: 0, operational: 0 };
+        let mut walk = Walk { rig: Rig::full(), taken: 0, sent: 0, operational: 0 };
         for step in 0..STEPS / 4 {
             walk.step(&mut random);
             if step % 8 == 0 {
@@ -242,13 +242,13 @@ fn with_any_configuration_the_device_neither_panics_nor_babbles_nor_takes_the_id
             }
             // A reset brings the defaults back.
             if step % 500 == 499 {
-                let now = walk.bench.now;
-                walk.bench = Bench { now, ..Bench::full() };
-                walk.bench.restart();
+                let now = walk.rig.now;
+                walk.rig = Rig { now, ..Rig::full() };
+                walk.rig.restart();
             }
         }
         let Walk { taken, sent, operational, .. } = walk;
         assert!(taken > 2_000 && sent > 10_000 && operational > 150, "it gets about: {taken}, {sent}, {operational}");
-        assert!(walk.bench.now > Instant::ZERO);
+        assert!(walk.rig.now > Instant::ZERO);
     }
 }

@@ -1,6 +1,6 @@
 //! With any frames on the bus, a device neither panics nor hangs nor stops answering.
 
-use crate::common::Bench;
+use crate::common::Rig;
 use lexican_runtime::{CobId, Duration, Frame};
 use proptest::prelude::*;
 
@@ -35,21 +35,21 @@ proptest! {
     fn any_frames_at_any_time_leave_a_device_that_boots_and_answers(
         script in prop::collection::vec((any_frame(), 0..50_000_u64), 0..60)
     ) {
-        let mut bench = Bench::full();
+        let mut rig = Rig::full();
         for (frame, pause_us) in script {
-            bench.device.handle_frame(bench.now, &frame, &mut bench.od);
-            bench.sent();
-            let sent = bench.pass(Duration::from_micros(pause_us));
+            rig.device.handle_frame(rig.now, &frame, &mut rig.od);
+            rig.sent();
+            let sent = rig.pass(Duration::from_micros(pause_us));
             prop_assert!(sent.len() < 1 + 2 * pause_us as usize, "a burst without end");
-            if bench.state() == lexican_runtime::wire::nmt::NmtState::Initialising {
-                bench.restart();
-                bench.sent();
+            if rig.state() == lexican_runtime::wire::nmt::NmtState::Initialising {
+                rig.restart();
+                rig.sent();
             }
         }
-        bench.send("000#8105");
-        bench.restart();
-        let sent = bench.sent();
+        rig.send("000#8105");
+        rig.restart();
+        let sent = rig.sent();
         prop_assert_eq!(sent.first().map(String::as_str), Some("705#00"));
-        prop_assert_eq!(bench.read(0x1000, 0), Ok(0x192));
+        prop_assert_eq!(rig.read(0x1000, 0), Ok(0x192));
     }
 }

@@ -2,7 +2,7 @@
 //! answers its default SDO, and sends nothing under an identifier that is not its own (CiA 301, 7.3.5).
 
 use crate::common::testing::TestOd;
-use crate::common::{Bench, FULL, NODE};
+use crate::common::{FULL, NODE, Rig};
 use lexican_runtime::device::{Behaviour, ChangeRule};
 use lexican_runtime::object::{Address, TimeOfDay};
 use proptest::prelude::*;
@@ -65,8 +65,8 @@ fn is_restricted(id: u32) -> bool {
     )
 }
 
-fn bench(od: TestOd, changes: ChangeRule) -> Bench {
-    Bench::new(od, Behaviour { changes, produces_time: true, ..Behaviour::CIA_301 })
+fn rig(od: TestOd, changes: ChangeRule) -> Rig {
+    Rig::new(od, Behaviour { changes, produces_time: true, ..Behaviour::CIA_301 })
 }
 
 /// A dictionary with other COB-IDs, as a data sheet might have them; `None` for an entry that is missing.
@@ -79,7 +79,7 @@ fn with(cob_ids: &[((u16, u8), Option<u32>)]) -> TestOd {
 }
 
 /// Checks what a manager relies on, while the device has many frames to send.
-fn check(bench: &mut Bench, what: &dyn std::fmt::Debug) {
+fn check(rig: &mut Rig, what: &dyn std::fmt::Debug) {
     let mut sent = Vec::new();
     for (command, answers) in [
         ("000#8105", None),
@@ -88,32 +88,32 @@ fn check(bench: &mut Bench, what: &dyn std::fmt::Debug) {
         ("000#8005", Some(["705#7F", "705#FF"])),
         ("000#0100", Some(["705#05", "705#85"])),
     ] {
-        sent.extend(bench.send(command));
+        sent.extend(rig.send(command));
         if answers.is_none() {
-            bench.restart();
-            let boot = bench.sent();
+            rig.restart();
+            let boot = rig.sent();
             assert_eq!(boot.first().map(String::as_str), Some("705#00"), "{what:08X?}");
             // So that it is guarded, and produces SYNC if it is its task.
             sent.extend(boot);
-            let _ = bench.write(0x1017, 0, 2, 0);
-            let _ = bench.write(0x1006, 0, 4, 5_000);
+            let _ = rig.write(0x1017, 0, 2, 0);
+            let _ = rig.write(0x1006, 0, 4, 5_000);
         }
-        let guarded = bench.send("705#R1");
+        let guarded = rig.send("705#R1");
         if let Some(answers) = answers {
             assert!(guarded.iter().any(|it| answers.contains(&it.as_str())), "{what:08X?}: {command}, {guarded:?}");
         }
         sent.extend(guarded);
-        let answer = bench.send("605#4000100000000000");
+        let answer = rig.send("605#4000100000000000");
         let answered = answer.iter().any(|it| it == "585#4300100092010000");
         assert_eq!(answered, command != "000#0205", "{what:08X?}: {command}, {answer:?}");
         sent.extend(answer);
         // An error and its end, a change, and time.
-        sent.extend(bench.send("080#010203"));
-        sent.extend(bench.send("080#"));
-        bench.device.changed(Address::new(0x6041, 0));
-        bench.device.send_time(TimeOfDay { days: 1, ms: 1 });
-        sent.extend(bench.sent());
-        sent.extend(bench.pass_ms(11).iter().map(|it| it.split_once(' ').unwrap().1.to_owned()));
+        sent.extend(rig.send("080#010203"));
+        sent.extend(rig.send("080#"));
+        rig.device.changed(Address::new(0x6041, 0));
+        rig.device.send_time(TimeOfDay { days: 1, ms: 1 });
+        sent.extend(rig.sent());
+        sent.extend(rig.pass_ms(11).iter().map(|it| it.split_once(' ').unwrap().1.to_owned()));
     }
     for frame in sent {
         let id = frame.split_once('#').unwrap().0;
@@ -127,8 +127,8 @@ fn check(bench: &mut Bench, what: &dyn std::fmt::Debug) {
 fn any_cob_id_of_a_data_sheet_leaves_nmt_and_the_default_server_alone() {
     for at in COB_IDS {
         for value in values().map(Some).chain([None]) {
-            let mut bench = bench(with(&[(at, value)]), ChangeRule::WhileInvalid);
-            check(&mut bench, &(at, value));
+            let mut rig = rig(with(&[(at, value)]), ChangeRule::WhileInvalid);
+            check(&mut rig, &(at, value));
         }
     }
 }
@@ -136,8 +136,8 @@ fn any_cob_id_of_a_data_sheet_leaves_nmt_and_the_default_server_alone() {
 #[test]
 fn all_cob_ids_of_a_data_sheet_may_be_the_same_or_missing() {
     for value in values().map(Some).chain([None]) {
-        let mut bench = bench(with(&COB_IDS.map(|at| (at, value))), ChangeRule::WhileInvalid);
-        check(&mut bench, &value);
+        let mut rig = rig(with(&COB_IDS.map(|at| (at, value))), ChangeRule::WhileInvalid);
+        check(&mut rig, &value);
     }
 }
 
@@ -145,12 +145,12 @@ fn all_cob_ids_of_a_data_sheet_may_be_the_same_or_missing() {
 fn any_cob_id_that_a_client_writes_is_refused_or_leaves_nmt_and_the_default_server_alone() {
     let writable = [((0x1200, 1), Some(0x605)), ((0x1200, 2), Some(0x585))];
     for changes in [ChangeRule::WhileInvalid, ChangeRule::InPreOperational] {
-        let mut bench = bench(with(&writable), changes);
+        let mut rig = rig(with(&writable), changes);
         for at in COB_IDS {
             for value in values() {
-                let before = bench.od.get(at.0, at.1) as u32;
-                let result = bench.write(at.0, at.1, 4, value);
-                let after = bench.od.get(at.0, at.1) as u32;
+                let before = rig.od.get(at.0, at.1) as u32;
+                let result = rig.write(at.0, at.1, 4, value);
+                let after = rig.od.get(at.0, at.1) as u32;
                 assert_eq!(after, if result.is_ok() { value } else { before }, "{at:04X?} {value:08X}");
                 let exists = match at.0 {
                     0x1005 => true,
@@ -162,12 +162,12 @@ fn any_cob_id_that_a_client_writes_is_refused_or_leaves_nmt_and_the_default_serv
                 assert!(at.0 == 0x1200 || !(exists && is_bad), "{at:04X?} {value:08X} was taken");
                 // A write that was refused changes nothing, so there is nothing new to check.
                 if result.is_ok() {
-                    check(&mut bench, &(changes, at, value));
-                    bench.send("000#8005");
-                    let _ = bench.write(0x1006, 0, 4, 0);
+                    check(&mut rig, &(changes, at, value));
+                    rig.send("000#8005");
+                    let _ = rig.write(0x1006, 0, 4, 0);
                 }
             }
-            bench = self::bench(with(&writable), changes);
+            rig = self::rig(with(&writable), changes);
         }
     }
 }
@@ -185,33 +185,33 @@ proptest! {
         writes in prop::collection::vec(any_cob_id(), 0..20),
     ) {
         let defaults: Vec<_> = defaults.iter().map(|&((at, id), missing)| (at, Some(id).filter(|_| !missing))).collect();
-        let mut bench = bench(with(&defaults), ChangeRule::WhileInvalid);
+        let mut rig = rig(with(&defaults), ChangeRule::WhileInvalid);
         for ((index, sub), value) in &writes {
-            let _ = bench.write(*index, *sub, 4, *value);
+            let _ = rig.write(*index, *sub, 4, *value);
         }
-        prop_assert_eq!(bench.device.node(), NODE);
-        check(&mut bench, &(defaults, writes));
+        prop_assert_eq!(rig.device.node(), NODE);
+        check(&mut rig, &(defaults, writes));
     }
 }
 
 /// What most of the corpus has: a second server without default.
 #[test]
 fn a_server_without_identifiers_can_be_given_some() {
-    let mut bench = bench(with(&[((0x1201, 1), Some(0)), ((0x1201, 2), Some(0))]), ChangeRule::WhileInvalid);
-    assert_eq!(bench.send("000#0105").last().map(String::as_str), Some("185#3412"), "it starts");
-    bench.write(0x1201, 1, 4, 0x6D0).unwrap();
-    bench.write(0x1201, 2, 4, 0x6D1).unwrap();
-    assert_eq!(bench.send("6D0#4000100000000000"), ["6D1#4300100092010000"]);
+    let mut rig = rig(with(&[((0x1201, 1), Some(0)), ((0x1201, 2), Some(0))]), ChangeRule::WhileInvalid);
+    assert_eq!(rig.send("000#0105").last().map(String::as_str), Some("185#3412"), "it starts");
+    rig.write(0x1201, 1, 4, 0x6D0).unwrap();
+    rig.write(0x1201, 2, 4, 0x6D1).unwrap();
+    assert_eq!(rig.send("6D0#4000100000000000"), ["6D1#4300100092010000"]);
 }
 
 #[test]
 fn pdos_and_messages_without_identifier_can_be_given_one() {
     let zero = [(0x1005, 0), (0x1014, 0), (0x1400, 1), (0x1800, 1)].map(|at| (at, Some(0)));
-    let mut bench = bench(with(&zero), ChangeRule::WhileInvalid);
-    assert_eq!(bench.send("000#"), [""; 0], "which is no SYNC");
+    let mut rig = rig(with(&zero), ChangeRule::WhileInvalid);
+    assert_eq!(rig.send("000#"), [""; 0], "which is no SYNC");
     for (index, sub, id) in [(0x1005, 0, 0x81), (0x1014, 0, 0x85), (0x1400, 1, 0x205), (0x1800, 1, 0x185)] {
-        assert_eq!(bench.write(index, sub, 4, id), Ok(()), "{index:04X}");
+        assert_eq!(rig.write(index, sub, 4, id), Ok(()), "{index:04X}");
     }
-    assert_eq!(bench.send("000#0105"), ["185#3412"]);
-    assert_eq!(bench.send("205#01"), ["085#1082110000000000"]);
+    assert_eq!(rig.send("000#0105"), ["185#3412"]);
+    assert_eq!(rig.send("205#01"), ["085#1082110000000000"]);
 }

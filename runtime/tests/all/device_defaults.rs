@@ -1,14 +1,14 @@
 //! Defaults that a device cannot serve: they are not written, so no abort code reports them.
 
 use crate::common::testing::TestOd;
-use crate::common::{self, Bench, FULL};
+use crate::common::{self, FULL, Rig};
 use lexican_runtime::AbortCode;
 use lexican_runtime::device::{Behaviour, Device, ErrorControlRule, Misconfigured};
 
 fn faults(changes: &str) -> Vec<String> {
     let behaviour = Behaviour { error_control: ErrorControlRule::Exclusive, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL).with(changes), behaviour);
-    bench.device.misconfigured(&mut bench.od).map(|fault| format!("{} {:08X}", fault.address, fault.reason.0)).collect()
+    let mut rig = Rig::new(TestOd::new(FULL).with(changes), behaviour);
+    rig.device.misconfigured(&mut rig.od).map(|fault| format!("{} {:08X}", fault.address, fault.reason.0)).collect()
 }
 
 #[track_caller]
@@ -85,9 +85,9 @@ fn a_server_that_the_device_has_no_room_for_is_reported_and_refused() {
         &two.replace("0x6D0", "0x6D2"),
         &[("1201:01", AbortCode::PARAMETER_INCOMPATIBLE), ("1202:01", AbortCode::PARAMETER_INCOMPATIBLE)],
     );
-    let mut bench = Bench::with(&two.replace("0x6D2", "0x80000000"));
-    assert_eq!(bench.write(0x1202, 1, 4, 0x6D2), Err(AbortCode::DEVICE_INCOMPATIBLE.0));
-    bench.write(0x1201, 1, 4, 0x8000_06D0).unwrap();
-    assert_eq!(bench.write(0x1202, 1, 4, 0x6D2), Ok(()));
-    assert_eq!(bench.send("6D2#4000100000000000"), ["6D3#4300100092010000"]);
+    let mut rig = Rig::with(&two.replace("0x6D2", "0x80000000"));
+    assert_eq!(rig.write(0x1202, 1, 4, 0x6D2), Err(AbortCode::DEVICE_INCOMPATIBLE.0));
+    rig.write(0x1201, 1, 4, 0x8000_06D0).unwrap();
+    assert_eq!(rig.write(0x1202, 1, 4, 0x6D2), Ok(()));
+    assert_eq!(rig.send("6D2#4000100000000000"), ["6D3#4300100092010000"]);
 }

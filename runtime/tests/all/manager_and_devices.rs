@@ -56,13 +56,14 @@ impl Network {
     }
 
     /// Lets all send until none has anything to send.
-    fn settle<'a>(&mut self, mut runner: Option<&mut dyn Participant<'a>>) {
+    fn settle<'a>(&mut self, runner: &mut Runner<'a, impl Iterator<Item = Step<'a>>>) -> Option<procedure::Event<'a>> {
+        let mut end = None;
         loop {
             let from_manager = self.manager.poll_transmit(self.now, &mut self.value);
-            let from_runner = runner.as_mut().and_then(|runner| runner.transmit(self.now));
+            let from_runner = runner.poll_transmit(self.now);
             let from_device = self.device.poll_transmit(self.now, &mut self.od);
             if from_manager.is_none() && from_device.is_none() && from_runner.is_none() {
-                return;
+                return end;
             }
             if self.connected {
                 for frame in [from_manager, from_runner].into_iter().flatten() {
@@ -70,9 +71,7 @@ impl Network {
                 }
                 if let Some(frame) = from_device {
                     self.events.extend(self.manager.handle_frame(self.now, &frame, &mut self.value));
-                    if let Some(runner) = &mut runner {
-                        runner.receive(self.now, &frame);
-                    }
+                    end = end.or(runner.handle_frame(self.now, &frame));
                 }
             }
         }
@@ -101,22 +100,20 @@ impl Network {
     }
 
     fn pass_ms(&mut self, ms: u64) {
-        self.pass(Duration::from_millis(ms), None);
+        self.pass(ms, &mut Runner::new(NODE, SdoClient::of_node(NODE), std::iter::empty()));
     }
 
-    fn pass<'a>(&mut self, span: Duration, mut runner: Option<&mut dyn Participant<'a>>) {
-        let end = self.now + span;
+    /// Lets time pass, and returns how the procedure has ended.
+    fn pass<'a>(
+        &mut self,
+        ms: u64,
+        runner: &mut Runner<'a, impl Iterator<Item = Step<'a>>>,
+    ) -> Option<procedure::Event<'a>> {
+        let (until, mut end) = (self.now + Duration::from_millis(ms), None);
         loop {
-            match &mut runner {
-                Some(runner) => self.settle(Some(&mut **runner)),
-                None => self.settle(None),
-            }
-            let due = [
-                self.manager.poll_timeout(),
-                self.device.poll_timeout(),
-                runner.as_ref().and_then(|runner| runner.due()),
-            ];
-            let Some(due) = due.into_iter().flatten().min().filter(|&due| due <= end) else { break };
+            end = end.or(self.settle(runner));
+            let due = [self.manager.poll_timeout(), self.device.poll_timeout(), runner.poll_timeout()];
+            let Some(due) = due.into_iter().flatten().min().filter(|&due| due <= until) else { break };
             self.now = due.max(self.now);
             if self.manager.poll_timeout().is_some_and(|due| due <= self.now) {
                 self.events.extend(self.manager.handle_timeout(self.now));
@@ -124,56 +121,23 @@ impl Network {
             if self.device.poll_timeout().is_some_and(|due| due <= self.now) {
                 self.device.handle_timeout(self.now, &mut self.od);
             }
-            if let Some(runner) = &mut runner
-                && runner.due().is_some_and(|due| due <= self.now)
-            {
-                runner.timeout(self.now);
+            if runner.poll_timeout().is_some_and(|due| due <= self.now) {
+                end = end.or(runner.handle_timeout(self.now));
             }
         }
-        self.now = end;
+        self.now = until;
+        end
     }
 
     /// Runs a procedure to its end.
     fn run<'a>(&mut self, steps: impl Iterator<Item = Step<'a>>) -> procedure::Event<'a> {
-        let mut runner = Running { runner: Runner::new(NODE, SdoClient::of_node(NODE), steps), end: None };
-        for _ in 0..100 {
-            self.pass(Duration::from_millis(100), Some(&mut runner));
-            if let Some(end) = runner.end {
-                return end;
-            }
-        }
-        panic!("the procedure does not end: {:?}", runner.runner.step());
+        let mut runner = Runner::new(NODE, SdoClient::of_node(NODE), steps);
+        let end = (0..100).find_map(|_| self.pass(100, &mut runner));
+        end.unwrap_or_else(|| panic!("the procedure does not end: {:?}", runner.step()))
     }
 
     fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
-    }
-}
-
-trait Participant<'a> {
-    fn transmit(&mut self, now: Instant) -> Option<Frame>;
-    fn receive(&mut self, now: Instant, frame: &Frame);
-    fn timeout(&mut self, now: Instant);
-    fn due(&self) -> Option<Instant>;
-}
-
-struct Running<'a, I> {
-    runner: Runner<'a, I>,
-    end: Option<procedure::Event<'a>>,
-}
-
-impl<'a, I: Iterator<Item = Step<'a>>> Participant<'a> for Running<'a, I> {
-    fn transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.runner.poll_transmit(now)
-    }
-    fn receive(&mut self, now: Instant, frame: &Frame) {
-        self.end = self.end.or(self.runner.handle_frame(now, frame));
-    }
-    fn timeout(&mut self, now: Instant) {
-        self.end = self.end.or(self.runner.handle_timeout(now));
-    }
-    fn due(&self) -> Option<Instant> {
-        self.runner.poll_timeout()
     }
 }
 
@@ -494,41 +458,34 @@ fn steer<'a>(steering: &'a Steering) -> Step<'a> {
     }
 }
 
-#[test]
-fn a_drive_is_steered_out_of_a_fault_into_operation() {
+/// Steers a drive from a state to another; the end, its state and its control word.
+fn steered(from: State, control_word: u16, steering: &Steering) -> (procedure::Event<'_>, Option<State>, u64) {
     let mut network = Network::started();
-    network.drive = Some(State::Fault);
-    network.od.set(0x6041, 0, State::Fault.status_bits().into());
-    let steering =
-        Steering { target: State::OperationEnabled, transitions: Transitions::CIA_402, control_word: 0x0100 };
-    let end = network.run([steer(&steering)].into_iter());
-    assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");
-    assert_eq!((network.drive, network.od.get(0x6040, 0)), (Some(State::OperationEnabled), 0x010F));
+    network.drive = Some(from);
+    network.od.set(0x6041, 0, from.status_bits().into());
+    network.od.set(0x6040, 0, control_word.into());
+    let end = network.run([steer(steering)].into_iter());
+    (end, network.drive, network.od.get(0x6040, 0))
 }
 
 #[test]
-fn a_fault_is_reset_though_the_control_word_has_its_bit_already() {
-    let mut network = Network::started();
-    network.drive = Some(State::Fault);
-    network.od.set(0x6041, 0, State::Fault.status_bits().into());
-    network.od.set(0x6040, 0, 0x0080);
-    let steering = Steering { target: State::SwitchOnDisabled, transitions: Transitions::CIA_402, control_word: 0 };
-    let end = network.run([steer(&steering)].into_iter());
+fn a_drive_is_steered_to_a_state_if_a_way_leads_there() {
+    let transitions = Transitions::CIA_402;
+    let steering = Steering { target: State::OperationEnabled, transitions, control_word: 0x0100 };
+    let (end, drive, control_word) = steered(State::Fault, 0, &steering);
     assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");
-    assert_eq!(network.drive, Some(State::SwitchOnDisabled));
-}
-
-#[test]
-fn where_no_way_leads_the_drive_is_not_steered() {
-    let mut network = Network::started();
-    network.drive = Some(State::SwitchOnDisabled);
-    network.od.set(0x6041, 0, State::SwitchOnDisabled.status_bits().into());
-    let steering = Steering { target: State::Fault, transitions: Transitions::CIA_402, control_word: 0 };
-    let steps = [steer(&steering)];
-    let end = network.run(steps.into_iter());
+    assert_eq!((drive, control_word), (Some(State::OperationEnabled), 0x010F));
+    // A fault is reset though the control word has its bit already.
+    let steering = Steering { target: State::SwitchOnDisabled, transitions, control_word: 0 };
+    let (end, drive, _) = steered(State::Fault, 0x0080, &steering);
+    assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");
+    assert_eq!(drive, Some(State::SwitchOnDisabled));
+    // No command leads into a fault.
+    let steering = Steering { target: State::Fault, transitions, control_word: 0 };
+    let (end, ..) = steered(State::SwitchOnDisabled, 0, &steering);
     assert!(
         matches!(end, procedure::Event::Failed(failure) if failure.error == StepError::Impossible { observed: 0x60 }),
         "{end:?}"
     );
-    assert_eq!(Transitions::CIA_402.0.iter().filter(|step| step.cause == Cause::Internal).count(), 7);
+    assert_eq!(transitions.0.iter().filter(|step| step.cause == Cause::Internal).count(), 7);
 }

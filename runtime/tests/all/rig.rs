@@ -11,33 +11,33 @@ use lexican_runtime::{CobId, Frame, Instant, NodeId};
 pub(crate) const TEXT: Address = Address::new(0x1008, 0);
 
 /// A device that counts its frames, and stores its events.
-pub(crate) struct Station {
+pub(crate) struct Recorder {
     pub(crate) device: Device<3, 3, 2, 3>,
     pub(crate) od: TestOd,
     pub(crate) heard: usize,
     pub(crate) events: Vec<Event>,
 }
 
-impl Station {
+impl Recorder {
     /// One with everything, which has just been switched on.
     pub(crate) fn full() -> Self {
-        Station::of(NODE, TestOd::new(FULL))
+        Recorder::of(NODE, TestOd::new(FULL))
     }
 
     /// One with a name of `len` bytes, long enough for block transfers.
     pub(crate) fn named(node: NodeId, len: usize) -> Self {
         let name = format!("1008:00 text rw - {}", "n".repeat(len));
-        Station::of(node, TestOd::new(FULL).without(0x1200).with(&name))
+        Recorder::of(node, TestOd::new(FULL).without(0x1200).with(&name))
     }
 
     fn of(node: NodeId, mut od: TestOd) -> Self {
         let mut device = Device::new(node, Behaviour::CIA_301);
         device.restart(Instant::ZERO, &mut od);
-        Station { device, od, heard: 0, events: Vec::new() }
+        Recorder { device, od, heard: 0, events: Vec::new() }
     }
 }
 
-impl Node for Station {
+impl Node for Recorder {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.heard += 1;
         self.events.extend(self.device.handle_frame(now, frame, &mut self.od));

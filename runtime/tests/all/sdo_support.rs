@@ -3,25 +3,14 @@
 
 use std::collections::BTreeMap;
 
+pub use super::common::{NODE, frame};
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
 use lexican_runtime::service::sdo_client::{self, Payload, SdoClient};
 use lexican_runtime::service::sdo_server::{self, SdoServer};
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
-
-pub const NODE: NodeId = NodeId::literal(5);
+use lexican_runtime::{AbortCode, Duration, Frame, Instant};
 
 pub const fn at(index: u16, sub: u8) -> Address {
     Address::new(index, sub)
-}
-
-/// `605#40 7C 60 00 00 00 00 00`, spaces at will.
-pub fn frame(text: &str) -> Frame {
-    let (id, data) = text.split_once('#').expect("an identifier and a #");
-    let digits: Vec<char> = data.chars().filter(|c| !c.is_whitespace()).collect();
-    let bytes: Vec<u8> =
-        digits.chunks(2).map(|pair| u8::from_str_radix(&String::from_iter(pair), 16).expect("hex digits")).collect();
-    let id = CobId::standard(u16::from_str_radix(id, 16).expect("an identifier")).expect("11 bits");
-    Frame::new(id, &bytes).expect("at most eight bytes")
 }
 
 /// Lines of `requests > responses`, each frame by its data, without the zeros at its end.
@@ -81,8 +70,6 @@ pub struct Od {
     pub entries: BTreeMap<Address, (Entry, Vec<u8>)>,
     /// Whether the dictionary knows lengths beforehand.
     pub hides_len: bool,
-    /// What every write is refused with.
-    pub refusal: Option<AbortCode>,
     /// From which offset on reads fail.
     pub breaks_at: Option<u32>,
     /// How often a value was written to its end.
@@ -137,9 +124,6 @@ impl ObjectDictionary for Od {
     }
 
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
-        if let Some(code) = self.refusal {
-            return Err(code);
-        }
         let value = &mut self.entries.get_mut(&entry.address).expect("the entry was found before").1;
         if let Some(size) = entry.data_type.size() {
             assert_eq!((offset, data.len(), last), (0, size, true), "values of a fixed size come whole");

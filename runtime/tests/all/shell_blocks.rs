@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::NODE;
-use crate::rig::{Station, TEXT};
+use crate::rig::{Recorder, TEXT};
 use lexican_runtime::host::{VirtualBus, blocking, tokio as shell};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
@@ -18,7 +18,7 @@ fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
     let frames = Arc::new(AtomicUsize::new(0));
     let count = Arc::clone(&frames);
     bus.observe(move |_, _| _ = count.fetch_add(1, Ordering::Relaxed));
-    bus.attach(Station::named(NODE, len));
+    bus.attach(Recorder::named(NODE, len));
     let mut network = blocking::Network::new(bus.link());
     let now = network.now();
     network.manager().add(now, remote).unwrap();
@@ -51,7 +51,7 @@ fn long_objects_take_half_the_time_and_short_ones_none_more() {
 #[tokio::test]
 async fn the_tokio_shell_transfers_by_block() {
     let bus = VirtualBus::with_bit_rate(125);
-    bus.attach(Station::named(NODE, 65_000));
+    bus.attach(Recorder::named(NODE, 65_000));
     let network = shell::Network::spawn(bus.link()).unwrap();
     assert_eq!(network.read_bytes(NODE, TEXT).await.unwrap(), vec![b'n'; 65_000]);
     network.write_bytes(NODE, TEXT, &vec![b'x'; 65_000]).await.unwrap();

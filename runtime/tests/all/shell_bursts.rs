@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex};
 
 use crate::common::{self, NODE};
-use crate::rig::{Station, TEXT, tampered};
+use crate::rig::{Recorder, TEXT, tampered};
 use lexican_runtime::host::{Link, Participant, VirtualBus, VirtualLink, blocking, tokio as shell};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Address, Object, Ro};
@@ -68,7 +68,7 @@ fn a_block_download_of_the_blocking_shell_delays_neither_sync_nor_heartbeats() {
     let bus = VirtualBus::with_bit_rate(500);
     let watched = NodeId::literal(9);
     for node in [NODE, watched] {
-        bus.attach(Station::named(node, LONG));
+        bus.attach(Recorder::named(node, LONG));
     }
     let syncs = times_of(&bus, 0x080);
     let mut network = blocking::Network::new(queueless(&bus));
@@ -88,7 +88,7 @@ async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls
     let bus = VirtualBus::with_bit_rate(500);
     let other = NodeId::literal(9);
     for node in [NODE, other] {
-        bus.attach(Station::named(node, LONG));
+        bus.attach(Recorder::named(node, LONG));
     }
     let (syncs, answers) = (times_of(&bus, 0x080), times_of(&bus, 0x589));
     let network = shell::Network::spawn(queueless(&bus)).unwrap();
@@ -113,7 +113,7 @@ fn a_block_upload_of_the_device_shell_does_not_delay_its_heartbeat() {
     let bus = VirtualBus::with_bit_rate(500);
     let mut other = bus.link();
     let beats = times_of(&bus, 0x705);
-    let node = Station::named(NODE, LONG);
+    let node = Recorder::named(NODE, LONG);
     let mut participant = Participant::new(queueless(&bus), node);
     // A heartbeat every 5 ms; blocks of 127 segments; the block is received, and the next one begins.
     let confirmations = std::iter::repeat_n("605#A27F7F0000000000", 22);

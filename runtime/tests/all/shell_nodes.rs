@@ -2,7 +2,7 @@
 #![cfg(feature = "tokio")]
 
 use crate::common::NODE;
-use crate::rig::Station;
+use crate::rig::Recorder;
 use lexican_runtime::host::{AccessError, PdoOptions, Settings, VirtualBus, blocking, tokio as shell};
 use lexican_runtime::object::{Mapping, Object, Rpdo, Rw, Tpdo};
 use lexican_runtime::service::sdo_client::SdoError;
@@ -33,7 +33,7 @@ mod drive {
 /// A strict device: identifiers, times and mappings change only while the PDO is switched off.
 fn bus() -> VirtualBus {
     let bus = VirtualBus::with_bit_rate(500);
-    bus.attach(Station::full());
+    bus.attach(Recorder::full());
     bus
 }
 

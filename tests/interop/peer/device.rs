@@ -30,8 +30,8 @@ const IDENTITY: Identity = Identity { vendor: 0x4C58, product: 7, revision: 0x00
 /// Serves until standard input ends.
 pub(crate) fn run(link: impl Link, node: Option<NodeId>) -> Outcome<()> {
     let ended = end_of_input();
-    let station = Station::new(link.now(), node);
-    let mut participant = Participant::new(link, station);
+    let peer = Peer::new(link.now(), node);
+    let mut participant = Participant::new(link, peer);
     println!("ready");
     while !ended.load(Ordering::Relaxed) {
         let look = participant.now() + Duration::from_millis(100);
@@ -53,20 +53,20 @@ fn end_of_input() -> Arc<AtomicBool> {
 }
 
 /// A device with LSS. Without a node-ID there is nothing but LSS.
-struct Station {
+struct Peer {
     device: Option<Device>,
     od: Od,
     lss: LssDevice,
 }
 
-impl Station {
+impl Peer {
     fn new(now: Instant, node: Option<NodeId>) -> Self {
         let any = node.unwrap_or(NodeId::MAX);
-        let mut station = Station { device: None, od: Od::new(any), lss: LssDevice::new(IDENTITY, node) };
+        let mut peer = Peer { device: None, od: Od::new(any), lss: LssDevice::new(IDENTITY, node) };
         if let Some(node) = node {
-            station.boot(now, node);
+            peer.boot(now, node);
         }
-        station
+        peer
     }
 
     fn boot(&mut self, now: Instant, node: NodeId) {
@@ -99,7 +99,7 @@ impl Station {
     }
 }
 
-impl Node for Station {
+impl Node for Peer {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if let Some(lss_device::Event::NodeIdGiven(node)) = self.lss.handle_frame(now, frame, &mut Host) {
             self.boot(now, node);

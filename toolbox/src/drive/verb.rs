@@ -133,6 +133,18 @@ impl Verb {
         matches!(self, Verb::Stop | Verb::QuickStop)
     }
 
+    /// Whether it has no end of its own: a time that is over ends it, or a person.
+    #[must_use]
+    pub const fn lasts(self) -> bool {
+        matches!(self, Verb::Run | Verb::Watch)
+    }
+
+    /// Whether its sentence says from which position.
+    #[must_use]
+    pub fn begins_at_a_position(self) -> bool {
+        self.texts().doing.contains("{from}")
+    }
+
     /// Checks whether a value is there where one belongs.
     ///
     /// # Errors

@@ -12,11 +12,11 @@ use super::codec::BIT_RATES;
 /// Why an adapter cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum SlcanError {
     /// There is no such serial port.
     #[error("there is no serial port {path}; is the adapter plugged in?{}", list(present))]
     Missing {
-        /// The port.
         path: String,
         /// The serial ports of this machine.
         present: Vec<String>,
@@ -26,16 +26,10 @@ pub enum SlcanError {
         "permission to use {path} is denied; on Linux, become a member of the group that owns it: \
          `sudo usermod -aG dialout $USER`, then log in again"
     )]
-    Denied {
-        /// The port.
-        path: String,
-    },
+    Denied { path: String },
     /// Another process uses the port.
     #[error("{path} is in use by another program; close that first")]
-    Busy {
-        /// The port.
-        path: String,
-    },
+    Busy { path: String },
     /// The protocol has no such bit rate.
     #[error("the slcan protocol has no bit rate of {0} bit/s; it has {rates}", rates = rates())]
     BitRate(
@@ -46,16 +40,10 @@ pub enum SlcanError {
     #[error(
         "the adapter at {path} refuses the command {command}; is it an slcan adapter, and its firmware up to date?"
     )]
-    Refused {
-        /// The port.
-        path: String,
-        /// The command.
-        command: String,
-    },
+    Refused { path: String, command: String },
     /// Something else.
     #[error("cannot open {path}: {error}")]
     Io {
-        /// The port.
         path: String,
         /// The error of the operating system.
         error: io::Error,

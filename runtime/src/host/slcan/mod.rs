@@ -28,7 +28,7 @@ use super::{BusState, Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
 
 /// The speed of a serial line when none is given, in bit/s. USB adapters take any.
-pub const BAUD: u32 = super::url::BAUD;
+pub const BAUD: u32 = 115_200;
 
 /// How long an adapter may take to answer a command.
 const ANSWER: Duration = Duration::from_millis(200);

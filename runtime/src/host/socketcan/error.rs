@@ -12,6 +12,7 @@ use super::presence::interfaces;
 /// Why an interface cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum SocketCanError {
     /// The kernel was built without CAN, or its module is not there.
     #[error("this kernel has no CAN; load it with `modprobe can-raw`, or use a serial adapter: slcan:/dev/ttyACM0")]
@@ -19,7 +20,6 @@ pub enum SocketCanError {
     /// There is no interface of that name.
     #[error("there is no interface {interface}; {}{}", create(interface), list(present))]
     Missing {
-        /// The name.
         interface: String,
         /// The CAN interfaces of this machine.
         present: Vec<String>,
@@ -27,30 +27,22 @@ pub enum SocketCanError {
     /// The interface is not a CAN interface.
     #[error("{interface} is not a CAN interface{}", list(present))]
     NotCan {
-        /// The name.
         interface: String,
         /// The CAN interfaces of this machine.
         present: Vec<String>,
     },
     /// The interface is down.
     #[error("{interface} is down; set it up with `{}`", set_up(interface))]
-    Down {
-        /// The name.
-        interface: String,
-    },
+    Down { interface: String },
     /// This process may not use CAN.
     #[error(
         "permission to use {interface} is denied; in a container, run it in the host's network \
          (`--network host`) with CAP_NET_RAW"
     )]
-    Denied {
-        /// The name.
-        interface: String,
-    },
+    Denied { interface: String },
     /// Something else.
     #[error("cannot open {interface}: {error}")]
     Io {
-        /// The name.
         interface: String,
         /// The error of the operating system.
         error: io::Error,

@@ -1,4 +1,4 @@
-//! The tokio shell: one task owns the link and the manager; handles send it commands.
+//! The tokio shell: one task owns the link and the manager; handles send it requests.
 //!
 //! - Handles are cheap to clone, `Send`, and need no lock.
 //! - Every node has its own SDO channel, so that a silent node delays only calls to that node.
@@ -46,7 +46,7 @@ use tokio::sync::{broadcast, mpsc, oneshot};
 
 pub use self::node::{Named, RemoteNode};
 pub use self::owner::Event;
-use self::owner::{Command, Owner};
+use self::owner::{Owner, Request};
 use self::transfers::Transfer;
 use super::access::{AccessError, LONGEST};
 use super::boot::{BootNetworkError, Plan};
@@ -65,7 +65,7 @@ const UNLIMITED: Duration = Duration::from_micros(u64::MAX);
 /// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
 #[derive(Clone, Debug)]
 pub struct Network {
-    commands: mpsc::Sender<Command>,
+    requests: mpsc::Sender<Request>,
     posts: mpsc::Sender<Frame>,
     events: broadcast::WeakSender<Event>,
     patience: Duration,
@@ -81,12 +81,12 @@ impl Network {
     ///
     /// Outside a tokio runtime.
     pub fn spawn<L: Link + Send + 'static>(link: L) -> std::io::Result<Network> {
-        let (commands, obeyed) = mpsc::channel(64);
+        let (requests, asked) = mpsc::channel(64);
         let (posts, posted) = mpsc::channel(64);
         let (events, _) = broadcast::channel(1024);
         let (weak, failure, latency) = (events.downgrade(), Arc::default(), link.latency());
-        tokio::spawn(Owner::new(link, obeyed, posted, events)?.run(Arc::clone(&failure)));
-        Ok(Network { commands, posts, events: weak, patience: UNLIMITED, latency, failure })
+        tokio::spawn(Owner::new(link, asked, posted, events)?.run(Arc::clone(&failure)));
+        Ok(Network { requests, posts, events: weak, patience: UNLIMITED, latency, failure })
     }
 
     /// Limits how long each call to read or to write by this handle may take in all, including the wait for other calls.
@@ -97,34 +97,9 @@ impl Network {
         Network { patience, ..self }
     }
 
-    /// Boots a network, and keeps it up from now on, in place of the one before: the task boots lost nodes
-    /// again, which is reported by [`manager::Event::Network`]. `report` gets those events until the network is ready. The
-    /// mandatory nodes must boot within `boot_time`; zero means without a limit.
-    ///
-    /// ```no_run
-    /// use lexican_runtime::host::{BusUrl, Plan, tokio::Network};
-    /// use lexican_runtime::manager::{Assignment, OnLoss};
-    /// use lexican_runtime::object::{Object, Rw};
-    /// use lexican_runtime::procedure::{ConciseDcf, Step};
-    /// use lexican_runtime::{Duration, NodeId};
-    ///
-    /// // Generated from the data sheet: `od::PRODUCER_HEARTBEAT_TIME`.
-    /// const PRODUCER_HEARTBEAT_TIME: Object<u16, Rw> = Object::new(0x1017, 0);
-    ///
-    /// # async fn run() -> Result<(), Box<dyn std::error::Error>> {
-    /// let node = NodeId::literal(5);
-    /// let settings = ConciseDcf::to_vec([Step::write(PRODUCER_HEARTBEAT_TIME, 100)])?;
-    /// let mut plan = Plan::new(OnLoss::ResetNode);
-    /// plan.assign(node, Assignment::new(node, settings).with_heartbeat(Duration::from_millis(250)))?;
-    ///
-    /// let network = Network::spawn("can0".parse::<BusUrl>()?.open()?)?;
-    /// network.boot(plan, Duration::from_secs(10), |event| println!("{event:?}")).await?;
-    /// # Ok(())
-    /// # }
-    /// ```
-    ///
-    /// A network that is not ready is kept all the same: a node that failed is tried again with its next
-    /// boot-up message.
+    /// Boots a network, and keeps it up from now on, in place of the one before, as
+    /// [the blocking shell](super::blocking::Network::boot) does: the task boots lost nodes again, which is reported by
+    /// [`manager::Event::Network`]. `report` gets those events until the network is ready.
     pub async fn boot(
         &self,
         plan: Plan,
@@ -138,8 +113,8 @@ impl Network {
             }
         };
         let (reply, mut answer) = oneshot::channel();
-        let command = Command::Boot(Box::new(plan), boot_time, reply);
-        self.ask(command).await?;
+        let request = Request::Boot(Box::new(plan), boot_time, reply);
+        self.ask(request).await?;
         let end = loop {
             tokio::select! {
                 end = &mut answer => break end,
@@ -203,7 +178,7 @@ impl Network {
     /// Sends a frame as it is; it is on its way to the bus when this returns.
     pub async fn send(&self, frame: Frame) -> Result<(), LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.ask(Command::Send(frame, reply)).await?;
+        self.ask(Request::Send(frame, reply)).await?;
         answer.await.map_err(|_| self.closed())?
     }
 
@@ -221,7 +196,7 @@ impl Network {
         &self,
         what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static,
     ) -> Result<(), LinkError> {
-        self.ask(Command::WithManager(Box::new(what))).await
+        self.ask(Request::WithManager(Box::new(what))).await
     }
 
     /// Receives only frames of the manager's nodes, now and later, and those with `others`: PDOs
@@ -229,12 +204,12 @@ impl Network {
     /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
     /// becomes one of the manager's.
     pub async fn listen_to_own(&self, others: &[CobId]) -> Result<(), LinkError> {
-        self.ask(Command::Listen(Some(others.to_vec()))).await
+        self.ask(Request::Listen(Some(others.to_vec()))).await
     }
 
     /// Receives all frames, as in the beginning.
     pub async fn listen_to_all(&self) -> Result<(), LinkError> {
-        self.ask(Command::Listen(None)).await
+        self.ask(Request::Listen(None)).await
     }
 
     /// As [`Link::latency`].
@@ -251,7 +226,7 @@ impl Network {
     /// Waits until `until` by the link's time, and returns that time.
     pub async fn sleep_until(&self, until: Instant) -> Result<Instant, LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.ask(Command::Alarm(until, reply)).await?;
+        self.ask(Request::Alarm(until, reply)).await?;
         answer.await.map_err(|_| self.closed())
     }
 
@@ -272,12 +247,12 @@ impl Network {
     ) -> Result<Vec<u8>, AccessError> {
         let (reply, answer) = oneshot::channel();
         let transfer = Transfer { address, write, payload, patience: self.patience, reply };
-        self.ask(Command::Transfer(node, transfer)).await?;
+        self.ask(Request::Transfer(node, transfer)).await?;
         answer.await.map_err(|_| self.closed())?
     }
 
-    async fn ask(&self, command: Command) -> Result<(), LinkError> {
-        self.commands.send(command).await.map_err(|_| self.closed())
+    async fn ask(&self, request: Request) -> Result<(), LinkError> {
+        self.requests.send(request).await.map_err(|_| self.closed())
     }
 
     /// Why the task has ended.

@@ -19,11 +19,11 @@ use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager, NetworkEvent};
 use crate::time::{Duration, Instant, earliest};
 
-/// How many frames are received before commands are handled again, and other tasks have their turn.
+/// How many frames are received before requests are handled again, and other tasks have their turn.
 const MOST_RECEIVED: usize = 256;
 
-/// How many commands are handled before frames are received again: as many as wait at most.
-const MOST_COMMANDS: usize = 64;
+/// How many requests are handled before frames are received again: as many as wait at most.
+const MOST_REQUESTS: usize = 64;
 
 /// An event of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub enum Event {
 }
 
 /// What a handle asks the task for.
-pub(super) enum Command {
+pub(super) enum Request {
     Transfer(NodeId, Transfer),
     Send(Frame, Reply),
     WithManager(WithManager),
@@ -64,7 +64,7 @@ pub(super) struct Owner<L: Link> {
     backlog: Backlog,
     filter: FrameFilter,
     events: broadcast::Sender<Event>,
-    commands: mpsc::Receiver<Command>,
+    requests: mpsc::Receiver<Request>,
     posted: mpsc::Receiver<Frame>,
     /// Calls that wait for a time.
     alarms: Vec<(Instant, oneshot::Sender<Instant>)>,
@@ -88,8 +88,8 @@ impl<L: Link> Drop for Owner<L> {
         for (frame, reply) in self.outgoing.take() {
             send(&mut self.link, frame, reply);
         }
-        while let Ok(command) = self.commands.try_recv() {
-            if let Command::Send(frame, reply) = command {
+        while let Ok(request) = self.requests.try_recv() {
+            if let Request::Send(frame, reply) = request {
                 send(&mut self.link, frame, Some(reply));
             }
         }
@@ -99,7 +99,7 @@ impl<L: Link> Drop for Owner<L> {
 impl<L: Link> Owner<L> {
     pub(super) fn new(
         link: L,
-        commands: mpsc::Receiver<Command>,
+        requests: mpsc::Receiver<Request>,
         posted: mpsc::Receiver<Frame>,
         events: broadcast::Sender<Event>,
     ) -> std::io::Result<Self> {
@@ -115,7 +115,7 @@ impl<L: Link> Owner<L> {
             outgoing: Outgoing::default(),
             backlog: Backlog::default(),
             events,
-            commands,
+            requests,
             posted,
             alarms: Vec::new(),
             // The link may have read something already.
@@ -135,33 +135,33 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Waits for a command, a frame or a deadline, and handles it. Returns `false` when the last handle is dropped.
+    /// Waits for a request, a frame or a deadline, and handles it. Returns `false` when the last handle is dropped.
     ///
-    /// An answer takes two turns, and each of them reads the clock once: one obeys the command and sends the request,
+    /// An answer takes two turns, and each of them reads the clock once: one handles the request of a handle and sends that to the node,
     /// the other one receives.
     async fn turn(&mut self) -> Result<bool, LinkError> {
         let deadline = self.poll_timeout();
         let mut receives = self.has_more;
         let mut first = None;
-        // The link first, so that commands hold up neither frames nor deadlines: they are obeyed in either case.
+        // The link first, so that requests hold up neither frames nor deadlines: they are handled in either case.
         tokio::select! {
             biased;
             () = self.wait.for_link(self.now, deadline), if !self.has_more => receives = true,
             () = tokio::task::yield_now(), if self.has_more => {}
             Some(frame) = self.posted.recv() => self.outgoing.post(&mut self.link, frame),
-            command = self.commands.recv(), if self.outgoing.is_free() => match command {
-                Some(command) => first = Some(command),
+            request = self.requests.recv(), if self.outgoing.is_free() => match request {
+                Some(request) => first = Some(request),
                 None => return Ok(false),
             },
         }
-        match self.obey_all(first) {
-            Obeyed::None => {}
-            Obeyed::Some => {
+        match self.handle_all(first) {
+            Handled::None => {}
+            Handled::Some => {
                 // Before a request is sent, so that its answer is received.
                 self.filter.apply(&self.manager, &mut self.link)?;
                 self.has_more |= !self.transmit();
             }
-            Obeyed::Closed => return Ok(false),
+            Handled::Closed => return Ok(false),
         }
         if receives {
             self.receive()?;
@@ -171,48 +171,48 @@ impl<L: Link> Owner<L> {
         Ok(true)
     }
 
-    /// Obeys the commands that wait, at most 64.
-    fn obey_all(&mut self, first: Option<Command>) -> Obeyed {
+    /// Handles the requests that wait, at most 64.
+    fn handle_all(&mut self, first: Option<Request>) -> Handled {
         let mut first = first;
-        for count in 0..MOST_COMMANDS {
-            // A frame that waits for room holds up all commands.
+        for count in 0..MOST_REQUESTS {
+            // A frame that waits for room holds up all requests.
             let next = match first.take() {
-                Some(command) => Ok(command),
-                None if self.outgoing.is_free() => self.commands.try_recv(),
+                Some(request) => Ok(request),
+                None if self.outgoing.is_free() => self.requests.try_recv(),
                 None => Err(TryRecvError::Empty),
             };
             match next {
-                Ok(command) => {
+                Ok(request) => {
                     if count == 0 {
                         self.now = self.link.now();
                         self.send_posted();
                     }
-                    self.obey(command);
+                    self.handle(request);
                 }
-                Err(_) if count > 0 => return Obeyed::Some,
-                Err(TryRecvError::Disconnected) => return Obeyed::Closed,
-                Err(TryRecvError::Empty) => return Obeyed::None,
+                Err(_) if count > 0 => return Handled::Some,
+                Err(TryRecvError::Disconnected) => return Handled::Closed,
+                Err(TryRecvError::Empty) => return Handled::None,
             }
         }
-        Obeyed::Some
+        Handled::Some
     }
 
-    fn obey(&mut self, command: Command) {
-        match command {
-            Command::WithManager(what) => {
+    fn handle(&mut self, request: Request) {
+        match request {
+            Request::WithManager(what) => {
                 what(&mut self.manager, self.now);
                 // It may have taken long.
                 self.now = self.link.now();
                 self.filter.invalidate();
                 self.transfers.restart_lost(&mut self.manager, &mut self.filter, self.now);
             }
-            Command::Send(frame, reply) => self.outgoing.send(&mut self.link, self.now, frame, Some(reply)),
-            Command::Transfer(node, transfer) => {
+            Request::Send(frame, reply) => self.outgoing.send(&mut self.link, self.now, frame, Some(reply)),
+            Request::Transfer(node, transfer) => {
                 self.filter.include(node, &mut self.manager, self.now);
                 self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
                 self.transfers.add(node, transfer, &mut self.manager, self.now);
             }
-            Command::Boot(plan, boot_time, reply) => {
+            Request::Boot(plan, boot_time, reply) => {
                 let kept = self.kept.insert(Kept::new(*plan));
                 for node in kept.network.nodes() {
                     self.filter.include(node, &mut self.manager, self.now);
@@ -220,8 +220,8 @@ impl<L: Link> Owner<L> {
                 kept.network.start(self.now, boot_time);
                 self.booting = Some(reply);
             }
-            Command::Listen(others) => self.filter.choose(others),
-            Command::Alarm(at, reply) => {
+            Request::Listen(others) => self.filter.choose(others),
+            Request::Alarm(at, reply) => {
                 self.alarms.push((at, reply));
                 self.ring(self.now);
             }
@@ -358,7 +358,7 @@ impl<L: Link> Owner<L> {
     }
 }
 
-enum Obeyed {
+enum Handled {
     None,
     Some,
     /// All handles are dropped.

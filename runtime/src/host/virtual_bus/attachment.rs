@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
+use super::controller::Controller;
 use super::fate::{Fate, Judge};
 use super::state::State;
-use super::station::Station;
 use crate::host::node::lock;
 use crate::{Duration, Frame, Instant};
 
@@ -41,25 +41,25 @@ impl Attachment {
     pub fn detach(&self) {
         let mut state = lock(&self.state);
         if let Some(frame) = state.cut_off(self.place) {
-            state.stations[self.place].hold(frame);
+            state.controllers[self.place].hold(frame);
         }
-        state.stations[self.place].set_attached(false);
+        state.controllers[self.place].set_attached(false);
     }
 
     /// Connects the node again.
     pub fn attach(&self) {
-        self.with_station(|station, _| station.set_attached(true));
+        self.with_controller(|controller, _| controller.set_attached(true));
     }
 
     /// The node loses its power, and its controller all frames. See [`Node::set_power`](crate::host::Node::set_power).
     pub fn power_off(&self) {
         lock(&self.state).cut_off(self.place);
-        self.with_station(|station, now| station.set_power(now, false));
+        self.with_controller(|controller, now| controller.set_power(now, false));
     }
 
     /// The node gets its power back.
     pub fn power_on(&self) {
-        self.with_station(|station, now| station.set_power(now, true));
+        self.with_controller(|controller, now| controller.set_power(now, true));
     }
 
     /// How long the node takes for each frame that [concerns](crate::host::Node::concerns) it, from now on. It handles one
@@ -68,7 +68,7 @@ impl Attachment {
     /// In the beginning a link takes no time, nor does a node of a bus on which frames take none; other nodes take 100 us,
     /// as microcontrollers do.
     pub fn set_response_time(&self, response_time: Duration) {
-        self.with_station(|station, _| station.response_time = response_time);
+        self.with_controller(|controller, _| controller.response_time = response_time);
     }
 
     /// How many frames the mailbox has room for, the one that is being handled among them; in the beginning, for all. A
@@ -80,24 +80,24 @@ impl Attachment {
     /// When it is 0.
     pub fn set_mailbox(&self, frames: usize) {
         assert!(frames > 0, "a mailbox has room for a frame");
-        self.with_station(|station, _| station.set_capacity(frames));
+        self.with_controller(|controller, _| controller.set_capacity(frames));
     }
 
     /// How many frames were lost because the mailbox was full.
     #[must_use]
     pub fn overruns(&self) -> u64 {
-        self.with_station(|station, _| station.overruns())
+        self.with_controller(|controller, _| controller.overruns())
     }
 
     /// Calls `fate` for each frame that the node sends, with its number from 0, to decide what happens to it. On a frame
     /// that is to be delivered, the fate of the [bus](super::VirtualBus::set_fate) has the last word.
     pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
-        self.with_station(|station, _| station.judge = Judge::new(fate));
+        self.with_controller(|controller, _| controller.judge = Judge::new(fate));
     }
 
-    fn with_station<R>(&self, what: impl FnOnce(&mut Station, Instant) -> R) -> R {
+    fn with_controller<R>(&self, what: impl FnOnce(&mut Controller, Instant) -> R) -> R {
         let mut state = lock(&self.state);
         let now = state.clock.now();
-        what(&mut state.stations[self.place], now)
+        what(&mut state.controllers[self.place], now)
     }
 }

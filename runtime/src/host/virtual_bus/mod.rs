@@ -19,22 +19,22 @@
 //! - The two bit times by which a frame is received before it is over.
 
 mod attachment;
+mod controller;
 mod fate;
 mod inbox;
 mod link;
 mod state;
-mod station;
 
 use std::boxed::Box;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 pub use self::attachment::Attachment;
+use self::controller::Controller;
 pub use self::fate::Fate;
 use self::fate::Judge;
 use self::inbox::Inbox;
 pub use self::link::VirtualLink;
 use self::state::{Clock, State};
-use self::station::Station;
 use super::node::lock;
 use super::{BusState, Node};
 use crate::{Duration, Frame, Instant};
@@ -92,14 +92,14 @@ impl VirtualBus {
     pub fn attach(&self, node: impl Node + Send + 'static) -> Attachment {
         let mut state = self.lock();
         let response_time = if state.has_bit_times() { RESPONSE_TIME } else { Duration::ZERO };
-        self.place(state.add(Station::new(Box::new(node), response_time)))
+        self.place(state.add(Controller::new(Box::new(node), response_time)))
     }
 
     /// A link to this bus, for a shell.
     #[must_use]
     pub fn link(&self) -> VirtualLink {
         let inbox = Arc::new(Mutex::new(Inbox::new()));
-        let place = self.lock().add(Station::of_link(&inbox));
+        let place = self.lock().add(Controller::of_link(&inbox));
         VirtualLink::new(Arc::clone(&self.state), inbox, self.place(place))
     }
 
@@ -119,7 +119,7 @@ impl VirtualBus {
     pub fn set_state(&self, condition: BusState) {
         let mut state = self.lock();
         if core::mem::replace(&mut state.condition, condition) != condition {
-            state.stations.iter().for_each(|station| station.report(condition));
+            state.controllers.iter().for_each(|controller| controller.report(condition));
         }
     }
 

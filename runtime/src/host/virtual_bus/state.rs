@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::vec::Vec;
 
+use super::controller::Controller;
 use super::fate::{Fate, Judge};
-use super::station::Station;
 use crate::host::clock::pause;
 use crate::host::node::lock;
 use crate::host::{BusState, wire_bits};
@@ -25,7 +25,7 @@ pub(super) struct State {
     pub(super) clock: Clock,
     wire: Wire,
     pub(super) condition: BusState,
-    pub(super) stations: Vec<Station>,
+    pub(super) controllers: Vec<Controller>,
     delayed: Vec<InFlight>,
     pub(super) observers: Vec<Observer>,
     pub(super) judge: Judge,
@@ -93,10 +93,10 @@ impl State {
         self.wire.kbit_per_s.is_some()
     }
 
-    /// Adds a station, and returns its place.
-    pub(super) fn add(&mut self, station: Station) -> usize {
-        self.stations.push(station);
-        self.stations.len() - 1
+    /// Adds a controller, and returns its place.
+    pub(super) fn add(&mut self, controller: Controller) -> usize {
+        self.controllers.push(controller);
+        self.controllers.len() - 1
     }
 
     #[expect(clippy::disallowed_methods, reason = "real time is what is asked for")]
@@ -123,8 +123,8 @@ impl State {
         } else if let Some(at) = self.delayed.iter().position(|frame| frame.arrives <= next) {
             let arrived = self.delayed.remove(at);
             self.deliver(arrived.sender, &arrived.frame);
-        } else if !self.stations.iter_mut().any(|station| station.handle_mail(next)) {
-            self.stations.iter_mut().for_each(|station| station.handle_timeout(next));
+        } else if !self.controllers.iter_mut().any(|controller| controller.handle_mail(next)) {
+            self.controllers.iter_mut().for_each(|controller| controller.handle_timeout(next));
         }
         true
     }
@@ -137,23 +137,23 @@ impl State {
             return;
         }
         let now = self.clock.now();
-        let contenders = self.stations.iter_mut().enumerate();
+        let contenders = self.controllers.iter_mut().enumerate();
         let winner = contenders
-            .filter_map(|(sender, station)| Some((station.contend(now)?, sender)))
+            .filter_map(|(sender, controller)| Some((controller.contend(now)?, sender)))
             .min_by_key(|(frame, sender)| (frame.arbitration(), *sender));
         if let Some((frame, sender)) = winner {
-            self.stations[sender].win();
+            self.controllers[sender].win();
             self.wire.send(now, sender, frame);
         }
     }
 
-    /// Takes from the wire what this station sends.
+    /// Takes from the wire what this controller sends.
     pub(super) fn cut_off(&mut self, sender: usize) -> Option<Frame> {
         self.wire.frame.take_if(|frame| frame.sender == sender).map(|cut| cut.frame)
     }
 
     fn next_event(&self) -> Option<Instant> {
-        let deadlines = self.stations.iter().filter_map(Station::poll_timeout);
+        let deadlines = self.controllers.iter().filter_map(Controller::poll_timeout);
         let arrivals = self.wire.frame.iter().chain(&self.delayed).map(|frame| frame.arrives);
         deadlines.chain(arrivals).min().map(|next| next.max(self.clock.now()))
     }
@@ -181,7 +181,7 @@ impl State {
         if !self.condition.carries_frames() {
             return;
         }
-        let by_sender = self.stations[sent.sender].judge.decide(&sent.frame);
+        let by_sender = self.controllers[sent.sender].judge.decide(&sent.frame);
         match if by_sender == Fate::Deliver { self.judge.decide(&sent.frame) } else { by_sender } {
             Fate::Deliver => self.deliver(sent.sender, &sent.frame),
             Fate::Lose => {}
@@ -198,9 +198,9 @@ impl State {
         for observer in &mut self.observers {
             observer(self.clock.now(), frame);
         }
-        for (receiver, station) in self.stations.iter_mut().enumerate() {
+        for (receiver, controller) in self.controllers.iter_mut().enumerate() {
             if receiver != sender {
-                station.receive(self.clock.now(), frame);
+                controller.receive(self.clock.now(), frame);
             }
         }
     }

@@ -74,28 +74,17 @@ const KEEP_ALIVE: u32 = 1 << 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum BootError {
     /// B: no answer about the device type.
     #[error("the node does not report its device type: {0}")]
     NoDeviceType(SdoError),
     /// C: another device type.
     #[error("the device type (1000h) is {got:08X}h, and not {expected:08X}h")]
-    DeviceType {
-        /// By the plan.
-        expected: u32,
-        /// 1000h of the node.
-        got: u32,
-    },
+    DeviceType { expected: u32, got: u32 },
     /// D, M, N, O: another identity.
     #[error("the {} (1018h:{:02X}) is {got:08X}h, and not {expected:08X}h", part.name(), 1 + part.number())]
-    Identity {
-        /// Which number of it.
-        part: Part,
-        /// By the plan.
-        expected: u32,
-        /// What the node has.
-        got: u32,
-    },
+    Identity { part: Part, expected: u32, got: u32 },
     /// D, M, N, O: the identity cannot be read.
     #[error("the node does not report its identity: {0}")]
     NoIdentity(SdoError),
@@ -104,7 +93,6 @@ pub enum BootError {
     Configuration {
         /// Counted from 1.
         entry: usize,
-        /// Why.
         error: SdoError,
     },
     /// J: the configuration itself is cut off.

@@ -67,14 +67,12 @@ pub enum Cause {
 /// One arrow of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Transition {
     /// As the device's manual numbers it.
     pub number: u8,
-    /// Where it begins.
     pub from: State,
-    /// Where it leads.
     pub to: State,
-    /// What makes it happen.
     pub cause: Cause,
 }
 

@@ -70,16 +70,15 @@ enum Blocks {
 /// How a transfer ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Event {
     /// In success.
     Done {
-        /// The entry.
         address: Address,
         /// How many bytes were read or written. When the device does not say (command 42h), these are as many
         /// of four bytes as the payload had room for.
         len: u32,
     },
-    /// In an error.
     Failed(SdoError),
 }
 
@@ -87,52 +86,27 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum SdoError {
     /// The device refused or gave up.
     #[error("{address}: the device aborts: {code}")]
-    Aborted {
-        /// The entry.
-        address: Address,
-        /// The reason, as the device gives it.
-        code: AbortCode,
-    },
+    Aborted { address: Address, code: AbortCode },
     /// The device did not answer in time. It was sent an abort.
     #[error("{address}: no answer of the device in time")]
-    TimedOut {
-        /// The entry.
-        address: Address,
-    },
+    TimedOut { address: Address },
     /// The device answers, but the transfer takes too long for what it has transferred: more than ten times the
     /// time-out, and another one for each 64 bytes. The device was sent an abort.
     #[error("{address}: the device answers, but the transfer makes no progress")]
-    Stalled {
-        /// The entry.
-        address: Address,
-    },
+    Stalled { address: Address },
     /// The device sends more bytes than the payload has room for.
     #[error("{address}: the device sends more than the {capacity} bytes that there is room for")]
-    TooLong {
-        /// The entry.
-        address: Address,
-        /// The bytes that were taken.
-        capacity: u32,
-    },
+    TooLong { address: Address, capacity: u32 },
     /// The payload has fewer bytes than were to be written.
     #[error("{address}: only {len} bytes are there to be written")]
-    TooShort {
-        /// The entry.
-        address: Address,
-        /// The bytes that were there.
-        len: u32,
-    },
+    TooShort { address: Address, len: u32 },
     /// The device broke the protocol, and was sent an abort.
     #[error("{address}: the device breaks the protocol: {code}")]
-    Violation {
-        /// The entry.
-        address: Address,
-        /// The code of the abort.
-        code: AbortCode,
-    },
+    Violation { address: Address, code: AbortCode },
 }
 
 impl SdoError {
@@ -239,11 +213,7 @@ impl SdoClient {
     /// fewer. Numbers beyond become the nearest of these.
     #[must_use]
     pub const fn with_block_size(self, block_size: u8) -> Self {
-        let block_size = match block_size {
-            0 => 1,
-            1..=BlockSegment::MAX_SEQUENCE => block_size,
-            _ => BlockSegment::MAX_SEQUENCE,
-        };
+        let block_size = sdo_block::nearest_block_size(block_size);
         SdoClient { block_size, ..self }
     }
 

@@ -190,11 +190,7 @@ impl<B: Choice> SdoServer<B> {
     /// holds fewer. Numbers beyond become the nearest of these.
     #[must_use]
     pub const fn with_block_size(self, block_size: u8) -> Self {
-        let block_size = match block_size {
-            0 => 1,
-            1..=BlockSegment::MAX_SEQUENCE => block_size,
-            _ => BlockSegment::MAX_SEQUENCE,
-        };
+        let block_size = sdo_block::nearest_block_size(block_size);
         SdoServer { block_size, ..self }
     }
 

@@ -1,4 +1,4 @@
-//! A node with its controller.
+//! The CAN controller of a node.
 
 use std::boxed::Box;
 use std::collections::{BTreeSet, VecDeque};
@@ -11,8 +11,8 @@ use crate::host::{BusState, Incoming, Node};
 use crate::time::sooner;
 use crate::{CobId, Duration, Frame, Instant};
 
-/// A node and its controller, which has acceptance filters, a mailbox, and a transmit buffer of one frame.
-pub(super) struct Station {
+/// A CAN controller with acceptance filters, a mailbox and a transmit buffer of one frame, and the node behind it.
+pub(super) struct Controller {
     node: Box<dyn Node + Send>,
     /// The queues of a link; the node is these.
     link: Option<Arc<Mutex<Inbox>>>,
@@ -32,9 +32,9 @@ pub(super) struct Station {
     pub(super) judge: Judge,
 }
 
-impl Station {
+impl Controller {
     pub(super) fn new(node: Box<dyn Node + Send>, response_time: Duration) -> Self {
-        Station {
+        Controller {
             node,
             link: None,
             is_attached: true,
@@ -51,11 +51,11 @@ impl Station {
 
     /// A link. It reports a frame when it comes, as the controllers of interfaces take its time.
     pub(super) fn of_link(inbox: &Arc<Mutex<Inbox>>) -> Self {
-        let station = Station::new(Box::new(Arc::clone(inbox)), Duration::ZERO);
-        Station { link: Some(Arc::clone(inbox)), ..station }
+        let controller = Controller::new(Box::new(Arc::clone(inbox)), Duration::ZERO);
+        Controller { link: Some(Arc::clone(inbox)), ..controller }
     }
 
-    /// Whether it hears and sends.
+    /// Whether it receives and sends.
     const fn is_on_bus(&self) -> bool {
         self.is_attached && self.has_power
     }
