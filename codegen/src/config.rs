@@ -340,25 +340,10 @@ fn codes() -> impl Iterator<Item = &'static str> {
 /// Names similar to this one, the nearest first.
 fn near(name: &str, all: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
     let wanted = name.to_lowercase();
-    let distances = all.map(|known| (distance(&wanted, known), known));
+    let distances = all.map(|known| (strsim::levenshtein(&wanted, known), known));
     let mut near: Vec<_> = distances.filter(|&(distance, known)| distance <= 3.max(known.len() / 3)).collect();
     near.sort_unstable();
     near.into_iter().map(|(_, known)| known).take(3).collect()
-}
-
-/// How many letters must be added, removed or replaced to make one text of the other (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, &to) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(from != to);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -378,12 +363,5 @@ mod tests {
         let (count, many) = line("[2000]\nParameterName=a\nDataType=6\nAccessType=rw\n");
         assert!(count > 2 && many.contains("drive.eds:") && many.ends_with("out/drive.findings.txt"), "{many}");
         assert!(many.contains(&format!("; {} more warnings", count - 1)) && !many.contains('\n'), "{many}");
-    }
-
-    #[test]
-    fn the_distance_counts_letters() {
-        assert_eq!(distance("kitten", "sitting"), 3);
-        assert_eq!(distance("", "abc"), 3);
-        assert_eq!(distance("same", "same"), 0);
     }
 }

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 /// from `main` or unwraps it. `Display` is one line.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Error {
     /// Neither [`Config::eds`](crate::Config::eds) nor [`Config::device`](crate::Config::device) was called.
     #[error("no data sheet is named: call `.eds(\"path/to.eds\")` or `.device(\"vendor/device\")`")]
@@ -22,31 +23,19 @@ pub enum Error {
     /// No finding has a code that was denied or allowed.
     #[error("there is no finding `{code}`{}", did_you_mean(.near))]
     UnknownCode {
-        /// The code.
         code: String,
         /// Codes that look like it.
         near: Vec<&'static str>,
     },
     /// A file cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        reason: std::io::Error,
-    },
+    Read { path: PathBuf, reason: std::io::Error },
     /// A file cannot be written.
     #[error("cannot write {}: {reason}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        reason: std::io::Error,
-    },
+    Write { path: PathBuf, reason: std::io::Error },
     /// A file is no data sheet: it is empty, or it is binary.
     #[error("{} is {what}, not an electronic data sheet", path.display())]
     NotADataSheet {
-        /// The file.
         path: PathBuf,
         /// `empty`, `a binary file`.
         what: &'static str,
@@ -54,7 +43,6 @@ pub enum Error {
     /// The device library has no such device.
     #[error("the device library has no `{name}`{}", did_you_mean(.near))]
     UnknownDevice {
-        /// The name that was asked for.
         name: String,
         /// Names that look like it.
         near: Vec<&'static str>,
@@ -71,7 +59,6 @@ pub enum Error {
     /// The data sheet or its overlay has errors, or no object at all.
     #[error("{summary}")]
     Findings {
-        /// One line.
         summary: String,
         /// All findings with the lines they are about.
         report: String,

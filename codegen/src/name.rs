@@ -55,13 +55,7 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
     match case {
         Case::Shouty => format!("{identifier}_{}", suffix.to_uppercase()),
         Case::Snake => format!("{identifier}_{suffix}"),
-        // A digit in front of a digit needs the separator: `Mode2_6040` is not `Mode26040`.
-        Case::Pascal => {
-            let digits_meet =
-                identifier.ends_with(|c: char| c.is_ascii_digit()) && suffix.starts_with(|c: char| c.is_ascii_digit());
-            let separator = if digits_meet { "_" } else { "" };
-            format!("{identifier}{separator}{}", join(&words(suffix), case))
-        }
+        Case::Pascal => format!("{identifier}{}{}", between(identifier, suffix), join(&words(suffix), case)),
     }
 }
 
@@ -130,17 +124,17 @@ fn join(words: &[String], case: Case) -> String {
         Case::Shouty => words.join("_").to_ascii_uppercase(),
         Case::Snake => words.join("_").to_ascii_lowercase(),
         Case::Pascal => words.iter().fold(String::new(), |joined, word| {
-            let digits_meet =
-                joined.ends_with(|c: char| c.is_ascii_digit()) && word.starts_with(|c: char| c.is_ascii_digit());
             let (first, rest) = word.split_at(1);
-            format!(
-                "{joined}{}{}{}",
-                if digits_meet { "_" } else { "" },
-                first.to_ascii_uppercase(),
-                rest.to_ascii_lowercase()
-            )
+            let first = first.to_ascii_uppercase();
+            format!("{joined}{}{first}{}", between(&joined, word), rest.to_ascii_lowercase())
         }),
     }
+}
+
+/// What stands between words in Pascal case: two digits need an underscore, since `Mode2_6040` is not `Mode26040`.
+fn between(before: &str, after: &str) -> &'static str {
+    let is_digit = |c: char| c.is_ascii_digit();
+    if before.ends_with(is_digit) && after.starts_with(is_digit) { "_" } else { "" }
 }
 
 /// A letter or digit as it is commonly written in ASCII; empty for anything else.

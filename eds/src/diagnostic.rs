@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::patch::Patch;
 use crate::text::Span;
 
-/// So many findings of one code are kept; the rest is counted.
+/// The most findings of one code that are kept; those beyond are only counted.
 pub const MAX_PER_CODE: usize = 1000;
 
 /// One finding.
@@ -68,13 +68,13 @@ impl Diagnostic {
         Self { code, severity, message: message.into(), labels: Vec::new(), help: None, fix: None }
     }
 
-    /// Here it is.
+    /// With its place, and a remark there.
     #[must_use]
     pub fn at(self, span: Span, text: impl Into<String>) -> Self {
         self.label(span, text.into(), true)
     }
 
-    /// And this disagrees with it.
+    /// With a place that disagrees with it.
     #[must_use]
     pub fn and(self, span: Span, text: impl Into<String>) -> Self {
         self.label(span, text.into(), false)

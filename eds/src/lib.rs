@@ -14,14 +14,13 @@
 //! DCF; [`template`] is a new one to begin from. [`fmt`] brings a file into the form of the standard, [`edit`] changes keys and
 //! objects of it, [`fix`](mod@fix) what has one right answer. [`library`] holds the data sheets that are shipped.
 //!
-//! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
+//! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
 //! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
 //!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
 //! overlays return what they find as data; the rules, one row of a table each, put it into words.
 
-pub mod cia301;
 mod diagnostic;
 pub mod diff;
 pub mod drive;
@@ -42,6 +41,8 @@ pub mod start;
 pub mod template;
 pub mod text;
 pub mod write;
+
+pub use lexican_cia::{cia301, cia402};
 
 pub use diagnostic::{Diagnostic, Diagnostics, Label, MAX_PER_CODE, Severity};
 pub use model::types;

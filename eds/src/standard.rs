@@ -1,6 +1,7 @@
 //! What CiA 301 and CiA 402-2 define: the kind and the data types of their objects, and what their numbers mean.
 
 use crate::cia301;
+use crate::cia402::Mode;
 use crate::model::{Device, ObjectKind};
 use crate::types::DataType;
 
@@ -193,100 +194,12 @@ fn array(data_type: DataType) -> (ObjectKind, Types) {
 
 /// What the numbers of an object mean; of CiA 402 by the index of the first axis.
 fn meaning(index: u16) -> Option<&'static Meaning> {
-    Some(match index {
-        cia301::ERROR_REGISTER => &ERROR_REGISTER,
-        cia301::ERROR_BEHAVIOUR => &ERROR_BEHAVIOUR,
-        0x6040 => &CONTROLWORD,
-        0x6041 => &STATUSWORD,
-        0x6060 | 0x6061 => &MODE_OF_OPERATION,
-        0x605A => &QUICK_STOP_OPTION,
-        0x605B => &SHUTDOWN_OPTION,
-        0x605C => &DISABLE_OPERATION_OPTION,
-        0x605D => &HALT_OPTION,
-        0x605E => &FAULT_REACTION_OPTION,
-        0x6502 => &SUPPORTED_DRIVE_MODES,
-        _ => return None,
-    })
+    MEANINGS.iter().find(|(indices, _)| indices.contains(&index)).map(|(_, meaning)| meaning)
 }
 
-const ERROR_REGISTER: Meaning = Meaning {
-    name: "Error register",
-    description: "Which kinds of error are present (CiA 301, 7.5.2.2).",
-    numbers: Numbers::Bits(&[
-        (0, 0, "generic error"),
-        (1, 1, "current"),
-        (2, 2, "voltage"),
-        (3, 3, "temperature"),
-        (4, 4, "communication error"),
-        (5, 5, "device profile specific"),
-        (7, 7, "manufacturer specific"),
-    ]),
-};
-
-const ERROR_BEHAVIOUR: Meaning = Meaning {
-    name: "Error behaviour",
-    description: "Which NMT state a device goes to by itself in an error (CiA 301).",
-    numbers: Numbers::Values(&[(0, "pre-operational"), (1, "no change"), (2, "stopped")]),
-};
-
-const CONTROLWORD: Meaning = Meaning {
-    name: "Controlword",
-    description: "Commands to the drive (CiA 402).",
-    numbers: Numbers::Bits(&[
-        (0, 0, "switch on"),
-        (1, 1, "enable voltage"),
-        (2, 2, "quick stop"),
-        (3, 3, "enable operation"),
-        (4, 6, "operation mode specific"),
-        (7, 7, "fault reset"),
-        (8, 8, "halt"),
-        (9, 9, "operation mode specific 9"),
-        (11, 15, "manufacturer specific"),
-    ]),
-};
-
-const STATUSWORD: Meaning = Meaning {
-    name: "Statusword",
-    description: "The state of the drive (CiA 402).",
-    numbers: Numbers::Bits(&[
-        (0, 0, "ready to switch on"),
-        (1, 1, "switched on"),
-        (2, 2, "operation enabled"),
-        (3, 3, "fault"),
-        (4, 4, "voltage enabled"),
-        (5, 5, "quick stop"),
-        (6, 6, "switch on disabled"),
-        (7, 7, "warning"),
-        (8, 8, "manufacturer specific"),
-        (9, 9, "remote"),
-        (10, 10, "target reached"),
-        (11, 11, "internal limit active"),
-        (12, 13, "operation mode specific"),
-        (14, 15, "manufacturer specific 14"),
-    ]),
-};
-
-const MODE_OF_OPERATION: Meaning = Meaning {
-    name: "Mode of operation",
-    description: "What the drive controls; negative values are the manufacturer's (CiA 402).",
-    numbers: Numbers::Values(&[
-        (0, "none"),
-        (1, "profile position"),
-        (2, "velocity"),
-        (3, "profile velocity"),
-        (4, "torque profile"),
-        (6, "homing"),
-        (7, "interpolated position"),
-        (8, "cyclic synchronous position"),
-        (9, "cyclic synchronous velocity"),
-        (10, "cyclic synchronous torque"),
-    ]),
-};
-
-const QUICK_STOP_OPTION: Meaning = Meaning {
-    name: "Quick stop option",
-    description: "How the drive stops in a quick stop, and where it stays (CiA 402).",
-    numbers: Numbers::Values(&[
+/// The option codes from `first` to `last`.
+const fn stops(first: usize, last: usize) -> &'static [(i128, &'static str)] {
+    const STOPS: &[(i128, &str)] = &[
         (0, "disable drive function"),
         (1, "slow down ramp"),
         (2, "quick stop ramp"),
@@ -296,62 +209,56 @@ const QUICK_STOP_OPTION: Meaning = Meaning {
         (6, "quick stop ramp and stay"),
         (7, "current limit and stay"),
         (8, "voltage limit and stay"),
-    ]),
-};
+    ];
+    STOPS.split_at(last + 1).0.split_at(first).1
+}
 
-const SHUTDOWN_OPTION: Meaning = Meaning {
-    name: "Shutdown option",
-    description: "What the drive does when operation enabled is left for ready to switch on (CiA 402).",
-    numbers: Numbers::Values(RAMP_OR_NOT),
-};
+/// Rows: indices, name, description, names of values or bits.
+macro_rules! meanings {
+    ($([$($index:expr),*] $name:literal, $description:literal, $kind:ident $numbers:expr;)*) => {
+        const MEANINGS: &[(&[u16], Meaning)] = &[$((
+            &[$($index),*],
+            Meaning { name: $name, description: $description, numbers: Numbers::$kind($numbers) },
+        )),*];
+    };
+}
 
-const DISABLE_OPERATION_OPTION: Meaning = Meaning {
-    name: "Disable operation option",
-    description: "What the drive does when operation enabled is left for switched on (CiA 402).",
-    numbers: Numbers::Values(RAMP_OR_NOT),
-};
-
-const HALT_OPTION: Meaning = Meaning {
-    name: "Halt option",
-    description: "How the drive stops for bit 8 of the control word (CiA 402).",
-    numbers: Numbers::Values(&[
-        (1, "slow down ramp"),
-        (2, "quick stop ramp"),
-        (3, "current limit"),
-        (4, "voltage limit"),
-    ]),
-};
-
-const FAULT_REACTION_OPTION: Meaning = Meaning {
-    name: "Fault reaction option",
-    description: "How the drive stops for a fault (CiA 402).",
-    numbers: Numbers::Values(&[
-        (0, "disable drive function"),
-        (1, "slow down ramp"),
-        (2, "quick stop ramp"),
-        (3, "current limit"),
-        (4, "voltage limit"),
-    ]),
-};
-
-const SUPPORTED_DRIVE_MODES: Meaning = Meaning {
-    name: "Supported drive modes",
-    description: "Which modes of operation the drive has (CiA 402).",
-    numbers: Numbers::Bits(&[
-        (0, 0, "profile position"),
-        (1, 1, "velocity"),
-        (2, 2, "profile velocity"),
-        (3, 3, "torque profile"),
-        (5, 5, "homing"),
-        (6, 6, "interpolated position"),
-        (7, 7, "cyclic synchronous position"),
-        (8, 8, "cyclic synchronous velocity"),
-        (9, 9, "cyclic synchronous torque"),
-        (16, 31, "manufacturer specific"),
-    ]),
-};
-
-const RAMP_OR_NOT: &[(i128, &str)] = &[(0, "disable drive function"), (1, "slow down ramp")];
+meanings! {
+    [cia301::ERROR_REGISTER] "Error register", "Which kinds of error are present (CiA 301, 7.5.2.2).",
+        Bits &[
+            (0, 0, "generic error"), (1, 1, "current"), (2, 2, "voltage"), (3, 3, "temperature"), (4, 4, "communication error"),
+            (5, 5, "device profile specific"), (7, 7, "manufacturer specific"),
+        ];
+    [cia301::ERROR_BEHAVIOUR] "Error behaviour", "Which NMT state a device goes to by itself in an error (CiA 301).",
+        Values &[(0, "pre-operational"), (1, "no change"), (2, "stopped")];
+    [0x6040] "Controlword", "Commands to the drive (CiA 402).",
+        Bits &[
+            (0, 0, "switch on"), (1, 1, "enable voltage"), (2, 2, "quick stop"), (3, 3, "enable operation"),
+            (4, 6, "operation mode specific"), (7, 7, "fault reset"), (8, 8, "halt"), (9, 9, "operation mode specific 9"),
+            (11, 15, "manufacturer specific"),
+        ];
+    [0x6041] "Statusword", "The state of the drive (CiA 402).",
+        Bits &[
+            (0, 0, "ready to switch on"), (1, 1, "switched on"), (2, 2, "operation enabled"), (3, 3, "fault"),
+            (4, 4, "voltage enabled"), (5, 5, "quick stop"), (6, 6, "switch on disabled"), (7, 7, "warning"),
+            (8, 8, "manufacturer specific"), (9, 9, "remote"), (10, 10, "target reached"), (11, 11, "internal limit active"),
+            (12, 13, "operation mode specific"), (14, 15, "manufacturer specific 14"),
+        ];
+    [0x6060, 0x6061] "Mode of operation", "What the drive controls; negative values are the manufacturer's (CiA 402).",
+        Values Mode::VALUES;
+    [0x605A] "Quick stop option", "How the drive stops in a quick stop, and where it stays (CiA 402).",
+        Values stops(0, 8);
+    [0x605B] "Shutdown option", "What the drive does when operation enabled is left for ready to switch on (CiA 402).",
+        Values stops(0, 1);
+    [0x605C] "Disable operation option", "What the drive does when operation enabled is left for switched on (CiA 402).",
+        Values stops(0, 1);
+    [0x605D] "Halt option", "How the drive stops for bit 8 of the control word (CiA 402).",
+        Values stops(1, 4);
+    [0x605E] "Fault reaction option", "How the drive stops for a fault (CiA 402).",
+        Values stops(0, 4);
+    [0x6502] "Supported drive modes", "Which modes of operation the drive has (CiA 402).",
+        Bits Mode::SUPPORTED;
+}
 
 #[cfg(test)]
 mod tests {

@@ -100,7 +100,7 @@ fn mapped(device: &Device, mapping: u16) -> Option<u8> {
     u8::try_from(pdo.mapping.len()).ok()
 }
 
-/// The highest sub-index of several; FFh is none of them (CiA 301, 7.4.4).
+/// The highest sub-index, where there is more than sub-index 0. FFh does not count (CiA 301, 7.4.4).
 fn highest_sub(device: &Device, index: u16) -> Option<u8> {
     let entries = &device.object(index)?.entries;
     entries.iter().map(|entry| entry.sub).rfind(|sub| (1..0xFF).contains(sub))

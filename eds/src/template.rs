@@ -7,8 +7,8 @@ use crate::text::Span;
 
 /// What a new data sheet says.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Template {
-    /// The name of the file.
     pub file_name: String,
     /// Who made the device.
     pub vendor_name: String,
@@ -145,7 +145,7 @@ const DUMMIES: [DataType; 6] = [
 type Mapping = &'static [u32];
 
 impl Profile {
-    /// 1000h: the number of the profile, and what of it there is.
+    /// 1000h: the number of the profile, and which functions of it the device has.
     fn device_type(self) -> u32 {
         match self {
             Self::Cia301 => 0,

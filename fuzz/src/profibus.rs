@@ -5,14 +5,14 @@ use lexican_profibus::fdl::{Data, Decoded, FrameCount, Function, Service, Status
 use lexican_profibus::pkw::{Pkw, PkwMaster, Reply, Task, Value};
 use lexican_profibus::{BitRate, Slave, State};
 use lexican_runtime::{Duration, Instant};
-use siko_profibus::{AG03_1, Door, PPO};
+use siko_profibus::{AG03_1, PPO, ProfibusDrive};
 
 const ADDRESS: u8 = 7;
 const RATE: BitRate = BitRate(500_000);
 
 /// What comes over the line, in pieces with pauses between them: a byte says how long either is.
 pub fn profibus(data: &[u8]) {
-    let mut slave = Slave::new(ADDRESS, AG03_1.identity, RATE, Door::new(Instant::ZERO, &AG03_1, ADDRESS));
+    let mut slave = Slave::new(ADDRESS, AG03_1.identity, RATE, ProfibusDrive::new(Instant::ZERO, &AG03_1, ADDRESS));
     let (mut now, mut rest) = (Instant::ZERO, data);
     while let [head, tail @ ..] = rest {
         let (part, after) = tail.split_at(tail.len().min(usize::from(head & 0x3F)));
@@ -55,7 +55,7 @@ pub fn profibus(data: &[u8]) {
 }
 
 struct Requests {
-    slave: Slave<Door>,
+    slave: Slave<ProfibusDrive>,
     now: Instant,
     /// The master's address.
     from: u8,

@@ -48,7 +48,6 @@ struct Place {
     handle: PeripheralHandle,
     /// What the next exchange carries.
     sends: Vec<u8>,
-    /// What follows.
     wanted: Vec<u8>,
     /// An exchange has just ended, and the next one has not begun.
     is_between: bool,

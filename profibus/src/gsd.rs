@@ -34,11 +34,11 @@ pub struct Configuration {
 /// Why a GSD file says nothing of use.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum GsdError {
     /// The file cannot be read.
     #[error("{}: {reason}", path.display())]
     File {
-        /// The file.
         path: PathBuf,
         /// Of the operating system, or where the file is no GSD file.
         reason: String,
@@ -46,35 +46,23 @@ pub enum GsdError {
     /// There is no such module.
     #[error("{}: there is no module {wanted:?}; there is {}", path.display(), list(known))]
     NoModule {
-        /// The file.
         path: PathBuf,
         /// What was asked for.
         wanted: String,
-        /// What there is.
         known: Vec<String>,
     },
     /// Several modules, or none, carry the data that is expected.
     #[error("{}: which module carries {} bytes of inputs and {} of outputs? There is {}", path.display(),
         expected.inputs, expected.outputs, list(known))]
-    WhichModule {
-        /// The file.
-        path: PathBuf,
-        /// The data that is expected.
-        expected: Lengths,
-        /// What there is.
-        known: Vec<String>,
-    },
+    WhichModule { path: PathBuf, expected: Lengths, known: Vec<String> },
     /// The modules carry other data.
     #[error("{}: {modules} carries {}, and {} bytes of inputs and {} of outputs are expected", path.display(),
         said(*found), expected.inputs, expected.outputs)]
     OtherLengths {
-        /// The file.
         path: PathBuf,
-        /// The modules.
         modules: String,
         /// What they carry, if that can be read.
         found: Option<Lengths>,
-        /// What is expected.
         expected: Lengths,
     },
 }

@@ -10,10 +10,28 @@ use crate::time::{Duration, Instant};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::pdo::PdoCobId;
 
-impl Format for NodeId {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u8}", self.get());
-    }
+macro_rules! formats {
+    ($($(#[$doc:meta])* $type:ty: $text:literal, $it:ident => $($value:expr),*;)*) => {$(
+        $(#[$doc])*
+        impl Format for $type {
+            fn format(&self, f: Formatter<'_>) {
+                let $it = self;
+                write!(f, $text, $($value),*);
+            }
+        }
+    )*};
+}
+
+formats! {
+    NodeId: "{=u8}", it => it.get();
+    Address: "{=u16:04X}:{=u8:02X}", it => it.index(), it.sub();
+    /// The number; the firmware need not have the texts.
+    AbortCode: "{=u32:08X}", it => it.0;
+    PdoCobId: "{=u32:08X}", it => it.0;
+    ErrorCode: "{=u16:04X}", it => it.0;
+    ErrorRegister: "{=u8:02X}", it => it.0;
+    Instant: "{=u64:us}", it => it.as_micros();
+    Duration: "{=u64} us", it => it.as_micros();
 }
 
 impl Format for CobId {
@@ -33,49 +51,6 @@ impl Format for Frame {
         } else {
             write!(f, "{}#{=[u8]:02X}", self.id(), self.data());
         }
-    }
-}
-
-impl Format for Address {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u16:04X}:{=u8:02X}", self.index(), self.sub());
-    }
-}
-
-/// The number; the firmware need not have the texts.
-impl Format for AbortCode {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u32:08X}", self.0);
-    }
-}
-
-impl Format for PdoCobId {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u32:08X}", self.0);
-    }
-}
-
-impl Format for ErrorCode {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u16:04X}", self.0);
-    }
-}
-
-impl Format for ErrorRegister {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u8:02X}", self.0);
-    }
-}
-
-impl Format for Instant {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u64:us}", self.as_micros());
-    }
-}
-
-impl Format for Duration {
-    fn format(&self, f: Formatter<'_>) {
-        write!(f, "{=u64} us", self.as_micros());
     }
 }
 

@@ -3,6 +3,8 @@
 use core::fmt;
 use core::num::NonZeroU8;
 
+use crate::cia301;
+
 /// A CANopen node-ID, 1 to 127 (CiA 301, 7.3.5).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(NonZeroU8);
@@ -146,11 +148,7 @@ impl CobId {
     /// Whether CiA 301, 7.3.5, table 40 forbids the identifier to any configurable object.
     #[must_use]
     pub const fn is_restricted(self) -> bool {
-        !self.is_extended()
-            && matches!(
-                self.0,
-                0x000..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF
-            )
+        !self.is_extended() && cia301::is_restricted(self.0)
     }
 }
 

@@ -93,7 +93,6 @@ extern crate self as lexican_runtime;
 extern crate std;
 
 pub mod abort;
-pub mod cia301;
 pub mod device;
 #[cfg(feature = "embedded-can")]
 mod embedded_can;
@@ -121,4 +120,5 @@ pub use abort::AbortCode;
 pub use embedded_storage::FlashSlots;
 pub use frame::Frame;
 pub use id::{CobId, InvalidNodeId, NodeId};
+pub use lexican_cia::cia301;
 pub use time::{Duration, Instant, Measured, NoDuration};

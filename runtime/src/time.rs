@@ -158,16 +158,9 @@ impl Default for Instant {
 }
 
 /// A text is no time such as `500ms`, `10s`, `0.5s`, `2min` or `0`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no time such as 500ms, 10s, 0.5s or 2min")]
 pub struct NoDuration;
-
-impl fmt::Display for NoDuration {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("no time such as 500ms, 10s, 0.5s or 2min")
-    }
-}
-
-impl core::error::Error for NoDuration {}
 
 /// A number with a unit (us, ms, s, min), or `0`, rounded to microseconds; of less than 30 years.
 impl FromStr for Duration {

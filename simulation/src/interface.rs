@@ -3,7 +3,7 @@
 use lexican_profibus::{BitRate, Slave};
 use lexican_runtime::{Duration, Instant};
 use siko_ag03_1::sim::SimulatedDrive;
-use siko_profibus::{Door, Model};
+use siko_profibus::{Model, ProfibusDrive};
 use siko_serial::sim::SerialDrive;
 
 /// Bit rate of the slave, which a terminal does not have: the silence before an answer is made of it.
@@ -15,7 +15,7 @@ const IDLE: Duration = Duration::from_millis(2);
 /// Nothing is connected to it while the drive is on CAN.
 pub(super) enum Interface {
     Serial(Box<SerialDrive>),
-    Profibus(Box<Slave<Door>>),
+    Profibus(Box<Slave<ProfibusDrive>>),
 }
 
 impl Interface {
@@ -40,8 +40,8 @@ impl Interface {
             Interface::Profibus(_) => return self,
         };
         let node = drive.node().get();
-        let door = Door::of(now, model, drive, node);
-        let slave = Slave::new(door.address(), model.identity, BIT_RATE, door);
+        let drive = ProfibusDrive::of(now, model, drive, node);
+        let slave = Slave::new(drive.address(), model.identity, BIT_RATE, drive);
         Interface::Profibus(Box::new(slave.with_idle(IDLE)))
     }
 

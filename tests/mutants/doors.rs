@@ -38,12 +38,12 @@ mod siko_serial_flow_charts;
 mod siko_serial_trouble;
 
 // What these tests share.
-#[path = "../../drives/siko-serial/tests/all/bench/mod.rs"]
-mod bench;
 #[path = "../../profibus/tests/all/random.rs"]
 mod random;
 #[path = "../../drives/siko-profibus/tests/all/rig.rs"]
 mod rig;
+#[path = "../../drives/siko-serial/tests/all/serial_rig.rs"]
+mod serial_rig;
 #[path = "../../profibus/tests/all/support.rs"]
 mod support;
 

@@ -26,7 +26,7 @@ pub(crate) const OF_GATEWAY: &[(&str, &str)] = &[
 
 pub(crate) const OF_SIKO_PROFIBUS: &[(&str, &str)] = &[
     ("bus options: 100 => 100 + 1", "the simulated slave answers earlier"),
-    ("door take_target: held == Ok (target) => false", "what the drive holds may be written again"),
-    ("door write_object: true => false", "the objects of a drive take their values whole"),
+    ("drive take_target: held == Ok (target) => false", "what the drive holds may be written again"),
+    ("drive write_object: true => false", "the objects of a drive take their values whole"),
     ("master new: true => false", "the first exchange carries the first word"),
 ];

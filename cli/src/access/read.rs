@@ -11,9 +11,9 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Bytes};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::lookup::resolve_all;
 use lexican_toolbox::values::report::ValueReport;
-use lexican_toolbox::values::{DeviceValues, is_pdo_mapping};
 
 use super::{Printer, follow, is_answer, read_conditions};
 use crate::bus::{BoxedLink, NODES, NetworkArgs, NodeIds};
@@ -165,7 +165,7 @@ impl Reading<'_, '_> {
             let (data, read) = self.entry(address)?;
             outcome = outcome.max(read);
             // Beyond the count of these, there is nothing.
-            let counts = is_pdo_mapping(address.index()) || address.index() == cia301::PREDEFINED_ERROR_FIELD;
+            let counts = cia301::counts_entries(address.index());
             if let Some([count]) = data.as_deref().filter(|_| is_whole && counts && address.sub() == 0) {
                 last = *count;
             }

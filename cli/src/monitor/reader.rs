@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use lexican_eds::model::Device;
-use lexican_runtime::cia301::{self, connection};
+use lexican_runtime::cia301::{self, connection, is_pdo_mapping};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use lexican_toolbox::decode::{Decoded, Detail, Side};
 use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
-use lexican_toolbox::values::{address, is_pdo_mapping};
+use lexican_toolbox::values::address;
 
 /// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.
 const QUIET: Duration = Duration::from_millis(200);

@@ -1,24 +1,12 @@
 //! The driver's side: what the data sheet says of a drive of CiA 402, as a description for `lexican-driver`.
 
-use lexican_eds::drive::{Code, Drive, Homing, Number, Pdo, Signal};
+use lexican_eds::cia402::Modes;
+use lexican_eds::drive::{Code, Drive, Homing, Number, Pdo};
 
 use super::context::Context;
 use super::docs;
 use super::layout::line;
 use crate::plan::Shape;
-
-/// The variant of the runtime's `Mode` for each mode of CiA 402.
-const MODES: &[(i8, &str)] = &[
-    (1, "ProfilePosition"),
-    (2, "Velocity"),
-    (3, "ProfileVelocity"),
-    (4, "ProfileTorque"),
-    (6, "Homing"),
-    (7, "InterpolatedPosition"),
-    (8, "CyclicPosition"),
-    (9, "CyclicVelocity"),
-    (10, "CyclicTorque"),
-];
 
 /// The reaction that each option code chooses.
 const REACTIONS: &[(u16, &str)] =
@@ -114,8 +102,8 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
         let status = vec![format!("velocity_unit: {:?}", docs::one_line(unit))];
         fields.push(record("status: StatusBits", status, Some("Description::CIA_402.status")));
     }
-    let modes = MODES.iter().filter(|(mode, _)| drive.modes.contains(mode));
-    let modes = modes.map(|(mode, name)| format!("({mode}, Mode::{name})")).collect();
+    let modes = Modes::CIA_402.0.iter().filter(|(number, _)| drive.modes.contains(number));
+    let modes = modes.map(|(number, mode)| format!("({number}, Mode::{mode:?})")).collect();
     let modes = vec![
         format!("chosen: {}", number(&drive.mode)),
         format!("shown: {}", optional(&drive.mode_display)),
@@ -199,14 +187,7 @@ fn number(context: &Context<'_>, number: &Number) -> String {
 }
 
 fn pdo(pdo: &Pdo) -> String {
-    let signals: Vec<String> = pdo
-        .signals
-        .iter()
-        .map(|signal| match signal {
-            Signal::Other(bytes) => format!("Signal::Other({bytes})"),
-            known => format!("Signal::{known:?}"),
-        })
-        .collect();
+    let signals: Vec<String> = pdo.signals.iter().map(|signal| format!("Signal::{signal:?}")).collect();
     format!("Pdo {{ base: 0x{:X}, signals: &[{}] }}", pdo.base, signals.join(", "))
 }
 

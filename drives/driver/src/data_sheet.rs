@@ -5,12 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use lexican_eds::drive::{self, Drive};
 use lexican_eds::{Input, Severity, load};
-use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::Modes;
 
 use crate::description::{
     Calibration, Description, EmergencySwitch, Homing, Identity, Latches, ModeObjects, Number, Objects, Outputs, Pdo,
-    Profile, Reaction, Restore, Signal, StatusBits, Store, Torques, Velocities,
+    Profile, Reaction, Restore, StatusBits, Store, Torques, Velocities,
 };
 use crate::fault::{Code, Codes};
 
@@ -159,20 +158,13 @@ fn describe(drive: &Drive) -> Description {
 }
 
 fn number(number: drive::Number) -> Number {
-    let data_type = DataType::from_code(number.data_type.code()).expect("a number has a data type of CiA 301");
+    let data_type = number.data_type.known().expect("a number has a data type of CiA 301");
     let at = Number::new(number.index, number.sub, data_type);
     number.limits.map_or(at, |(low, high)| at.within(low, high))
 }
 
 fn pdo(pdo: &drive::Pdo) -> Pdo {
-    let signals = pdo.signals.iter().map(|signal| match signal {
-        drive::Signal::ControlWord => Signal::ControlWord,
-        drive::Signal::StatusWord => Signal::StatusWord,
-        drive::Signal::TargetPosition => Signal::TargetPosition,
-        drive::Signal::TargetVelocity => Signal::TargetVelocity,
-        drive::Signal::Other(bytes) => Signal::Other(*bytes),
-    });
-    Pdo { base: pdo.base, signals: rows(signals.collect()) }
+    Pdo { base: pdo.base, signals: rows(pdo.signals.clone()) }
 }
 
 /// Kept until the program ends: see [`Description::of_data_sheet`].

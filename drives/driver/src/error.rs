@@ -28,30 +28,16 @@ pub enum Error {
     Sdo(#[from] SdoError),
     /// The value of an object has another length than the data sheet says.
     #[error("{address}: the drive and its data sheet differ: {error}")]
-    DataSheet {
-        /// The object.
-        address: Address,
-        error: LengthMismatch,
-    },
+    DataSheet { address: Address, error: LengthMismatch },
     /// A value is outside the limits of the data sheet; nothing was sent.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
     /// A drive of this kind cannot do it at all; nothing was sent.
     #[error("the {drive} has no {what}")]
-    Unsupported {
-        /// The kind of drive.
-        drive: &'static str,
-        /// What it does not have.
-        what: Capability,
-    },
+    Unsupported { drive: &'static str, what: Capability },
     /// A setting is for an object that is no parameter of the drive; nothing was sent.
     #[error("{address} is no parameter of the {drive}")]
-    NoParameter {
-        /// The kind of drive.
-        drive: &'static str,
-        /// The object.
-        address: Address,
-    },
+    NoParameter { drive: &'static str, address: Address },
     /// The drive would not do it; nothing has moved.
     #[error("the drive would refuse: {0}")]
     Refused(Refusal),
@@ -60,39 +46,23 @@ pub enum Error {
     Fault(Cause),
     /// The drive has not followed a command in time.
     #[error("the drive stays in {state} on the command {command:?}")]
-    NoReaction {
-        /// Where it is.
-        state: State,
-        command: Command,
-    },
+    NoReaction { state: State, command: Command },
     /// No command leads there, and the drive does not go there by itself; or it falls back again and again.
     #[error("no command leads from {from} to {to}")]
-    NoWay {
-        /// Where the drive is.
-        from: State,
-        /// Where it should be.
-        to: State,
-    },
+    NoWay { from: State, to: State },
     /// All conditions are met, and still the drive has not taken an order in time.
     #[error("the drive does not take the order, and shows no reason (status word {status_word:04X})")]
-    NotTaken {
-        /// What it says instead.
-        status_word: u16,
-    },
+    NotTaken { status_word: u16 },
     /// The drive shows another operating mode than the one that was written.
     #[error("the drive does not take the operating mode {ordered}, and shows {shown}")]
     ModeNotTaken {
         /// What was written to 6060h.
         ordered: i8,
-        /// What it shows.
         shown: i64,
     },
     /// The drive has not taken the position that it was given.
     #[error("the drive has not been calibrated (status word {status_word:04X})")]
-    NotCalibrated {
-        /// What it says instead.
-        status_word: u16,
-    },
+    NotCalibrated { status_word: u16 },
     /// The drive has been sent a stop, and still moves after the time that braking takes.
     #[error("the drive does not stop: it runs at {velocity} {unit}")]
     NotStopped {
@@ -179,19 +149,13 @@ pub enum Error {
     /// The operation was cancelled by a [`CancelHandle`](crate::CancelHandle).
     #[error("cancelled: the drive at node {node} {}", if *.stopped { "has been stopped" } else { "was not moving" })]
     Cancelled {
-        /// The drive.
         node: NodeId,
         /// Whether it may have been moving, and now stands.
         stopped: bool,
     },
     /// An operation failed, and the drive may be moving: it has been ordered to, and has not been seen to stand.
     #[error("{error}; the drive at node {node} may still be moving")]
-    MayBeMoving {
-        /// The drive.
-        node: NodeId,
-        /// Why the operation failed.
-        error: Box<Error>,
-    },
+    MayBeMoving { node: NodeId, error: Box<Error> },
     /// The drive has booted in the middle of an operation: it was reset, or its power failed.
     #[error("the drive has restarted")]
     Restarted,

@@ -4,67 +4,46 @@ use std::fmt;
 
 use lexican_runtime::profile::cia402;
 
-/// An operating mode (6060h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Mode {
-    /// Travel to positions, and inching.
-    Positioning,
-    /// Run at a velocity.
-    Velocity,
-    /// Turn with a torque.
-    Torque,
-    /// Find the reference point.
-    Homing,
-    /// Follow interpolated positions (60C1h).
-    InterpolatedPosition,
-    /// Follow a position per cycle (607Ah).
-    CyclicPosition,
-    /// Follow a velocity per cycle (60FFh).
-    CyclicVelocity,
-    /// Follow a torque per cycle (6071h).
-    CyclicTorque,
-}
+macro_rules! modes {
+    ($($(#[$doc:meta])* $mode:ident = $in_profile:ident, $name:literal;)*) => {
+        /// An operating mode (6060h).
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Mode { $($(#[$doc])* $mode,)* }
 
-impl Mode {
-    /// All of them.
-    pub const ALL: [Mode; 8] = [
-        Mode::Positioning,
-        Mode::Velocity,
-        Mode::Torque,
-        Mode::Homing,
-        Mode::InterpolatedPosition,
-        Mode::CyclicPosition,
-        Mode::CyclicVelocity,
-        Mode::CyclicTorque,
-    ];
+        impl Mode {
+            /// All of them.
+            pub const ALL: &[Mode] = &[$(Mode::$mode),*];
 
-    /// What CiA 402 calls it. Its number is the description's.
-    #[must_use]
-    pub const fn in_profile(self) -> cia402::Mode {
-        match self {
-            Mode::Positioning => cia402::Mode::ProfilePosition,
-            Mode::Velocity => cia402::Mode::ProfileVelocity,
-            Mode::Torque => cia402::Mode::ProfileTorque,
-            Mode::Homing => cia402::Mode::Homing,
-            Mode::InterpolatedPosition => cia402::Mode::InterpolatedPosition,
-            Mode::CyclicPosition => cia402::Mode::CyclicPosition,
-            Mode::CyclicVelocity => cia402::Mode::CyclicVelocity,
-            Mode::CyclicTorque => cia402::Mode::CyclicTorque,
+            /// What CiA 402 calls it. Its number is the description's.
+            #[must_use]
+            pub const fn in_profile(self) -> cia402::Mode {
+                match self { $(Mode::$mode => cia402::Mode::$in_profile,)* }
+            }
         }
-    }
+
+        impl fmt::Display for Mode {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self { $(Mode::$mode => $name,)* })
+            }
+        }
+    };
 }
 
-impl fmt::Display for Mode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Mode::Positioning => "positioning",
-            Mode::Velocity => "velocity",
-            Mode::Torque => "torque",
-            Mode::Homing => "homing",
-            Mode::InterpolatedPosition => "interpolated position",
-            Mode::CyclicPosition => "cyclic position",
-            Mode::CyclicVelocity => "cyclic velocity",
-            Mode::CyclicTorque => "cyclic torque",
-        })
-    }
+modes! {
+    /// Travel to positions, and inching.
+    Positioning = ProfilePosition, "positioning";
+    /// Run at a velocity.
+    Velocity = ProfileVelocity, "velocity";
+    /// Turn with a torque.
+    Torque = ProfileTorque, "torque";
+    /// Find the reference point.
+    Homing = Homing, "homing";
+    /// Follow interpolated positions (60C1h).
+    InterpolatedPosition = InterpolatedPosition, "interpolated position";
+    /// Follow a position per cycle (607Ah).
+    CyclicPosition = CyclicPosition, "cyclic position";
+    /// Follow a velocity per cycle (60FFh).
+    CyclicVelocity = CyclicVelocity, "cyclic velocity";
+    /// Follow a torque per cycle (6071h).
+    CyclicTorque = CyclicTorque, "cyclic torque";
 }

@@ -8,6 +8,7 @@ use crate::fault::Cause;
 
 /// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Outcome {
     /// The drive rests within the window around its target.
     Reached {
@@ -15,35 +16,18 @@ pub enum Outcome {
         position: i32,
     },
     /// The drive stopped because it passed a limit.
-    Limit {
-        /// Where it came to rest.
-        position: i32,
-    },
+    Limit { position: i32 },
     /// The drive stopped because of its load (torque deactivation). The travel can be resumed.
-    TorqueDeactivated {
-        /// Where it stands.
-        position: i32,
-    },
+    TorqueDeactivated { position: i32 },
     /// Another manager, or another handle of this drive, has ordered something else: the drive says that it has reached
     /// its target, and rests elsewhere than it was ordered to.
-    Overridden {
-        /// Where.
-        position: i32,
-    },
+    Overridden { position: i32 },
     /// A fault stopped the drive.
     Fault(Cause),
     /// Something else ended the travel: a quick stop, another manager, a lost supply.
-    Interrupted {
-        /// The state of the drive afterwards.
-        state: State,
-        /// Where it was then.
-        position: i32,
-    },
+    Interrupted { state: State, position: i32 },
     /// The travel is not finished in time. The drive is still under way.
-    TimedOut {
-        /// Where it was then.
-        position: i32,
-    },
+    TimedOut { position: i32 },
 }
 
 /// How setting a velocity ended.
@@ -75,6 +59,7 @@ pub enum VelocityOutcome {
 
 /// How homing ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum HomingOutcome {
     /// The drive has its reference point, and stands.
     Attained {
@@ -82,26 +67,13 @@ pub enum HomingOutcome {
         position: i32,
     },
     /// The drive has not found its reference point, and stands.
-    Failed {
-        /// What it says instead.
-        status_word: u16,
-        /// Where it stands.
-        position: i32,
-    },
+    Failed { status_word: u16, position: i32 },
     /// A fault stopped the drive.
     Fault(Cause),
     /// Something else ended it: a stop, a quick stop, another manager, a lost supply.
-    Interrupted {
-        /// The state of the drive afterwards.
-        state: State,
-        /// Where it was then.
-        position: i32,
-    },
+    Interrupted { state: State, position: i32 },
     /// Homing is not finished in time. The drive is still under way.
-    TimedOut {
-        /// Where it was then.
-        position: i32,
-    },
+    TimedOut { position: i32 },
 }
 
 impl fmt::Display for Outcome {

@@ -22,19 +22,19 @@ use simulator::servo::FaultCodes;
 const NODE: NodeId = NodeId::literal(3);
 
 /// A driver and a simulated drive on a bus of their own.
-struct Bench {
+struct Rig {
     bus: VirtualBus,
     servo: Arc<Mutex<SimulatedServo>>,
     drive: lexican_driver::Drive<VirtualLink, Any>,
 }
 
-impl Bench {
+impl Rig {
     fn by_pdo() -> Self {
-        Bench::described(&AKD)
+        Rig::described(&AKD)
     }
 
     fn by_sdo() -> Self {
-        Bench::described(&AKD_BY_SDO)
+        Rig::described(&AKD_BY_SDO)
     }
 
     fn described(description: &'static Description) -> Self {
@@ -42,7 +42,7 @@ impl Bench {
         let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &MODEL, NODE)));
         bus.attach(Arc::clone(&servo));
         let drive = lexican_driver::Drive::connect_described_unprotected(bus.link(), NODE, description).unwrap();
-        Bench { bus, servo, drive }
+        Rig { bus, servo, drive }
     }
 
     fn storage(&self, look: impl FnOnce(&mut dyn Storage)) {
@@ -58,8 +58,8 @@ fn code(label: &str) -> u16 {
     fault::find(label).unwrap().number
 }
 
-fn exercise(mut bench: Bench) {
-    let drive = &mut bench.drive;
+fn exercise(mut rig: Rig) {
+    let drive = &mut rig.drive;
     drive.enable().unwrap();
     assert_eq!(drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
     drive.start_moving_to(10_000).unwrap();
@@ -87,15 +87,15 @@ fn exercise(mut bench: Bench) {
 
 #[test]
 fn it_does_what_its_manual_has() {
-    exercise(Bench::by_pdo());
-    exercise(Bench::by_sdo());
+    exercise(Rig::by_pdo());
+    exercise(Rig::by_sdo());
 }
 
 #[test]
 fn it_homes_by_every_method() {
     for method in kollmorgen_akd::driver::AKD.homing.unwrap().methods {
-        let mut bench = Bench::by_sdo();
-        bench.set(|inputs| {
+        let mut rig = Rig::by_sdo();
+        rig.set(|inputs| {
             inputs.machine = Machine {
                 negative_limit: Some(-5000.0),
                 positive_limit: Some(5000.0),
@@ -103,88 +103,88 @@ fn it_homes_by_every_method() {
                 index: Some((50.0, 1000.0)),
             };
         });
-        bench.drive.enable().unwrap();
-        let outcome = bench.drive.home(*method).unwrap();
+        rig.drive.enable().unwrap();
+        let outcome = rig.drive.home(*method).unwrap();
         assert!(matches!(outcome, HomingOutcome::Attained { .. }), "{method}: {outcome:?}");
-        assert_eq!(bench.drive.mode().unwrap(), Some(Mode::Positioning), "{method}");
+        assert_eq!(rig.drive.mode().unwrap(), Some(Mode::Positioning), "{method}");
     }
-    let mut bench = Bench::by_sdo();
-    bench.drive.enable().unwrap();
-    let failed = bench.drive.home(od::HomingMethod::NEGATIVE_LIMIT_SWITCH.0).unwrap();
+    let mut rig = Rig::by_sdo();
+    rig.drive.enable().unwrap();
+    let failed = rig.drive.home(od::HomingMethod::NEGATIVE_LIMIT_SWITCH.0).unwrap();
     assert!(matches!(failed, HomingOutcome::Failed { .. }), "no switch: {failed:?}");
 }
 
 /// Its encoder of one turn does not keep its reference without power.
 #[test]
 fn it_says_whether_it_is_referenced() {
-    let mut bench = Bench::by_pdo();
+    let mut rig = Rig::by_pdo();
     let recovery = Recovery::within(Duration::from_secs(10));
-    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(false));
-    bench.drive.enable().unwrap();
-    bench.drive.home(od::HomingMethod::PRESENT_POSITION.0).unwrap();
-    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(true));
+    assert_eq!(rig.drive.recover(&recovery).unwrap().referenced, Some(false));
+    rig.drive.enable().unwrap();
+    rig.drive.home(od::HomingMethod::PRESENT_POSITION.0).unwrap();
+    assert_eq!(rig.drive.recover(&recovery).unwrap().referenced, Some(true));
     for on in [false, true] {
-        bench.servo.lock().unwrap().set_power(bench.bus.now(), on);
+        rig.servo.lock().unwrap().set_power(rig.bus.now(), on);
     }
-    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(false));
+    assert_eq!(rig.drive.recover(&recovery).unwrap().referenced, Some(false));
 }
 
 #[test]
 fn faults_and_warnings_have_their_numbers() {
-    let mut bench = Bench::by_pdo();
-    bench.drive.enable().unwrap();
-    bench.set(|inputs| inputs.warnings = code("n301").into());
-    bench.drive.start_moving_to(1_000_000).unwrap();
-    assert_eq!(bench.drive.warning().unwrap().unwrap().to_string(), "n301 (7186): Motor overheated");
-    bench.set(|inputs| inputs.faults = code("F439").into());
-    let outcome = bench.drive.finish().unwrap();
+    let mut rig = Rig::by_pdo();
+    rig.drive.enable().unwrap();
+    rig.set(|inputs| inputs.warnings = code("n301").into());
+    rig.drive.start_moving_to(1_000_000).unwrap();
+    assert_eq!(rig.drive.warning().unwrap().unwrap().to_string(), "n301 (7186): Motor overheated");
+    rig.set(|inputs| inputs.faults = code("F439").into());
+    let outcome = rig.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::Fault(Cause::Fault(code)) if code.label == "F439"), "{outcome:?}");
-    assert!(matches!(bench.drive.reset_fault(), Err(Error::Fault(_))), "its cause is still there");
-    bench.set(|inputs| (inputs.faults, inputs.warnings) = (Causes::NONE, Causes::NONE));
-    let was = bench.drive.reset_fault().unwrap().unwrap();
+    assert!(matches!(rig.drive.reset_fault(), Err(Error::Fault(_))), "its cause is still there");
+    rig.set(|inputs| (inputs.faults, inputs.warnings) = (Causes::NONE, Causes::NONE));
+    let was = rig.drive.reset_fault().unwrap().unwrap();
     assert_eq!(was.to_string(), "F439 (8611): Following error");
-    assert!(bench.drive.fault_history().unwrap().contains(&was));
-    bench.drive.clear_fault_history().unwrap();
-    assert_eq!(bench.drive.fault_history().unwrap(), []);
+    assert!(rig.drive.fault_history().unwrap().contains(&was));
+    rig.drive.clear_fault_history().unwrap();
+    assert_eq!(rig.drive.fault_history().unwrap(), []);
 }
 
 #[test]
 fn what_is_missing_is_named() {
-    let mut bench = Bench::by_pdo();
-    bench.set(|inputs| inputs.enable = false);
-    let refused = bench.drive.enable().unwrap_err();
+    let mut rig = Rig::by_pdo();
+    rig.set(|inputs| inputs.enable = false);
+    let refused = rig.drive.enable().unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: its enable input is not active");
-    bench.set(|inputs| (inputs.enable, inputs.warnings) = (true, code("n602").into()));
-    let refused = bench.drive.enable().unwrap_err();
+    rig.set(|inputs| (inputs.enable, inputs.warnings) = (true, code("n602").into()));
+    let refused = rig.drive.enable().unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a safety function has it");
 }
 
 #[test]
 fn inputs_latch_positions() {
     for input in [1, 2] {
-        let mut bench = Bench::by_pdo();
-        let level = |bench: &Bench, level| bench.set(|inputs| inputs.probes[usize::from(input) - 1] = level);
-        bench.drive.enable().unwrap();
-        bench.drive.move_to(2000).unwrap();
+        let mut rig = Rig::by_pdo();
+        let level = |rig: &Rig, level| rig.set(|inputs| inputs.probes[usize::from(input) - 1] = level);
+        rig.drive.enable().unwrap();
+        rig.drive.move_to(2000).unwrap();
         // Nothing is armed.
-        [true, false].into_iter().for_each(|on| level(&bench, on));
-        bench.drive.move_to(3000).unwrap();
+        [true, false].into_iter().for_each(|on| level(&rig, on));
+        rig.drive.move_to(3000).unwrap();
         for trigger in [Trigger::Rising(input), Trigger::Falling(input)] {
-            bench.drive.arm_latch(trigger).unwrap();
-            assert_eq!(bench.drive.latched(trigger).unwrap(), None);
+            rig.drive.arm_latch(trigger).unwrap();
+            assert_eq!(rig.drive.latched(trigger).unwrap(), None);
         }
-        level(&bench, true);
-        bench.drive.move_to(4000).unwrap();
-        level(&bench, false);
-        let latched = |bench: &mut Bench| {
-            [Trigger::Rising(input), Trigger::Falling(input)].map(|trigger| bench.drive.latched(trigger).unwrap())
+        level(&rig, true);
+        rig.drive.move_to(4000).unwrap();
+        level(&rig, false);
+        let latched = |rig: &mut Rig| {
+            [Trigger::Rising(input), Trigger::Falling(input)].map(|trigger| rig.drive.latched(trigger).unwrap())
         };
-        assert_eq!(latched(&mut bench), [Some(3000), Some(4000)], "input {input}");
-        bench.drive.move_to(5000).unwrap();
-        [true, false].into_iter().for_each(|on| level(&bench, on));
-        assert_eq!(latched(&mut bench), [Some(3000), Some(4000)], "input {input}: valid ones are kept");
-        bench.drive.arm_latch(Trigger::Rising(input)).unwrap();
-        assert_eq!(bench.drive.latched(Trigger::Rising(input)).unwrap(), None);
+        assert_eq!(latched(&mut rig), [Some(3000), Some(4000)], "input {input}");
+        rig.drive.move_to(5000).unwrap();
+        [true, false].into_iter().for_each(|on| level(&rig, on));
+        assert_eq!(latched(&mut rig), [Some(3000), Some(4000)], "input {input}: valid ones are kept");
+        rig.drive.arm_latch(Trigger::Rising(input)).unwrap();
+        assert_eq!(rig.drive.latched(Trigger::Rising(input)).unwrap(), None);
     }
 }
 
@@ -197,21 +197,21 @@ fn an_answer_ends_with_an_empty_line() {
         (">-ok", 1024, "ok".to_owned() + &">-ok".repeat(1023)),
         ("\0", 1, String::new()),
     ] {
-        let mut bench = Bench::by_sdo();
-        bench.storage(|od| {
+        let mut rig = Rig::by_sdo();
+        rig.storage(|od| {
             let entry = od.entry(od::ASCII_CHANNEL.response().address()).unwrap();
             od.write(&entry, 0, shown.as_bytes(), true).unwrap();
         });
         let asked = Arc::new(Mutex::new(0));
         let count = Arc::clone(&asked);
-        bench.bus.set_fate(move |_, frame| {
+        rig.bus.set_fate(move |_, frame| {
             let read = frame.data().starts_with(&[0x40, 0x26, 0x20, 2]);
             let mut count = count.lock().unwrap();
             *count += u32::from(read);
             assert!(*count <= 1024, "it asks again and again");
             Fate::Deliver
         });
-        let said = bench.drive.run(async |drive: DriveContext| ascii::ask(&drive, "DRV.FAULTS").await).unwrap();
+        let said = rig.drive.run(async |drive: DriveContext| ascii::ask(&drive, "DRV.FAULTS").await).unwrap();
         assert_eq!((said, *asked.lock().unwrap()), (answer, reads), "{shown:?}");
     }
 }
@@ -253,21 +253,21 @@ fn the_simulated_drive_raises_the_faults_of_the_manual() {
     let FaultCodes { following_error, blocked, undervoltage, cycle_missed, connection_lost } = MODEL.codes;
     let codes = [following_error, blocked, undervoltage, cycle_missed, connection_lost];
     assert_eq!(codes, [Some(code("F439")), None, Some(0x3220), Some(0x8780), Some(0x8130)]);
-    let mut bench = Bench::by_sdo();
-    bench.drive.enable().unwrap();
-    bench.drive.write(od::FOLLOWING_ERROR_WINDOW, od::PositionWindow(100)).unwrap();
-    bench.set(|inputs| inputs.blocked = true);
-    let outcome = bench.drive.move_to(5000).unwrap();
+    let mut rig = Rig::by_sdo();
+    rig.drive.enable().unwrap();
+    rig.drive.write(od::FOLLOWING_ERROR_WINDOW, od::PositionWindow(100)).unwrap();
+    rig.set(|inputs| inputs.blocked = true);
+    let outcome = rig.drive.move_to(5000).unwrap();
     assert!(matches!(outcome, Outcome::Fault(Cause::Fault(code)) if code.label == "F439"), "{outcome:?}");
-    bench.storage(|od| assert_eq!(od.raw(Address::new(0x1001, 0)), Some(0x20), "no generic error"));
+    rig.storage(|od| assert_eq!(od.raw(Address::new(0x1001, 0)), Some(0x20), "no generic error"));
     assert_eq!(fault::find("F535").unwrap().text, "without a description");
 }
 
 /// The example of the manual, an M006.
 #[test]
 fn the_simulated_drive_has_an_identity_and_a_mode() {
-    let bench = Bench::by_sdo();
-    bench.storage(|od| {
+    let rig = Rig::by_sdo();
+    rig.storage(|od| {
         let text = |od: &mut dyn Storage, index| {
             let mut text = [0; 4];
             let entry = od.entry(Address::new(index, 0)).unwrap();
@@ -285,68 +285,68 @@ fn the_simulated_drive_has_an_identity_and_a_mode() {
 #[test]
 fn the_manufacturer_status_shows_what_the_drive_does() {
     let (moving, reached, at_speed) = (1 << 0, 1 << 3, 1 << 9);
-    let register = |bench: &Bench| {
+    let register = |rig: &Rig| {
         let mut shown = 0;
-        bench.storage(|od| shown = od.raw(od::MANUFACTURER_STATUS_REGISTER.address()).unwrap());
+        rig.storage(|od| shown = od.raw(od::MANUFACTURER_STATUS_REGISTER.address()).unwrap());
         shown & !(1 << 29 | 1 << 14 | 1 << 23)
     };
-    let mut bench = Bench::by_sdo();
-    bench.drive.enable().unwrap();
-    bench.drive.start_moving_to(100_000).unwrap();
-    assert_eq!(register(&bench), moving);
-    bench.drive.finish().unwrap();
-    assert_eq!(register(&bench), reached);
-    bench.drive.set_mode(Mode::Velocity).unwrap();
-    bench.drive.run_at(300).unwrap();
-    assert_eq!(register(&bench), reached | at_speed);
-    bench.drive.stop().unwrap();
-    bench.drive.set_mode(Mode::Positioning).unwrap();
-    bench.set(|inputs| inputs.machine.negative_limit = Some(-100_000.0));
+    let mut rig = Rig::by_sdo();
+    rig.drive.enable().unwrap();
+    rig.drive.start_moving_to(100_000).unwrap();
+    assert_eq!(register(&rig), moving);
+    rig.drive.finish().unwrap();
+    assert_eq!(register(&rig), reached);
+    rig.drive.set_mode(Mode::Velocity).unwrap();
+    rig.drive.run_at(300).unwrap();
+    assert_eq!(register(&rig), reached | at_speed);
+    rig.drive.stop().unwrap();
+    rig.drive.set_mode(Mode::Positioning).unwrap();
+    rig.set(|inputs| inputs.machine.negative_limit = Some(-100_000.0));
     for (index, value) in [(0x6060, 6), (0x6098, 17), (0x6040, 0x1F)] {
-        bench.storage(|od| od.set_raw(Address::new(index, 0), value));
+        rig.storage(|od| od.set_raw(Address::new(index, 0), value));
     }
-    bench.bus.advance(Duration::from_millis(100));
-    assert_eq!(register(&bench), moving | 1 << 16);
-    let bench = Bench::by_sdo();
-    bench.set(|inputs| inputs.warnings = code("n602").into());
-    assert_eq!(register(&bench), 1 << 13 | 1 << 8);
+    rig.bus.advance(Duration::from_millis(100));
+    assert_eq!(register(&rig), moving | 1 << 16);
+    let rig = Rig::by_sdo();
+    rig.set(|inputs| inputs.warnings = code("n602").into());
+    assert_eq!(register(&rig), 1 << 13 | 1 << 8);
 }
 
 #[test]
 fn a_moving_drive_keeps_its_mode() {
-    let mut bench = Bench::by_sdo();
-    bench.drive.enable().unwrap();
-    bench.drive.start_moving_to(100_000).unwrap();
-    let refused = bench.drive.calibrate(0).unwrap_err();
+    let mut rig = Rig::by_sdo();
+    rig.drive.enable().unwrap();
+    rig.drive.start_moving_to(100_000).unwrap();
+    let refused = rig.drive.calibrate(0).unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a travel is under way");
     // A travel that others have ordered is one, too.
-    bench.drive.finish().unwrap();
+    rig.drive.finish().unwrap();
     for (index, value) in [(0x607A, 200_000), (0x6040, 0x0F), (0x6040, 0x1F)] {
-        bench.storage(|od| od.set_raw(Address::new(index, 0), value));
+        rig.storage(|od| od.set_raw(Address::new(index, 0), value));
     }
-    let refused = bench.drive.calibrate(0).unwrap_err();
+    let refused = rig.drive.calibrate(0).unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a travel is under way");
-    bench.drive.write(od::MODES_OF_OPERATION, od::OperatingMode::PROFILE_VELOCITY).unwrap();
-    assert_eq!(bench.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_POSITION);
-    bench.bus.advance(Duration::from_secs(60));
-    assert_eq!(bench.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_VELOCITY);
-    bench.drive.set_mode(Mode::Positioning).unwrap();
-    assert!(matches!(bench.drive.set_mode(Mode::CyclicVelocity), Err(Error::Unsupported { .. })));
-    bench.set(|inputs| inputs.warnings = code("n602").into());
-    let refused = bench.drive.move_to(0).unwrap_err();
+    rig.drive.write(od::MODES_OF_OPERATION, od::OperatingMode::PROFILE_VELOCITY).unwrap();
+    assert_eq!(rig.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_POSITION);
+    rig.bus.advance(Duration::from_secs(60));
+    assert_eq!(rig.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_VELOCITY);
+    rig.drive.set_mode(Mode::Positioning).unwrap();
+    assert!(matches!(rig.drive.set_mode(Mode::CyclicVelocity), Err(Error::Unsupported { .. })));
+    rig.set(|inputs| inputs.warnings = code("n602").into());
+    let refused = rig.drive.move_to(0).unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: a safety function has it");
-    bench.set(|inputs| (inputs.warnings, inputs.enable) = (Causes::NONE, false));
-    let refused = bench.drive.move_to(0).unwrap_err().to_string();
+    rig.set(|inputs| (inputs.warnings, inputs.enable) = (Causes::NONE, false));
+    let refused = rig.drive.move_to(0).unwrap_err().to_string();
     assert!(refused.ends_with("; its enable input is not active"), "{refused}");
     // There is no velocity mode of frequency converters.
-    bench.storage(|od| od.set_raw(Address::new(0x6060, 0), 2));
-    bench.storage(|od| assert_eq!(od.raw(Address::new(0x6061, 0)), Some(1)));
+    rig.storage(|od| od.set_raw(Address::new(0x6060, 0), 2));
+    rig.storage(|od| assert_eq!(od.raw(Address::new(0x6061, 0)), Some(1)));
 }
 
 /// Two of them fill a bus at 500 kbit/s while they move.
 #[test]
 fn its_pdos_of_the_factory_have_no_inhibit_time() {
-    let found = Bench::by_pdo().drive.unpaced_pdos().unwrap();
+    let found = Rig::by_pdo().drive.unpaced_pdos().unwrap();
     let found: Vec<_> = found.iter().map(|pdo| (pdo.number, pdo.object, pdo.inhibit)).collect();
     let expected = [(3, od::POSITION_ACTUAL_VALUE.address()), (4, od::VELOCITY_ACTUAL_VALUE.address())];
     assert_eq!(found, expected.map(|(number, object)| (number, object, Duration::ZERO)));
@@ -356,19 +356,19 @@ fn its_pdos_of_the_factory_have_no_inhibit_time() {
 #[test]
 fn remote_frames_cannot_be_forbidden() {
     const STATUS: Mapping<Tpdo, (od::Statusword,), od::Device> = Mapping::transmit().with(od::STATUSWORD);
-    let mut bench = Bench::by_sdo();
+    let mut rig = Rig::by_sdo();
     let id = CobId::of_node(0x180, NODE);
     let cob_id = PdoCobId::valid(id).without_remote();
-    bench.drive.configure_pdos(&[PdoSettings::of(1, cob_id, TransmissionType::EventProfile, &STATUS)]).unwrap();
-    bench.drive.enable().unwrap();
+    rig.drive.configure_pdos(&[PdoSettings::of(1, cob_id, TransmissionType::EventProfile, &STATUS)]).unwrap();
+    rig.drive.enable().unwrap();
     let heard = Arc::new(Mutex::new(0));
     let count = Arc::clone(&heard);
-    bench.bus.set_fate(move |_, frame| {
+    rig.bus.set_fate(move |_, frame| {
         *count.lock().unwrap() += u32::from(frame.id() == id && !frame.is_remote());
         Fate::Deliver
     });
-    bench.bus.link().send(&Frame::remote(id, 2).unwrap()).unwrap();
-    bench.bus.advance(Duration::from_millis(10));
+    rig.bus.link().send(&Frame::remote(id, 2).unwrap()).unwrap();
+    rig.bus.advance(Duration::from_millis(10));
     assert_eq!(*heard.lock().unwrap(), 1);
 }
 
@@ -378,18 +378,18 @@ fn its_pdos_are_mapped_freely() {
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
     const ACTUAL: Mapping<Tpdo, (od::Position, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::MANUFACTURER_STATUS_REGISTER);
-    let mut bench = Bench::by_sdo();
+    let mut rig = Rig::by_sdo();
     let id = |base| PdoCobId::valid(CobId::of_node(base, NODE));
     let settings = [
         PdoSettings::of(2, id(0x300), TransmissionType::EventProfile, &ORDER),
         PdoSettings::of(3, id(0x380), TransmissionType::EventProfile, &ACTUAL),
     ];
-    bench.drive.configure_pdos(&settings).unwrap();
-    bench.drive.enable().unwrap();
-    bench.drive.send_pdo(2, &ORDER, (od::Position(36_000), od::Speed(15_000))).unwrap();
-    assert_eq!(bench.drive.read(od::PROFILE_VELOCITY).unwrap(), od::Speed(15_000));
-    bench.drive.move_to(700).unwrap();
-    let (position, status) = bench.drive.receive_pdo(3, &ACTUAL).unwrap();
+    rig.drive.configure_pdos(&settings).unwrap();
+    rig.drive.enable().unwrap();
+    rig.drive.send_pdo(2, &ORDER, (od::Position(36_000), od::Speed(15_000))).unwrap();
+    assert_eq!(rig.drive.read(od::PROFILE_VELOCITY).unwrap(), od::Speed(15_000));
+    rig.drive.move_to(700).unwrap();
+    let (position, status) = rig.drive.receive_pdo(3, &ACTUAL).unwrap();
     assert_eq!((position, status.hardware_enable()), (od::Position(700), true));
 }
 
@@ -420,8 +420,8 @@ fn both_kinds_connect() {
 
 #[test]
 fn a_drive_of_another_vendor_is_not_taken_for_this_one() {
-    let bench = Bench::by_pdo();
-    bench.storage(|od| od.set_raw(Address::new(0x1018, 1), 0x195));
-    let other = lexican_driver::Drive::<_, Any>::connect_described_unprotected(bench.bus.link(), NODE, &AKD);
+    let rig = Rig::by_pdo();
+    rig.storage(|od| od.set_raw(Address::new(0x1018, 1), 0x195));
+    let other = lexican_driver::Drive::<_, Any>::connect_described_unprotected(rig.bus.link(), NODE, &AKD);
     assert!(matches!(other, Err(Error::NotThisDrive { vendor_id: 0x195, .. })), "{:?}", other.err());
 }

@@ -2,7 +2,7 @@
 //!
 //! - [`table`]: the parameters of the AG03/1 (41) and the AG02 (27), each with the CANopen object that it equals;
 //! - [`words`]: what the bits of control and status word mean in which operating mode;
-//! - [`Door`]: a simulated drive behind a simulated slave: the same motion as behind CANopen;
+//! - [`ProfibusDrive`]: a simulated drive behind a simulated slave: the same motion as behind CANopen;
 //! - [`master::DriveMaster`]: the master's side of one drive: orders become control words, status words become facts;
 //! - [`gateway::ProfibusDoor`]: the same as the door of a gateway, by which the drives' drivers work over PROFIBUS; with the
 //!   feature `master`, `line::link` is a link for them;
@@ -20,7 +20,7 @@
 
 #[cfg(feature = "master")]
 pub mod bus;
-mod door;
+mod drive;
 pub mod gateway;
 #[cfg(feature = "master")]
 pub mod line;
@@ -29,7 +29,7 @@ mod model;
 pub mod table;
 pub mod words;
 
-pub use door::Door;
+pub use drive::ProfibusDrive;
 pub use model::{AG02, AG03_1, Model, PPO};
 
 /// The README, so that what it shows compiles.

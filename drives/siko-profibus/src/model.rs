@@ -12,16 +12,14 @@ pub const PPO: Ppo = Ppo { parameters: true, process_words: 3 };
 
 /// A drive on PROFIBUS.
 #[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Model {
-    /// Its name.
     pub name: &'static str,
     /// What a driver has to know of it.
     pub description: &'static Description,
     /// The drive behind the slave.
     pub drive: &'static siko::model::Model,
-    /// The slave.
     pub identity: Identity,
-    /// Its parameters.
     pub table: &'static [Row],
     /// The version of the firmware, in BCD (PNU 965).
     pub version: u16,

@@ -13,7 +13,7 @@ use lexican_runtime::{Duration, Instant, NodeId};
 use profirust::Baudrate;
 use serialport::{SerialPort, TTYPort};
 use siko_ag02::driver::{Drive, Error, Outcome};
-use siko_profibus::{AG02, Door, line};
+use siko_profibus::{AG02, ProfibusDrive, line};
 
 static DIES: AtomicBool = AtomicBool::new(false);
 const NODE: NodeId = NodeId::literal(5);
@@ -66,7 +66,8 @@ fn a_drive_travels_over_a_pseudo_terminal_and_is_lost_with_the_thread_that_runs_
     let is_over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            let slave = Slave::new(NODE.get(), AG02.identity, BitRate(500_000), Door::new(Instant::ZERO, &AG02, 5));
+            let slave =
+                Slave::new(NODE.get(), AG02.identity, BitRate(500_000), ProfibusDrive::new(Instant::ZERO, &AG02, 5));
             let mut slave = slave.with_idle(Duration::from_millis(2));
             // The other end may be closed first, which ends it, too.
             let _ = serial_line::serve(&mut slave, &mut there, || !is_over.load(Ordering::Relaxed));

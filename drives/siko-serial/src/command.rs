@@ -167,32 +167,22 @@ pub enum Command {
     Inch(Direction),
 }
 
-/// The bytes of each command with its letter and its parameters (table 3, column "Länge").
-const LENGTHS: [(u8, usize); 24] = [
-    (b'A', 2),
-    (b'E', 2),
-    (b'F', 10),
-    (b'G', 3),
-    (b'H', 8),
-    (b'I', 1),
-    (b'J', 2),
-    (b'K', 1),
-    (b'L', 2),
-    (b'M', 1),
-    (b'N', 1),
-    (b'O', 1),
-    (b'P', 1),
-    (b'Q', 1),
-    (b'R', 1),
-    (b'S', 6),
-    (b'T', 2),
-    (b'V', 1),
-    (b'W', 1),
-    (b'X', 2),
-    (b'Y', 1),
-    (b'Z', 1),
-    (b',', 1),
-    (b'.', 1),
+/// The commands that have no parameters, by their letters.
+const PLAIN: [(u8, Command); 14] = [
+    (b'I', Command::Abort),
+    (b'K', Command::Restart),
+    (b'M', Command::Start),
+    (b'N', Command::EmergencyStop),
+    (b'O', Command::Stop),
+    (b'P', Command::Release),
+    (b'Q', Command::Flags),
+    (b'R', Command::Status),
+    (b'V', Command::Velocity),
+    (b'W', Command::BinaryPosition),
+    (b'Y', Command::Step),
+    (b'Z', Command::Position),
+    (b',', Command::Inch(Direction::Positive)),
+    (b'.', Command::Inch(Direction::Negative)),
 ];
 
 impl Command {
@@ -213,26 +203,13 @@ impl Command {
             Command::ReadShort(which) => letter(b'G').digits(which.number().into(), 2),
             Command::WriteShort(_, number) if number > Self::SHORT => return None,
             Command::WriteShort(which, number) => letter(b'H').digits(which.number().into(), 2).digits(number, 5),
-            Command::Abort => letter(b'I'),
             Command::FaultCount => letter(b'J').digits(0, 1),
             Command::Faults => letter(b'J').digits(1, 1),
-            Command::Restart => letter(b'K'),
             Command::SetPosType(which) => letter(b'L').digits(which.number().into(), 1),
-            Command::Start => letter(b'M'),
-            Command::EmergencyStop => letter(b'N'),
-            Command::Stop => letter(b'O'),
-            Command::Release => letter(b'P'),
-            Command::Flags => letter(b'Q'),
-            Command::Status => letter(b'R'),
             Command::Set(which) => letter(b'S').digits(which.number().into(), 5),
             Command::SetTurning(which) => letter(b'T').digits(which.number().into(), 1),
-            Command::Velocity => letter(b'V'),
-            Command::BinaryPosition => letter(b'W'),
             Command::SetMode(which) => letter(b'X').digits(which.number().into(), 1),
-            Command::Step => letter(b'Y'),
-            Command::Position => letter(b'Z'),
-            Command::Inch(Direction::Positive) => letter(b','),
-            Command::Inch(Direction::Negative) => letter(b'.'),
+            _ => letter(PLAIN.iter().find(|(_, command)| *command == self)?.0),
         })
     }
 
@@ -269,21 +246,7 @@ impl Command {
             b'S' => value_of(rest, Setting::from_number).map(Command::Set),
             b'T' => value_of(rest, Turning::from_number).map(Command::SetTurning),
             b'X' => value_of(rest, Mode::from_number).map(Command::SetMode),
-            b'I' => Ok(Command::Abort),
-            b'K' => Ok(Command::Restart),
-            b'M' => Ok(Command::Start),
-            b'N' => Ok(Command::EmergencyStop),
-            b'O' => Ok(Command::Stop),
-            b'P' => Ok(Command::Release),
-            b'Q' => Ok(Command::Flags),
-            b'R' => Ok(Command::Status),
-            b'V' => Ok(Command::Velocity),
-            b'W' => Ok(Command::BinaryPosition),
-            b'Y' => Ok(Command::Step),
-            b'Z' => Ok(Command::Position),
-            b',' => Ok(Command::Inch(Direction::Positive)),
-            b'.' => Ok(Command::Inch(Direction::Negative)),
-            _ => Err(ErrorNumber::PARAMETER_NUMBER),
+            _ => plain(letter).ok_or(ErrorNumber::PARAMETER_NUMBER),
         }
     }
 
@@ -301,18 +264,7 @@ impl Command {
             Command::Velocity => Reply::Velocity,
             Command::BinaryPosition => Reply::Binary,
             Command::Restart | Command::Inch(_) => Reply::None,
-            Command::WriteLong(..)
-            | Command::WriteShort(..)
-            | Command::Abort
-            | Command::SetPosType(_)
-            | Command::Start
-            | Command::EmergencyStop
-            | Command::Stop
-            | Command::Release
-            | Command::Set(_)
-            | Command::SetTurning(_)
-            | Command::SetMode(_)
-            | Command::Step => Reply::Done,
+            _ => Reply::Done,
         }
     }
 
@@ -326,27 +278,27 @@ impl Command {
     /// does not, nor does calibrating, since the shaft may turn in between.
     #[must_use]
     pub const fn may_be_repeated(self) -> bool {
-        match self {
-            Command::Start | Command::Step | Command::Inch(_) | Command::Restart | Command::Set(Setting::Calibrate) => {
-                false
-            }
-            Command::WriteLong(..)
-            | Command::WriteShort(..)
-            | Command::SetPosType(_)
-            | Command::SetTurning(_)
-            | Command::SetMode(_)
-            | Command::Set(_)
-            | Command::Abort
-            | Command::EmergencyStop
-            | Command::Stop
-            | Command::Release => true,
-            _ => self.is_read(),
-        }
+        !matches!(
+            self,
+            Command::Start | Command::Step | Command::Inch(_) | Command::Restart | Command::Set(Setting::Calibrate)
+        )
     }
 }
 
+/// The bytes of a command with its letter and its parameters (table 3, column "Länge").
 fn length(letter: u8) -> Option<usize> {
-    LENGTHS.iter().find(|(known, _)| *known == letter).map(|(_, len)| *len)
+    match letter {
+        b'A' | b'E' | b'J' | b'L' | b'T' | b'X' => Some(2),
+        b'G' => Some(3),
+        b'S' => Some(6),
+        b'H' => Some(8),
+        b'F' => Some(10),
+        _ => plain(letter).map(|_| 1),
+    }
+}
+
+fn plain(letter: u8) -> Option<Command> {
+    PLAIN.iter().find(|(known, _)| *known == letter).map(|(_, command)| *command)
 }
 
 /// The parameter with a number.

@@ -1,12 +1,12 @@
 //! The client on a port of the operating system.
 #![cfg(all(feature = "serialport", unix))]
 
-#[path = "all/bench/mod.rs"]
-mod bench;
+#[path = "all/serial_rig.rs"]
+mod serial_rig;
 
 use std::io::{Read, Write};
 
-use bench::{Connection, Error};
+use serial_rig::{Connection, Error};
 use serialport::{SerialPort, TTYPort};
 use siko_serial::answer::Answer;
 use siko_serial::client::Trouble;

@@ -46,26 +46,17 @@ pub fn entry_of_line(line: &str) -> Option<(Address, &str)> {
 
 /// Why a text is not what a device keeps.
 #[derive(Clone, Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum EepromError {
     /// There is nothing in it.
     #[error("{}", KeptError::Empty)]
     Empty,
     /// Something else has written it.
     #[error("not the EEPROM of a simulated {device}: {error}")]
-    Foreign {
-        /// Which device it is not of.
-        device: &'static str,
-        /// What is wrong.
-        error: KeptError,
-    },
+    Foreign { device: &'static str, error: KeptError },
     /// Another version of this program has written it.
     #[error("the EEPROM of a simulated {device}, but {error}")]
-    Version {
-        /// Which device it is of.
-        device: &'static str,
-        /// What is wrong.
-        error: KeptError,
-    },
+    Version { device: &'static str, error: KeptError },
     /// Its end is missing, or its checksum is that of another text.
     #[error("{}", KeptError::Torn)]
     Torn,
@@ -76,25 +67,15 @@ pub enum EepromError {
     Line {
         /// Which line, counted from 1.
         line: u32,
-        /// What it is.
         text: String,
-        /// What lines are.
         wanted: &'static str,
     },
     /// The file cannot be read or written.
     #[error("{error}")]
-    Io {
-        /// What the operating system says.
-        error: Arc<io::Error>,
-    },
+    Io { error: Arc<io::Error> },
     /// Which file it is about.
     #[error("{}: {error}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        error: Box<EepromError>,
-    },
+    File { path: PathBuf, error: Box<EepromError> },
 }
 
 impl From<io::Error> for EepromError {

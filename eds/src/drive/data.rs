@@ -1,5 +1,6 @@
 //! A drive of CiA 402, as a data sheet describes it.
 
+pub use crate::cia402::Signal;
 use crate::model::types::DataType;
 
 /// What a driver has to know, as far as a data sheet says it.
@@ -77,12 +78,10 @@ pub struct Identity {
 
 /// An object that holds a whole number of one, two, four or eight bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Number {
-    /// The index.
     pub index: u16,
-    /// The sub-index.
     pub sub: u8,
-    /// The data type.
     pub data_type: DataType,
     /// The limits, if they are narrower than the data type.
     pub limits: Option<(i64, i64)>,
@@ -138,21 +137,6 @@ pub struct Pdo {
     pub base: u16,
     /// What it carries, the first byte first.
     pub signals: Vec<Signal>,
-}
-
-/// Something that a PDO carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signal {
-    /// 6040h.
-    ControlWord,
-    /// 6041h.
-    StatusWord,
-    /// 607Ah.
-    TargetPosition,
-    /// 60FFh.
-    TargetVelocity,
-    /// So many bytes of other objects.
-    Other(u8),
 }
 
 /// An emergency code.

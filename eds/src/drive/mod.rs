@@ -14,6 +14,7 @@ pub use data::{Code, Drive, Homing, Identity, Number, Outputs, Pdo, Profile, Sig
 pub use finding::{FINDINGS, Finding};
 
 use crate::cia301;
+use crate::cia402::Modes;
 use crate::diagnostic::Diagnostics;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
@@ -51,16 +52,16 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
     let target_velocity = reader.optional((0x60FF, 0), "target velocity", Need::Target);
     let torque = torque(reader);
     let interpolated_position = reader.optional((0x60C1, 1), "interpolated position", Need::Target);
-    let usable: [(bool, &[i8]); 4] = [
-        (target_position.is_some() && actual_position.is_some(), &[1, 8]),
-        (target_velocity.is_some(), &[3, 9]),
-        (torque.is_some(), &[4, 10]),
-        (interpolated_position.is_some(), &[7]),
+    let targets = [
+        (0x607A, target_position.is_some() && actual_position.is_some()),
+        (0x60FF, target_velocity.is_some()),
+        (0x6071, torque.is_some()),
+        (0x60C1, interpolated_position.is_some()),
     ];
-    let unusable: Vec<i8> =
-        usable.iter().filter(|(usable, _)| !usable).flat_map(|(_, modes)| *modes).copied().collect();
-    let modes = modes::modes(reader, &unusable);
-    let has = |either: [i8; 2]| modes.iter().flatten().any(|mode| either.contains(mode));
+    let modes = modes::modes(reader, &targets);
+    let all = modes.as_deref().unwrap_or_default();
+    let has =
+        |target: u16| Modes::CIA_402.0.iter().any(|(number, mode)| mode.object() == target && all.contains(number));
     let mut drive = Drive {
         name: name(reader.device),
         identity: Identity {
@@ -75,11 +76,11 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
         mode_display: reader.optional((0x6061, 0), "mode of operation display", Need::Read),
         actual_position,
         actual_velocity: actual_velocity?,
-        profile: profile_of_travels(reader).filter(|_| has([1, 1])),
+        profile: profile_of_travels(reader).filter(|_| all.contains(&1)),
         target_position,
-        target_velocity: target_velocity.filter(|_| has([3, 9])),
-        torque: torque.filter(|_| has([4, 10])),
-        interpolated_position: interpolated_position.filter(|_| has([7, 7])),
+        target_velocity: target_velocity.filter(|_| has(0x60FF)),
+        torque: torque.filter(|_| has(0x6071)),
+        interpolated_position: interpolated_position.filter(|_| has(0x60C1)),
         position_window: reader.optional((0x6067, 0), "position window", Need::Read),
         position_limits: None,
         latest_fault: reader.optional((cia301::PREDEFINED_ERROR_FIELD, 1), "error history", Need::Read),

@@ -2,42 +2,32 @@
 
 use super::data::Homing;
 use super::objects::{Need, Reader};
+use crate::cia402::Modes;
 use crate::model::pdo::held;
 use crate::model::{Device, Entry, Meaning, Value};
-
-/// The modes of CiA 402, each with an object that it needs, and the name of the mode.
-const MODES: &[(i8, u16, &str)] = &[
-    (1, 0x607A, "profile position mode"),
-    (2, 0x6042, "velocity mode"),
-    (3, 0x60FF, "profile velocity mode"),
-    (4, 0x6071, "torque profile mode"),
-    (6, 0x6098, "homing mode"),
-    (7, 0x60C1, "interpolated position mode"),
-    (8, 0x607A, "cyclic synchronous position mode"),
-    (9, 0x60FF, "cyclic synchronous velocity mode"),
-    (10, 0x6071, "cyclic synchronous torque mode"),
-];
 
 /// The homing methods that CiA 402-2 reserves, up to its last one, and 0, which is none.
 const RESERVED: &[i8] = &[0, 15, 16, 31, 32, 36];
 
 /// The modes of the drive, ascending: those of 6502h, of the overlay's enumeration of 6060h, or within its limits, as far as
-/// the objects are there. Neither profile position nor profile velocity mode is an error.
-/// `unusable` are those of which an object is missing, or contradicts CiA 402.
-pub(super) fn modes(reader: &mut Reader<'_>, unusable: &[i8]) -> Option<Vec<i8>> {
+/// the objects are there; `targets` says which targets a driver can use. A drive with neither profile position nor profile
+/// velocity mode is an error.
+pub(super) fn modes(reader: &mut Reader<'_>, targets: &[(u16, bool)]) -> Option<Vec<i8>> {
     let device = reader.device;
     let stated = stated(device);
     let has = |index: u16| device.object(index).is_some();
-    let modes: Vec<i8> = MODES
+    let modes: Vec<i8> = Modes::CIA_402
+        .0
         .iter()
-        .filter(|(mode, index, _)| has(*index) && !unusable.contains(mode))
-        .filter(|(mode, ..)| stated.as_ref().is_none_or(|stated| stated.modes.contains(mode)))
-        .map(|(mode, ..)| *mode)
+        .filter(|(_, mode)| has(mode.object()) && !targets.contains(&(mode.object(), false)))
+        .map(|(number, _)| *number)
+        .filter(|number| stated.as_ref().is_none_or(|stated| stated.modes.contains(number)))
         .collect();
     if let Some(stated) = stated.as_ref().filter(|stated| stated.one_by_one) {
-        for (mode, index, name) in MODES {
-            if stated.modes.contains(mode) && !has(*index) {
-                let message = format!("the drive has {name} by {:04X}h, but no {index:04X}h", stated.entry.index);
+        for (number, mode) in Modes::CIA_402.0 {
+            let (name, index) = (mode.name(), mode.object());
+            if stated.modes.contains(number) && !has(index) {
+                let message = format!("the drive has {name} mode by {:04X}h, but no {index:04X}h", stated.entry.index);
                 let help = "if the drive has the object, add it to the data sheet; the driver does without the mode";
                 reader.report("drive::left-out", message, stated.entry.span, help);
             }

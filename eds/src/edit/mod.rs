@@ -11,7 +11,7 @@
 //! # Ok::<(), lexican_eds::edit::EditError>(())
 //! ```
 //!
-//! Whether the data sheet is a better one then is for [`load`](crate::load) to say.
+//! An edit does not judge the result: that is up to [`load`](crate::load).
 
 pub(crate) mod lists;
 

@@ -54,8 +54,8 @@ pub struct Device {
 
 /// One index of the dictionary. What only few objects have, its [`ObjectDetails`], are fields like its own.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Object {
-    /// The index.
     pub index: u16,
     /// `ParameterName`.
     pub name: String,
@@ -222,12 +222,11 @@ pub enum Meaning {
 /// A physical quantity: what one count of a number is worth, in one unit or, where other objects
 /// decide (increments or 1/100 mm by the spindle pitch), in one of several.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Quantity {
-    /// What it is.
     pub description: Option<String>,
     /// The units; more than one only when each has a condition.
     pub units: Vec<Unit>,
-    /// Where the overlay describes it.
     pub span: Span,
 }
 
@@ -248,60 +247,53 @@ pub struct Unit {
 
 /// Limits that depend on the value of another entry.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct ConditionalRange {
-    /// When they apply.
     pub when: Condition,
-    /// The smallest value.
     pub low: i128,
-    /// The largest value.
     pub high: i128,
 }
 
 /// `2102:00 == 2`, or `2412:00 != 0`.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Condition {
-    /// Index of the entry that decides.
     pub index: u16,
-    /// Its sub-index.
     pub sub: u8,
     /// Whether it must be equal; else it must differ.
     pub equal: bool,
-    /// The number to compare with.
     pub value: i128,
 }
 
 /// States in which a device may be written to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum NmtState {
-    /// PRE-OPERATIONAL.
     PreOperational,
-    /// OPERATIONAL.
     Operational,
 }
 
 /// Named values of a number.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Enumeration {
-    /// What it is.
     pub description: Option<String>,
     /// The values, ascending.
     pub values: Vec<Named<i128>>,
     /// Whether the overlay writes values in hexadecimal, as codes are.
     pub is_hex: bool,
-    /// Where the overlay describes it.
     pub span: Span,
 }
 
 /// Named bits of a word.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct BitField {
-    /// What it is.
     pub description: Option<String>,
     /// The fields, ascending; they do not overlap.
     pub fields: Vec<Named<Bits>>,
     /// Why a simulated device does not show or obey a field, by its lowest bit.
     pub not_simulated: BTreeMap<u8, String>,
-    /// Where the overlay describes it.
     pub span: Span,
 }
 
@@ -321,7 +313,7 @@ pub struct Named<T> {
     pub name: String,
     /// One sentence, for the documentation.
     pub description: Option<String>,
-    /// The thing.
+    /// What has the name.
     pub value: T,
 }
 
@@ -353,23 +345,21 @@ pub enum Direction {
 
 /// One entry of a PDO mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Mapped {
     /// The index; of a data type when it is a placeholder.
     pub index: u16,
-    /// The sub-index.
     pub sub: u8,
-    /// The length in bits.
     pub bits: u8,
 }
 
 /// Another interface of the device, whose parameters mostly are objects under other numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Interface {
-    /// What it is.
     pub description: Option<String>,
     /// The parameters, in the order of the overlay.
     pub parameters: Vec<Parameter>,
-    /// Where the overlay describes it.
     pub span: Span,
 }
 

@@ -3,7 +3,7 @@
 use crate::cia301::{self, connection};
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 
-/// So many PDOs of each direction have parameters in the dictionary.
+/// The most PDOs of each direction: their parameters have no more indices.
 pub(crate) const MAX_PDOS: u16 = 512;
 
 /// All PDOs of which the dictionary holds a communication or mapping parameter.

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-macro_rules! data_types {
-    ($($variant:ident = $code:literal, $name:literal, $bits:expr;)*) => {
+pub use lexican_cia::Class;
+
+macro_rules! define {
+    ($($variant:ident = $code:literal, $name:literal, $bits:expr, $class:ident;)*) => {
         /// A data type that a data sheet names.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum DataType {
@@ -30,76 +32,41 @@ macro_rules! data_types {
                 match self { $(DataType::$variant => $code,)* DataType::Other(code) => code }
             }
 
-            /// The name in CiA 301: `UNSIGNED16`; the general `DEFTYPE`, `RECORD` or `UNKNOWN` for others, which
-            /// [`Display`](fmt::Display) tells apart by their index.
+            /// The type of CiA 301; `None` for [`Other`](Self::Other).
             #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(DataType::$variant => $name,)*
-                    DataType::Other(code) => other_name(code),
-                }
-            }
-
-            /// The size in bits, as a PDO maps it; `None` for types of no fixed or no known size.
-            #[must_use]
-            pub const fn bits(self) -> Option<u8> {
-                match self { $(DataType::$variant => $bits,)* DataType::Other(_) => None }
+            pub const fn known(self) -> Option<lexican_cia::DataType> {
+                match self { $(DataType::$variant => Some(lexican_cia::DataType::$variant),)* DataType::Other(_) => None }
             }
         }
     };
 }
 
-data_types! {
-    Boolean = 0x01, "BOOLEAN", Some(1);
-    Integer8 = 0x02, "INTEGER8", Some(8);
-    Integer16 = 0x03, "INTEGER16", Some(16);
-    Integer32 = 0x04, "INTEGER32", Some(32);
-    Unsigned8 = 0x05, "UNSIGNED8", Some(8);
-    Unsigned16 = 0x06, "UNSIGNED16", Some(16);
-    Unsigned32 = 0x07, "UNSIGNED32", Some(32);
-    Real32 = 0x08, "REAL32", Some(32);
-    VisibleString = 0x09, "VISIBLE_STRING", None;
-    OctetString = 0x0A, "OCTET_STRING", None;
-    UnicodeString = 0x0B, "UNICODE_STRING", None;
-    TimeOfDay = 0x0C, "TIME_OF_DAY", Some(48);
-    TimeDifference = 0x0D, "TIME_DIFFERENCE", Some(48);
-    Domain = 0x0F, "DOMAIN", None;
-    Integer24 = 0x10, "INTEGER24", Some(24);
-    Real64 = 0x11, "REAL64", Some(64);
-    Integer40 = 0x12, "INTEGER40", Some(40);
-    Integer48 = 0x13, "INTEGER48", Some(48);
-    Integer56 = 0x14, "INTEGER56", Some(56);
-    Integer64 = 0x15, "INTEGER64", Some(64);
-    Unsigned24 = 0x16, "UNSIGNED24", Some(24);
-    Unsigned40 = 0x18, "UNSIGNED40", Some(40);
-    Unsigned48 = 0x19, "UNSIGNED48", Some(48);
-    Unsigned56 = 0x1A, "UNSIGNED56", Some(56);
-    Unsigned64 = 0x1B, "UNSIGNED64", Some(64);
-}
+lexican_cia::data_types!(define);
 
 impl DataType {
-    /// What the standard has in mind.
+    /// The name in CiA 301: `UNSIGNED16`; the general `DEFTYPE`, `RECORD` or `UNKNOWN` for others, which
+    /// [`Display`](fmt::Display) tells apart by their index.
     #[must_use]
-    pub const fn class(self) -> Class {
-        use DataType as D;
-        match self {
-            D::Boolean => Class::Boolean,
-            D::Integer8 | D::Integer16 | D::Integer24 | D::Integer32 => Class::Signed,
-            D::Integer40 | D::Integer48 | D::Integer56 | D::Integer64 => Class::Signed,
-            D::Unsigned8 | D::Unsigned16 | D::Unsigned24 | D::Unsigned32 => Class::Unsigned,
-            D::Unsigned40 | D::Unsigned48 | D::Unsigned56 | D::Unsigned64 => Class::Unsigned,
-            D::Real32 | D::Real64 => Class::Real,
-            D::VisibleString | D::UnicodeString => Class::Text,
-            D::OctetString | D::Domain => Class::Bytes,
-            D::TimeOfDay | D::TimeDifference => Class::Time,
-            D::Other(_) => Class::Other,
-        }
+    pub fn name(self) -> &'static str {
+        self.known().map_or_else(|| other_name(self.code()), lexican_cia::DataType::name)
+    }
+
+    /// The size in bits, as a PDO maps it; `None` for types of no fixed or no known size.
+    #[must_use]
+    pub fn bits(self) -> Option<u8> {
+        self.known()?.bits()
+    }
+
+    /// What the values are.
+    #[must_use]
+    pub fn class(self) -> Class {
+        self.known().map_or(Class::Other, lexican_cia::DataType::class)
     }
 
     /// The smallest and the largest number of an integer type, a BOOLEAN or a time.
     #[must_use]
-    pub const fn range(self) -> Option<(i128, i128)> {
-        let Some(bits) = self.bits() else { return None };
+    pub fn range(self) -> Option<(i128, i128)> {
+        let bits = self.bits()?;
         match self.class() {
             Class::Signed => Some((-(1 << (bits - 1)), (1 << (bits - 1)) - 1)),
             Class::Unsigned | Class::Boolean | Class::Time => Some((0, (1 << bits) - 1)),
@@ -110,8 +77,8 @@ impl DataType {
     /// The number as one of this type; `None` when it is not. Data sheets write negative numbers as the hexadecimal of
     /// their two's complement.
     #[must_use]
-    pub const fn fit(self, number: i128) -> Option<i128> {
-        let (Some((low, high)), Some(bits)) = (self.range(), self.bits()) else { return None };
+    pub fn fit(self, number: i128) -> Option<i128> {
+        let ((low, high), bits) = (self.range()?, self.bits()?);
         if low <= number && number <= high {
             Some(number)
         } else if matches!(self.class(), Class::Signed) && high <= number && number < 1 << bits {
@@ -132,27 +99,6 @@ impl DataType {
     pub const fn is_unknown(self) -> bool {
         matches!(self, DataType::Other(code) if !matches!(code, 0x20..=0x25F))
     }
-}
-
-/// The classes of data types.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Class {
-    /// BOOLEAN.
-    Boolean,
-    /// INTEGER8 to INTEGER64.
-    Signed,
-    /// UNSIGNED8 to UNSIGNED64.
-    Unsigned,
-    /// REAL32 and REAL64.
-    Real,
-    /// VISIBLE_STRING and UNICODE_STRING.
-    Text,
-    /// OCTET_STRING and DOMAIN.
-    Bytes,
-    /// TIME_OF_DAY and TIME_DIFFERENCE.
-    Time,
-    /// What CiA 301 does not define.
-    Other,
 }
 
 const fn other_name(code: u16) -> &'static str {

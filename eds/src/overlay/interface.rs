@@ -5,7 +5,7 @@ use std::mem::discriminant;
 use super::value::address;
 use super::{Name, Node, Reader};
 use crate::finding::Kind;
-use crate::model::{AccessType, Entry, Interface, ObjectKind, Parameter, ParameterNumber};
+use crate::model::{Entry, Interface, ObjectKind, Parameter, ParameterNumber};
 
 /// The keys of a parameter. The last ones are for parameters without an object, which would have them.
 const KEYS: [&str; 14] = [
@@ -79,10 +79,7 @@ impl Reader<'_> {
                 "number" => number = self.parameter_number(node),
                 "name" => entry.name = self.text(node)?,
                 "description" => entry.description = self.text(node),
-                "access" => {
-                    let access = self.text(node).and_then(|word| AccessType::from_name(&word));
-                    entry.access = self.expect(node, access, "ro, wo, rw, rwr, rww or const")?;
-                }
+                "access" => entry.access = self.access(node)?,
                 "low" => entry.low = self.value(node, entry.data_type),
                 "high" => entry.high = self.value(node, entry.data_type),
                 "quantity" | "enumeration" | "bit_field" if object.is_none() => {

@@ -60,8 +60,7 @@ impl Reader<'_> {
         let (description, list) = self.described(node, "units");
         let units: Vec<Unit> = list.into_iter().filter_map(|node| self.unit(node)).collect();
         if units.is_empty() || (units.len() > 1 && units.iter().any(|unit| unit.when.is_none())) {
-            let span = self.span(name.span());
-            self.out.push(Kind::OverlayUnits { units: units.len() }, span);
+            self.push(Kind::OverlayUnits { units: units.len() }, name);
         }
         let span = self.span(name.span());
         self.device.quantities.insert(name.get_ref().to_string(), Quantity { description, units, span });

@@ -218,8 +218,7 @@ impl Reader<'_> {
                 "format" => {
                     format = self.integer(node);
                     if let Some(found) = format.filter(|&format| format != FORMAT) {
-                        let span = self.span(node.span());
-                        self.out.push(Kind::OverlayFormat(found), span);
+                        self.push(Kind::OverlayFormat(found), node);
                     }
                 }
                 "names" => {
@@ -235,8 +234,7 @@ impl Reader<'_> {
             }
         }
         if format.is_none() {
-            let span = self.span(node.span());
-            self.out.push(Kind::OverlayWithoutFormat, span);
+            self.push(Kind::OverlayWithoutFormat, node);
         }
     }
 
@@ -247,10 +245,9 @@ impl Reader<'_> {
     }
 
     fn unknown(&mut self, key: &Name<'_>, known: &[&str]) {
-        let span = self.span(key.span());
         let known: Vec<String> = known.iter().map(|key| format!("`{key}`")).collect();
         let known = known.join(", ").into();
-        self.out.push(Kind::OverlayKey { key: key.get_ref().as_ref().into(), known }, span);
+        self.push(Kind::OverlayKey { key: key.get_ref().as_ref().into(), known }, key);
     }
 
     fn span(&self, range: std::ops::Range<usize>) -> Span {

@@ -37,16 +37,15 @@ const SEVERAL: [&str; 2] = ["simulated", "reason"];
 impl Reader<'_> {
     pub(super) fn object(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let Some(table) = self.table(node) else { return };
-        let span = self.span(name.span());
         if let Some((first, last)) = name.get_ref().split_once("..") {
             return self.several(&[first, last], table, name);
         }
         let Some((index, sub)) = address(name.get_ref()) else {
-            self.out.push(Kind::OverlayValue { expected: "\"2410\" or \"2410:05\"".into() }, span);
+            self.push(Kind::OverlayValue { expected: "\"2410\" or \"2410:05\"".into() }, name);
             return;
         };
         let Ok(at) = self.device.objects.binary_search_by_key(&index, |object| object.index) else {
-            self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span);
+            self.push(Kind::OverlayObject(name.get_ref().as_ref().into()), name);
             return;
         };
         // Taken out while it is changed, so that the rest of the device stays at hand.
@@ -58,7 +57,7 @@ impl Reader<'_> {
                     accept.into_iter().for_each(|(_, node)| self.accept(index, Some(sub), node));
                     self.entry(entry, table, name);
                 }
-                None => self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span),
+                None => self.push(Kind::OverlayObject(name.get_ref().as_ref().into()), name),
             },
             None => self.whole(at, &mut entries, table, name),
         }
@@ -67,9 +66,8 @@ impl Reader<'_> {
 
     /// All entries from one index to another: what is not simulated.
     fn several(&mut self, ends: &[&str; 2], table: &DeTable<'_>, name: &Name<'_>) {
-        let span = self.span(name.span());
         let [Some((first, None)), Some((last, None))] = ends.map(address) else {
-            self.out.push(Kind::OverlayValue { expected: "\"3400..36FF\"".into() }, span);
+            self.push(Kind::OverlayValue { expected: "\"3400..36FF\"".into() }, name);
             return;
         };
         for (key, _) in table.iter().filter(|(key, _)| !SEVERAL.contains(&key.get_ref().as_ref())) {
@@ -77,7 +75,7 @@ impl Reader<'_> {
         }
         let reason = self.not_simulated(table);
         if reason.as_ref().is_some_and(String::is_empty) {
-            self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
+            self.push(Kind::OverlayReason(name.get_ref().as_ref().into()), name);
         }
         let mut any = false;
         for object in self.device.objects.iter_mut().filter(|object| (first..=last).contains(&object.index)) {
@@ -87,7 +85,7 @@ impl Reader<'_> {
             entries.for_each(|entry| entry.not_simulated.clone_from(&reason));
         }
         if !any {
-            self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span);
+            self.push(Kind::OverlayObject(name.get_ref().as_ref().into()), name);
         }
     }
 
@@ -108,8 +106,7 @@ impl Reader<'_> {
                 "description" => self.device.objects[at].description = self.text(node),
                 "reason" => {}
                 found if kind == ObjectKind::Record && KEYS.contains(&found) => {
-                    let span = self.span(key.span());
-                    self.out.push(Kind::OverlayKeyOfRecord(found.into()), span);
+                    self.push(Kind::OverlayKeyOfRecord(found.into()), key);
                 }
                 _ if kind == ObjectKind::Record => self.unknown(key, &KEYS),
                 _ => {}
@@ -118,8 +115,7 @@ impl Reader<'_> {
         if kind == ObjectKind::Record {
             let has = |key: &str| table.iter().any(|(name, _)| name.get_ref() == key);
             if has("accept") && !has("reason") {
-                let span = self.span(name.span());
-                self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
+                self.push(Kind::OverlayReason(name.get_ref().as_ref().into()), name);
             }
             return;
         }
@@ -190,14 +186,12 @@ impl Reader<'_> {
             }
         }
         if corrected && !reason {
-            let span = self.span(name.span());
-            self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
+            self.push(Kind::OverlayReason(name.get_ref().as_ref().into()), name);
         }
     }
 
     fn accept(&mut self, index: u16, sub: Option<u8>, node: &Node<'_>) {
-        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
-        for node in nodes {
+        for node in self.array(node).into_iter().flatten() {
             if let Some(code) = self.text(node) {
                 let span = self.span(node.span());
                 self.changes.accepted.push(Accepted { index, sub, code, span });
@@ -223,11 +217,15 @@ impl Reader<'_> {
         self.expect(node, data_type, "the name of a data type of CiA 301, or its number")
     }
 
+    pub(super) fn access(&mut self, node: &Node<'_>) -> Option<AccessType> {
+        let access = self.text(node).and_then(|word| AccessType::from_name(&word));
+        self.expect(node, access, "ro, wo, rw, rwr, rww or const")
+    }
+
     fn correct(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
         match key {
             "access" => {
-                let access = self.text(node).and_then(|word| AccessType::from_name(&word));
-                if let Some(access) = self.expect(node, access, "ro, wo, rw, rwr, rww or const") {
+                if let Some(access) = self.access(node) {
                     self.corrected(entry, Key::AccessType, node, entry.access == access);
                     entry.access = access;
                 }
@@ -283,8 +281,7 @@ impl Reader<'_> {
     }
 
     fn ranges(&mut self, node: &Node<'_>) -> Vec<ConditionalRange> {
-        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
-        nodes.into_iter().filter_map(|node| self.range(node)).collect()
+        self.array(node).into_iter().flatten().filter_map(|node| self.range(node)).collect()
     }
 
     fn range(&mut self, node: &Node<'_>) -> Option<ConditionalRange> {

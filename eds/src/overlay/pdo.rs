@@ -9,8 +9,7 @@ use crate::model::{Device, Direction, Mapped, Pdo};
 
 impl Reader<'_> {
     pub(super) fn pdos(&mut self, node: &Node<'_>) {
-        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
-        for node in nodes {
+        for node in self.array(node).into_iter().flatten() {
             if let Some(pdo) = self.pdo(node) {
                 let span = self.span(node.span());
                 self.changes.pdos.push(Extra { pdo, span });
@@ -39,8 +38,7 @@ impl Reader<'_> {
                 "cob_id" => cob_id = self.value(node, DataType::Unsigned32),
                 "transmission_type" => transmission_type = self.number(node),
                 "mapping" => {
-                    let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
-                    mapping = nodes.into_iter().filter_map(|node| self.mapped(node)).collect();
+                    mapping = self.array(node).into_iter().flatten().filter_map(|node| self.mapped(node)).collect();
                 }
                 _ => self.unknown(key, &["direction", "number", "cob_id", "transmission_type", "mapping"]),
             }

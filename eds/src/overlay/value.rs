@@ -1,5 +1,6 @@
 //! Values of an overlay: what is of the wrong kind is reported and read as absent.
 
+use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::{Node, Reader};
@@ -66,8 +67,7 @@ impl Reader<'_> {
 
     pub(super) fn expect<T>(&mut self, node: &Node<'_>, value: Option<T>, expected: &str) -> Option<T> {
         if value.is_none() {
-            let span = self.span(node.span());
-            self.out.push(Kind::OverlayValue { expected: expected.into() }, span);
+            self.push(Kind::OverlayValue { expected: expected.into() }, node);
         }
         value
     }
@@ -84,8 +84,9 @@ impl Reader<'_> {
         if self.out.total() > before { value } else { self.expect(node, value, expected) }
     }
 
-    pub(super) fn push(&mut self, kind: Kind, node: &Node<'_>) {
-        let span = self.span(node.span());
+    /// A finding about a key or a value.
+    pub(super) fn push<T>(&mut self, kind: Kind, at: &Spanned<T>) {
+        let span = self.span(at.span());
         self.out.push(kind, span);
     }
 }

@@ -11,7 +11,7 @@ use crate::parse::reader::{Numbered, Reader};
 use crate::parse::section::ObjectPart;
 use crate::parse::syntax::{Pair, Section};
 
-/// So many entries are written out in a file; see the rule.
+/// The most entries that are written out in a file; see the rule `eds::too-many-entries`.
 const MAX_COMPACT_ENTRIES: usize = 100_000;
 /// So long are all their texts together, in bytes: each entry has its own.
 const MAX_COMPACT_BYTES: usize = 16 << 20;

@@ -17,7 +17,7 @@ use crate::text::Span;
 /// The bits of `CompactPDO` that CiA 306-1 defines, one for each of sub-indices 1 to 6.
 pub(crate) const DEFINED_BITS: u32 = 0x3F;
 
-/// So many entries are added to a file: enough for all PDOs with mappings of bytes.
+/// The most entries that are added to a file: enough for all PDOs with mappings of bytes.
 const MAX_ENTRIES: usize = 20_000;
 
 /// Sub-indices 1 to 6 of a communication parameter (CiA 301, 7.5.2.35 and 7.5.2.37).

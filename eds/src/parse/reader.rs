@@ -34,7 +34,7 @@ pub(crate) enum Group {
 /// The keys of a group.
 #[derive(Default)]
 struct Groups {
-    /// By the name in lower case: so many as findings of a kind are kept.
+    /// By the name in lower case, as many as findings of a kind are kept.
     by_key: BTreeMap<Box<str>, (Repeated, Span)>,
     /// How many keys had other names.
     more: usize,

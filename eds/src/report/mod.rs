@@ -11,7 +11,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Render
 use crate::diagnostic::{Diagnostic, Diagnostics, Label, Severity};
 use crate::text::{Input, Source};
 
-/// Two places of one source are shown in one piece when at most so many lines lie between them.
+/// The most lines between two places of one source that are shown in one piece.
 const MAX_GAP_LINES: usize = 12;
 
 impl Diagnostics {

@@ -72,18 +72,14 @@ pub(super) fn data_type(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn reserved_sub_index(cx: &Context<'_>, out: &mut Out<'_>) {
-    const MAX_PLACES: usize = 4;
     let parameters = cx.device.objects.iter().filter(|object| cia301::is_pdo_communication(object.index));
     let reserved: Vec<&Entry> = parameters.filter_map(|object| object.entry(4)).collect();
-    let mut finding = match reserved.as_slice() {
+    let finding = match reserved.as_slice() {
         [] => return,
         [only] => note(format!("{} is reserved", place(only))),
         several => note(format!("{} are reserved", listed(several, |entry| place(entry)))),
     };
-    for (at, entry) in reserved.iter().take(MAX_PLACES).enumerate() {
-        let text = "shall not be implemented";
-        finding = if at == 0 { finding.at(entry.span, text) } else { finding.and(entry.span, "nor this") };
-    }
+    let finding = finding.at_each(reserved.iter().map(|entry| entry.span), "shall not be implemented", "nor this");
     out.push(
         finding.help("where the device has no such entry, remove its section; other devices abort with 0609 0011h"),
     );

@@ -156,10 +156,8 @@ pub(super) fn zero_limits(cx: &Context<'_>, out: &mut Out<'_>) {
         [only] => format!("the limits of {:04X}:{:02X} are both 0, which is read as none", only.index, only.sub),
         several => format!("the limits of {} entries are both 0, which is read as none", several.len()),
     };
-    let mut finding = note(message);
-    for (at, Unlimited { limits: [low, _], .. }) in unlimited.iter().take(MAX_PLACES).enumerate() {
-        finding = if at == 0 { finding.at(*low, "no limit") } else { finding.and(*low, "nor here") };
-    }
+    let places = unlimited.iter().take(MAX_PLACES).map(|at| at.limits[0]);
+    let finding = note(message).at_each(places, "no limit", "nor here");
     let lines = unlimited.iter().flat_map(|at| at.limits).filter_map(|span| cx.line(span));
     let removed: Patch = lines.map(|(line, _)| Change::Remove(line, line)).collect();
     let finding = finding.fix(Some(removed));

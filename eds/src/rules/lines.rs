@@ -16,7 +16,7 @@ use crate::text::{Encoding, MAX_BYTES, MAX_LINES, Refusal, Span};
 pub(super) fn file_size(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::FileSize(refusal) = finding.kind else { return None };
     Some(note(match refusal {
-        // Who reads no further than that does not know how many there are.
+        // Reading has stopped there, so how many there are is not known.
         Refusal::TooLong { .. } => format!("the file has more than {MAX_BYTES} bytes, which is as many as are read"),
         Refusal::TooManyLines { lines } => format!("the file has {lines} lines; at most {MAX_LINES} are read"),
     }))

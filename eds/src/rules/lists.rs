@@ -15,9 +15,6 @@ use crate::parse::syntax::Pair;
 use crate::patch::{Change, Patch};
 use crate::text::Span;
 
-/// So many places are shown.
-const MAX_PLACES: usize = 4;
-
 pub(super) fn object_without_section(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::ObjectWithoutSection { index, module } = finding.kind else { return None };
     let module = if module { " of the module" } else { "" };
@@ -52,7 +49,7 @@ pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for list in &cx.facts.lists {
         let found = list.entries.len();
         let set = || cx.set(list.span, COUNT, &found.to_string());
-        // Objects under the number of another one are missing, not too much counted.
+        // An object under the number of another one is not among the entries; the count is right with it.
         let is_doubled = !list.doubled.is_empty();
         match list.said {
             Some((said, _)) if is_doubled && said as usize == found + list.doubled.len() => {}
@@ -132,11 +129,8 @@ pub(super) fn object_not_listed(cx: &Context<'_>, out: &mut Out<'_>) {
         1 => format!("the object {indices} is in none of the lists"),
         number => format!("{number} objects are in none of the lists: {indices}"),
     };
-    let mut finding = note(message);
-    for (at, object) in unlisted.iter().take(MAX_PLACES).enumerate() {
-        let place = object.span;
-        finding = if at == 0 { finding.at(place, "other readers do not see it") } else { finding.and(place, "nor it") };
-    }
+    let places = unlisted.iter().map(|object| object.span);
+    let finding = note(message).at_each(places, "other readers do not see it", "nor it");
     const NAME_THEM: &str = "name them in `[OptionalObjects]`, or from 2000h to 5FFFh in `[ManufacturerObjects]`";
     out.push(finding.help(added(cx, &unlisted).unwrap_or_else(|| NAME_THEM.to_owned())));
 }

@@ -50,9 +50,6 @@ pub(super) fn long_name(cx: &Context<'_>, out: &mut Out<'_>) {
 /// An object, or the entry of one.
 type Address = (u16, Option<u8>);
 
-/// So many places of one name are shown.
-const MAX_PLACES: usize = 4;
-
 pub(super) fn same_name(cx: &Context<'_>, out: &mut Out<'_>) {
     let objects = cx.device.objects.iter().map(|object| (object.name.as_str(), (object.index, None)));
     same_names("objects", objects, cx, out);
@@ -74,11 +71,8 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
             continue;
         }
         let listed = listed(namesakes, |(_, address, _)| shown(*address));
-        let mut finding = note(format!("the {what} {listed} have the same name"));
-        for (at, (_, address, _)) in namesakes.iter().take(MAX_PLACES).enumerate() {
-            let span = name_span(cx, *address);
-            finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
-        }
+        let places = namesakes.iter().map(|(_, address, _)| name_span(cx, *address));
+        let mut finding = note(format!("the {what} {listed} have the same name")).at_each(places, "", "");
         let other = |(_, address, name): &(String, Address, &str)| {
             let number = address.1.map_or(format!("{:04X}", address.0), |sub| format!("{sub:02X}"));
             (shown(*address), format!("{name} {number}"))

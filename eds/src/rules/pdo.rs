@@ -15,7 +15,6 @@ use crate::parse::section::SectionKind;
 use crate::patch::{Change, Patch};
 
 pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
-    const MAX_PLACES: usize = 4;
     let mut missing: BTreeMap<(u16, u8), Vec<(&Pdo, u8)>> = BTreeMap::new();
     for (pdo, number, mapped) in cx.mapped() {
         let there = cx.device.entry(mapped.index, mapped.sub).is_some();
@@ -26,12 +25,9 @@ pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
     for ((index, sub), places) in missing {
         let names: Vec<String> = places.iter().map(|(pdo, _)| pdo_name(pdo)).collect();
         let names = listed(&names, String::clone);
-        let mut finding = note(format!("there is no {index:04X}:{sub:02X} for {names} to map"));
-        for (at, &(pdo, number)) in places.iter().take(MAX_PLACES).enumerate() {
-            let span = cx.mapping_span(pdo, number);
-            finding = if at == 0 { finding.at(span, "mapped here") } else { finding.and(span, "and here") };
-        }
-        out.push(finding);
+        let places = places.iter().map(|&(pdo, number)| cx.mapping_span(pdo, number));
+        let note = note(format!("there is no {index:04X}:{sub:02X} for {names} to map"));
+        out.push(note.at_each(places, "mapped here", "and here"));
     }
 }
 
@@ -155,7 +151,6 @@ fn access_by(cx: &Context<'_>, entry: &Entry) -> String {
 }
 
 pub(super) fn open_direction(cx: &Context<'_>, out: &mut Out<'_>) {
-    const MAX_PLACES: usize = 4;
     // Communication parameters, and what has no size to be mapped with, other rules report.
     let is_open = |entry: &&Entry| {
         let fits = cx.device.bits(entry.data_type).is_some_and(|bits| bits <= 64);
@@ -163,7 +158,7 @@ pub(super) fn open_direction(cx: &Context<'_>, out: &mut Out<'_>) {
         is_rw && fits && !is_mapped_both_ways(cx, entry)
     };
     let open: Vec<&Entry> = cx.device.entries().filter(is_open).collect();
-    let mut finding = match open.as_slice() {
+    let finding = match open.as_slice() {
         [] => return,
         [only] => note(format!("{} is rw and can be mapped, in either direction", place(only))),
         several => {
@@ -171,10 +166,7 @@ pub(super) fn open_direction(cx: &Context<'_>, out: &mut Out<'_>) {
             note(format!("{places} are rw and can be mapped, in either direction"))
         }
     };
-    for (at, entry) in open.iter().take(MAX_PLACES).enumerate() {
-        let span = cx.entry_span(entry, Key::AccessType);
-        finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
-    }
+    let finding = finding.at_each(open.iter().map(|entry| cx.entry_span(entry, Key::AccessType)), "", "");
     out.push(finding.help("write `rww` for what receive PDOs set, and `rwr` for what transmit PDOs send"));
 }
 

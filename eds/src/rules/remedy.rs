@@ -15,7 +15,7 @@ use crate::parse::syntax::Section;
 use crate::patch::{Change, Patch};
 use crate::text::Span;
 
-/// So many lines of a file, or tables of an overlay, are written out in one remedy.
+/// The most lines of a file, or tables of an overlay, that one remedy writes out.
 pub(super) const MAX_STEPS: usize = 8;
 
 /// `in an overlay:` and a table for an object or entry, with a reason.

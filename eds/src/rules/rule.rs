@@ -3,6 +3,10 @@
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::finding::Finding;
+use crate::text::Span;
+
+/// The most places that are shown of one finding.
+const MAX_PLACES: usize = 4;
 
 /// A rule.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +44,14 @@ pub(super) struct Out<'o> {
 /// A finding in the words of a rule, whose code and severity it gets from the table.
 pub(super) fn note(message: impl Into<String>) -> Diagnostic {
     Diagnostic::new("", Severity::Note, message)
+}
+
+impl Diagnostic {
+    /// At several places, of which the first few are shown: the remark at the first one, and at each of the others.
+    pub(super) fn at_each(self, places: impl IntoIterator<Item = Span>, first: &str, other: &str) -> Self {
+        let places = places.into_iter().take(MAX_PLACES).enumerate();
+        places.fold(self, |note, (at, span)| if at == 0 { note.at(span, first) } else { note.and(span, other) })
+    }
 }
 
 impl Out<'_> {

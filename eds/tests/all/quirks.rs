@@ -52,13 +52,6 @@ fn node_id_formulas_stay_symbolic_in_all_spellings_and_in_limits() {
 }
 
 #[test]
-fn another_variable_is_read_as_node_id_and_told() {
-    let (entry, diagnostics) = variable("7", "DefaultValue=$MY_NODE_ID+0x200");
-    assert_eq!(entry.default, Some(Value::NodeIdPlus(0x200)));
-    assert!(has(&diagnostics, "eds::unknown-variable"));
-}
-
-#[test]
 fn the_parameter_value_of_a_dcf_goes_before_a_default_with_node_id() {
     let text = "[1800]\nParameterName=c\nObjectType=9\nSubNumber=1\n\
                 [1800sub1]\nParameterName=i\nDataType=7\nAccessType=rw\n\
@@ -246,17 +239,6 @@ fn a_section_without_name_is_told_where_it_is() {
 }
 
 #[test]
-fn every_data_type_of_cia_301_has_its_width() {
-    for &data_type in DataType::ALL {
-        let (entry, _) = variable(&format!("0x{:04X}", data_type.code()), "");
-        assert_eq!(entry.data_type, data_type);
-    }
-    assert_eq!(DataType::Boolean.bits(), Some(1));
-    assert_eq!(DataType::Unsigned40.bits(), Some(40));
-    assert_eq!(DataType::Integer56.bits(), Some(56));
-}
-
-#[test]
 fn odd_access_words_are_read_as_what_they_mean() {
     for (word, access, odd) in [
         ("R", AccessType::Ro, true),
@@ -277,7 +259,9 @@ fn odd_defaults_are_read_where_they_mean_one_thing() {
     let check = |data_type: &str, text: &str, value: Option<Value>, code: &str| {
         let (entry, diagnostics) = variable(data_type, &format!("DefaultValue={text}"));
         assert_eq!(entry.default, value, "{text}");
-        assert!(code.is_empty() || has(&diagnostics, code), "{text}: {code}");
+        let of_values = ["eds::odd-number", "eds::inline-comment", "eds::bad-value", "eds::unknown-variable"];
+        let found: Vec<&str> = diagnostics.iter().map(|it| it.code).filter(|code| of_values.contains(code)).collect();
+        assert_eq!(found, Vec::from_iter(Some(code).filter(|code| !code.is_empty())), "{text}");
     };
     check("7", "NULL", None, "eds::odd-number");
     check("1", "false", Some(Value::Integer(0)), "eds::odd-number");
@@ -286,6 +270,9 @@ fn odd_defaults_are_read_where_they_mean_one_thing() {
     check("7", "0x10 ; prevent homing", Some(Value::Integer(16)), "eds::inline-comment");
     check("6", "twelve", None, "eds::bad-value");
     check("9", "V1.0 ; beta", Some(Value::Text("V1.0 ; beta".into())), "");
+    check("7", "$MY_NODE_ID+0x200", Some(Value::NodeIdPlus(0x200)), "eds::unknown-variable");
+    check("0x0C", "2 3600000", Some(Value::Integer(2 << 32 | 3_600_000)), "");
+    check("6", "2 3", None, "eds::bad-value");
 }
 
 #[test]
@@ -470,13 +457,6 @@ fn a_disabled_pdo_collides_with_nothing() {
 }
 
 #[test]
-fn sub_indices_are_hexadecimal() {
-    let text =
-        "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n[2000sub10]\nParameterName=y\nDataType=5\nAccessType=ro\n";
-    assert!(read(text).0.entry(0x2000, 0x10).is_some());
-}
-
-#[test]
 fn tables_without_object_are_an_object_without_entries() {
     let (device, diagnostics) = read("[3004Name]\nNrOfEntries=1\n1=x\n");
     assert_eq!(device.object(0x3004).map(|object| object.entries.len()), Some(0));
@@ -568,14 +548,6 @@ fn bits_of_reals_are_read_and_noted() {
     assert_eq!(entry.default, Some(Value::Real(1.5)));
     assert!(has(&diagnostics, "eds::real-bits"));
     assert!(!has(&variable("8", "DefaultValue=1.5").1, "eds::real-bits"));
-}
-
-#[test]
-fn times_are_days_and_milliseconds() {
-    let (entry, diagnostics) = variable("0x0C", "DefaultValue=2 3600000");
-    assert_eq!(entry.default, Some(Value::Integer(2 << 32 | 3_600_000)));
-    assert!(!has(&diagnostics, "eds::bad-value"));
-    assert!(has(&variable("6", "DefaultValue=2 3").1, "eds::bad-value"));
 }
 
 #[test]

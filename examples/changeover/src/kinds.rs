@@ -28,7 +28,7 @@ pub(crate) struct DriveKind {
 /// The lines of a simulated machine.
 pub(crate) struct Lines {
     pub(crate) can: VirtualBus,
-    profibus: Bus<virtual_bus::VirtualBus<siko_profibus::Door>>,
+    profibus: Bus<virtual_bus::VirtualBus<siko_profibus::ProfibusDrive>>,
 }
 
 impl Lines {

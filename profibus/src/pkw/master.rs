@@ -27,19 +27,15 @@ enum State {
 
 /// How a task ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Event {
-    /// The slave has answered.
     Answered {
-        /// The task.
         task: Task,
         /// Its reply; a refusal, too.
         reply: Reply,
     },
     /// The slave has not answered in time. It may have carried out the task, and may still do so.
-    TimedOut {
-        /// The task.
-        task: Task,
-    },
+    TimedOut { task: Task },
 }
 
 impl PkwMaster {

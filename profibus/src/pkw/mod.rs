@@ -63,56 +63,22 @@ impl fmt::Display for Pkw {
 
 /// What a master asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Task {
     /// 1: the value of a parameter.
-    Read {
-        /// The parameter.
-        number: u16,
-    },
+    Read { number: u16 },
     /// 2 and 3: another value for a parameter.
-    Write {
-        /// The parameter.
-        number: u16,
-        /// The value with its width.
-        value: Value,
-    },
+    Write { number: u16, value: Value },
     /// 4: an element of the description of a parameter.
-    ReadDescription {
-        /// The parameter.
-        number: u16,
-        /// Which element.
-        index: u16,
-    },
+    ReadDescription { number: u16, index: u16 },
     /// 5: another description.
-    WriteDescription {
-        /// The parameter.
-        number: u16,
-        /// Which element.
-        index: u16,
-        /// The element.
-        value: u32,
-    },
+    WriteDescription { number: u16, index: u16, value: u32 },
     /// 6: an element of an array.
-    ReadElement {
-        /// The parameter.
-        number: u16,
-        /// Which element.
-        index: u16,
-    },
+    ReadElement { number: u16, index: u16 },
     /// 7 and 8: another value for an element of an array.
-    WriteElement {
-        /// The parameter.
-        number: u16,
-        /// Which element.
-        index: u16,
-        /// The value with its width.
-        value: Value,
-    },
+    WriteElement { number: u16, index: u16, value: Value },
     /// 9: how many elements an array has.
-    CountElements {
-        /// The parameter.
-        number: u16,
-    },
+    CountElements { number: u16 },
 }
 
 /// A value as it is carried.

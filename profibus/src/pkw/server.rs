@@ -19,12 +19,10 @@ pub struct Parameter {
 
 /// What a master may do with a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Access {
-    /// Read it.
     Read,
-    /// Write it.
     Write,
-    /// Both.
     ReadWrite,
 }
 

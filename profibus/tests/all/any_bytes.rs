@@ -1,7 +1,7 @@
 //! No bytes on the line stop a slave or a codec, and the next request is answered.
 
 use super::random::Random;
-use super::support::{self, Answer, Bench, data};
+use super::support::{self, Answer, Rig, data};
 use lexican_profibus::State;
 use lexican_profibus::dp::{Diagnosis, GlobalControl, Parameters, lengths};
 use lexican_profibus::fdl::{Data, Decoded, FrameCount, Function, MAX_PAYLOAD, Service, Status, Telegram, decode};
@@ -11,23 +11,22 @@ use proptest::prelude::*;
 
 /// After a silence, the slave is there, whatever state it is in.
 #[track_caller]
-fn answers(bench: &mut Bench) {
-    bench.pass(Duration::from_millis(200));
-    let status =
-        bench.telegram(support::ADDRESS, Service::FdlStatus, FrameCount { bit: false, valid: false }, None, &[]);
-    assert_eq!(bench.send(&status), Answer::Data(Status::Ok, Vec::new()));
+fn answers(rig: &mut Rig) {
+    rig.pass(Duration::from_millis(200));
+    let status = rig.telegram(support::ADDRESS, Service::FdlStatus, FrameCount { bit: false, valid: false }, None, &[]);
+    assert_eq!(rig.send(&status), Answer::Data(Status::Ok, Vec::new()));
 }
 
 #[test]
 fn a_million_random_bytes_leave_a_slave_that_answers() {
     let mut random = Random(0x5EED_1234_5678_9ABC);
-    let mut bench = Bench::in_data_exchange();
+    let mut rig = Rig::in_data_exchange();
     for burst in 0..1000 {
         let bytes = random.line(1000);
-        bench.slave.handle_bytes(bench.now, &bytes);
-        bench.pass(Duration::from_micros(random.next() >> 54));
+        rig.slave.handle_bytes(rig.now, &bytes);
+        rig.pass(Duration::from_micros(random.next() >> 54));
         if burst % 100 == 99 {
-            answers(&mut bench);
+            answers(&mut rig);
         }
     }
 }
@@ -35,35 +34,35 @@ fn a_million_random_bytes_leave_a_slave_that_answers() {
 #[test]
 fn a_hundred_thousand_altered_telegrams_leave_a_slave_that_answers() {
     let mut random = Random(0xF00D_1234_5678_9ABC);
-    let mut bench = Bench::in_data_exchange();
+    let mut rig = Rig::in_data_exchange();
     let telegrams = [
-        bench.request(None, &[1, 2, 3, 4]),
-        bench.request(Some(60), &[]),
-        bench.request(Some(61), &support::parameters().head()),
-        bench.request(Some(62), &[0xF1]),
-        bench.request(Some(59), &[]),
-        bench.telegram(127, Service::SdnHigh, FrameCount { bit: false, valid: false }, Some(58), &[0x2A, 0]),
+        rig.request(None, &[1, 2, 3, 4]),
+        rig.request(Some(60), &[]),
+        rig.request(Some(61), &support::parameters().head()),
+        rig.request(Some(62), &[0xF1]),
+        rig.request(Some(59), &[]),
+        rig.telegram(127, Service::SdnHigh, FrameCount { bit: false, valid: false }, Some(58), &[0x2A, 0]),
     ];
     for number in 0..100_000 {
         let mut telegram = telegrams[random.below(telegrams.len())].clone();
         random.alter(&mut telegram);
-        bench.slave.handle_bytes(bench.now, &telegram);
-        bench.pass(Duration::from_micros(random.next() >> 56));
+        rig.slave.handle_bytes(rig.now, &telegram);
+        rig.pass(Duration::from_micros(random.next() >> 56));
         if number % 10_000 == 9_999 {
-            answers(&mut bench);
+            answers(&mut rig);
         }
     }
-    bench.slave.restart(bench.now, support::ADDRESS);
-    assert_eq!(bench.parameterise(support::parameters()), Answer::Acknowledgement);
-    assert_eq!(bench.service(62, &[0xF1]), Answer::Acknowledgement);
-    assert_eq!((bench.exchange(&[0; 4]), bench.slave.state()), (data(&[0xFF; 4]), State::DataExchange));
+    rig.slave.restart(rig.now, support::ADDRESS);
+    assert_eq!(rig.parameterise(support::parameters()), Answer::Acknowledgement);
+    assert_eq!(rig.service(62, &[0xF1]), Answer::Acknowledgement);
+    assert_eq!((rig.exchange(&[0; 4]), rig.slave.state()), (data(&[0xFF; 4]), State::DataExchange));
 }
 
 /// An altered byte is noticed: the sum or the form is wrong.
 #[test]
 fn one_altered_byte_is_no_request() {
-    let bench = Bench::new();
-    let telegram = bench.request(Some(61), &support::parameters().head());
+    let rig = Rig::new();
+    let telegram = rig.request(Some(61), &support::parameters().head());
     for at in 0..telegram.len() {
         for bit in 0..8 {
             let mut altered = telegram.clone();

@@ -64,12 +64,12 @@ impl Segment for Line {
     }
 }
 
-struct Bench {
+struct Rig {
     bus: Bus<Line>,
     stations: [Station<Line>; 2],
 }
 
-impl Bench {
+impl Rig {
     fn new() -> Self {
         let parameters = ParametersBuilder::new(0, Baudrate::B500000).build();
         let master = Master::new(parameters, VirtualLine::new(Baudrate::B500000));
@@ -85,7 +85,7 @@ impl Bench {
             is_real_time: false,
         });
         let stations = [7, 8].map(|address| bus.station(address, PeripheralOptions::default(), LENGTHS).unwrap());
-        Bench { bus, stations }
+        Rig { bus, stations }
     }
 
     /// Something happens to a slave, a millisecond from now.
@@ -123,97 +123,97 @@ impl Bench {
 
 #[test]
 fn what_is_set_between_two_exchanges_is_carried_by_the_next_one_and_otherwise_by_the_one_after() {
-    let mut bench = Bench::new();
-    bench.stations[0].set_outputs(&[1; 2]);
-    assert_eq!(bench.outputs(), [[0; 2]; 2], "one may be under way");
-    assert_eq!((bench.exchanges(), bench.outputs()), (vec![0; 2], [vec![1; 2], vec![0; 2]]));
-    bench.stations[0].set_outputs(&[2; 2]);
-    assert_eq!(bench.outputs(), [[2; 2], [0; 2]]);
-    assert_eq!(bench.exchanges(), [2; 2]);
-    assert_eq!(bench.wait(), None);
-    bench.stations[0].set_outputs(&[3; 2]);
-    assert_eq!(bench.outputs(), [[2; 2], [0; 2]]);
-    assert_eq!([bench.exchanges(), bench.exchanges()], [[2; 2], [3; 2]]);
+    let mut rig = Rig::new();
+    rig.stations[0].set_outputs(&[1; 2]);
+    assert_eq!(rig.outputs(), [[0; 2]; 2], "one may be under way");
+    assert_eq!((rig.exchanges(), rig.outputs()), (vec![0; 2], [vec![1; 2], vec![0; 2]]));
+    rig.stations[0].set_outputs(&[2; 2]);
+    assert_eq!(rig.outputs(), [[2; 2], [0; 2]]);
+    assert_eq!(rig.exchanges(), [2; 2]);
+    assert_eq!(rig.wait(), None);
+    rig.stations[0].set_outputs(&[3; 2]);
+    assert_eq!(rig.outputs(), [[2; 2], [0; 2]]);
+    assert_eq!([rig.exchanges(), rig.exchanges()], [[2; 2], [3; 2]]);
     // What has another length is none.
-    bench.stations[0].set_outputs(&[4]);
-    assert_eq!((bench.exchanges(), bench.stations[0].exchanges()), (vec![3; 2], 5));
+    rig.stations[0].set_outputs(&[4]);
+    assert_eq!((rig.exchanges(), rig.stations[0].exchanges()), (vec![3; 2], 5));
     // Each has its own.
-    bench.stations[1].set_outputs(&[5; 2]);
-    bench.happens(1, PeripheralEvent::DataExchanged);
-    assert_eq!((bench.wait(), bench.stations[1].has_notice()), (None, true));
-    assert_eq!((bench.outputs(), bench.stations[1].exchanges()), ([vec![3; 2], vec![5; 2]], 1));
+    rig.stations[1].set_outputs(&[5; 2]);
+    rig.happens(1, PeripheralEvent::DataExchanged);
+    assert_eq!((rig.wait(), rig.stations[1].has_notice()), (None, true));
+    assert_eq!((rig.outputs(), rig.stations[1].exchanges()), ([vec![3; 2], vec![5; 2]], 1));
     // Of several, it is the last.
-    bench.stations[0].set_outputs(&[6; 2]);
-    bench.happens(0, PeripheralEvent::DataExchanged);
-    bench.happens(0, PeripheralEvent::DataExchanged);
-    bench.happens(1, PeripheralEvent::DataExchanged);
-    let now = bench.stations[1].now();
-    assert!(matches!(bench.stations[1].wait(now), Ok(Some(Notice::Exchanged(_)))), "it is there at once");
-    bench.stations[1].wait(now + Duration::from_millis(5)).unwrap();
-    assert_eq!(bench.wait(), Some(Notice::Exchanged(Exchange { sent: vec![6; 2], received: vec![0; 2] })));
-    assert!(!bench.stations[0].has_notice());
+    rig.stations[0].set_outputs(&[6; 2]);
+    rig.happens(0, PeripheralEvent::DataExchanged);
+    rig.happens(0, PeripheralEvent::DataExchanged);
+    rig.happens(1, PeripheralEvent::DataExchanged);
+    let now = rig.stations[1].now();
+    assert!(matches!(rig.stations[1].wait(now), Ok(Some(Notice::Exchanged(_)))), "it is there at once");
+    rig.stations[1].wait(now + Duration::from_millis(5)).unwrap();
+    assert_eq!(rig.wait(), Some(Notice::Exchanged(Exchange { sent: vec![6; 2], received: vec![0; 2] })));
+    assert!(!rig.stations[0].has_notice());
 }
 
 #[test]
 fn a_slave_is_lost_once_and_its_outputs_are_zero_until_others_are_set() {
-    let mut bench = Bench::new();
+    let mut rig = Rig::new();
     // It has not been there.
-    bench.happens(0, PeripheralEvent::Offline);
-    assert_eq!((bench.wait(), bench.stations[0].has_notice()), (None, false));
-    bench.stations[0].set_outputs(&[1; 2]);
-    assert_eq!([bench.exchanges(), bench.exchanges()], [[0; 2], [1; 2]]);
-    bench.happens(0, PeripheralEvent::Diagnostics);
-    assert_eq!((bench.wait(), bench.outputs()[0].as_slice()), (None, &[1; 2][..]));
-    bench.happens(0, PeripheralEvent::DataExchanged);
-    bench.happens(0, PeripheralEvent::Offline);
-    bench.happens(1, PeripheralEvent::DataExchanged);
-    let until = bench.stations[1].now() + Duration::from_millis(10);
-    bench.stations[1].wait(until).unwrap();
-    assert!(bench.stations[0].has_notice());
+    rig.happens(0, PeripheralEvent::Offline);
+    assert_eq!((rig.wait(), rig.stations[0].has_notice()), (None, false));
+    rig.stations[0].set_outputs(&[1; 2]);
+    assert_eq!([rig.exchanges(), rig.exchanges()], [[0; 2], [1; 2]]);
+    rig.happens(0, PeripheralEvent::Diagnostics);
+    assert_eq!((rig.wait(), rig.outputs()[0].as_slice()), (None, &[1; 2][..]));
+    rig.happens(0, PeripheralEvent::DataExchanged);
+    rig.happens(0, PeripheralEvent::Offline);
+    rig.happens(1, PeripheralEvent::DataExchanged);
+    let until = rig.stations[1].now() + Duration::from_millis(10);
+    rig.stations[1].wait(until).unwrap();
+    assert!(rig.stations[0].has_notice());
     // Outputs that are set before the loss is noticed are those of before.
-    bench.stations[0].set_outputs(&[2; 2]);
-    assert_eq!(bench.outputs(), [[0; 2]; 2]);
-    assert_eq!((bench.wait(), bench.wait()), (Some(Notice::Lost), None));
-    assert_eq!([bench.exchanges(), bench.exchanges()], [[0; 2]; 2]);
-    bench.stations[0].set_outputs(&[2; 2]);
-    assert_eq!(bench.exchanges(), [2; 2]);
+    rig.stations[0].set_outputs(&[2; 2]);
+    assert_eq!(rig.outputs(), [[0; 2]; 2]);
+    assert_eq!((rig.wait(), rig.wait()), (Some(Notice::Lost), None));
+    assert_eq!([rig.exchanges(), rig.exchanges()], [[0; 2]; 2]);
+    rig.stations[0].set_outputs(&[2; 2]);
+    assert_eq!(rig.exchanges(), [2; 2]);
     // Parameterised again is lost, too.
-    bench.happens(0, PeripheralEvent::Configured);
-    assert_eq!(bench.wait(), Some(Notice::Lost));
-    bench.happens(0, PeripheralEvent::Offline);
-    assert_eq!(bench.wait(), None);
+    rig.happens(0, PeripheralEvent::Configured);
+    assert_eq!(rig.wait(), Some(Notice::Lost));
+    rig.happens(0, PeripheralEvent::Offline);
+    assert_eq!(rig.wait(), None);
 }
 
 #[test]
 fn a_wait_ends_with_its_time_or_with_the_segment() {
-    let mut bench = Bench::new();
-    let begin = bench.stations[0].now();
-    assert_eq!((bench.wait(), bench.stations[0].now()), (None, begin + Duration::from_millis(10)));
-    assert!(!bench.stations[0].is_real_time());
-    bench.bus.with(|line| line.failed = Some(ErrorKind::BrokenPipe));
-    let now = bench.stations[0].now();
-    assert_eq!(bench.stations[0].wait(now), Ok(None));
-    assert_eq!(bench.stations[0].wait(now + Duration::from_millis(1)), Err(ErrorKind::BrokenPipe));
+    let mut rig = Rig::new();
+    let begin = rig.stations[0].now();
+    assert_eq!((rig.wait(), rig.stations[0].now()), (None, begin + Duration::from_millis(10)));
+    assert!(!rig.stations[0].is_real_time());
+    rig.bus.with(|line| line.failed = Some(ErrorKind::BrokenPipe));
+    let now = rig.stations[0].now();
+    assert_eq!(rig.stations[0].wait(now), Ok(None));
+    assert_eq!(rig.stations[0].wait(now + Duration::from_millis(1)), Err(ErrorKind::BrokenPipe));
 }
 
 #[test]
 fn a_wait_in_real_time_leaves_it_to_a_thread_to_poll() {
-    let mut bench = Bench::new();
-    bench.bus.with(|line| line.is_real_time = true);
-    assert!(bench.stations[0].is_real_time());
-    assert_eq!((bench.wait(), bench.bus.with(|line| line.polls)), (None, 0));
+    let mut rig = Rig::new();
+    rig.bus.with(|line| line.is_real_time = true);
+    assert!(rig.stations[0].is_real_time());
+    assert_eq!((rig.wait(), rig.bus.with(|line| line.polls)), (None, 0));
     let at = Instant::ZERO + Duration::from_millis(100);
-    bench.bus.with(|line| line.events.push_back((at, 0, PeripheralEvent::DataExchanged)));
-    bench.bus.keep(Duration::from_millis(1)).unwrap();
+    rig.bus.with(|line| line.events.push_back((at, 0, PeripheralEvent::DataExchanged)));
+    rig.bus.keep(Duration::from_millis(1)).unwrap();
     let until = at + Duration::from_millis(400);
-    assert!(matches!(bench.stations[0].wait(until), Ok(Some(Notice::Exchanged(_)))));
+    assert!(matches!(rig.stations[0].wait(until), Ok(Some(Notice::Exchanged(_)))));
 }
 
 /// It would write to all slaves.
 #[test]
 fn an_address_that_no_slave_has_is_refused() {
-    let bench = Bench::new();
-    let station = |address| bench.bus.station(address, PeripheralOptions::default(), LENGTHS);
+    let rig = Rig::new();
+    let station = |address| rig.bus.station(address, PeripheralOptions::default(), LENGTHS);
     assert!(station(126).is_ok());
     for address in [127, 128, 255] {
         assert_eq!(station(address).err(), Some(AddressError(address)));

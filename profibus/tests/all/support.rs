@@ -59,7 +59,7 @@ pub(crate) fn data(payload: &[u8]) -> Answer {
 }
 
 /// A slave, and a master that sends what a test says.
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) slave: Slave<Echo>,
     pub(crate) now: Instant,
     pub(crate) from: u8,
@@ -67,18 +67,18 @@ pub(crate) struct Bench {
     bit: bool,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn new() -> Self {
         let slave = Slave::new(ADDRESS, IDENTITY, BitRate(500_000), Echo::default());
-        Bench { slave, now: Instant::ZERO, from: MASTER, bit: true }
+        Rig { slave, now: Instant::ZERO, from: MASTER, bit: true }
     }
 
     pub(crate) fn in_data_exchange() -> Self {
-        let mut bench = Bench::new();
-        assert_eq!(bench.parameterise(parameters()), Answer::Acknowledgement);
-        assert_eq!(bench.service(sap::CHECK_CONFIGURATION, IDENTITY.configuration), Answer::Acknowledgement);
-        assert_eq!(bench.slave.state(), State::DataExchange);
-        bench
+        let mut rig = Rig::new();
+        assert_eq!(rig.parameterise(parameters()), Answer::Acknowledgement);
+        assert_eq!(rig.service(sap::CHECK_CONFIGURATION, IDENTITY.configuration), Answer::Acknowledgement);
+        assert_eq!(rig.slave.state(), State::DataExchange);
+        rig
     }
 
     pub(crate) fn request(&self, to_sap: Option<u8>, payload: &[u8]) -> Vec<u8> {

@@ -10,13 +10,13 @@ use profirust::dp::PeripheralOptions;
 
 const LENGTHS: Lengths = Lengths { inputs: 4, outputs: 4 };
 
-struct Bench {
+struct Rig {
     bus: Bus<VirtualBus<Echo>>,
     id: SlaveId,
     station: Station<VirtualBus<Echo>>,
 }
 
-impl Bench {
+impl Rig {
     fn of(identity: Identity, address: u8, lengths: Lengths) -> Self {
         let mut line = VirtualBus::new();
         let slave = Slave::new(address, identity, line.bit_rate(), Echo::default());
@@ -32,7 +32,7 @@ impl Bench {
             ..PeripheralOptions::default()
         };
         let station = bus.station(7, options, lengths).unwrap();
-        Bench { bus, id, station }
+        Rig { bus, id, station }
     }
 
     /// What it shows after a second, the same at any time from then on.
@@ -55,19 +55,19 @@ impl Bench {
 
 #[test]
 fn a_slave_that_exchanges_data_is_in_no_trouble_until_it_is_gone_and_again_when_it_is_back() {
-    let mut bench = Bench::of(IDENTITY, 7, LENGTHS);
-    assert_eq!(bench.station.trouble(), Some(Trouble::Silent { address: 7 }), "nothing has been heard of it");
+    let mut rig = Rig::of(IDENTITY, 7, LENGTHS);
+    assert_eq!(rig.station.trouble(), Some(Trouble::Silent { address: 7 }), "nothing has been heard of it");
     for _ in 0..2 {
-        assert_eq!(bench.shows(), None);
-        bench.bus.with(|line| line.set_connected(bench.id, false));
-        assert_eq!(bench.shows(), Some(Trouble::Silent { address: 7 }));
-        bench.bus.with(|line| line.set_connected(bench.id, true));
+        assert_eq!(rig.shows(), None);
+        rig.bus.with(|line| line.set_connected(rig.id, false));
+        assert_eq!(rig.shows(), Some(Trouble::Silent { address: 7 }));
+        rig.bus.with(|line| line.set_connected(rig.id, true));
     }
 }
 
 #[test]
 fn each_refusal_has_its_words_and_a_remedy() {
-    let with = |identity| Bench::of(identity, 7, LENGTHS);
+    let with = |identity| Rig::of(identity, 7, LENGTHS);
     let foreign = with(IDENTITY);
     foreign.bus.with(|line| {
         let now = line.now();
@@ -83,11 +83,11 @@ fn each_refusal_has_its_words_and_a_remedy() {
             groups: 0,
             user: &[],
         };
-        let telegram = support::Bench::new().request(Some(sap::SET_PARAMETERS), &parameters.head());
+        let telegram = support::Rig::new().request(Some(sap::SET_PARAMETERS), &parameters.head());
         line.slave_mut(foreign.id).handle_bytes(now, &telegram);
     });
     let other = Identity { configuration: &[0x70, 0x70, 0x70, 0x70], ..IDENTITY };
-    for (mut bench, trouble, words, remedy) in [
+    for (mut rig, trouble, words, remedy) in [
         (
             with(Identity { ident: 0x4321, ..IDENTITY }),
             Trouble::Ident { address: 7, expected: IDENTITY.ident, found: 0x4321 },
@@ -102,20 +102,20 @@ fn each_refusal_has_its_words_and_a_remedy() {
         ),
         (with(other), Trouble::Configuration { address: 7 }, "refuses the configuration", "gsd=FILE, and module=NAME"),
         (
-            Bench::of(IDENTITY, 9, LENGTHS),
+            Rig::of(IDENTITY, 9, LENGTHS),
             Trouble::Silent { address: 7 },
             "no slave answers at address 7 of the PROFIBUS",
             "do its switches say 7",
         ),
         (
-            Bench::of(IDENTITY, 7, Lengths { inputs: 6, outputs: 4 }),
+            Rig::of(IDENTITY, 7, Lengths { inputs: 6, outputs: 4 }),
             Trouble::Data { address: 7 },
             "answers, but exchanges no data of the expected length",
             "gsd=FILE&module=NAME",
         ),
         (foreign, Trouble::OtherMaster { address: 7, master: 2 }, "belongs to another master, 2", "stop master 2"),
     ] {
-        assert_eq!(bench.shows(), Some(trouble));
+        assert_eq!(rig.shows(), Some(trouble));
         let (said, advice) = (trouble.to_string(), trouble.remedy());
         assert!(said.contains(words) && advice.contains(remedy), "{said}: {advice}");
     }

@@ -19,8 +19,9 @@ mod pdo;
 mod rule;
 mod table;
 mod text;
-mod types;
 mod value;
+
+pub use lexican_cia::DataType;
 
 pub use access::{
     AnyDevice, Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, TpdoMappable, Unmapped, Wo, Writable,
@@ -41,7 +42,6 @@ pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, field, pack, place, 
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use table::{Access, Entry, Limit, PdoMapping, Row, Table};
 pub use text::{Names, NoValue, debug_bits, display_quantity, integer};
-pub use types::DataType;
 pub use value::{
     Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,
     UnicodeString, Value, VisibleString,

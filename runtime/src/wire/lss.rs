@@ -60,14 +60,8 @@ impl Part {
         }
     }
 
-    const fn from_number(number: u8) -> Option<Part> {
-        match number {
-            0 => Some(Part::Vendor),
-            1 => Some(Part::Product),
-            2 => Some(Part::Revision),
-            3 => Some(Part::Serial),
-            _ => None,
-        }
+    fn from_number(number: u8) -> Option<Part> {
+        Part::ALL.get(usize::from(number)).copied()
     }
 }
 

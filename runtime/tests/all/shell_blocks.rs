@@ -1,11 +1,9 @@
 //! Long objects go by block through every shell, where that is quicker.
 #![cfg(feature = "tokio")]
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use crate::common::NODE;
 use crate::rig::{Recorder, TEXT};
+use crate::shell_support::observed;
 use lexican_runtime::host::{VirtualBus, blocking, tokio as shell};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
@@ -15,21 +13,20 @@ use lexican_runtime::{Duration, Instant};
 /// How long it takes to read and to write an object of `len` bytes at 125 kbit/s, and how many frames that are.
 fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
     let bus = VirtualBus::with_bit_rate(125);
-    let frames = Arc::new(AtomicUsize::new(0));
-    let count = Arc::clone(&frames);
-    bus.observe(move |_, _| _ = count.fetch_add(1, Ordering::Relaxed));
+    let frames = observed(&bus);
+    let counted = || std::mem::take(&mut *frames.lock().unwrap()).len();
     bus.attach(Recorder::named(NODE, len));
     let mut network = blocking::Network::new(bus.link());
     let now = network.now();
     network.manager().add(now, remote).unwrap();
     network.read_bytes(NODE, Address::new(0x1000, 0)).unwrap();
     let mut began = bus.now();
-    frames.store(0, Ordering::Relaxed);
+    counted();
     assert_eq!(network.read_bytes(NODE, TEXT).unwrap(), vec![b'n'; len]);
-    let read = (bus.now().since(began), frames.swap(0, Ordering::Relaxed));
+    let read = (bus.now().since(began), counted());
     began = bus.now();
     network.write_bytes(NODE, TEXT, &vec![b'x'; len]).unwrap();
-    let written = (bus.now().since(began), frames.load(Ordering::Relaxed));
+    let written = (bus.now().since(began), counted());
     assert_eq!(network.read_bytes(NODE, TEXT).unwrap(), vec![b'x'; len]);
     [read, written]
 }

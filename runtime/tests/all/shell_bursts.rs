@@ -1,10 +1,9 @@
 //! Block transfers send up to 127 frames in a row. Every shell keeps its deadlines meanwhile.
 #![cfg(feature = "tokio")]
 
-use std::sync::{Arc, Mutex};
-
 use crate::common::{self, NODE};
 use crate::rig::{Recorder, TEXT, tampered};
+use crate::shell_support::{Frames, observed};
 use lexican_runtime::host::{Link, Participant, VirtualBus, VirtualLink, blocking, tokio as shell};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Address, Object, Ro};
@@ -36,21 +35,12 @@ fn queueless(bus: &VirtualBus) -> impl Link + Send + 'static {
     tampered(bus.link(), send, VirtualLink::receive)
 }
 
-/// When frames with `id` are on the bus.
-fn times_of(bus: &VirtualBus, id: u16) -> Arc<Mutex<Vec<Instant>>> {
-    let times = Arc::new(Mutex::new(Vec::new()));
-    let (id, list) = (CobId::standard(id).unwrap(), Arc::clone(&times));
-    bus.observe(move |now, frame| {
-        if frame.id() == id {
-            list.lock().unwrap().push(now);
-        }
-    });
-    times
-}
-
+/// Frames with `id` were on the bus, and no longer apart than they may be.
 #[track_caller]
-fn is_kept(times: &Mutex<Vec<Instant>>, at_least: usize) {
-    let times = times.lock().unwrap();
+fn is_kept(frames: &Frames, id: u16, at_least: usize) {
+    let frames = frames.lock().unwrap();
+    let times = frames.iter().filter(|(_, frame)| frame.id() == CobId::standard(id).unwrap()).map(|(at, _)| *at);
+    let times: Vec<Instant> = times.collect();
     assert!(times.len() >= at_least, "{} times", times.len());
     let longest = times.windows(2).map(|pair| pair[1].since(pair[0])).max().unwrap();
     assert!(longest <= PERIOD + SLACK, "a gap of {longest:?}");
@@ -70,13 +60,13 @@ fn a_block_download_of_the_blocking_shell_delays_neither_sync_nor_heartbeats() {
     for node in [NODE, watched] {
         bus.attach(Recorder::named(node, LONG));
     }
-    let syncs = times_of(&bus, 0x080);
+    let frames = observed(&bus);
     let mut network = blocking::Network::new(queueless(&bus));
     let now = network.now();
     prepare(network.manager(), now, watched);
     network.write_bytes(watched, Address::new(0x1017, 0), &10_u16.to_le_bytes()).unwrap();
     network.write_bytes(NODE, TEXT, &[b'x'; LONG]).unwrap();
-    is_kept(&syncs, 140);
+    is_kept(&frames, 0x080, 140);
     let now = network.now();
     while let Some(event) = network.next_event(now).unwrap() {
         assert!(!matches!(event, Event::Lost { .. }), "{event:?}");
@@ -90,7 +80,7 @@ async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls
     for node in [NODE, other] {
         bus.attach(Recorder::named(node, LONG));
     }
-    let (syncs, answers) = (times_of(&bus, 0x080), times_of(&bus, 0x589));
+    let frames = observed(&bus);
     let network = shell::Network::spawn(queueless(&bus)).unwrap();
     network.with_manager(move |manager, now| prepare(manager, now, other)).await.unwrap();
     let reader = tokio::spawn({
@@ -104,15 +94,15 @@ async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls
     network.write_bytes(NODE, TEXT, &[b'x'; LONG]).await.unwrap();
     assert!(!reader.is_finished(), "all reads were answered");
     reader.abort();
-    is_kept(&syncs, 140);
-    is_kept(&answers, 140);
+    is_kept(&frames, 0x080, 140);
+    is_kept(&frames, 0x589, 140);
 }
 
 #[test]
 fn a_block_upload_of_the_device_shell_does_not_delay_its_heartbeat() {
     let bus = VirtualBus::with_bit_rate(500);
     let mut other = bus.link();
-    let beats = times_of(&bus, 0x705);
+    let frames = observed(&bus);
     let node = Recorder::named(NODE, LONG);
     let mut participant = Participant::new(queueless(&bus), node);
     // A heartbeat every 5 ms; blocks of 127 segments; the block is received, and the next one begins.
@@ -126,5 +116,5 @@ fn a_block_upload_of_the_device_shell_does_not_delay_its_heartbeat() {
     }
     let heard = std::iter::from_fn(|| other.receive_frame(bus.now()).unwrap());
     assert!(heard.filter(|frame| frame.id().raw() == 0x585).count() > 2_800, "the upload went on");
-    is_kept(&beats, 190);
+    is_kept(&frames, 0x705, 190);
 }

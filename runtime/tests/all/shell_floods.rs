@@ -1,15 +1,10 @@
 //! A link that always has a frame delays neither deadlines, nor the end of a wait, nor transmission.
 #![cfg(feature = "tokio")]
 
-use std::sync::{Arc, Mutex};
-
 use crate::rig::tampered;
-use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
-use lexican_runtime::host::{
-    AccessError, Incoming, Link, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
-};
+use crate::shell_support::{DEVICE_TYPE, Frames, HEARTBEAT, NAME, has_timed_out, observed, station};
+use lexican_runtime::host::{Incoming, Link, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell};
 use lexican_runtime::manager::{Event, Remote};
-use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
@@ -36,25 +31,23 @@ fn flood_of_pdos(bus: &VirtualBus) -> impl Link + Send + 'static {
     flooded(bus, Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [1, 2]))
 }
 
-/// A bus with a device, and how many SYNC messages are on it.
-fn bus() -> (VirtualBus, Arc<Mutex<u32>>) {
+/// A bus with a device, and the frames on it.
+fn bus() -> (VirtualBus, Frames) {
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(station(NODE));
-    let syncs = Arc::new(Mutex::new(0));
-    let count = Arc::clone(&syncs);
-    bus.observe(move |_, frame| *count.lock().unwrap() += u32::from(frame.id() == CobId::SYNC));
-    (bus, syncs)
+    let frames = observed(&bus);
+    (bus, frames)
 }
 
 #[track_caller]
-fn has_timed_out<T: std::fmt::Debug>(result: Result<T, AccessError>) {
-    let error = result.unwrap_err();
-    assert!(matches!(error, AccessError::Sdo { node: SILENT, error: SdoError::TimedOut { .. } }), "{error}");
+fn has_syncs(frames: &Frames) {
+    let syncs = frames.lock().unwrap().iter().filter(|(_, frame)| frame.id() == CobId::SYNC).count();
+    assert!(syncs > 70, "{syncs}");
 }
 
 #[test]
 fn the_blocking_shell_reads_and_notices_silence_and_loss() {
-    let (bus, syncs) = bus();
+    let (bus, frames) = bus();
     let mut network = blocking::Network::new(flood_of_pdos(&bus));
     let now = network.now();
     network.manager().produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
@@ -62,8 +55,8 @@ fn the_blocking_shell_reads_and_notices_silence_and_loss() {
     assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
     network.write(NODE, HEARTBEAT, 20).unwrap();
     network.write_bytes(NODE, NAME, b"in many segments").unwrap();
-    has_timed_out(network.read(SILENT, DEVICE_TYPE));
-    assert!(*syncs.lock().unwrap() > 70, "{syncs:?}");
+    has_timed_out(SILENT, network.read(SILENT, DEVICE_TYPE));
+    has_syncs(&frames);
     network.write(NODE, HEARTBEAT, 0).unwrap();
     let lost = network.wait_for(Duration::from_secs(1), |event| matches!(event, Event::Lost { .. }).then_some(()));
     assert_eq!(lost.unwrap(), Some(()));
@@ -100,7 +93,7 @@ fn the_device_shell_sends_its_heartbeat_and_ends() {
 
 #[tokio::test]
 async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
-    let (bus, syncs) = bus();
+    let (bus, frames) = bus();
     // Of frames that are no events: a listener keeps the last 1024 of those only.
     let flood = Frame::from_array(CobId::NMT, [1, 9]);
     let network = shell::Network::spawn(flooded(&bus, flood)).unwrap();
@@ -113,8 +106,8 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
         .unwrap();
     assert_eq!(network.read(NODE, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
     network.write(NODE, HEARTBEAT, 20).await.unwrap();
-    has_timed_out(network.read(SILENT, DEVICE_TYPE).await);
-    assert!(*syncs.lock().unwrap() > 70, "{syncs:?}");
+    has_timed_out(SILENT, network.read(SILENT, DEVICE_TYPE).await);
+    has_syncs(&frames);
     network.command(NmtCommand::Start, Some(NODE)).await.unwrap();
     let mut events = network.events();
     network.write(NODE, HEARTBEAT, 0).await.unwrap();

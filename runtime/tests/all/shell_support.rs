@@ -1,8 +1,11 @@
 //! A small device for the tests of the shells.
 
-use lexican_runtime::host::Station;
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{AccessError, Station, VirtualBus};
 use lexican_runtime::object::{Access, Address, DataType, Dictionary, Object, PdoMapping, Ro, Row, Rw, Table};
-use lexican_runtime::{Instant, NodeId};
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{Frame, Instant, NodeId};
 
 pub(crate) const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
 pub(crate) const HEARTBEAT: Object<u16, Rw> = Object::new(0x1017, 0).with_limits(0, 1000);
@@ -25,4 +28,21 @@ static TABLE: Table = Table {
 /// A device that has just been switched on.
 pub(crate) fn station(node: NodeId) -> Station<28> {
     Station::new(Instant::ZERO, node, Dictionary::new(&TABLE, node))
+}
+
+/// Frames that were on a bus, with their times.
+pub(crate) type Frames = Arc<Mutex<Vec<(Instant, Frame)>>>;
+
+/// The frames on a bus from now on.
+pub(crate) fn observed(bus: &VirtualBus) -> Frames {
+    let frames = Frames::default();
+    let list = Arc::clone(&frames);
+    bus.observe(move |now, frame| list.lock().unwrap().push((now, *frame)));
+    frames
+}
+
+#[track_caller]
+pub(crate) fn has_timed_out<T: std::fmt::Debug>(silent: NodeId, result: Result<T, AccessError>) {
+    let error = result.unwrap_err();
+    assert!(matches!(error, AccessError::Sdo { node, error: SdoError::TimedOut { .. } } if node == silent), "{error}");
 }

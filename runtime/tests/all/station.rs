@@ -1,8 +1,7 @@
 //! A device that needs nothing but its dictionary, and several of them behind one link.
 #![cfg(feature = "std")]
 
-use std::sync::{Arc, Mutex};
-
+use crate::shell_support::observed;
 use lexican_runtime::device::Event;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Node, Station, VirtualBus, VirtualLink};
@@ -101,15 +100,10 @@ fn nodes_behind_one_link_have_their_own_objects_and_deadlines() {
     }
     assert_eq!([NODE, other].map(|node| network.read(node, ACTUAL).unwrap()), [100, 70]);
     // Each has its own deadlines, and is due only at these.
-    let mut heartbeats = [0; 2];
-    let listener = Arc::new(Mutex::new(Vec::new()));
-    let heard = Arc::clone(&listener);
-    bus.observe(move |_, frame| heard.lock().unwrap().push(frame.id()));
+    let frames = observed(&bus);
     network.wait_for(Duration::from_secs(7), |_| None::<()>).unwrap();
-    for id in listener.lock().unwrap().iter().map(|id| id.raw()) {
-        heartbeats[0] += u32::from(id == 0x705);
-        heartbeats[1] += u32::from(id == 0x706);
-    }
+    let frames = frames.lock().unwrap();
+    let heartbeats = [0x705, 0x706].map(|id| frames.iter().filter(|(_, frame)| frame.id().raw() == id).count());
     assert_eq!(heartbeats, [70, 100]);
 }
 

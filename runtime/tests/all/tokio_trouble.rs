@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use crate::rig::tampered;
-use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
+use crate::shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, has_timed_out, station};
 use lexican_runtime::host::tokio::Network;
-use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, Pace, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Incoming, Link, LinkError, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::manager::Remote;
-use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
@@ -23,24 +22,18 @@ fn network() -> (VirtualBus, Network) {
     (bus, network)
 }
 
-#[track_caller]
-fn has_timed_out<T: std::fmt::Debug>(result: Result<T, AccessError>) {
-    let error = result.unwrap_err();
-    assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
-}
-
 #[tokio::test]
 async fn a_thousand_reads_of_a_silent_node_end_together() {
     let (bus, network) = network();
     let read = |network: Network| tokio::spawn(async move { network.read(SILENT, DEVICE_TYPE).await });
     let reads: Vec<_> = (0..1000).map(|_| read(network.clone())).collect();
     for read in reads {
-        has_timed_out(read.await.unwrap());
+        has_timed_out(SILENT, read.await.unwrap());
     }
     assert!(bus.now() < Instant::from_micros(2_100_000), "{}", bus.now());
     // A later one is tried.
     let began = bus.now();
-    has_timed_out(network.read(SILENT, DEVICE_TYPE).await);
+    has_timed_out(SILENT, network.read(SILENT, DEVICE_TYPE).await);
     assert!(bus.now().since(began) >= Duration::from_secs(1));
 }
 
@@ -56,14 +49,14 @@ async fn a_call_takes_no_longer_than_its_patience() {
     // One waits behind the other, the second is under way itself.
     for _ in 0..2 {
         let began = bus.now();
-        has_timed_out(hasty.read(SILENT, DEVICE_TYPE).await);
+        has_timed_out(SILENT, hasty.read(SILENT, DEVICE_TYPE).await);
         let took = bus.now().since(began);
         assert!(took >= Duration::from_millis(30) && took < Duration::from_millis(40), "{took:?}");
         while !patient.is_finished() {
             tokio::task::yield_now().await;
         }
     }
-    has_timed_out(patient.await.unwrap());
+    has_timed_out(SILENT, patient.await.unwrap());
     assert_eq!(hasty.read(NODE, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
 }
 
@@ -125,7 +118,7 @@ impl Link for Port {
 async fn a_link_without_descriptor_does_not_block_the_task() {
     let looks = Arc::new(AtomicUsize::new(0));
     let network = Network::spawn(Port(tokio::time::Instant::now(), Arc::clone(&looks))).unwrap();
-    has_timed_out(network.read(SILENT, DEVICE_TYPE).await);
+    has_timed_out(SILENT, network.read(SILENT, DEVICE_TYPE).await);
     let looks = looks.load(Ordering::Relaxed);
     assert!((400..1100).contains(&looks), "{looks} looks in a second");
 }

@@ -2,8 +2,8 @@
 #![cfg(feature = "std")]
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex};
 
+use crate::shell_support::observed;
 use lexican_runtime::host::{Node, VirtualBus, wire_bits};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use proptest::prelude::*;
@@ -151,13 +151,12 @@ proptest! {
         for frames in &stations {
             bus.attach(Talker::new(frames));
         }
-        let seen = Arc::new(Mutex::new(Vec::new()));
-        let log = Arc::clone(&seen);
-        bus.observe(move |now, frame| log.lock().unwrap().push((now.since(Instant::ZERO).as_micros(), *frame)));
+        let frames = observed(&bus);
         bus.advance(Duration::from_secs(10));
         let (expected, idle) = model(kbit_per_s.into(), &stations);
-        let seen = seen.lock().unwrap();
-        prop_assert_eq!(&*seen, &expected);
+        let frames = frames.lock().unwrap();
+        let seen: Vec<_> = frames.iter().map(|(now, frame)| (now.as_micros(), *frame)).collect();
+        prop_assert_eq!(&seen, &expected);
         if let Some((end, _)) = seen.last() {
             let bits: u64 = seen.iter().map(|(_, frame)| u64::from(wire_bits(frame))).sum();
             prop_assert_eq!(*end, (bits * 1000 + idle) / u64::from(kbit_per_s));

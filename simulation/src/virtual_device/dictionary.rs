@@ -147,7 +147,7 @@ impl SheetDictionary {
 impl Slot {
     fn new(node: NodeId, sheet: &model::Device, entry: &model::Entry) -> Self {
         // A type that CiA 301 does not define is transferred as bytes.
-        let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
+        let data_type = entry.data_type.known().unwrap_or(DataType::Domain);
         let initial = lexican_eds::start::initial(sheet, entry);
         let default = initial.of_node(node.get());
         Slot {

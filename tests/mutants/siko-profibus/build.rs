@@ -7,8 +7,8 @@ use mutator::Sources;
 
 static SIKO: Sources = Sources {
     folder: "siko-profibus/src",
-    modules: &["bus", "door", "gateway", "line", "master", "model", "table", "words"],
-    mutated: &["bus", "door", "gateway", "line", "master", "model", "table"],
+    modules: &["bus", "drive", "gateway", "line", "master", "model", "table", "words"],
+    mutated: &["bus", "drive", "gateway", "line", "master", "model", "table"],
     constants: &["../../siko/src/words", "../../../profibus/src/profidrive", "words"],
     prefix: "",
     others: &["model identity", "table new", "table rows"],

@@ -9,7 +9,7 @@ mod mutated {
     include!(concat!(env!("OUT_DIR"), "/mutated.rs"));
 }
 
-pub use mutated::door::Door;
+pub use mutated::drive::ProfibusDrive;
 pub use mutated::model::{AG02, AG03_1, Model, PPO};
 pub use mutated::{bus, gateway, line, master, table, words};
 

@@ -2,7 +2,6 @@
 
 mod akd_frames;
 mod boot_plan;
-mod data_types;
 mod descriptions;
 mod fuzzed;
 mod link_slcan;

@@ -9,7 +9,7 @@ use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use crate::node::remote::Refusal;
 use crate::values::wire::{fitting, parse};
-use crate::values::{DeviceValues, Limits, given, hex, is_pdo_mapping, plain};
+use crate::values::{DeviceValues, Limits, given, hex, plain};
 
 /// The answer of a device when an entry was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -169,7 +169,7 @@ impl Comparison<'_> {
     fn count(&self, entry: &Entry, value: &Value) -> Option<Finding> {
         let object =
             self.values.device.object(entry.index).filter(|object| entry.sub == 0 && object.entries.len() > 1)?;
-        let counts_itself = entry.index == cia301::PREDEFINED_ERROR_FIELD || is_pdo_mapping(entry.index);
+        let counts_itself = cia301::counts_entries(entry.index);
         let highest = object.entries.iter().map(|entry| entry.sub).filter(|sub| *sub < 0xFF).max()?;
         let there = value.as_integer()?;
         let more = there > i128::from(highest) && !counts_itself;

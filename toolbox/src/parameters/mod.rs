@@ -14,13 +14,14 @@ use std::ops::ControlFlow;
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
+use lexican_runtime::cia301::is_pdo_mapping;
 use lexican_runtime::host::{AccessError, Bytes, Link};
 use lexican_runtime::object::Address;
 
 use crate::node::followed::Followed;
 use crate::node::remote::{Refusal, RemoteNode};
+use crate::values::address;
 use crate::values::wire::parse_padded;
-use crate::values::{address, is_pdo_mapping};
 
 pub use selection::{LeftOut, LeftOuts, Parameters};
 

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use lexican_runtime::cia301;
+use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::Address;
-
-use crate::values::is_pdo_mapping;
 
 /// A value on its way to a device.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 
 use lexican_eds::model::{Bits, Condition, ConditionalRange, Device, Entry, Meaning, Named, Unit, Value};
 use lexican_eds::types::{Class, DataType};
+use lexican_runtime::NodeId;
 use lexican_runtime::object::{self, Address};
-use lexican_runtime::{NodeId, cia301};
 
 /// A data sheet, and the values that were seen on the bus. Units and names of values depend on other values.
 pub struct DeviceValues<'a> {
@@ -100,7 +100,7 @@ impl<'a> DeviceValues<'a> {
         let mut raw = [0; 8];
         let bytes = wire::encode(entry.data_type, value)?;
         raw.get_mut(..bytes.len())?.copy_from_slice(&bytes);
-        let (data_type, number) = (runtime_type(entry.data_type)?, value.as_integer());
+        let (data_type, number) = (entry.data_type.known()?, value.as_integer());
         Some(self.with_meaning(entry, number, |it| it.show(data_type, u64::from_le_bytes(raw)).to_string()))
     }
 
@@ -111,7 +111,7 @@ impl<'a> DeviceValues<'a> {
         number: Option<i128>,
         then: impl for<'m> FnOnce(object::Meaning<'m>) -> T,
     ) -> T {
-        let Some(data_type) = runtime_type(entry.data_type) else { return then(object::Meaning::Plain) };
+        let Some(data_type) = entry.data_type.known() else { return then(object::Meaning::Plain) };
         match &entry.meaning {
             Meaning::Plain => then(object::Meaning::Plain),
             Meaning::Quantity(name) => {
@@ -150,12 +150,6 @@ pub fn address(entry: &Entry) -> Address {
 /// The value that the data sheet gives an entry: configured in a DCF, else its default.
 pub fn given(entry: &Entry) -> Option<&Value> {
     entry.configured.as_ref().or(entry.default.as_ref())
-}
-
-/// Whether an object is the mapping of a PDO.
-pub fn is_pdo_mapping(index: u16) -> bool {
-    use cia301::{RPDO_MAPPING_1, RPDO_MAPPING_512, TPDO_MAPPING_1, TPDO_MAPPING_512};
-    matches!(index, RPDO_MAPPING_1..=RPDO_MAPPING_512 | TPDO_MAPPING_1..=TPDO_MAPPING_512)
 }
 
 /// The name of an entry, after that of its object unless it is the only one: `Motor Parameter Set, v-Pos`.
@@ -236,11 +230,6 @@ fn bits(fields: &[Named<Bits>], without: u16) -> Vec<object::BitName<'_>> {
     let name = |it: &'_ Named<Bits>| (it.value.low, it.value.high.saturating_sub(it.value.low) + 1);
     let kept = fields.iter().filter(|it| u64::from(without) >> it.value.low.min(63) & 1 == 0);
     kept.map(|it| object::BitName::new(name(it).0, name(it).1, &it.name)).collect()
-}
-
-/// The runtime's name for a type.
-fn runtime_type(data_type: DataType) -> Option<object::DataType> {
-    object::DataType::from_code(data_type.code())
 }
 
 /// A value as text, by its type alone.

@@ -1,11 +1,11 @@
 //! What CiA 301 and 402 define of some values: commands of the control word, states, COB-IDs, mappings. As text and back.
 
 use lexican_eds::model::{Entry, Meaning};
-use lexican_runtime::cia301;
+use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::{self, Address};
 use lexican_runtime::profile::cia402::{Command, State};
 
-use super::{DeviceValues, bits, is_pdo_mapping};
+use super::{DeviceValues, bits};
 
 const COMMAND_BITS: u16 = 0b1000_1111;
 const STATE_BITS: u16 = 0b0110_1111;
@@ -19,17 +19,6 @@ const COMMANDS: [(&str, u16); 7] = [
     ("quick stop", 0x02),
     ("enable operation", 0x0F),
     ("fault reset", 0x80),
-];
-
-const STATES: [State; 8] = [
-    State::NotReadyToSwitchOn,
-    State::SwitchOnDisabled,
-    State::ReadyToSwitchOn,
-    State::SwitchedOn,
-    State::OperationEnabled,
-    State::QuickStopActive,
-    State::FaultReactionActive,
-    State::Fault,
 ];
 
 impl DeviceValues<'_> {
@@ -75,7 +64,9 @@ impl DeviceValues<'_> {
                 let command = COMMANDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(first));
                 command.and_then(|(_, command)| Some(i128::from(*command) | self.other_bits(entry, rest)?))
             }
-            (0x6041, 0) if self.is_drive() && STATES.iter().any(|it| it.to_string().eq_ignore_ascii_case(first)) => {
+            (0x6041, 0)
+                if self.is_drive() && State::ALL.iter().any(|it| it.to_string().eq_ignore_ascii_case(first)) =>
+            {
                 return Err(format!("{text:?} does not say all bits: write the number, such as 0x0237"));
             }
             (index, 1..) if is_pdo_mapping(index) => mapping(text),

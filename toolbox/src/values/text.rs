@@ -6,7 +6,7 @@ use lexican_eds::types::{Class, DataType};
 use lexican_runtime::object::{self, Address, NoValue};
 
 use super::wire::{encode, number_of};
-use super::{DeviceValues, Limits, runtime_type};
+use super::{DeviceValues, Limits};
 
 impl DeviceValues<'_> {
     /// The bytes of an entry from a text.
@@ -24,7 +24,7 @@ impl DeviceValues<'_> {
             return Ok(Value::Integer(number));
         }
         let (Some(data_type), Class::Boolean | Class::Signed | Class::Unsigned | Class::Real | Class::Time) =
-            (runtime_type(entry.data_type), entry.data_type.class())
+            (entry.data_type.known(), entry.data_type.class())
         else {
             return parse_as(entry.data_type, text.strip_prefix("raw:").unwrap_or(text));
         };
@@ -57,7 +57,7 @@ fn noted(text: &str) -> Option<Value> {
 
 /// The value of a type from a text.
 pub fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
-    match (data_type.class(), runtime_type(data_type)) {
+    match (data_type.class(), data_type.known()) {
         (Class::Text, _) => match text.strip_prefix('"').and_then(|text| text.strip_suffix('"')) {
             Some(shown) if shown.contains(['"', '\\']) => {
                 Err(format!("{text} has quotes around it: write it without them"))

@@ -9,10 +9,11 @@ pub(crate) enum Motion {
     /// A travel to a position.
     Travelling(Travel),
     /// A step of inching operation to this position: an edge, which no bit takes back.
-    Stepping { target: i32 },
+    Stepping {
+        target: i32,
+    },
     /// Inching while a bit is set.
     Inching,
-    /// Homing.
     Homing,
     /// Velocity or torque mode.
     Running,
@@ -42,7 +43,6 @@ impl Travel {
 pub(crate) enum Pause {
     /// It goes on.
     None,
-    /// The driver has interrupted it.
     Interrupted,
     /// The driver has ordered it to go on, and has not seen it do so.
     Unheeded,

@@ -11,6 +11,7 @@ use crate::fault::Cause;
 /// Why all axes are stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub enum Reason {
     /// The program has asked for it.
     #[error("cancelled")]
@@ -39,11 +40,9 @@ pub enum Reason {
     /// A set-point is too far from the one before. None of this cycle has been sent.
     #[error("node {node}: a step from {from} to {to} is larger than {most}")]
     StepTooLarge {
-        /// The axis.
         node: NodeId,
         /// The set-point before.
         from: i32,
-        /// The one that is refused.
         to: i32,
         /// [`AxisSettings::max_step`](super::AxisSettings::max_step).
         most: u32,
@@ -51,7 +50,6 @@ pub enum Reason {
     /// A set-point is outside the limits of travel (607Dh). None of this cycle has been sent.
     #[error("node {node}: the set-point {to} is outside the limits, {low} to {high}")]
     OutsideLimits {
-        /// The axis.
         node: NodeId,
         /// The set-point that is refused.
         to: i32,
@@ -63,7 +61,6 @@ pub enum Reason {
     /// The PDO of an axis has not come: it is lost, late, or the drive is.
     #[error("node {node}: its PDO has not come for {cycles} cycles")]
     PdoMissing {
-        /// The axis.
         node: NodeId,
         /// In how many cycles in a row.
         cycles: u32,
@@ -71,7 +68,6 @@ pub enum Reason {
     /// An axis is too far from its set-points, or reports a following error (bit 13).
     #[error("node {node}: a following error of {error}")]
     FollowingError {
-        /// The axis.
         node: NodeId,
         /// How far it is from its last four set-points.
         error: u32,
@@ -79,46 +75,26 @@ pub enum Reason {
     /// An axis has a fault.
     #[error("node {node}: in fault: {cause}")]
     Fault {
-        /// The axis.
         node: NodeId,
         /// By its emergency, if one has come.
         cause: Cause,
     },
     /// An axis has left OPERATION ENABLED.
     #[error("node {node}: it has left OPERATION ENABLED for {state}")]
-    LeftOperationEnabled {
-        /// The axis.
-        node: NodeId,
-        /// Where it is.
-        state: State,
-    },
+    LeftOperationEnabled { node: NodeId, state: State },
     /// An axis is in OPERATION ENABLED, and its status word says that it does not follow
     /// ([`AxisSettings::follows`](super::AxisSettings::follows)).
     #[error("node {node}: it does not follow its set-points (status word {status_word:04X})")]
-    Ignores {
-        /// The axis.
-        node: NodeId,
-        /// What it says.
-        status_word: u16,
-    },
+    Ignores { node: NodeId, status_word: u16 },
     /// An axis has not come to OPERATION ENABLED in time.
     #[error("node {node}: it stays in {state}")]
-    NotEnabled {
-        /// The axis.
-        node: NodeId,
-        /// Where it is.
-        state: State,
-    },
+    NotEnabled { node: NodeId, state: State },
     /// An axis has restarted: it was reset, or its power failed.
     #[error("node {node}: it has restarted")]
-    Restarted {
-        /// The axis.
-        node: NodeId,
-    },
+    Restarted { node: NodeId },
     /// An axis has left NMT OPERATIONAL.
     #[error("node {node}: it is {state:?}, and exchanges no PDOs")]
     NotOperational {
-        /// The axis.
         node: NodeId,
         /// What its heartbeat says.
         state: NmtState,
@@ -142,14 +118,12 @@ pub enum End {
 
 /// What an axis did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct AxisReport {
-    /// Which one.
     pub node: NodeId,
-    /// What became of it.
     pub end: End,
     /// Where it was when it was last heard of.
     pub position: i32,
-    /// Its last set-point.
     pub set_point: i32,
     /// The largest distance from its last four set-points, while it followed.
     pub following_error: u32,

@@ -85,7 +85,7 @@ impl Description {
 impl Pdo {
     /// In bytes.
     pub(super) fn size(&self, description: &Description) -> usize {
-        self.signals.iter().map(|signal| signal.size(description)).sum()
+        self.signals.iter().map(|signal| description.carried_bytes(*signal)).sum()
     }
 }
 

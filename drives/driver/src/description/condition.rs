@@ -24,12 +24,10 @@ pub struct Test {
 
 /// A row: while `when` holds, the drive refuses these orders, since something is missing.
 #[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Condition {
-    /// When.
     pub when: Test,
-    /// Which orders.
     pub refuses: Orders,
-    /// What to report.
     pub missing: Missing,
 }
 

@@ -15,8 +15,8 @@ impl Pdo {
         let mut bytes = Vec::with_capacity(8);
         for signal in self.signals {
             let value = values.iter().find(|(given, _)| given == signal).map_or(0, |(_, value)| *value);
-            let raw = signal.number(description).map_or(0, |number| number.encode(value));
-            bytes.extend(raw.to_le_bytes().iter().take(signal.size(description)));
+            let raw = description.carried(*signal).map_or(0, |number| number.encode(value));
+            bytes.extend(raw.to_le_bytes().iter().take(description.carried_bytes(*signal)));
         }
         Frame::new(self.cob_id(node), &bytes).expect("the signals of a described PDO take eight bytes at most")
     }
@@ -24,8 +24,8 @@ impl Pdo {
     /// As the drive has it from 1600h:01 or 1A00h:01 on.
     pub(crate) fn mapping(&self, description: &Description) -> Vec<Mapped> {
         let mapped = |signal: &Signal| {
-            let bits = 8 * signal.size(description) as u8;
-            let address = signal.number(description).map(|number| number.address());
+            let bits = 8 * description.carried_bytes(*signal) as u8;
+            let address = description.carried(*signal).map(|number| number.address());
             address.map_or(Pdo::anything(bits), |address| Mapped { address, bits })
         };
         self.signals.iter().map(mapped).collect()
@@ -39,27 +39,29 @@ impl Pdo {
     /// The status word in the data of the PDO; `None` when it has none, or the data are too short for it.
     pub(crate) fn status_word(&self, description: &Description, data: &[u8]) -> Option<u16> {
         let place = self.signals.iter().position(|signal| *signal == Signal::StatusWord)?;
-        let before = self.signals.iter().take(place).map(|signal| signal.size(description)).sum();
+        let before = self.signals.iter().take(place).map(|signal| description.carried_bytes(*signal)).sum();
         let bytes = data.get(before..)?.first_chunk::<2>()?;
         Some(u16::from_le_bytes(*bytes))
     }
 }
 
-impl Signal {
-    fn number(self, description: &Description) -> Option<Number> {
-        match self {
-            Signal::ControlWord => Some(description.objects.control_word),
-            Signal::StatusWord => Some(description.objects.status_word),
-            Signal::TargetPosition => Some(description.objects.target_position),
-            Signal::TargetVelocity => description.velocity.map(|velocity| velocity.target),
+impl Description {
+    /// The object that a PDO carries.
+    fn carried(&self, signal: Signal) -> Option<Number> {
+        match signal {
+            Signal::ControlWord => Some(self.objects.control_word),
+            Signal::StatusWord => Some(self.objects.status_word),
+            Signal::TargetPosition => Some(self.objects.target_position),
+            Signal::TargetVelocity => self.velocity.map(|velocity| velocity.target),
             Signal::Other(_) => None,
         }
     }
 
-    pub(super) fn size(self, description: &Description) -> usize {
-        match self {
+    /// The bytes that it takes in the PDO.
+    pub(super) fn carried_bytes(&self, signal: Signal) -> usize {
+        match signal {
             Signal::Other(bytes) => bytes.into(),
-            _ => self.number(description).map_or(0, |number| number.size()),
+            _ => self.carried(signal).map_or(0, |number| number.size()),
         }
     }
 }

@@ -351,7 +351,7 @@ impl Description {
     #[must_use]
     pub fn mode_of(&self, code: i64) -> Option<Mode> {
         let in_profile = self.modes.codes.mode(i8::try_from(code).ok()?)?;
-        Mode::ALL.into_iter().find(|mode| mode.in_profile() == in_profile)
+        Mode::ALL.iter().copied().find(|mode| mode.in_profile() == in_profile)
     }
 }
 

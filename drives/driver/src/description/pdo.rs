@@ -1,5 +1,6 @@
 //! What PDOs carry, and which of them the driver uses.
 
+pub use lexican_runtime::profile::cia402::Signal;
 use lexican_runtime::{CobId, NodeId};
 
 /// How orders get to the drive.
@@ -22,21 +23,6 @@ pub struct Pdo {
     pub base: u16,
     /// What it carries, the first byte first; at most eight bytes.
     pub signals: &'static [Signal],
-}
-
-/// Something that a PDO carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signal {
-    /// 6040h.
-    ControlWord,
-    /// 6041h.
-    StatusWord,
-    /// 607Ah.
-    TargetPosition,
-    /// 60FFh.
-    TargetVelocity,
-    /// So many bytes that the driver does not know; it sends zeros.
-    Other(u8),
 }
 
 impl Outputs {

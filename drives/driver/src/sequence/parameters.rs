@@ -21,12 +21,10 @@ pub struct Setting {
 
 /// A parameter whose value in the drive is another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say what it is")]
 pub struct Difference {
-    /// The object.
     pub address: Address,
-    /// What was expected.
     pub expected: i64,
-    /// What the drive has.
     pub found: i64,
 }
 

@@ -36,7 +36,7 @@ pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
         _ => at_rest(drive),
     }
     require(drive, Orders::ENABLE, status_word).await?;
-    let obeys_unasked = Mode::ALL.into_iter().any(|mode| drive.description().obeyed_unasked(mode).is_some());
+    let obeys_unasked = Mode::ALL.iter().any(|&mode| drive.description().obeyed_unasked(mode).is_some());
     if obeys_unasked
         && state_of(status_word)? != State::OperationEnabled
         && let Some(mode) = mode(drive).await?

@@ -10,12 +10,7 @@ fn a_drive_that_is_enabled_in_velocity_mode_does_not_run_at_its_last_velocity() 
     let script = "
         = 6061:00 03
         > 603#23FF600000000000
-        > 603#2B40600006000000
-        = 6041:00 0231
-        > 603#2B40600007000000
-        = 6041:00 0233
-        > 603#2B4060000F000000
-        = 6041:00 0237
+        @ enable
     ";
     check(script, Drive::enable).unwrap();
 }
@@ -49,12 +44,7 @@ fn a_drive_that_changes_to_a_mode_of_positions_stays_where_it_is() {
         = 6061:00 08
         = 6064:00 00008CA0
         > 603#237A6000A08C0000
-        > 603#2B40600006000000
-        = 6041:00 0231
-        > 603#2B40600007000000
-        = 6041:00 0233
-        > 603#2B4060000F000000
-        = 6041:00 0237
+        @ enable
     ";
     check(script, Drive::enable).unwrap();
 }
@@ -96,12 +86,7 @@ fn a_drive_that_brakes_by_quick_stop_keeps_its_motor_until_it_stands() {
 #[test]
 fn a_drive_that_runs_is_not_set_up() {
     let script = "
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000200
+        @ run 4100
     ";
     let refused = |operate: fn(&mut Drive<BySdo>) -> Result<(), Error>| {
         let result = enabled::<BySdo, _>(script, |drive| {
@@ -130,12 +115,7 @@ fn a_drive_that_falls_back_again_and_again_is_not_switched_on_without_end() {
 #[test]
 fn a_quick_stop_after_which_the_drive_releases_its_motor_is_one() {
     let script = "
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000200
+        @ run 4100
         > 603#2B40600002000000
         = 606C:00 00000000
         = 6041:00 0250

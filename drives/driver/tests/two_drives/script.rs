@@ -7,6 +7,7 @@
 //! = 6041:00 0231   the object has another value from then on
 //! < 185#3102       a frame that the device sends unasked
 //! ~ 300            so many milliseconds pass
+//! @ travel 36000 1237    what node 3 is ordered again and again, and shows: see `handshake`
 //! ```
 //!
 //! SDO uploads are no orders: the driver may ask as often as it likes.
@@ -270,7 +271,43 @@ fn abort(address: Address, code: u32) -> [u8; 8] {
 }
 
 fn steps(script: &str) -> VecDeque<Step> {
-    script.lines().map(str::trim).filter(|line| !line.is_empty()).map(step).collect()
+    let lines = script.lines().map(str::trim).filter(|line| !line.is_empty());
+    lines
+        .flat_map(|line| line.strip_prefix("@ ").map_or_else(|| [step(line)].into(), |word| steps(&handshake(word))))
+        .collect()
+}
+
+/// The orders and answers that a word stands for. A travel has its target, and the status word that acknowledges it.
+fn handshake(line: &str) -> String {
+    let mut words = line.split_whitespace();
+    let mut word = || words.next().unwrap_or_else(|| panic!("{line}: too short"));
+    let name = word();
+    match name {
+        "enable" => ["06 0231", "07 0233", "0F 0237"].map(by_sdo).concat(),
+        "run" => {
+            let velocity = i32::from_str_radix(word(), 16).expect("a hexadecimal number");
+            let set_point = velocity.swap_bytes();
+            format!(
+                "= 6061:00 03\n> 603#2B4060000F010000\n> 603#23FF6000{set_point:08X}\n> 603#2B4060000F000000
+                = 606C:00 {velocity:08X}\n= 1002:00 20000200"
+            )
+        }
+        "travel" | "travel-by-sdo" => {
+            let target = word().parse::<i32>().expect("a number").swap_bytes();
+            let [ready, start] = ["0F", "1F"].map(|word| match name {
+                "travel" => format!("> 203#{word}00"),
+                _ => format!("> 603#2B406000{word}000000"),
+            });
+            format!("{ready}\n> 603#237A6000{target:08X}\n{start}\n= 6041:00 {}\n{ready}", word())
+        }
+        _ => panic!("{line}: what is that?"),
+    }
+}
+
+/// A control word by SDO, and the status word that follows.
+fn by_sdo(words: &str) -> String {
+    let (control, status) = words.split_once(' ').expect("two words");
+    format!("> 603#2B406000{control}000000\n= 6041:00 {status}\n")
 }
 
 fn step(line: &str) -> Step {

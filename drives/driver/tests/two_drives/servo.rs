@@ -218,11 +218,7 @@ fn a_description_may_say_no_more_than_whose_drive_it_is() {
     }
     let script = "
         = 6041:00 0237
-        > 603#2B4060000F000000
-        > 603#237A6000A08C0000
-        > 603#2B4060001F000000
-        = 6041:00 1237
-        > 603#2B4060000F000000
+        @ travel-by-sdo 36000 1237
         = 6041:00 0237
         ~ 300
         = 6064:00 8CA0
@@ -239,11 +235,7 @@ fn a_description_may_say_no_more_than_whose_drive_it_is() {
 #[test]
 fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
     let script = "
-        > 603#2B4060000F000000
-        > 603#237A6000A08C0000
-        > 603#2B4060001F000000
-        = 6041:00 1237
-        > 603#2B4060000F000000
+        @ travel-by-sdo 36000 1237
         = 6041:00 0237
         = 606C:00 00001000
         > 603#2B4060000F010000    intermediate stop
@@ -279,20 +271,12 @@ fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
 #[test]
 fn a_travel_that_somebody_else_has_ended_is_forgotten_when_the_drive_is_enabled() {
     let script = "
-        > 203#0F00
-        > 603#237A6000A08C0000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 36000 1237
         = 6041:00 0233            another manager disables operation
         > 000#0103
         > 203#0F00
         = 6041:00 0237
-        > 203#0F00
-        > 603#237A600000000000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 0 1237
         = 6041:00 0637
     ";
     let outcome = enabled::<ByPdo, _>(script, |drive| {
@@ -308,11 +292,7 @@ fn a_travel_that_somebody_else_has_ended_is_forgotten_when_the_drive_is_enabled(
 #[test]
 fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
     let script = "
-        > 203#0F00
-        > 603#237A6000A08C0000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 36000 1237
         = 6041:00 0237
         ~ 300
         = 607A:00 FFFFFED4        another manager
@@ -327,11 +307,7 @@ fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
 #[test]
 fn a_travel_that_somebody_else_halts_is_not_over() {
     let script = "
-        > 203#0F00
-        > 603#237A6000A08C0000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 36000 1237
         = 6040:00 010F            another manager
         = 6041:00 0637
         ~ 300
@@ -355,11 +331,7 @@ fn a_travel_that_somebody_else_halts_is_not_over() {
 #[test]
 fn a_travel_that_is_stopped_is_not_forgotten() {
     let script = "
-        > 203#0F00
-        > 603#237A6000A08C0000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 36000 1237
         = 6041:00 0237
         = 606C:00 00001000
         > 203#0F01
@@ -383,11 +355,7 @@ fn a_travel_that_is_stopped_is_not_forgotten() {
 #[test]
 fn a_travel_that_a_limit_ends_is_told_as_such() {
     let script = "
-        > 203#0F00
-        > 603#237A6000A08C0000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 36000 1237
         = 6041:00 0A37            internal limit active, and still braking
         = 606C:00 00001000
         ~ 300
@@ -418,12 +386,7 @@ fn it_runs_with_mode_3_and_tells_so_in_6061h() {
     let script = "
         > 603#23FF600000000000    nothing runs before it is ordered
         > 603#2F60600003000000    profile velocity
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000    velocity setpoint
-        > 603#2B4060000F000000    enable operation
-        = 606C:00 00004100
-        = 1002:00 20000201
+        @ run 4100
         > 603#2B4060000F010000    intermediate stop
         = 606C:00 00000030        it never stands quite still
     ";
@@ -573,12 +536,7 @@ fn a_driver_that_is_dropped_stops_it_by_sdo() {
     let mut rig = Rig::<BySdo>::new(SHEET);
     let script = "
         = 6041:00 0237
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000201
+        @ run 4100
     ";
     rig.check(script, |drive| drive.run_at(0x4100)).unwrap();
     rig.follow("> 603#2B4060000F010000");
@@ -595,12 +553,7 @@ async fn the_other_shell_stops_it_by_sdo_too() {
     let mut drive = lexican_driver::tokio::Drive::<BySdo>::connect_unprotected(network, SHEET.node).await.unwrap();
     let script = "
         = 6041:00 0237
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000201
+        @ run 4100
         > 603#2B4060000F010000
     ";
     device.lock().unwrap().follow(bus.now(), script);

@@ -6,11 +6,7 @@ use lexican_runtime::Duration;
 use crate::servo::{ByPdo, Drive, enabled};
 
 const FIRST: &str = "
-    > 203#0F00
-    > 603#237A6000E8030000
-    > 203#1F00
-    = 6041:00 1237
-    > 203#0F00
+    @ travel 1000 1237
     = 6041:00 0237
     > 203#0F00
 ";
@@ -89,11 +85,7 @@ fn a_drive_that_stands_takes_one_too() {
 #[test]
 fn an_interrupted_travel_is_not_resumed_by_another_set_point() {
     let script = "
-        > 203#0F00
-        > 603#237A6000E8030000
-        > 203#1F00
-        = 6041:00 1237
-        > 203#0F00
+        @ travel 1000 1237
         = 6041:00 0237
         > 203#0F01
         > 203#0F01                again, since it might not have begun to move

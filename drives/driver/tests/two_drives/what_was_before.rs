@@ -10,11 +10,7 @@ use crate::script::Rig;
 use crate::servo::{ByPdo, BySdo, SHEET, enabled};
 
 const TRAVEL: &str = "
-    > 203#0F00
-    > 603#237A6000A08C0000
-    > 203#1F00
-    = 6041:00 1637            acknowledged, and the target before is still reached
-    > 203#0F00
+    @ travel 36000 1637    acknowledged, and the target before is still reached
 ";
 
 #[test]
@@ -44,11 +40,7 @@ fn a_travel_to_where_the_drive_is_ends_although_nothing_changes() {
 fn a_limit_that_was_active_before_is_not_the_end_of_the_way_back() {
     let script = "
         = 6041:00 0A37
-        > 203#0F00
-        > 603#237A600000000000
-        > 203#1F00
-        = 6041:00 1A37            not yet moving
-        > 203#0F00
+        @ travel 0 1A37    not yet moving
         ~ 50
         = 606C:00 FFFFF000
         ~ 100
@@ -106,12 +98,7 @@ fn an_interrupted_travel_that_cannot_be_resumed_is_not_over() {
 #[test]
 fn a_velocity_that_was_reached_before_is_not_the_end_of_another_one() {
     let script = "
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000200
+        @ run 4100
         > 603#23FF600000200000
         > 603#2B4060000F000000
         ~ 60
@@ -178,12 +165,7 @@ fn a_fault_does_not_outlive_a_restart() {
 #[test]
 fn velocity_mode_does_not_end_with_a_travel() {
     let script = "
-        = 6061:00 03
-        > 603#2B4060000F010000
-        > 603#23FF600000410000
-        > 603#2B4060000F000000
-        = 606C:00 00004100
-        = 1002:00 20000200
+        @ run 4100
         > 603#2B4060000F010000    the driver is dropped
     ";
     let mut rig = Rig::<BySdo>::new(SHEET);

@@ -1,13 +1,13 @@
 //! The driver against the simulated drive, in virtual time.
 
-mod bench;
 mod cases;
+mod rig;
 
 use std::sync::{Arc, Mutex};
 
-use bench::Bench;
 use lexican_runtime::host::VirtualBus;
 use lexican_runtime::{Frame, NodeId};
+use rig::Rig;
 use siko_ag02::driver::Drive;
 use siko_ag02::sim::inputs::BusState;
 use siko_ag02::sim::{MODEL, SimulatedDrive};
@@ -23,13 +23,13 @@ fn frames(example: &Example) -> Vec<Frame> {
 }
 
 #[track_caller]
-fn sends(example: &Example, operate: impl FnOnce(&mut Bench)) {
-    let mut bench = Bench::new();
+fn sends(example: &Example, operate: impl FnOnce(&mut Rig)) {
+    let mut rig = Rig::new();
     let heard = Arc::new(Mutex::new(Vec::new()));
     let list = Arc::clone(&heard);
-    bench.bus.observe(move |_, frame| list.lock().unwrap().push(*frame));
-    operate(&mut bench);
-    bench.pass(10);
+    rig.bus.observe(move |_, frame| list.lock().unwrap().push(*frame));
+    operate(&mut rig);
+    rig.pass(10);
     let heard = heard.lock().unwrap();
     let mut rest = heard.iter();
     for frame in frames(example) {
@@ -49,10 +49,10 @@ fn it_sends_the_frames_of_table_26() {
 
 #[test]
 fn after_bus_off_the_code_is_that_of_fault_f() {
-    let mut bench = Bench::new();
-    bench.world(|inputs| inputs.bus = BusState::Off);
-    bench.world(|inputs| inputs.bus = BusState::Active);
-    let cause = bench.drive.cause().unwrap();
+    let mut rig = Rig::new();
+    rig.world(|inputs| inputs.bus = BusState::Off);
+    rig.world(|inputs| inputs.bus = BusState::Active);
+    let cause = rig.drive.cause().unwrap();
     assert_eq!(cause.to_string(), "CAN controller error passive, or bus off (fault F)");
 }
 
@@ -66,36 +66,4 @@ fn the_two_drives_of_one_vendor_are_told_apart() {
     assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name \"AG03\"");
     let error = siko_ag03_1::driver::Drive::connect_unprotected(bus.link(), other).unwrap_err();
     assert_eq!(error.to_string(), "the node is not a SIKO AG03/1: vendor 195h, profile 402, no name");
-}
-
-#[cfg(feature = "tokio")]
-#[tokio::test]
-async fn two_drives_travel_at_once_on_one_network() {
-    use lexican_runtime::host::tokio::Network;
-    use siko_ag02::driver::tokio::Drive;
-    use siko_ag02::driver::{Error, Mode, Outcome};
-
-    let bus = VirtualBus::with_bit_rate(500);
-    let nodes = [NodeId::literal(5), NodeId::literal(6)];
-    for node in nodes {
-        bus.attach(SimulatedDrive::new(&MODEL, node));
-    }
-    let network = Network::spawn(bus.link()).unwrap();
-    let visit = async |node: NodeId, target: i32| {
-        let mut drive = Drive::connect_unprotected(network.clone(), node).await?;
-        drive.enable().await?;
-        let outcome = drive.move_to(target).await?;
-        drive.set_mode(Mode::Velocity).await?;
-        let velocity = drive.run_at(30).await?;
-        drive.stop().await?;
-        drive.disable().await?;
-        Ok::<_, Error>((outcome, velocity))
-    };
-    for (ended, position) in
-        <[_; 2]>::from(tokio::join!(visit(nodes[0], 5000), visit(nodes[1], -5000))).into_iter().zip([5000, -5000])
-    {
-        let (outcome, velocity) = ended.unwrap();
-        assert_eq!(outcome, Outcome::Reached { position });
-        cases::reaches(Ok(velocity), 30);
-    }
 }

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lexican_pictures::{AMBER, BLUE, Curve, Event, GREEN, Lane, ORANGE, PURPLE, Panel, Picture};
-use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Object, Value, Writable};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::od;
@@ -225,7 +225,7 @@ struct Stage {
     bus: VirtualBus,
     link: VirtualLink,
     simulated: Arc<Mutex<SimulatedDrive>>,
-    film: Arc<Mutex<Vec<Seen>>>,
+    film: Vec<Seen>,
     began: Instant,
     events: Vec<Event>,
     /// What it is to reach, from when on.
@@ -238,20 +238,13 @@ impl Stage {
         let bus = VirtualBus::new();
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
-        let (began, film) = (bus.now(), Arc::default());
-        let mut stage = Stage {
-            link: bus.link(),
-            bus: bus.clone(),
-            simulated: Arc::clone(&simulated),
-            film: Arc::clone(&film),
-            began,
-            events: Vec::new(),
-            targets: Vec::new(),
-        };
+        let (link, began) = (bus.link(), bus.now());
+        let mut stage =
+            Stage { bus, link, simulated, film: Vec::new(), began, events: Vec::new(), targets: Vec::new() };
         stage.write(od::MODES_OF_OPERATION, mode)?;
         stage.send(0x000, [0x01, NODE.get()])?;
         stage.enable()?;
-        bus.attach(Camera { simulated, film, began, next: began });
+        stage.film.clear();
         stage.pass(500);
         Ok(stage)
     }
@@ -300,13 +293,36 @@ impl Stage {
 
     /// Lets time pass.
     fn pass(&mut self, ms: u64) {
-        self.bus.advance(Duration::from_millis(ms));
+        self.advance_to(self.bus.now() + Duration::from_millis(ms));
+    }
+
+    fn advance_to(&mut self, until: Instant) {
+        loop {
+            let next = self.began + FRAME.times(self.film.len() as u32);
+            self.bus.advance_to(next.min(until));
+            if next > until {
+                return;
+            }
+            let now = self.bus.now();
+            let drive = lock(&self.simulated);
+            let (shaft, lights) = (drive.shaft(now), drive.lights(now));
+            self.film.push(Seen {
+                at_s: now.since(self.began).as_secs_f64(),
+                position: shaft.position,
+                // 1600 increments are one revolution.
+                velocity_rpm: shaft.velocity * 60.0 / 1600.0,
+                status: drive.status_word(now),
+                system: drive.controller().system_status(now),
+                status_led: lights.status,
+                bus_led: lights.bus,
+            });
+        }
     }
 
     /// Lets time pass until the shaft rests.
     fn rest(&mut self) {
         let rest = lock(&self.simulated).controller().motion().rest_at();
-        self.bus.advance_to(rest.unwrap_or(self.bus.now()));
+        self.advance_to(rest.unwrap_or(self.bus.now()));
     }
 
     fn now_s(&self) -> f64 {
@@ -326,7 +342,7 @@ impl Stage {
     }
 
     fn curve(&self, name: &str, color: &'static str, value: impl Fn(&Seen) -> f64) -> Curve {
-        let points = lock(&self.film).iter().map(|seen| (seen.at_s, value(seen))).collect();
+        let points = self.film.iter().map(|seen| (seen.at_s, value(seen))).collect();
         Curve { color: Some(color), ..Curve::new(name, points) }
     }
 
@@ -338,7 +354,7 @@ impl Stage {
     }
 
     fn end_s(&self) -> f64 {
-        lock(&self.film).last().map_or(0.0, |seen| seen.at_s)
+        self.film.last().map_or(0.0, |seen| seen.at_s)
     }
 
     fn positions(&self) -> Panel {
@@ -356,7 +372,7 @@ impl Stage {
     }
 
     fn lane(&self, name: &'static str, color: &'static str, is_so: impl Fn(&Seen) -> bool) -> Lane {
-        Lane::new(name, color, lock(&self.film).iter().map(|seen| (seen.at_s, is_so(seen))))
+        Lane::new(name, color, self.film.iter().map(|seen| (seen.at_s, is_so(seen))))
     }
 
     fn picture(&self, title: &str, subtitle: &str, panels: Vec<Panel>) -> Picture {
@@ -380,45 +396,6 @@ struct Seen {
     system: u16,
     status_led: bool,
     bus_led: bool,
-}
-
-/// A node that looks at the drive and says nothing.
-struct Camera {
-    simulated: Arc<Mutex<SimulatedDrive>>,
-    film: Arc<Mutex<Vec<Seen>>>,
-    began: Instant,
-    next: Instant,
-}
-
-impl Node for Camera {
-    fn handle_frame(&mut self, _: Instant, _: &Frame) {}
-
-    fn handle_timeout(&mut self, now: Instant) {
-        if now < self.next {
-            return;
-        }
-        self.next = now + FRAME;
-        let drive = lock(&self.simulated);
-        let (shaft, lights) = (drive.shaft(now), drive.lights(now));
-        lock(&self.film).push(Seen {
-            at_s: now.since(self.began).as_secs_f64(),
-            position: shaft.position,
-            // 1600 increments are one revolution.
-            velocity_rpm: shaft.velocity * 60.0 / 1600.0,
-            status: drive.status_word(now),
-            system: drive.controller().system_status(now),
-            status_led: lights.status,
-            bus_led: lights.bus,
-        });
-    }
-
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        None
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        Some(self.next)
-    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

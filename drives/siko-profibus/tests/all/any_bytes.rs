@@ -9,11 +9,11 @@ use lexican_runtime::{Duration, Instant};
 use siko::gateway::{Door, Job, Report};
 use siko::order::Order;
 use siko_profibus::gateway::ProfibusDoor;
-use siko_profibus::{AG02, AG03_1, Door as Drive, Model, PPO, bus};
+use siko_profibus::{AG02, AG03_1, Model, PPO, ProfibusDrive as Drive, bus};
 
 const DRIVES: [&Model; 2] = [&AG03_1, &AG02];
 
-/// The slave of a bench, to which bytes come that its master has not sent: the master comes back afterwards, and finds a
+/// The slave of a rig, to which bytes come that its master has not sent: the master comes back afterwards, and finds a
 /// drive that answers and travels.
 fn disturbed(model: &'static Model, mut disturb: impl FnMut(&mut Slave<Drive>, Instant) -> Instant) {
     let (mut bus, drive) = bus::with(model, 7);

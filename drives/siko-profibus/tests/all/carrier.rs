@@ -8,22 +8,22 @@ use siko::order::Order;
 use siko::state::State;
 use siko_profibus::gateway::ProfibusDoor;
 use siko_profibus::words::order;
-use siko_profibus::{AG02, Door, PPO, bus};
+use siko_profibus::{AG02, PPO, ProfibusDrive, bus};
 
-struct Bench {
-    bus: Bus<VirtualBus<Door>>,
+struct Rig {
+    bus: Bus<VirtualBus<ProfibusDrive>>,
     drives: [SlaveId; 2],
-    stations: [Station<VirtualBus<Door>>; 2],
+    stations: [Station<VirtualBus<ProfibusDrive>>; 2],
     door: ProfibusDoor,
 }
 
-impl Bench {
+impl Rig {
     fn new() -> Self {
         let mut line = VirtualBus::new();
         let drives = [7, 8].map(|address| bus::attach_unknown(&mut line, &AG02, address));
         let bus = Bus::new(line);
         let stations = [7, 8].map(|address| bus.station(address, bus::options(&AG02), PPO.lengths()).unwrap());
-        Bench { bus, drives, stations, door: ProfibusDoor::new(&AG02) }
+        Rig { bus, drives, stations, door: ProfibusDoor::new(&AG02) }
     }
 
     /// Carries until data has been exchanged once more.
@@ -56,27 +56,27 @@ impl Bench {
 
 #[test]
 fn each_exchange_carries_what_the_last_one_and_orders_have_led_to() {
-    let mut bench = Bench::new();
-    let exchanges = bench.exchanges_until_it_is_known(false);
+    let mut rig = Rig::new();
+    let exchanges = rig.exchanges_until_it_is_known(false);
     // Beside another drive, the first exchanges are two.
-    assert!(Bench::new().exchanges_until_it_is_known(true) <= exchanges + 1);
-    let now = bench.stations[0].now();
-    bench.door.master_mut().order(now, Order::Enable, 0);
-    bench.carry();
-    let state = bench.bus.with(|line| line.slave(bench.drives[0]).application().drive().state());
+    assert!(Rig::new().exchanges_until_it_is_known(true) <= exchanges + 1);
+    let now = rig.stations[0].now();
+    rig.door.master_mut().order(now, Order::Enable, 0);
+    rig.carry();
+    let state = rig.bus.with(|line| line.slave(rig.drives[0]).application().drive().state());
     assert_eq!(state, State::OperationEnabled);
 }
 
 #[test]
 fn a_bus_is_looked_at_every_millisecond_or_at_once_if_something_waits() {
-    let mut bench = Bench::new();
-    bench.carry();
-    let now = bench.stations[0].now();
-    assert_eq!(bench.stations[0].next_event(), Some(now + Duration::from_millis(1)));
-    while !bench.stations[0].has_notice() {
-        bench.wait_for_the_other();
+    let mut rig = Rig::new();
+    rig.carry();
+    let now = rig.stations[0].now();
+    assert_eq!(rig.stations[0].next_event(), Some(now + Duration::from_millis(1)));
+    while !rig.stations[0].has_notice() {
+        rig.wait_for_the_other();
     }
-    assert_eq!(bench.stations[0].next_event(), Some(bench.stations[0].now()));
+    assert_eq!(rig.stations[0].next_event(), Some(rig.stations[0].now()));
 }
 
 #[test]

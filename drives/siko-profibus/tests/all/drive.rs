@@ -1,5 +1,5 @@
 //! The drivers of both drives over PROFIBUS: the operations and outcomes that they have over CANopen.
 
-mod bench;
+mod rig;
 mod same;
 mod trouble;

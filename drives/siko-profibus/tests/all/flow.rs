@@ -2,7 +2,7 @@
 //! of the AG03/1 are lost, and its bits are those of the AG02. Status words are as printed, except for bit 14 in velocity
 //! mode.
 
-use super::rig::Bench;
+use super::rig::Rig;
 use lexican_profibus::pkw::{Refusal, Task, Value};
 use lexican_profibus::{Application, State};
 use lexican_runtime::Duration;
@@ -20,30 +20,30 @@ const TRAVELLING: &str = "000x 1x1x x011 0111";
 const INCHING: &str = "0x0x 1x1x x011 0111";
 
 /// Power on to "ready to travel".
-fn ready(model: &'static Model) -> Bench {
-    let mut bench = Bench::new(model);
-    bench.control(order::OFF);
-    bench.shows(READY_TO_SWITCH_ON);
-    bench.control(order::ENABLE);
-    bench.shows(OPERATION_ENABLED);
-    bench.control(order::READY);
-    bench.shows(READY_TO_TRAVEL);
-    bench
+fn ready(model: &'static Model) -> Rig {
+    let mut rig = Rig::new(model);
+    rig.control(order::OFF);
+    rig.shows(READY_TO_SWITCH_ON);
+    rig.control(order::ENABLE);
+    rig.shows(OPERATION_ENABLED);
+    rig.control(order::READY);
+    rig.shows(READY_TO_TRAVEL);
+    rig
 }
 
 #[test]
 fn figure_13_travels() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.target(5000);
+        let mut rig = ready(model);
+        rig.target(5000);
         for (target, start) in [(5000, order::START), (-5000, 0)] {
-            bench.target(target);
-            let acknowledged = bench.word() & 0x1000;
-            bench.control(order::READY | start);
-            bench.shows(TRAVELLING);
-            assert_ne!(bench.word() & 0x1000, acknowledged, "{}: each edge is acknowledged by one", model.name);
-            bench.comes_to(READY_TO_TRAVEL);
-            assert_eq!((bench.actual(), bench.word() & 0x0400), (target, 0x0400));
+            rig.target(target);
+            let acknowledged = rig.word() & 0x1000;
+            rig.control(order::READY | start);
+            rig.shows(TRAVELLING);
+            assert_ne!(rig.word() & 0x1000, acknowledged, "{}: each edge is acknowledged by one", model.name);
+            rig.comes_to(READY_TO_TRAVEL);
+            assert_eq!((rig.actual(), rig.word() & 0x0400), (target, 0x0400));
         }
     }
 }
@@ -51,66 +51,66 @@ fn figure_13_travels() {
 #[test]
 fn figure_13_stops_on_the_way_and_goes_on() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.target(5000);
-        bench.control(order::READY | order::START);
-        bench.pass_ms(1000);
-        bench.control(order::INTERMEDIATE_STOP | order::START);
-        bench.comes_to("001x 1x11 x011 0111");
+        let mut rig = ready(model);
+        rig.target(5000);
+        rig.control(order::READY | order::START);
+        rig.pass_ms(1000);
+        rig.control(order::INTERMEDIATE_STOP | order::START);
+        rig.comes_to("001x 1x11 x011 0111");
         // What is slower than 2 rev/min counts as standing.
-        bench.pass_ms(50);
-        let stopped = bench.actual();
+        rig.pass_ms(50);
+        let stopped = rig.actual();
         assert!((1..5000).contains(&stopped));
-        bench.pass_ms(500);
-        assert_eq!(bench.actual(), stopped);
-        bench.control_once(order::READY | order::START);
-        bench.shows("000x xx1x x011 0111");
-        bench.control_once(order::READY | order::START);
-        bench.shows(TRAVELLING);
-        bench.comes_to(READY_TO_TRAVEL);
-        assert_eq!(bench.actual(), 5000);
+        rig.pass_ms(500);
+        assert_eq!(rig.actual(), stopped);
+        rig.control_once(order::READY | order::START);
+        rig.shows("000x xx1x x011 0111");
+        rig.control_once(order::READY | order::START);
+        rig.shows(TRAVELLING);
+        rig.comes_to(READY_TO_TRAVEL);
+        assert_eq!(rig.actual(), 5000);
     }
 }
 
 #[test]
 fn figure_13_a_stop_discards_the_travel() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.target(5000);
-        bench.control(order::READY | order::START);
-        bench.pass_ms(1000);
-        bench.control(order::ENABLE | order::START);
-        bench.comes_to("101x 1x11 x011 0111");
-        bench.pass_ms(50);
-        let stopped = bench.actual();
+        let mut rig = ready(model);
+        rig.target(5000);
+        rig.control(order::READY | order::START);
+        rig.pass_ms(1000);
+        rig.control(order::ENABLE | order::START);
+        rig.comes_to("101x 1x11 x011 0111");
+        rig.pass_ms(50);
+        let stopped = rig.actual();
         assert!(stopped < 5000);
-        bench.control(order::READY | order::START);
-        bench.pass_ms(500);
-        assert_eq!(bench.actual(), stopped, "{}: it is not taken up again", model.name);
-        bench.control(order::READY);
-        bench.comes_to(READY_TO_TRAVEL);
-        assert_eq!(bench.actual(), 5000);
+        rig.control(order::READY | order::START);
+        rig.pass_ms(500);
+        assert_eq!(rig.actual(), stopped, "{}: it is not taken up again", model.name);
+        rig.control(order::READY);
+        rig.comes_to(READY_TO_TRAVEL);
+        assert_eq!(rig.actual(), 5000);
     }
 }
 
 #[test]
 fn figure_13_inches() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.control(order::ENABLE);
-        bench.control(order::INCHING_1);
-        bench.shows(INCHING);
-        bench.comes_to(READY_TO_TRAVEL);
-        assert_eq!(bench.actual(), 1600);
-        bench.control(order::ENABLE);
+        let mut rig = ready(model);
+        rig.control(order::ENABLE);
+        rig.control(order::INCHING_1);
+        rig.shows(INCHING);
+        rig.comes_to(READY_TO_TRAVEL);
+        assert_eq!(rig.actual(), 1600);
+        rig.control(order::ENABLE);
         for (word, sign) in [(order::INCHING_2_POSITIVE, 1), (order::INCHING_2_NEGATIVE, -1)] {
-            let before = bench.actual();
-            bench.control(word);
-            bench.pass_ms(1000);
-            bench.shows(INCHING);
-            bench.control(order::ENABLE);
-            bench.comes_to(READY_TO_TRAVEL);
-            let moved = (bench.actual() - before) * sign;
+            let before = rig.actual();
+            rig.control(word);
+            rig.pass_ms(1000);
+            rig.shows(INCHING);
+            rig.control(order::ENABLE);
+            rig.comes_to(READY_TO_TRAVEL);
+            let moved = (rig.actual() - before) * sign;
             assert!(moved > 500, "{}: {moved}", model.name);
         }
     }
@@ -122,15 +122,15 @@ fn inching_2_stops_as_programmed() {
     for model in DRIVES {
         let mut ways = [0; 2];
         for (stop, way) in (0..).zip(&mut ways) {
-            let mut bench = ready(model);
-            assert_eq!((bench.write(1021, stop), bench.write(1008, 30)), (Ok(stop.unsigned_abs()), Ok(30)));
-            bench.control(order::INCHING_2_POSITIVE);
-            bench.pass_ms(1000);
-            bench.control(order::READY);
-            let from = bench.actual();
-            bench.comes_to(READY_TO_TRAVEL);
-            bench.pass_ms(50);
-            *way = bench.actual() - from;
+            let mut rig = ready(model);
+            assert_eq!((rig.write(1021, stop), rig.write(1008, 30)), (Ok(stop.unsigned_abs()), Ok(30)));
+            rig.control(order::INCHING_2_POSITIVE);
+            rig.pass_ms(1000);
+            rig.control(order::READY);
+            let from = rig.actual();
+            rig.comes_to(READY_TO_TRAVEL);
+            rig.pass_ms(50);
+            *way = rig.actual() - from;
         }
         // 800 increments/s: 50 or 100 increments, less what the telegrams take.
         assert!((35..=50).contains(&ways[0]) && (80..=100).contains(&ways[1]), "{}: {ways:?}", model.name);
@@ -140,26 +140,26 @@ fn inching_2_stops_as_programmed() {
 #[test]
 fn figure_13_a_fault_is_acknowledged_and_the_interlock_released() {
     for (model, turns) in [(DRIVES[0], false), (DRIVES[1], false), (DRIVES[0], true), (DRIVES[1], true)] {
-        let mut bench = if turns { Bench::in_velocity_mode(model) } else { Bench::new(model) };
-        bench.control(order::ENABLE);
-        bench.world(|inputs| inputs.sensor_fails = true);
-        bench.shows("xxxx xxxx xxxx 1xxx");
-        bench.shows("xxxx xxxx x0xx x0xx");
+        let mut rig = if turns { Rig::in_velocity_mode(model) } else { Rig::new(model) };
+        rig.control(order::ENABLE);
+        rig.world(|inputs| inputs.sensor_fails = true);
+        rig.shows("xxxx xxxx xxxx 1xxx");
+        rig.shows("xxxx xxxx x0xx x0xx");
         // While the cause is there, it stays.
-        bench.control(order::ENABLE | order::ACKNOWLEDGE);
-        bench.shows("xxxx xxxx x0xx 1xxx");
-        bench.world(|inputs| inputs.sensor_fails = false);
-        bench.control(order::ENABLE);
-        bench.shows("xxxx xxxx x0xx 1xxx");
-        bench.control(order::ENABLE | order::ACKNOWLEDGE);
-        bench.shows("xxxx xxxx x1xx 0xxx");
-        bench.control(order::ENABLE);
-        bench.shows("xxxx xxxx x1xx 00xx");
-        bench.control(order::ENABLE & !1);
-        bench.shows("xxxx xxxx x0xx 00xx");
-        bench.control(order::ENABLE);
-        bench.shows("xxxx xxxx x0xx 01xx");
-        assert_eq!((bench.read(952), bench.read(1020).map(|word| word & 0x100)), (Ok(1), Ok(0)));
+        rig.control(order::ENABLE | order::ACKNOWLEDGE);
+        rig.shows("xxxx xxxx x0xx 1xxx");
+        rig.world(|inputs| inputs.sensor_fails = false);
+        rig.control(order::ENABLE);
+        rig.shows("xxxx xxxx x0xx 1xxx");
+        rig.control(order::ENABLE | order::ACKNOWLEDGE);
+        rig.shows("xxxx xxxx x1xx 0xxx");
+        rig.control(order::ENABLE);
+        rig.shows("xxxx xxxx x1xx 00xx");
+        rig.control(order::ENABLE & !1);
+        rig.shows("xxxx xxxx x0xx 00xx");
+        rig.control(order::ENABLE);
+        rig.shows("xxxx xxxx x0xx 01xx");
+        assert_eq!((rig.read(952), rig.read(1020).map(|word| word & 0x100)), (Ok(1), Ok(0)));
     }
 }
 
@@ -171,19 +171,19 @@ fn the_motor_is_released_by_off_1_and_off_2_and_held_without_enable() {
             (0x0009, "xx1x xxxx x010 0011", true),
             (0x0003, "xx1x xxxx x011 0011", false),
         ] {
-            let mut bench = ready(model);
-            bench.target(5000);
-            bench.control(order::READY | order::START);
-            bench.pass_ms(1000);
-            bench.control(word);
-            bench.comes_to(pattern);
-            let status = bench.read(1020).unwrap();
+            let mut rig = ready(model);
+            rig.target(5000);
+            rig.control(order::READY | order::START);
+            rig.pass_ms(1000);
+            rig.control(word);
+            rig.comes_to(pattern);
+            let status = rig.read(1020).unwrap();
             assert_eq!(status & 0x80 != 0, released, "{} {word:04X}", model.name);
-            assert!(bench.actual() < 5000);
-            bench.pass_ms(100);
-            bench.shows(pattern);
-            bench.control(order::READY);
-            bench.comes_to(READY_TO_TRAVEL);
+            assert!(rig.actual() < 5000);
+            rig.pass_ms(100);
+            rig.shows(pattern);
+            rig.control(order::READY);
+            rig.comes_to(READY_TO_TRAVEL);
         }
     }
 }
@@ -197,50 +197,50 @@ fn figure_14_turns() {
             pattern[1] = bit_14;
             pattern.into_iter().collect::<String>()
         };
-        let mut bench = Bench::in_velocity_mode(model);
-        bench.control(order::OFF);
-        bench.shows(&with("0011 111x x01x 0011"));
-        bench.control(order::ENABLE);
-        bench.shows(&with("x011 111x x011 0111"));
-        bench.comes_to(&with("1011 111x x011 0111"));
-        bench.target(30);
-        bench.control(order::TURN);
-        bench.comes_to(&with("0001 1111 x011 0111"));
-        bench.pass_ms(500);
-        assert_eq!(bench.actual(), 30);
+        let mut rig = Rig::in_velocity_mode(model);
+        rig.control(order::OFF);
+        rig.shows(&with("0011 111x x01x 0011"));
+        rig.control(order::ENABLE);
+        rig.shows(&with("x011 111x x011 0111"));
+        rig.comes_to(&with("1011 111x x011 0111"));
+        rig.target(30);
+        rig.control(order::TURN);
+        rig.comes_to(&with("0001 1111 x011 0111"));
+        rig.pass_ms(500);
+        assert_eq!(rig.actual(), 30);
         // Another setpoint holds at once.
-        bench.target(-20);
-        bench.control(order::TURN);
-        bench.comes_to(&with("0001 1110 x011 0111"));
-        bench.comes_to(&with("0001 1111 x011 0111"));
-        bench.pass_ms(500);
-        assert_eq!(bench.actual(), -20);
-        bench.control(order::ENABLE);
-        bench.comes_to(&with("1011 111x x011 0111"));
-        bench.pass_ms(50);
-        assert_eq!(bench.actual(), 0);
+        rig.target(-20);
+        rig.control(order::TURN);
+        rig.comes_to(&with("0001 1110 x011 0111"));
+        rig.comes_to(&with("0001 1111 x011 0111"));
+        rig.pass_ms(500);
+        assert_eq!(rig.actual(), -20);
+        rig.control(order::ENABLE);
+        rig.comes_to(&with("1011 111x x011 0111"));
+        rig.pass_ms(50);
+        assert_eq!(rig.actual(), 0);
     }
 }
 
 #[test]
 fn a_travel_needs_a_target_within_the_limits() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        assert_eq!(bench.write(1016, 1000), Ok(1000));
-        bench.target(500);
-        bench.control(order::READY);
+        let mut rig = ready(model);
+        assert_eq!(rig.write(1016, 1000), Ok(1000));
+        rig.target(500);
+        rig.control(order::READY);
         for target in [i32::MIN, 10_000_000, 1001] {
-            bench.target(target);
-            bench.control(order::READY | order::START);
-            bench.shows(READY_TO_TRAVEL);
-            bench.control(order::READY);
-            assert_eq!((bench.actual(), bench.word() & 0x1000), (0, 0));
+            rig.target(target);
+            rig.control(order::READY | order::START);
+            rig.shows(READY_TO_TRAVEL);
+            rig.control(order::READY);
+            assert_eq!((rig.actual(), rig.word() & 0x1000), (0, 0));
         }
-        bench.target(1000);
-        bench.control(order::READY | order::START);
-        bench.shows(TRAVELLING);
-        assert_eq!(bench.write(930, 1), Err(Refusal::WRONG_STATE));
-        assert_eq!(bench.write(970, 5), Err(Refusal::WRONG_STATE));
+        rig.target(1000);
+        rig.control(order::READY | order::START);
+        rig.shows(TRAVELLING);
+        assert_eq!(rig.write(930, 1), Err(Refusal::WRONG_STATE));
+        assert_eq!(rig.write(970, 5), Err(Refusal::WRONG_STATE));
     }
 }
 
@@ -248,43 +248,43 @@ fn a_travel_needs_a_target_within_the_limits() {
 #[test]
 fn beyond_a_limit_only_inching_leads_back() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        assert_eq!((bench.write(1017, 1000), bench.write(1019, 2000)), (Ok(1000), Ok(2000)));
-        bench.shows("011x 1x11 x011 0111");
-        bench.target(5000);
-        bench.control(order::READY | order::START);
-        bench.shows("011x 1x11 x011 0111");
-        bench.control(order::INCHING_2_NEGATIVE);
-        bench.shows("011x 1x11 x011 0111");
-        bench.control(order::ENABLE);
-        bench.control(order::INCHING_1);
-        bench.comes_to("101x 1x11 x011 0111");
-        assert_eq!(bench.actual(), 2000);
+        let mut rig = ready(model);
+        assert_eq!((rig.write(1017, 1000), rig.write(1019, 2000)), (Ok(1000), Ok(2000)));
+        rig.shows("011x 1x11 x011 0111");
+        rig.target(5000);
+        rig.control(order::READY | order::START);
+        rig.shows("011x 1x11 x011 0111");
+        rig.control(order::INCHING_2_NEGATIVE);
+        rig.shows("011x 1x11 x011 0111");
+        rig.control(order::ENABLE);
+        rig.control(order::INCHING_1);
+        rig.comes_to("101x 1x11 x011 0111");
+        assert_eq!(rig.actual(), 2000);
     }
 }
 
 /// What the AG02 has besides: an input that enables the motor, and limit switches.
 #[test]
 fn the_inputs_of_the_ag02_take_readiness_away() {
-    let mut bench = ready(&AG02);
-    bench.world(|inputs| inputs.enable = false);
-    bench.shows("001x 1x11 x011 0111");
-    bench.world(|inputs| (inputs.enable, inputs.limit_switches) = (true, [true, false]));
-    bench.shows("001x 1x11 x011 0111");
-    assert_eq!(bench.read(1020).map(|word| word & 0x0003), Ok(0x0001));
-    bench.world(|inputs| inputs.limit_switches = [false; 2]);
-    bench.shows(READY_TO_TRAVEL);
+    let mut rig = ready(&AG02);
+    rig.world(|inputs| inputs.enable = false);
+    rig.shows("001x 1x11 x011 0111");
+    rig.world(|inputs| (inputs.enable, inputs.limit_switches) = (true, [true, false]));
+    rig.shows("001x 1x11 x011 0111");
+    assert_eq!(rig.read(1020).map(|word| word & 0x0003), Ok(0x0001));
+    rig.world(|inputs| inputs.limit_switches = [false; 2]);
+    rig.shows(READY_TO_TRAVEL);
 }
 
 #[test]
 fn without_supply_it_is_not_ready_to_be_switched_on() {
     for model in DRIVES {
-        let mut bench = Bench::new(model);
-        bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
-        bench.control(order::ENABLE);
-        bench.shows("0x1x 1x11 x011 0000");
-        bench.world(|inputs| inputs.output_stage_supply_100mv = 240);
-        bench.shows(OPERATION_ENABLED);
+        let mut rig = Rig::new(model);
+        rig.world(|inputs| inputs.output_stage_supply_100mv = 0);
+        rig.control(order::ENABLE);
+        rig.shows("0x1x 1x11 x011 0000");
+        rig.world(|inputs| inputs.output_stage_supply_100mv = 240);
+        rig.shows(OPERATION_ENABLED);
     }
 }
 
@@ -292,16 +292,16 @@ fn without_supply_it_is_not_ready_to_be_switched_on() {
 #[test]
 fn without_its_master_the_drive_is_released() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.target(5000);
-        bench.control(order::READY | order::START);
-        bench.pass_ms(1000);
-        let now = bench.now;
-        bench.door.take_outputs(now, &[0; 14]);
-        bench.door.enter(now, State::WaitParameters);
-        bench.simulated().handle_timeout(now + Duration::from_secs(2));
-        let (now, drive) = (now + Duration::from_secs(2), bench.door.drive());
-        let (position, status) = (drive.position(now), bench.door.status_word(now));
+        let mut rig = ready(model);
+        rig.target(5000);
+        rig.control(order::READY | order::START);
+        rig.pass_ms(1000);
+        let now = rig.now;
+        rig.drive.take_outputs(now, &[0; 14]);
+        rig.drive.enter(now, State::WaitParameters);
+        rig.simulated().handle_timeout(now + Duration::from_secs(2));
+        let (now, drive) = (now + Duration::from_secs(2), rig.drive.drive());
+        let (position, status) = (drive.position(now), rig.drive.status_word(now));
         assert!((1..5000).contains(&position) && status & 4 == 0, "{}: {position}", model.name);
         assert_eq!(drive.velocity(now), 0);
     }
@@ -311,96 +311,96 @@ fn without_its_master_the_drive_is_released() {
 #[test]
 fn a_travel_begins_by_an_edge_once_the_drive_is_enabled() {
     for model in DRIVES {
-        let mut bench = Bench::power_on(model);
-        assert_eq!(bench.door.status_word(bench.now) & 0x1040, 0);
-        bench.target(5000);
-        bench.control(order::READY | order::START);
-        bench.shows(READY_TO_TRAVEL);
-        assert_eq!(bench.actual(), 0);
-        bench.control(order::ENABLE);
-        bench.control(order::READY | order::START);
-        bench.shows(TRAVELLING);
+        let mut rig = Rig::power_on(model);
+        assert_eq!(rig.drive.status_word(rig.now) & 0x1040, 0);
+        rig.target(5000);
+        rig.control(order::READY | order::START);
+        rig.shows(READY_TO_TRAVEL);
+        assert_eq!(rig.actual(), 0);
+        rig.control(order::ENABLE);
+        rig.control(order::READY | order::START);
+        rig.shows(TRAVELLING);
     }
 }
 
 #[test]
 fn bits_for_travels_leave_inching_alone() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.control(order::INCHING_1 | order::INTERMEDIATE_STOP);
-        bench.comes_to(READY_TO_TRAVEL);
-        assert_eq!(bench.actual(), 1600);
+        let mut rig = ready(model);
+        rig.control(order::INCHING_1 | order::INTERMEDIATE_STOP);
+        rig.comes_to(READY_TO_TRAVEL);
+        assert_eq!(rig.actual(), 1600);
     }
 }
 
 #[test]
 fn each_enabled_setpoint_turns_until_the_drive_is_released() {
     for model in DRIVES {
-        let mut bench = Bench::power_on(model);
-        bench.control(order::TURN);
-        assert_eq!(bench.write(930, 1), Ok(1));
+        let mut rig = Rig::power_on(model);
+        rig.control(order::TURN);
+        assert_eq!(rig.write(930, 1), Ok(1));
         for end in [order::OFF, order::TURN & !1, order::ENABLE] {
-            bench.target(30);
-            bench.control(order::TURN);
-            bench.pass_ms(1000);
-            assert_eq!((bench.actual(), bench.word() & 0x8000), (30, 0), "{} {end:04X}", model.name);
-            bench.control(end);
-            bench.pass_ms(2000);
-            assert_eq!(bench.actual(), 0);
+            rig.target(30);
+            rig.control(order::TURN);
+            rig.pass_ms(1000);
+            assert_eq!((rig.actual(), rig.word() & 0x8000), (30, 0), "{} {end:04X}", model.name);
+            rig.control(end);
+            rig.pass_ms(2000);
+            assert_eq!(rig.actual(), 0);
         }
         // A velocity that the drive does not take is none, nor is that of before.
-        bench.target(1_000_000);
-        bench.control(order::TURN);
-        bench.pass_ms(1000);
-        assert_eq!((bench.actual(), bench.word() & 0x8000), (0, 0x8000));
+        rig.target(1_000_000);
+        rig.control(order::TURN);
+        rig.pass_ms(1000);
+        assert_eq!((rig.actual(), rig.word() & 0x8000), (0, 0x8000));
     }
 }
 
 /// What the AG02's input has stopped does not turn again by itself.
 #[test]
 fn what_an_input_has_stopped_waits_for_another_order() {
-    let mut bench = Bench::in_velocity_mode(&AG02);
-    bench.control(order::ENABLE);
-    bench.target(30);
-    bench.control(order::TURN);
-    bench.pass_ms(1000);
+    let mut rig = Rig::in_velocity_mode(&AG02);
+    rig.control(order::ENABLE);
+    rig.target(30);
+    rig.control(order::TURN);
+    rig.pass_ms(1000);
     for enable in [false, true] {
-        bench.world(|inputs| inputs.enable = enable);
-        bench.pass_ms(2000);
-        assert_eq!((bench.actual(), bench.word() & 0x8000), (0, 0));
+        rig.world(|inputs| inputs.enable = enable);
+        rig.pass_ms(2000);
+        assert_eq!((rig.actual(), rig.word() & 0x8000), (0, 0));
     }
-    bench.control(order::ENABLE);
-    bench.control(order::TURN);
-    bench.pass_ms(1000);
-    assert_eq!(bench.actual(), 30);
+    rig.control(order::ENABLE);
+    rig.control(order::TURN);
+    rig.pass_ms(1000);
+    assert_eq!(rig.actual(), 30);
 }
 
 #[test]
 fn a_warning_shows_and_a_drive_without_supply_shows_no_readiness() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        assert_eq!(bench.word() & 0x80, 0);
-        bench.world(|inputs| inputs.battery_10mv = Inputs::BATTERY_LOW_10MV - 1);
-        assert_eq!(bench.word() & 0x80, 0x80);
-        bench.world(|inputs| inputs.control_supply_100mv = 0);
-        assert_eq!(bench.word() & 0x0003, 0);
+        let mut rig = ready(model);
+        assert_eq!(rig.word() & 0x80, 0);
+        rig.world(|inputs| inputs.battery_10mv = Inputs::BATTERY_LOW_10MV - 1);
+        assert_eq!(rig.word() & 0x80, 0x80);
+        rig.world(|inputs| inputs.control_supply_100mv = 0);
+        assert_eq!(rig.word() & 0x0003, 0);
     }
 }
 
 #[test]
 fn what_happens_between_two_telegrams_is_seen() {
     for model in DRIVES {
-        let mut bench = ready(model);
-        bench.target(900_000);
-        bench.control(order::READY | order::START);
-        bench.pass_ms(1000);
-        bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-        let (later, mut door, mut inputs) = (bench.now + Duration::from_secs(60), bench.door.clone(), [0; 14]);
-        door.write_inputs(later, &mut inputs);
+        let mut rig = ready(model);
+        rig.target(900_000);
+        rig.control(order::READY | order::START);
+        rig.pass_ms(1000);
+        rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+        let (later, mut drive, mut inputs) = (rig.now + Duration::from_secs(60), rig.drive.clone(), [0; 14]);
+        drive.write_inputs(later, &mut inputs);
         assert_eq!(PPO.word(&inputs, 0).unwrap() & 0x0008, 0x0008);
         // The number of faults.
-        bench.door.take_outputs(later, &bench.outputs(Task::Read { number: 952 }.pkw()));
-        bench.door.write_inputs(later, &mut inputs);
+        rig.drive.take_outputs(later, &rig.outputs(Task::Read { number: 952 }.pkw()));
+        rig.drive.write_inputs(later, &mut inputs);
         assert_eq!(PPO.pkw(&inputs).unwrap().value, 1);
     }
 }
@@ -408,17 +408,17 @@ fn what_happens_between_two_telegrams_is_seen() {
 #[test]
 fn a_write_is_carried_out_once_while_data_is_exchanged() {
     for model in DRIVES {
-        let mut bench = Bench::new(model);
-        let now = bench.now;
-        let calibrate = bench.outputs(Task::Write { number: 970, value: Value::Word(5) }.pkw());
+        let mut rig = Rig::new(model);
+        let now = rig.now;
+        let calibrate = rig.outputs(Task::Write { number: 970, value: Value::Word(5) }.pkw());
         for (begins, position) in [(false, 0), (false, 500), (true, 0)] {
-            assert!(bench.simulated().turn_shaft(now, 500));
+            assert!(rig.simulated().turn_shaft(now, 500));
             if begins {
-                bench.door.enter(now, State::WaitParameters);
-                bench.door.enter(now, State::DataExchange);
+                rig.drive.enter(now, State::WaitParameters);
+                rig.drive.enter(now, State::DataExchange);
             }
-            bench.door.take_outputs(now, &calibrate);
-            assert_eq!(bench.simulated().position(now), position, "{}", model.name);
+            rig.drive.take_outputs(now, &calibrate);
+            assert_eq!(rig.simulated().position(now), position, "{}", model.name);
         }
     }
 }
@@ -426,12 +426,12 @@ fn a_write_is_carried_out_once_while_data_is_exchanged() {
 /// The AG03/1 has keys.
 #[test]
 fn the_keys_work_while_no_data_is_exchanged() {
-    let mut bench = Bench::new(&AG03_1);
+    let mut rig = Rig::new(&AG03_1);
     for (state, moves) in [(State::DataExchange, false), (State::WaitParameters, true)] {
-        let (now, later) = (bench.now, bench.now + Duration::from_secs(1));
-        bench.door.enter(now, state);
-        bench.simulated().set_inputs(now, |inputs| inputs.key = Some(Key::CounterClockwise));
-        assert_eq!(bench.simulated().position(later) != 0, moves);
-        bench.simulated().set_inputs(now, |inputs| inputs.key = None);
+        let (now, later) = (rig.now, rig.now + Duration::from_secs(1));
+        rig.drive.enter(now, state);
+        rig.simulated().set_inputs(now, |inputs| inputs.key = Some(Key::CounterClockwise));
+        assert_eq!(rig.simulated().position(later) != 0, moves);
+        rig.simulated().set_inputs(now, |inputs| inputs.key = None);
     }
 }

@@ -7,7 +7,7 @@ use lexican_profibus::dp::Lengths;
 use lexican_profibus::{Slave, dp};
 use lexican_runtime::Duration;
 use profirust::dp::PeripheralOptions;
-use siko_profibus::{AG02, AG03_1, Door, Model, PPO, bus};
+use siko_profibus::{AG02, AG03_1, Model, PPO, ProfibusDrive, bus};
 
 fn check(model: &'static Model, file: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../eds/devices/siko").join(file);
@@ -41,7 +41,7 @@ fn check(model: &'static Model, file: &str) {
         user_parameters: Some(&[]),
         config: Some(Vec::leak(module.config.clone())),
     };
-    let slave = Slave::new(7, model.identity, bus.bit_rate(), Door::new(bus.now(), model, 7));
+    let slave = Slave::new(7, model.identity, bus.bit_rate(), ProfibusDrive::new(bus.now(), model, 7));
     let drive = bus.attach(slave, options, (14, 14));
     assert!(bus.run_until(Duration::from_secs(1), |bus| bus.exchanges(drive) > 1));
 }

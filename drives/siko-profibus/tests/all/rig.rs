@@ -7,13 +7,13 @@ use lexican_runtime::{Duration, Instant};
 use siko::sim::SimulatedDrive;
 use siko::sim::inputs::Inputs;
 use siko_profibus::master::Telegram;
-use siko_profibus::{Door, Model, PPO};
+use siko_profibus::{Model, PPO, ProfibusDrive};
 
 /// How often data is exchanged.
 const CYCLE_MS: u64 = 10;
 
-pub(crate) struct Bench {
-    pub(crate) door: Door,
+pub(crate) struct Rig {
+    pub(crate) drive: ProfibusDrive,
     pub(crate) now: Instant,
     tasks: PkwMaster,
     control: u16,
@@ -21,35 +21,36 @@ pub(crate) struct Bench {
     inputs: Telegram,
 }
 
-impl Bench {
+impl Rig {
     /// Power on, and data is exchanged.
     pub(crate) fn new(model: &'static Model) -> Self {
-        let mut bench = Bench::power_on(model);
-        bench.turn();
-        bench
+        let mut rig = Rig::power_on(model);
+        rig.turn();
+        rig
     }
 
     /// Before the first exchange.
     pub(crate) fn power_on(model: &'static Model) -> Self {
         let now = Instant::ZERO;
         let tasks = PkwMaster::new(Duration::from_secs(1));
-        let mut bench = Bench { door: Door::new(now, model, 7), now, tasks, control: 0, target: 0, inputs: [0; 14] };
-        bench.door.enter(now, State::DataExchange);
-        bench
+        let mut rig =
+            Rig { drive: ProfibusDrive::new(now, model, 7), now, tasks, control: 0, target: 0, inputs: [0; 14] };
+        rig.drive.enter(now, State::DataExchange);
+        rig
     }
 
     /// The same in velocity mode, to turn with so many rev/min.
     pub(crate) fn in_velocity_mode(model: &'static Model) -> Self {
-        let mut bench = Bench::new(model);
-        assert_eq!(bench.write(930, 1), Ok(1));
-        bench
+        let mut rig = Rig::new(model);
+        assert_eq!(rig.write(930, 1), Ok(1));
+        rig
     }
 
     /// Exchanges data.
     pub(crate) fn turn(&mut self) -> Option<Event> {
         self.now += Duration::from_millis(CYCLE_MS);
-        self.door.take_outputs(self.now, &self.outputs(self.tasks.output()));
-        self.door.write_inputs(self.now, &mut self.inputs);
+        self.drive.take_outputs(self.now, &self.outputs(self.tasks.output()));
+        self.drive.write_inputs(self.now, &mut self.inputs);
         self.tasks.handle_input(PPO.pkw(&self.inputs).unwrap())
     }
 
@@ -140,7 +141,7 @@ impl Bench {
     }
 
     pub(crate) fn simulated(&mut self) -> &mut SimulatedDrive {
-        self.door.drive_mut()
+        self.drive.drive_mut()
     }
 
     /// Lets the world change, and the master see it.

@@ -1,6 +1,7 @@
 //! Commands and answers: each there and back, any bytes, and the time that bytes can take.
 
-use super::bench::Bench;
+use super::random::Random;
+use super::serial_rig::Rig;
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 use proptest::prelude::*;
@@ -183,18 +184,6 @@ fn the_first_byte_that_cannot_belong_to_a_command_ends_it() {
     assert_eq!(decoder.take(b'R'), Some(Ok(Status)));
 }
 
-/// Xorshift: the same bytes in each run.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-}
-
 /// Lets a command through to the drive and its answer back, in no time; returns what becomes of it, and how many
 /// telegrams it took.
 fn exchange(client: &mut Client, drive: &mut SerialDrive, now: &mut Instant, command: Command) -> (Event, u32) {
@@ -219,7 +208,7 @@ fn exchange(client: &mut Client, drive: &mut SerialDrive, now: &mut Instant, com
 
 #[test]
 fn after_a_million_random_bytes_the_next_command_works() {
-    let (mut noise, mut now) = (Noise(0x5EED), Instant::ZERO);
+    let (mut noise, mut now) = (Random(0x5EED), Instant::ZERO);
     let (mut client, mut drive) = (Client::new(Settings::default()), SerialDrive::default());
     for _ in 0..1000 {
         let bytes: Vec<u8> = (0..1000).map(|_| noise.next() as u8).collect();
@@ -235,7 +224,7 @@ fn after_a_million_random_bytes_the_next_command_works() {
 
 #[test]
 fn a_hundred_thousand_damaged_telegrams_take_bounded_time() {
-    let (mut noise, mut now) = (Noise(0xB17), Instant::ZERO);
+    let (mut noise, mut now) = (Random(0xB17), Instant::ZERO);
     let (mut client, mut drive) = (Client::new(Settings::default()), SerialDrive::default());
     let telegrams: Vec<_> = [
         Command::WriteLong(Long::Setpoint, -5000),
@@ -251,13 +240,11 @@ fn a_hundred_thousand_damaged_telegrams_take_bounded_time() {
     .map(|command| command.encode().unwrap().as_bytes().to_vec())
     .collect();
     for _ in 0..100_000 {
-        let mut bytes = telegrams[noise.next() as usize % telegrams.len()].clone();
-        let at = noise.next() as usize % bytes.len();
-        match noise.next() % 4 {
-            0 => bytes[at] ^= 1 << (noise.next() % 8),
-            1 => drop(bytes.remove(at)),
-            2 => bytes.insert(at, noise.next() as u8),
-            _ => bytes.truncate(at),
+        let mut bytes = telegrams[noise.below(telegrams.len())].clone();
+        if noise.below(4) == 0 {
+            bytes.truncate(noise.below(bytes.len()));
+        } else {
+            noise.alter(&mut bytes);
         }
         now += Duration::from_millis(20);
         drive.handle_bytes(now, &bytes);
@@ -276,12 +263,12 @@ fn a_hundred_thousand_damaged_telegrams_take_bounded_time() {
 #[test]
 fn every_parameter_has_commands_that_the_drive_carries_out() {
     for row in TABLE {
-        let mut bench = Bench::new();
+        let mut rig = Rig::new();
         if row.when.is_some_and(|when| !when.holds(1)) {
-            bench.done(Command::SetMode(Mode::Velocity));
+            rig.done(Command::SetMode(Mode::Velocity));
         }
         let number = match parameter::reading(row) {
-            Some(command) => parameter::answered(row, bench.drive.request(command).unwrap()).unwrap(),
+            Some(command) => parameter::answered(row, rig.drive.request(command).unwrap()).unwrap(),
             None => row.codes[0].0,
         };
         assert_eq!(parameter::reading(row).is_some(), row.access.is_readable(), "{row:?}");
@@ -291,9 +278,9 @@ fn every_parameter_has_commands_that_the_drive_carries_out() {
         let few = |number: &i64| in_range(*number) && parameter::writing(row, *number).is_some();
         let own = if row.number.starts_with('Q') { (0..10).filter(few).collect() } else { vec![number] };
         for number in own {
-            bench.done(parameter::writing(row, number).unwrap_or_else(|| panic!("{row:?}")));
+            rig.done(parameter::writing(row, number).unwrap_or_else(|| panic!("{row:?}")));
             if let Some(command) = parameter::reading(row) {
-                let answer = bench.drive.request(command).unwrap();
+                let answer = rig.drive.request(command).unwrap();
                 assert_eq!(parameter::answered(row, answer), Some(number), "{row:?}");
             }
         }

@@ -20,29 +20,29 @@ const A_POS: Address = Address::new(0x2410, 4);
 const UP: Order = Order::Inch(Direction::Positive);
 const UNKNOWN: Report = Report::Done(Err(AbortCode::HARDWARE_ERROR));
 
-struct Bench {
+struct Rig {
     door: SerialDoor,
     now: Instant,
     shown: Option<Facts>,
 }
 
-impl Bench {
+impl Rig {
     fn new() -> Self {
-        Bench { door: SerialDoor::new(SETTINGS), now: Instant::ZERO, shown: None }
+        Rig { door: SerialDoor::new(SETTINGS), now: Instant::ZERO, shown: None }
     }
 
     /// At rest at 100, with the motor released.
     fn connected() -> Self {
-        let mut bench = Bench::new();
-        let reports = bench.talk("R:0080> R:0080> R:0080> Z:+0000100> V:+000>");
+        let mut rig = Rig::new();
+        let reports = rig.talk("R:0080> R:0080> R:0080> Z:+0000100> V:+000>");
         assert_eq!(reports, [facts(0x80, 100, 0)], "not before they are measured");
-        bench
+        rig
     }
 
     fn moving() -> Self {
-        let mut bench = Bench::connected();
-        assert_eq!(bench.talk("R:0010> R:0010> Z:+0000100> V:+000>"), [facts(0x10, 100, 0)]);
-        bench
+        let mut rig = Rig::connected();
+        assert_eq!(rig.talk("R:0010> R:0010> Z:+0000100> V:+000>"), [facts(0x10, 100, 0)]);
+        rig
     }
 
     /// What is new, without times, and without facts that have not changed, except before the end of a job.
@@ -140,82 +140,82 @@ fn order(order: Order) -> Job {
 
 #[test]
 fn a_status_counts_when_it_has_been_read_twice() {
-    let mut bench = Bench::new();
-    assert_eq!(bench.talk("R:0080> R:0080>"), [], "the first one shows that there is a drive");
-    assert_eq!(bench.talk("R:0080> Z:+0000100>"), [], "its velocity is not known");
-    assert_eq!(bench.talk("V:+000>"), [facts(0x80, 100, 0)]);
-    assert_eq!(bench.talk("R:0180>"), []);
-    assert_eq!(bench.sends_within(100, "0080>"), "0R 100R", "it was noise");
-    assert_eq!(bench.talk("R:0180> R:4080>"), []);
-    assert_eq!(bench.talk("R:4080>"), [facts(0x4080, 100, 0)]);
-    assert_eq!(bench.sends_within(100, "4080>"), "0Z 0V 20R 40R 60R 80R 100R 100Z 100V", "it travels");
-    assert_eq!(bench.reports(), []);
+    let mut rig = Rig::new();
+    assert_eq!(rig.talk("R:0080> R:0080>"), [], "the first one shows that there is a drive");
+    assert_eq!(rig.talk("R:0080> Z:+0000100>"), [], "its velocity is not known");
+    assert_eq!(rig.talk("V:+000>"), [facts(0x80, 100, 0)]);
+    assert_eq!(rig.talk("R:0180>"), []);
+    assert_eq!(rig.sends_within(100, "0080>"), "0R 100R", "it was noise");
+    assert_eq!(rig.talk("R:0180> R:4080>"), []);
+    assert_eq!(rig.talk("R:4080>"), [facts(0x4080, 100, 0)]);
+    assert_eq!(rig.sends_within(100, "4080>"), "0Z 0V 20R 40R 60R 80R 100R 100Z 100V", "it travels");
+    assert_eq!(rig.reports(), []);
 }
 
 #[test]
 fn each_status_that_counts_is_reported_as_old_as_the_position_beside_it() {
-    let mut bench = Bench::connected();
-    let measured = bench.now;
+    let mut rig = Rig::connected();
+    let measured = rig.now;
     // One that is new is read twice, and after noise the first one only shows where the drive is.
     let answers = [("0080>", true), ("0180>", false), ("0080>", true), ("!", false), ("0080>", false), ("0080>", true)];
     for (answer, counts) in answers {
-        assert_eq!(bench.next(), "R");
-        bench.now += Duration::from_millis(7);
-        bench.hears(answer);
-        bench.wait();
-        let report = bench.door.poll(bench.now);
+        assert_eq!(rig.next(), "R");
+        rig.now += Duration::from_millis(7);
+        rig.hears(answer);
+        rig.wait();
+        let report = rig.door.poll(rig.now);
         assert_eq!(report.is_some(), counts, "{answer}: {report:?}");
         if let Some(Report::Facts(facts)) = report {
             assert_eq!(facts.at, measured, "{answer}");
         }
-        assert_eq!(bench.door.poll(bench.now), None);
+        assert_eq!(rig.door.poll(rig.now), None);
     }
 }
 
 /// A client that asks for one object after the other, as a backup does.
 #[test]
 fn jobs_that_follow_one_another_do_not_make_facts_old() {
-    let mut bench = Bench::connected();
-    let (mut fresh, end) = (bench.now, bench.now + Duration::from_secs(20));
-    bench.door.begin(bench.now, Job::Read(A_POS));
-    while bench.now < end {
-        let telegram = bench.next();
-        bench.now += Duration::from_millis(9);
-        bench.hears(match telegram.as_str() {
+    let mut rig = Rig::connected();
+    let (mut fresh, end) = (rig.now, rig.now + Duration::from_secs(20));
+    rig.door.begin(rig.now, Job::Read(A_POS));
+    while rig.now < end {
+        let telegram = rig.next();
+        rig.now += Duration::from_millis(9);
+        rig.hears(match telegram.as_str() {
             "R" => "0080>",
             "Z" => "+0000100>",
             "V" => "+000>",
             _ => "00050>",
         });
-        for report in std::iter::from_fn(|| bench.door.poll(bench.now)).collect::<Vec<_>>() {
+        for report in std::iter::from_fn(|| rig.door.poll(rig.now)).collect::<Vec<_>>() {
             match report {
                 Report::Facts(facts) => fresh = facts.at,
                 Report::Done(done) => {
                     assert_eq!(done, Ok(50));
-                    bench.door.begin(bench.now, Job::Read(A_POS));
+                    rig.door.begin(rig.now, Job::Read(A_POS));
                 }
                 Report::Lost => panic!("it is there"),
             }
         }
-        assert!(bench.now.since(fresh) < bench.door.worst_cycle(), "{:?}", bench.now.since(fresh));
+        assert!(rig.now.since(fresh) < rig.door.worst_cycle(), "{:?}", rig.now.since(fresh));
     }
 }
 
 /// A position that cannot be read gets old, however often the status is.
 #[test]
 fn facts_are_as_old_as_the_oldest_of_them() {
-    let mut bench = Bench::connected();
-    let measured = bench.now;
-    let worst = bench.door.worst_cycle();
-    while bench.now.since(measured) < worst {
-        match bench.next().as_str() {
-            "R" => bench.hears("0080>"),
-            "Z" => bench.hears("!"),
+    let mut rig = Rig::connected();
+    let measured = rig.now;
+    let worst = rig.door.worst_cycle();
+    while rig.now.since(measured) < worst {
+        match rig.next().as_str() {
+            "R" => rig.hears("0080>"),
+            "Z" => rig.hears("!"),
             other => panic!("{other}"),
         }
-        bench.now += Duration::from_millis(5);
-        bench.wait();
-        for report in std::iter::from_fn(|| bench.door.poll(bench.now)) {
+        rig.now += Duration::from_millis(5);
+        rig.wait();
+        for report in std::iter::from_fn(|| rig.door.poll(rig.now)) {
             assert!(matches!(report, Report::Facts(facts) if facts.at <= measured), "{report:?}");
         }
     }
@@ -223,29 +223,29 @@ fn facts_are_as_old_as_the_oldest_of_them() {
 
 #[test]
 fn a_drive_that_counts_as_lost_is_asked_anew_and_for_nothing_of_before() {
-    let mut bench = Bench::moving();
-    bench.door.begin(bench.now, order(Order::Start));
-    assert_eq!(bench.next(), "F0+0005000");
-    bench.door.lose(bench.now);
-    assert_eq!(bench.talk("R:0080> R:0080> R:0080> Z:+0000100>"), []);
-    assert_eq!(bench.talk("V:+000>"), [facts(0x80, 100, 0)]);
-    assert_eq!(bench.sends_within(100, "0080>"), "100R");
+    let mut rig = Rig::moving();
+    rig.door.begin(rig.now, order(Order::Start));
+    assert_eq!(rig.next(), "F0+0005000");
+    rig.door.lose(rig.now);
+    assert_eq!(rig.talk("R:0080> R:0080> R:0080> Z:+0000100>"), []);
+    assert_eq!(rig.talk("V:+000>"), [facts(0x80, 100, 0)]);
+    assert_eq!(rig.sends_within(100, "0080>"), "100R");
 }
 
 #[test]
 fn status_and_values_are_read_more_often_in_motion() {
-    let mut bench = Bench::connected();
+    let mut rig = Rig::connected();
     let at_rest = "100R 200R 300R 400R 500R 600R 700R 800R 900R 1000R 1000Z 1000V";
-    assert_eq!(bench.sends_within(1000, "0080>"), at_rest);
+    assert_eq!(rig.sends_within(1000, "0080>"), at_rest);
     for (word, moves) in [("4000>", true), ("0000>", false), ("0010>", true)] {
-        let first = bench.sends_within(100, word);
+        let first = rig.sends_within(100, word);
         assert_eq!(first, if moves { "100R 100R 100Z 100V" } else { "20R 20R" }, "{word}");
         let in_motion = "20R 40R 60R 80R 100R 100Z 100V";
-        assert_eq!(bench.sends_within(100, word), if moves { in_motion } else { "100R" }, "{word}");
+        assert_eq!(rig.sends_within(100, word), if moves { in_motion } else { "100R" }, "{word}");
     }
-    assert_eq!(bench.reports(), [facts(0x4000, 100, 0), facts(0, 100, 0), facts(0x10, 100, 0)]);
-    assert_eq!(bench.talk("R:0008> R:0008> Z:+0000200> V:+000>"), [facts(8, 100, 0), facts(8, 200, 0)], "it has ended");
-    assert_eq!(bench.sends_within(999, "0008>"), "100R 200R 300R 400R 500R 600R 700R 800R 900R");
+    assert_eq!(rig.reports(), [facts(0x4000, 100, 0), facts(0, 100, 0), facts(0x10, 100, 0)]);
+    assert_eq!(rig.talk("R:0008> R:0008> Z:+0000200> V:+000>"), [facts(8, 100, 0), facts(8, 200, 0)], "it has ended");
+    assert_eq!(rig.sends_within(999, "0008>"), "100R 200R 300R 400R 500R 600R 700R 800R 900R");
 }
 
 #[test]
@@ -263,25 +263,25 @@ fn an_order_is_its_commands_and_a_look() {
         (Order::StopInching, ""),
         (Order::ResetFault, "S11103:>"),
     ] {
-        let mut bench = Bench::connected();
-        let reports = bench.job(order(ordered), &format!("{commands} R:0080>"));
+        let mut rig = Rig::connected();
+        let reports = rig.job(order(ordered), &format!("{commands} R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
         // What is new is read twice here, too.
-        let reports = bench.job(order(ordered), &format!("{commands} R:0088> R:0088>"));
+        let reports = rig.job(order(ordered), &format!("{commands} R:0088> R:0088>"));
         assert_eq!(reports, [facts(0x88, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
     }
-    let mut bench = Bench::connected();
-    assert_eq!(bench.job(Job::Look, "R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
+    let mut rig = Rig::connected();
+    assert_eq!(rig.job(Job::Look, "R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
     // A look that is under way when an order comes is none after it.
-    bench.now = bench.door.poll_timeout().unwrap();
-    assert!(bench.door.poll_transmit(bench.now).is_some());
-    bench.door.begin(bench.now, order(Order::Resume));
-    bench.hears("0080>");
-    assert_eq!(bench.reports(), []);
-    assert_eq!(bench.talk("M:> R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
+    rig.now = rig.door.poll_timeout().unwrap();
+    assert!(rig.door.poll_transmit(rig.now).is_some());
+    rig.door.begin(rig.now, order(Order::Resume));
+    rig.hears("0080>");
+    assert_eq!(rig.reports(), []);
+    assert_eq!(rig.talk("M:> R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
     // There are seven digits.
     let target = Job::Order { order: Order::Start, target: 10_000_000 };
-    assert_eq!(bench.job(target, "R:0080>"), [Report::Done(Err(AbortCode::INVALID_VALUE))]);
+    assert_eq!(rig.job(target, "R:0080>"), [Report::Done(Err(AbortCode::INVALID_VALUE))]);
 }
 
 #[test]
@@ -295,16 +295,16 @@ fn what_is_refused_is_not_gone_on_with() {
         ("09", AbortCode::INVALID_VALUE),
         ("10", AbortCode::DEVICE_STATE),
     ] {
-        let mut bench = Bench::connected();
-        let reports = bench.job(order(Order::Start), &format!("F0+0005000:?{number} R:0080>"));
+        let mut rig = Rig::connected();
+        let reports = rig.job(order(Order::Start), &format!("F0+0005000:?{number} R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Err(code))]);
-        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("H0300050:?{number}")), [Report::Done(Err(code))]);
+        assert_eq!(rig.job(Job::Write(A_POS, 50), &format!("H0300050:?{number}")), [Report::Done(Err(code))]);
     }
     // What the drive has taken is not what was meant.
-    let mut bench = Bench::connected();
-    let reports = bench.job(order(Order::Start), "F0+0005000:> E0:+0005001> R:0080>");
+    let mut rig = Rig::connected();
+    let reports = rig.job(order(Order::Start), "F0+0005000:> E0:+0005001> R:0080>");
     assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
-    assert_eq!(bench.job(Job::Write(A_POS, 50), "H0300050:> G03:00051>"), [UNKNOWN]);
+    assert_eq!(rig.job(Job::Write(A_POS, 50), "H0300050:> G03:00051>"), [UNKNOWN]);
 }
 
 #[test]
@@ -334,19 +334,19 @@ fn objects_are_read_by_commands() {
         (0x607E, 0, "Q:01>", 1),
         (0x2413, 0, "Q:02>", 1),
     ] {
-        let mut bench = Bench::connected();
+        let mut rig = Rig::connected();
         let address = Address::new(index, sub);
-        assert!(bench.door.has(address), "{address:?}");
-        let reports = bench.job(Job::Read(address), exchange);
+        assert!(rig.door.has(address), "{address:?}");
+        let reports = rig.job(Job::Read(address), exchange);
         assert_eq!(reports, [Report::Done(Ok(value))], "{exchange}");
     }
-    let mut bench = Bench::connected();
+    let mut rig = Rig::connected();
     for (index, sub) in [(0x2420, 0), (0x1010, 1), (0x1003, 11), (0x1011, 5), (0x2410, 7)] {
         let address = Address::new(index, sub);
-        assert!(!bench.door.has(address));
+        assert!(!rig.door.has(address));
         let missing = [Report::Done(Err(AbortCode::NO_SUCH_OBJECT))];
-        assert_eq!(bench.job(Job::Read(address), ""), missing);
-        assert_eq!(bench.job(Job::Write(address, 1), ""), missing);
+        assert_eq!(rig.job(Job::Read(address), ""), missing);
+        assert_eq!(rig.job(Job::Write(address, 1), ""), missing);
     }
 }
 
@@ -364,118 +364,118 @@ fn objects_are_written_by_commands_and_read_back() {
         (0x1011, 3, LOAD, "S11102:>", 0),
         (0x1011, 4, LOAD, "S11104:>", 0),
     ] {
-        let mut bench = Bench::connected();
+        let mut rig = Rig::connected();
         let address = Address::new(index, sub);
-        assert!(bench.door.has(address));
-        let reports = bench.job(Job::Write(address, value), exchanges);
+        assert!(rig.door.has(address));
+        let reports = rig.job(Job::Write(address, value), exchanges);
         assert_eq!(reports, [Report::Done(Ok(read))], "{exchanges}");
         // It may have moved the position, or the window around it.
-        assert!(bench.door.poll_timeout().unwrap() <= bench.now);
-        assert_eq!(bench.talk("R:0080>"), []);
+        assert!(rig.door.poll_timeout().unwrap() <= rig.now);
+        assert_eq!(rig.talk("R:0080>"), []);
     }
-    let mut bench = Bench::connected();
+    let mut rig = Rig::connected();
     let invalid = [Report::Done(Err(AbortCode::INVALID_VALUE))];
     for (index, sub, value) in [(0x1003, 0, 1), (0x1011, 1, 1), (0x6060, 0, 3), (0x2410, 4, -1), (0x2413, 0, 3)] {
-        assert_eq!(bench.job(Job::Write(Address::new(index, sub), value), ""), invalid);
+        assert_eq!(rig.job(Job::Write(Address::new(index, sub), value), ""), invalid);
     }
-    assert_eq!(bench.sends_within(100, "0080>"), "100R", "nothing of that is sent");
+    assert_eq!(rig.sends_within(100, "0080>"), "100R", "nothing of that is sent");
 }
 
 #[test]
 fn what_may_be_done_twice_is_sent_three_times_and_the_rest_once() {
-    let mut bench = Bench::connected();
+    let mut rig = Rig::connected();
     let (read, garbled) = (Job::Read(A_POS), "!");
     for trouble in ["", garbled] {
         let once = format!("G03:{trouble} R:0080>");
         let [value, failed] = [[Report::Done(Ok(50))], [UNKNOWN]];
         for _ in 0..2 {
-            assert_eq!(bench.job(read, &format!("{once} {once} G03:00050>")), value);
-            assert_eq!(bench.job(read, &format!("{once} {once} G03:{trouble}")), failed);
-            assert_eq!(bench.talk(&format!("R:0080> R:{trouble} R:0080> R:0080>")), []);
+            assert_eq!(rig.job(read, &format!("{once} {once} G03:00050>")), value);
+            assert_eq!(rig.job(read, &format!("{once} {once} G03:{trouble}")), failed);
+            assert_eq!(rig.talk(&format!("R:0080> R:{trouble} R:0080> R:0080>")), []);
         }
-        let reports = bench.job(order(Order::Resume), &format!("M:{trouble} R:0080> R:0080>"));
+        let reports = rig.job(order(Order::Resume), &format!("M:{trouble} R:0080> R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
         for (ordered, sent) in [(Order::Start, "F0+0005000"), (Order::Hold, "N"), (Order::Release, "P")] {
             let once = format!("{sent}:{trouble} R:0080>");
-            let reports = bench.job(order(ordered), &format!("{once} {once} {sent}:{trouble} R:0080> R:0080>"));
+            let reports = rig.job(order(ordered), &format!("{once} {once} {sent}:{trouble} R:0080> R:0080>"));
             assert_eq!(reports, [facts(0x80, 100, 0), UNKNOWN]);
         }
         let setpoint = format!("F0+0005000:{trouble} R:0080>");
-        let reports = bench.job(order(Order::Start), &format!("{setpoint} F0+0005000:> E0:+0005000> M:> R:0080>"));
+        let reports = rig.job(order(Order::Start), &format!("{setpoint} F0+0005000:> E0:+0005000> M:> R:0080>"));
         assert_eq!(reports, [facts(0x80, 100, 0), Report::Done(Ok(0))]);
         let write = format!("H0300050:{trouble} R:0080>");
-        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:> G03:00050>")), value);
-        assert_eq!(bench.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:{trouble}")), failed);
+        assert_eq!(rig.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:> G03:00050>")), value);
+        assert_eq!(rig.job(Job::Write(A_POS, 50), &format!("{write} {write} H0300050:{trouble}")), failed);
         let calibrate = Job::Write(Address::new(0x1011, 4), LOAD);
-        assert_eq!(bench.job(calibrate, &format!("R:0080> S11104:{trouble}")), failed);
+        assert_eq!(rig.job(calibrate, &format!("R:0080> S11104:{trouble}")), failed);
         // So is a status, whatever was asked before.
-        assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:0080>")), []);
-        assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:{trouble}")), [Report::Lost]);
-        let begin = bench.now;
-        assert_eq!(bench.talk("R:0080> R:0080>"), []);
-        assert_eq!(bench.now.since(begin), Duration::from_millis(510), "it is left alone, and then asked for a sign");
-        assert_eq!(bench.talk("R:0080> Z:+0000100> V:+000>"), [facts(0x80, 100, 0)]);
-        assert_eq!(bench.talk(&format!("R:{trouble} R:0080> R:{trouble}")), []);
-        assert_eq!(bench.job(read, &format!("R:0080> {once} {once} G03:00050>")), value);
-        assert_eq!(bench.talk("R:0080>"), []);
+        assert_eq!(rig.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:0080>")), []);
+        assert_eq!(rig.talk(&format!("R:{trouble} R:0080> R:{trouble} R:0080> R:{trouble}")), [Report::Lost]);
+        let begin = rig.now;
+        assert_eq!(rig.talk("R:0080> R:0080>"), []);
+        assert_eq!(rig.now.since(begin), Duration::from_millis(510), "it is left alone, and then asked for a sign");
+        assert_eq!(rig.talk("R:0080> Z:+0000100> V:+000>"), [facts(0x80, 100, 0)]);
+        assert_eq!(rig.talk(&format!("R:{trouble} R:0080> R:{trouble}")), []);
+        assert_eq!(rig.job(read, &format!("R:0080> {once} {once} G03:00050>")), value);
+        assert_eq!(rig.talk("R:0080>"), []);
     }
 }
 
 #[test]
 fn values_are_read_in_turn_and_are_no_part_of_a_job_that_comes_meanwhile() {
-    let mut bench = Bench::moving();
-    assert_eq!(bench.sends_within(80, "0010>"), "20R 40R 60R 80R");
-    assert_eq!(bench.talk("R:0010> Z:+0000100>"), []);
-    bench.now += Duration::from_millis(200);
-    assert_eq!(bench.job(Job::Look, "R:0010>"), [facts(0x10, 100, 0), Report::Done(Ok(0))]);
-    assert_eq!(bench.next(), "V");
-    bench.door.begin(bench.now, Job::Read(A_POS));
-    bench.hears("!");
-    bench.wait();
-    assert_eq!(bench.talk("R:0010> G03:00050>"), [Report::Done(Ok(50))]);
-    assert_eq!(bench.talk("R:0010> V:+030>"), [facts(0x10, 100, 30)]);
+    let mut rig = Rig::moving();
+    assert_eq!(rig.sends_within(80, "0010>"), "20R 40R 60R 80R");
+    assert_eq!(rig.talk("R:0010> Z:+0000100>"), []);
+    rig.now += Duration::from_millis(200);
+    assert_eq!(rig.job(Job::Look, "R:0010>"), [facts(0x10, 100, 0), Report::Done(Ok(0))]);
+    assert_eq!(rig.next(), "V");
+    rig.door.begin(rig.now, Job::Read(A_POS));
+    rig.hears("!");
+    rig.wait();
+    assert_eq!(rig.talk("R:0010> G03:00050>"), [Report::Done(Ok(50))]);
+    assert_eq!(rig.talk("R:0010> V:+030>"), [facts(0x10, 100, 30)]);
     // A drive that comes back is somewhere else.
-    assert_eq!(bench.talk("R:! R:0080> R:! R:0080> R:!"), [Report::Lost]);
-    let reports = bench.talk("R:0080> R:0080> R:0080> Z:+0000007> V:+000>");
+    assert_eq!(rig.talk("R:! R:0080> R:! R:0080> R:!"), [Report::Lost]);
+    let reports = rig.talk("R:0080> R:0080> R:0080> Z:+0000007> V:+000>");
     assert_eq!(reports, [facts(0x80, 7, 0)]);
 }
 
 #[test]
 fn a_silent_drive_is_lost_with_what_was_under_way() {
     for job in [Job::Read(A_POS), order(Order::Resume), Job::Look, order(UP)] {
-        let mut bench = Bench::moving();
+        let mut rig = Rig::moving();
         // The values are due, and a status is in doubt.
-        assert_eq!(bench.sends_within(80, "0010>"), "20R 40R 60R 80R");
-        assert_eq!(bench.talk("R:0080>"), []);
-        bench.door.begin(bench.now, job);
+        assert_eq!(rig.sends_within(80, "0010>"), "20R 40R 60R 80R");
+        assert_eq!(rig.talk("R:0080>"), []);
+        rig.door.begin(rig.now, job);
         let mut reports = Vec::new();
         for _ in 0..20 {
-            bench.next();
-            bench.wait();
-            reports.extend(bench.reports());
+            rig.next();
+            rig.wait();
+            reports.extend(rig.reports());
             if reports.last() == Some(&Report::Lost) {
                 break;
             }
         }
         assert!(matches!(reports[..], [Report::Lost] | [UNKNOWN, Report::Lost]), "{job:?}: {reports:?}");
-        let begin = bench.now;
-        assert_eq!(bench.talk("R: R: R: R: R: R: R: R: R: R: R:"), [], "{job:?}");
-        assert_eq!(bench.now.since(begin), Duration::from_millis(610));
-        assert_eq!(bench.talk("R:0080> R:0080>"), []);
-        assert_eq!(bench.talk("R:0080> Z:+0000000>"), []);
-        assert_eq!(bench.talk("V:+000>"), [facts(0x80, 0, 0)]);
-        assert_eq!(bench.sends_within(100, "0080>"), "100R", "{job:?} is over");
+        let begin = rig.now;
+        assert_eq!(rig.talk("R: R: R: R: R: R: R: R: R: R: R:"), [], "{job:?}");
+        assert_eq!(rig.now.since(begin), Duration::from_millis(610));
+        assert_eq!(rig.talk("R:0080> R:0080>"), []);
+        assert_eq!(rig.talk("R:0080> Z:+0000000>"), []);
+        assert_eq!(rig.talk("V:+000>"), [facts(0x80, 0, 0)]);
+        assert_eq!(rig.sends_within(100, "0080>"), "100R", "{job:?} is over");
     }
 }
 
 #[test]
 fn inching_is_a_character_every_50_ms_until_another_order_or_the_drive_ends_it() {
     let inching = || {
-        let mut bench = Bench::connected();
-        assert_eq!(bench.job(order(UP), "R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
-        assert_eq!(bench.sends_within(60, "0010>"), "0, 20R 20R 40R 50, 60R");
-        assert_eq!(bench.reports(), [facts(0x10, 100, 0)]);
-        bench
+        let mut rig = Rig::connected();
+        assert_eq!(rig.job(order(UP), "R:0080>"), [facts(0x80, 100, 0), Report::Done(Ok(0))]);
+        assert_eq!(rig.sends_within(60, "0010>"), "0, 20R 20R 40R 50, 60R");
+        assert_eq!(rig.reports(), [facts(0x10, 100, 0)]);
+        rig
     };
     for (ordered, commands) in [
         (Order::StopInching, "R:0010>"),
@@ -484,20 +484,20 @@ fn inching_is_a_character_every_50_ms_until_another_order_or_the_drive_ends_it()
         (Order::Interrupt(Braking::Programmed), "O:> R:0010>"),
         (Order::ResetFault, "S11103:> R:0010>"),
     ] {
-        let mut bench = inching();
-        assert_eq!(bench.job(order(ordered), commands), [facts(0x10, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
-        assert!(!bench.sends_within(100, "0010>").contains(','), "{ordered:?}");
+        let mut rig = inching();
+        assert_eq!(rig.job(order(ordered), commands), [facts(0x10, 100, 0), Report::Done(Ok(0))], "{ordered:?}");
+        assert!(!rig.sends_within(100, "0010>").contains(','), "{ordered:?}");
     }
     // Characters that go on would move it again once the fault has been reset.
     for word in ["0100", "0080"] {
-        let mut bench = inching();
-        assert_eq!(bench.talk(&format!("R:{word}> R:{word}>")).len(), 1);
-        assert_eq!(bench.talk("Z:+0000100> V:+000>"), []);
-        assert_eq!(bench.sends_within(100, &format!("{word}>")), "100R", "{word}");
+        let mut rig = inching();
+        assert_eq!(rig.talk(&format!("R:{word}> R:{word}>")).len(), 1);
+        assert_eq!(rig.talk("Z:+0000100> V:+000>"), []);
+        assert_eq!(rig.sends_within(100, &format!("{word}>")), "100R", "{word}");
     }
-    let mut bench = Bench::connected();
-    bench.job(order(Order::Inch(Direction::Negative)), "R:0080>");
-    assert_eq!(bench.sends_within(20, "0080>"), "0. 20R", "the status is read as in motion");
+    let mut rig = Rig::connected();
+    rig.job(order(Order::Inch(Direction::Negative)), "R:0080>");
+    assert_eq!(rig.sends_within(20, "0080>"), "0. 20R", "the status is read as in motion");
 }
 
 /// A line that notes until when it waits.
@@ -525,17 +525,17 @@ impl Line for Noted {
 
 #[test]
 fn a_wire_waits_until_the_next_deadline_and_hands_over_what_has_come() -> Result<(), LinkError> {
-    let mut bench = Bench::new();
+    let mut rig = Rig::new();
     let mut wire = Wire(Noted { sent: Vec::new(), until: None });
     let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
-    wire.carry(&mut bench.door, ms(5))?;
+    wire.carry(&mut rig.door, ms(5))?;
     assert_eq!((wire.0.sent.as_slice(), wire.0.until), (&b"R"[..], Some(ms(5))));
-    wire.carry(&mut bench.door, ms(1000))?;
+    wire.carry(&mut rig.door, ms(1000))?;
     assert_eq!((wire.0.sent.as_slice(), wire.0.until), (&b"R"[..], Some(ms(10))), "the drive has that long to answer");
-    let mut bench = Bench::new();
-    bench.talk("R:0080>");
-    bench.wait();
-    (0..2).try_for_each(|_| wire.carry(&mut bench.door, ms(1000)))?;
-    assert_eq!(bench.talk("Z:+0000007> V:+000>"), [facts(0x80, 7, 0)]);
+    let mut rig = Rig::new();
+    rig.talk("R:0080>");
+    rig.wait();
+    (0..2).try_for_each(|_| wire.carry(&mut rig.door, ms(1000)))?;
+    assert_eq!(rig.talk("Z:+0000007> V:+000>"), [facts(0x80, 7, 0)]);
     Ok(())
 }

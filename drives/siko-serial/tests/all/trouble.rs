@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::bench::{Bench, Connection, Error};
+use super::serial_rig::{Connection, Error, Rig};
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 use siko_serial::answer::{Answer, Reply};
@@ -116,61 +116,61 @@ fn what_answers_a_part_of_a_command_answers_no_other_one() {
 #[test]
 fn a_drive_that_another_program_left_in_a_command_is_found() {
     for begun in ["F", "F0", "F0+", "F0+000500", "H", "H0", "S1110", "A", "zz", "\r\n", "?", "R", "Z"] {
-        let mut bench = Bench::new();
-        bench.drive.line().send(begun.as_bytes()).unwrap();
-        assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 0, "{begun}");
+        let mut rig = Rig::new();
+        rig.drive.line().send(begun.as_bytes()).unwrap();
+        assert_eq!(rig.number(Command::ReadLong(Long::Setpoint)), 0, "{begun}");
     }
 }
 
 #[test]
 fn a_line_that_is_cut_is_silent_and_works_again() {
-    let mut bench = Bench::new();
-    bench.done(Command::WriteLong(Long::Setpoint, 5000));
-    bench.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
-    let begin = bench.drive.line().now();
-    check(bench.drive.status(), Trouble::TimedOut);
+    let mut rig = Rig::new();
+    rig.done(Command::WriteLong(Long::Setpoint, 5000));
+    rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
+    let begin = rig.drive.line().now();
+    check(rig.drive.status(), Trouble::TimedOut);
     // Seven bytes of 10 bits at 9600 baud, and 200 ms.
-    assert_eq!(bench.drive.line().now().since(begin), Duration::from_micros(200_000 + 7_291));
-    let begin = bench.drive.line().now();
-    check(bench.drive.status(), Trouble::Silent);
-    assert_eq!(bench.drive.line().now().since(begin), Duration::from_micros((200_000 + 7_291) * u64::from(PROBES)));
-    bench.drive.line().with_drive(|drive, now| drive.drive_mut().switch_on(now));
-    assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 0, "it is not kept without power");
+    assert_eq!(rig.drive.line().now().since(begin), Duration::from_micros(200_000 + 7_291));
+    let begin = rig.drive.line().now();
+    check(rig.drive.status(), Trouble::Silent);
+    assert_eq!(rig.drive.line().now().since(begin), Duration::from_micros((200_000 + 7_291) * u64::from(PROBES)));
+    rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_on(now));
+    assert_eq!(rig.number(Command::ReadLong(Long::Setpoint)), 0, "it is not kept without power");
 }
 
 #[test]
 fn foreign_bytes_between_and_in_answers_are_noticed() {
-    let mut bench = Bench::new();
-    bench.done(Command::WriteLong(Long::Setpoint, 5000));
+    let mut rig = Rig::new();
+    rig.done(Command::WriteLong(Long::Setpoint, 5000));
     for noise in [&b"x"[..], b">\r", b"?04\r", b"+0000001>\r", b"\x00\xFF", &[0x55; 100]] {
         // Between: before the next command, what has come is thrown away.
-        bench.drive.line().disturb(noise);
-        bench.pass(Duration::from_millis(200));
-        assert_eq!(bench.drive.number(Command::ReadLong(Long::Setpoint)).ok(), Some(5000), "{noise:?}");
+        rig.drive.line().disturb(noise);
+        rig.pass(Duration::from_millis(200));
+        assert_eq!(rig.drive.number(Command::ReadLong(Long::Setpoint)).ok(), Some(5000), "{noise:?}");
         // In the answer.
-        bench.drive.line().disturb(noise);
-        match bench.drive.request(Command::Velocity) {
+        rig.drive.line().disturb(noise);
+        match rig.drive.request(Command::Velocity) {
             // Noise that is a whole refusal is taken for one; then the answer comes while nothing or another is expected.
-            Err(Error::Refused(_)) => check(bench.drive.status(), Trouble::Garbled),
+            Err(Error::Refused(_)) => check(rig.drive.status(), Trouble::Garbled),
             Err(Error::Trouble(Trouble::Garbled)) => {}
             other => panic!("{noise:?}: {other:?}"),
         }
-        assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 5000, "{noise:?}");
+        assert_eq!(rig.number(Command::ReadLong(Long::Setpoint)), 5000, "{noise:?}");
     }
 }
 
 /// Chapter 6 says that `W` is not followed by CR, and table 3 that it is.
 #[test]
 fn a_cr_behind_the_answer_to_w_does_no_harm() {
-    let mut bench = Bench::new();
-    assert_eq!(bench.number(Command::BinaryPosition), 0);
-    let begin = bench.drive.line().now();
-    bench.drive.line().disturb(b"\r");
-    assert_eq!(bench.number(Command::ReadLong(Long::UpperLimit)), 1_000_000);
-    bench.drive.line().disturb(b"\r");
-    bench.pass(Duration::from_millis(10));
-    assert_eq!(bench.number(Command::Position), 0);
-    assert!(bench.drive.line().now().since(begin) < Duration::from_millis(60), "it was not asked for its status");
+    let mut rig = Rig::new();
+    assert_eq!(rig.number(Command::BinaryPosition), 0);
+    let begin = rig.drive.line().now();
+    rig.drive.line().disturb(b"\r");
+    assert_eq!(rig.number(Command::ReadLong(Long::UpperLimit)), 1_000_000);
+    rig.drive.line().disturb(b"\r");
+    rig.pass(Duration::from_millis(10));
+    assert_eq!(rig.number(Command::Position), 0);
+    assert!(rig.drive.line().now().since(begin) < Duration::from_millis(60), "it was not asked for its status");
 }
 
 /// An answer that comes after its time is not taken for that to the next command.
@@ -267,11 +267,11 @@ fn what_is_foreign_is_listened_to_until_the_line_is_quiet_or_the_time_is_over() 
 
 #[test]
 fn a_wait_for_a_status_ends_in_time() {
-    let mut bench = Bench::new();
-    bench.done(Command::Release);
-    let begin = bench.drive.line().now();
-    assert_eq!(bench.drive.await_status(Duration::from_millis(100), |_| false).unwrap(), None);
-    let spent = bench.drive.line().now().since(begin);
+    let mut rig = Rig::new();
+    rig.done(Command::Release);
+    let begin = rig.drive.line().now();
+    assert_eq!(rig.drive.await_status(Duration::from_millis(100), |_| false).unwrap(), None);
+    let spent = rig.drive.line().now().since(begin);
     // Five times the status, and 20 ms between them.
     assert_eq!(spent.as_micros() / 1000, 80 + 5 * 7 * 10_000 / 9600);
 }
@@ -279,11 +279,11 @@ fn a_wait_for_a_status_ends_in_time() {
 /// Also while such a character is on the line.
 #[test]
 fn a_command_between_characters_of_inching_is_taken_at_any_time() {
-    let mut bench = Bench::new();
-    bench.drive.start_inching(Direction::Positive);
+    let mut rig = Rig::new();
+    rig.drive.start_inching(Direction::Positive);
     for micros in 0..100 {
-        bench.pass(Duration::from_micros(700 * micros));
-        bench.drive.status().unwrap();
+        rig.pass(Duration::from_micros(700 * micros));
+        rig.drive.status().unwrap();
     }
 }
 
@@ -301,12 +301,12 @@ fn a_command_that_is_under_way_keeps_others_out_until_it_is_abandoned() {
 #[test]
 fn an_adapter_that_returns_what_is_sent_is_understood() {
     let settings = Settings { echo: true, ..Settings::default() };
-    let mut bench = Bench::with(SerialDrive::default(), settings);
-    bench.done(Command::WriteLong(Long::Setpoint, 5000));
-    assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 5000);
-    bench.drive.start_inching(Direction::Positive);
-    bench.pass(Duration::from_secs(1));
-    assert!(bench.number(Command::Velocity) > 0);
+    let mut rig = Rig::with(SerialDrive::default(), settings);
+    rig.done(Command::WriteLong(Long::Setpoint, 5000));
+    assert_eq!(rig.number(Command::ReadLong(Long::Setpoint)), 5000);
+    rig.drive.start_inching(Direction::Positive);
+    rig.pass(Duration::from_secs(1));
+    assert!(rig.number(Command::Velocity) > 0);
     // A client that expects none, and one that expects one that does not come.
     for (line, client) in [(settings, Settings::default()), (Settings::default(), settings)] {
         let line = VirtualLine::with_settings(SerialDrive::default(), line);
@@ -320,11 +320,11 @@ fn an_adapter_that_returns_what_is_sent_is_understood() {
 fn an_exchange_takes_as_long_as_its_bytes_and_no_longer_than_its_time_out() {
     for baud in [1200, 9600, 115_200] {
         let settings = Settings { baud, ..Settings::default() };
-        let mut bench = Bench::with(SerialDrive::default(), settings);
-        bench.done(Command::Release);
-        let begin = bench.drive.line().now();
-        assert_eq!(bench.number(Command::Position), 0);
-        let spent = bench.drive.line().now().since(begin);
+        let mut rig = Rig::with(SerialDrive::default(), settings);
+        rig.done(Command::Release);
+        let begin = rig.drive.line().now();
+        assert_eq!(rig.number(Command::Position), 0);
+        let spent = rig.drive.line().now().since(begin);
         assert!(spent + Duration::from_micros(2) >= settings.on_line(11) && spent <= settings.on_line(11), "{spent:?}");
         assert_eq!(settings.exchange(1, Reply::Long), settings.on_line(11) + settings.reaction);
     }
@@ -334,10 +334,10 @@ fn an_exchange_takes_as_long_as_its_bytes_and_no_longer_than_its_time_out() {
 
 #[test]
 fn a_drive_that_restarts_is_asked_for_its_status_first() {
-    let mut bench = Bench::new();
-    bench.done(Command::WriteLong(Long::Setpoint, 5000));
-    bench.done(Command::Restart);
-    assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 0);
+    let mut rig = Rig::new();
+    rig.done(Command::WriteLong(Long::Setpoint, 5000));
+    rig.done(Command::Restart);
+    assert_eq!(rig.number(Command::ReadLong(Long::Setpoint)), 0);
     let (mut client, now) = (Client::new(Settings::default()), Instant::from_micros(1_000_000));
     for (command, sent) in [(Command::Restart, [&b"R"[..], b"K"]), (Command::Flags, [b"R", b"Q"])] {
         client.request(command).unwrap();
@@ -373,19 +373,19 @@ fn a_command_right_behind_a_character_of_inching_needs_no_probe() {
 
 #[test]
 fn trouble_ends_inching() {
-    let mut bench = Bench::new();
-    bench.drive.start_inching(Direction::Positive);
-    bench.pass(Duration::from_secs(1));
-    bench.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
-    check(bench.drive.status(), Trouble::TimedOut);
-    bench.drive.line().with_drive(|drive, now| drive.drive_mut().switch_on(now));
-    bench.pass(Duration::from_secs(1));
-    assert_eq!(bench.number(Command::Velocity), 0);
+    let mut rig = Rig::new();
+    rig.drive.start_inching(Direction::Positive);
+    rig.pass(Duration::from_secs(1));
+    rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
+    check(rig.drive.status(), Trouble::TimedOut);
+    rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_on(now));
+    rig.pass(Duration::from_secs(1));
+    assert_eq!(rig.number(Command::Velocity), 0);
     // Before it begins, the drive is asked whether it is there.
-    bench.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
-    check(bench.drive.status(), Trouble::TimedOut);
-    bench.drive.start_inching(Direction::Positive);
-    check(bench.drive.wait(Duration::from_secs(5)), Trouble::Silent);
+    rig.drive.line().with_drive(|drive, now| drive.drive_mut().switch_off(now));
+    check(rig.drive.status(), Trouble::TimedOut);
+    rig.drive.start_inching(Direction::Positive);
+    check(rig.drive.wait(Duration::from_secs(5)), Trouble::Silent);
 }
 
 #[test]

@@ -64,7 +64,6 @@ enum Task {
     Hear(Frame),
     /// SWITCH ON DISABLED, with the motor released.
     Disable,
-    /// Boots.
     Restart,
     ReadMode,
     ReportFault,

@@ -32,13 +32,11 @@ const NOT_OWN: &[u16] = &[
 /// Where an object is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In the gateway.
     Own,
     /// At the other end of the line.
     Door,
     /// Read with the facts: in the gateway, when these are new.
     Fact,
-    /// Nowhere.
     Missing,
 }
 

@@ -30,7 +30,6 @@ use crate::state::State;
 pub(super) enum Power {
     /// No supply of the control.
     Off,
-    /// It does.
     On,
     /// It was switched on with the DIP switches set to restore factory settings: it has, says so, and does nothing
     /// else until it is switched on again (2.4). That it is not on the bus meanwhile is an assumption: its

@@ -78,12 +78,12 @@ fn happening() -> impl Strategy<Value = Happening> {
     ]
 }
 
-struct Bench {
+struct Rig {
     bus: VirtualBus,
     simulated: Arc<Mutex<SimulatedDrive>>,
 }
 
-impl Bench {
+impl Rig {
     fn send(&self, id: u16, data: &[u8]) {
         let frame = Frame::new(CobId::standard(id).expect("eleven bits"), data).expect("a short frame");
         self.bus.link().send(&frame).expect("a bus");
@@ -149,8 +149,8 @@ proptest! {
         let bus = VirtualBus::with_bit_rate(500);
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
-        let bench = Bench { bus, simulated };
-        let mut drive = Drive::connect_unprotected(bench.bus.link(), NODE).expect("it is there");
+        let rig = Rig { bus, simulated };
+        let mut drive = Drive::connect_unprotected(rig.bus.link(), NODE).expect("it is there");
         drive.set_patience(Duration::from_secs(2));
         let set = od::MOTOR_PARAMETER_SET;
         drive.write(set.v_inch(), od::Speed(speeds.0)).expect("a speed");
@@ -160,18 +160,18 @@ proptest! {
         drive.enable().expect("it is well");
         for happening in &happenings {
             // The outcome may be any, but what is reported as over is over.
-            let state = bench.simulated.lock().unwrap().state();
-            let result = bench.let_happen(&mut drive, happening);
+            let state = rig.simulated.lock().unwrap().state();
+            let result = rig.let_happen(&mut drive, happening);
             if result.is_ok() && happening.stops(state) {
-                let velocity = bench.simulated.lock().unwrap().velocity(bench.bus.now());
+                let velocity = rig.simulated.lock().unwrap().velocity(rig.bus.now());
                 prop_assert_eq!(velocity, 0, "after {:?}", happening);
             }
         }
         drop(drive);
         // 200 rev/min with 5 % of 4 rev/s² take 17 s.
         for span in [20, 20] {
-            bench.bus.advance(Duration::from_secs(span));
-            let velocity = bench.simulated.lock().unwrap().shaft(bench.bus.now()).velocity;
+            rig.bus.advance(Duration::from_secs(span));
+            let velocity = rig.simulated.lock().unwrap().shaft(rig.bus.now()).velocity;
             prop_assert_eq!(velocity, 0.0);
         }
     }

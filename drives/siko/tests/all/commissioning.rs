@@ -1,44 +1,25 @@
 //! What is set up and measured, through both shells: approach, calibration, parameters, torque deactivation,
 //! temperature, battery, emergencies.
 
-use std::sync::{Arc, Mutex};
-
-use lexican_runtime::NodeId;
-use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::service::sdo_client::SdoError;
-use siko_ag03_1::driver::{Approach, Drive, Error, Mode};
+use siko_ag03_1::driver::{Approach, Error, Mode};
 use siko_ag03_1::od;
-use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::SimulatedDrive;
 
-const NODE: NodeId = NodeId::literal(5);
-
-fn simulated() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>) {
-    let bus = VirtualBus::with_bit_rate(500);
-    let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
-    bus.attach(Arc::clone(&simulated));
-    (bus, simulated)
-}
-
-fn connected() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>, Drive<VirtualLink>) {
-    let (bus, simulated) = simulated();
-    let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
-    (bus, simulated, drive)
-}
+use super::driver::rig::{NODE, Rig};
 
 #[test]
 fn temperature_and_battery_are_in_degrees_and_volts() {
-    let (bus, simulated, mut drive) = connected();
-    simulated.lock().unwrap().set_inputs(bus.now(), |inputs| {
+    let mut rig = Rig::new();
+    rig.world(|inputs| {
         inputs.temperature_100mdegc = -105;
         inputs.battery_10mv = 312;
     });
-    assert_eq!((drive.temperature().unwrap(), drive.battery_voltage().unwrap()), (-10.5, 3.12));
+    assert_eq!((rig.drive.temperature().unwrap(), rig.drive.battery_voltage().unwrap()), (-10.5, 3.12));
 }
 
 #[test]
 fn every_approach_has_its_number() {
-    let (.., mut drive) = connected();
+    let Rig { mut drive, .. } = Rig::new();
     for (approach, number) in [
         (Approach::Positive, od::PositioningType::LOOP_PLUS),
         (Approach::Negative, od::PositioningType::LOOP_MINUS),
@@ -51,7 +32,7 @@ fn every_approach_has_its_number() {
 
 #[test]
 fn torque_deactivation_is_switched_on_and_off() {
-    let (.., mut drive) = connected();
+    let Rig { mut drive, .. } = Rig::new();
     assert_eq!(drive.torque_threshold().unwrap(), None, "off from the factory");
     drive.set_torque_threshold(Some(50)).unwrap();
     assert_eq!((drive.torque_threshold().unwrap(), drive.torque_deactivated().unwrap()), (Some(50), false));
@@ -62,7 +43,7 @@ fn torque_deactivation_is_switched_on_and_off() {
 
 #[test]
 fn mode_position_velocity_and_firmware_are_told() {
-    let (.., mut drive) = connected();
+    let Rig { mut drive, .. } = Rig::new();
     assert_eq!(drive.mode().unwrap(), Some(Mode::Positioning));
     assert_eq!((drive.position().unwrap(), drive.velocity().unwrap()), (0, 0));
     let version = drive.firmware().unwrap();
@@ -71,14 +52,14 @@ fn mode_position_velocity_and_firmware_are_told() {
 
 #[test]
 fn there_is_no_command_that_keeps_parameters_since_they_are_kept() {
-    let (.., mut drive) = connected();
+    let Rig { mut drive, .. } = Rig::new();
     let error = drive.store().unwrap_err();
     assert_eq!(error.to_string(), "the SIKO AG03/1 has no command that keeps parameters");
 }
 
 #[test]
 fn emergencies_are_switched_by_bit_31_before_the_drive_is_started() {
-    let (.., mut drive) = connected();
+    let Rig { mut drive, .. } = Rig::new();
     drive.set_emergencies(false).unwrap();
     assert_eq!(drive.read(od::COB_ID_EMERGENCY_MESSAGE).unwrap(), 0x8000_0085);
     drive.set_emergencies(true).unwrap();
@@ -88,15 +69,19 @@ fn emergencies_are_switched_by_bit_31_before_the_drive_is_started() {
 }
 
 mod over_tokio {
+    use std::sync::{Arc, Mutex};
+
+    use lexican_runtime::host::VirtualBus;
     use lexican_runtime::host::tokio::Network;
     use siko_ag03_1::driver::Outcome;
     use siko_ag03_1::driver::tokio::Drive;
     use siko_ag03_1::parameter::{PARAMETERS, ParameterSet};
+    use siko_ag03_1::sim::SimulatedDrive;
 
     use super::*;
 
     async fn connected() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>, Drive) {
-        let (bus, simulated) = simulated();
+        let Rig { bus, simulated, .. } = Rig::new();
         let drive = Drive::connect_unprotected(Network::spawn(bus.link()).unwrap(), NODE).await.unwrap();
         (bus, simulated, drive)
     }

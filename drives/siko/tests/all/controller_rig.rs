@@ -9,28 +9,28 @@ use siko_ag03_1::sim::parameters::Parameters;
 use siko_ag03_1::state::State;
 
 /// A controller and the time it is.
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) controller: Controller,
     pub(crate) now: Instant,
     pub(crate) parameters: Parameters,
     pub(crate) inputs: Inputs,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn new(parameters: Parameters) -> Self {
         let (now, inputs) = (Instant::ZERO, Inputs::default());
-        Bench { controller: Controller::new(&MODEL, now, parameters, inputs, 0), now, parameters, inputs }
+        Rig { controller: Controller::new(&MODEL, now, parameters, inputs, 0), now, parameters, inputs }
     }
 
     /// In OPERATION ENABLED, by the control words of the examples.
     pub(crate) fn enabled(parameters: Parameters) -> Self {
-        let mut bench = Bench::new(parameters);
-        bench.controller.set_network(bench.now, Network::Operational);
+        let mut rig = Rig::new(parameters);
+        rig.controller.set_network(rig.now, Network::Operational);
         for word in [0x0106, 0x0107, 0x010F] {
-            bench.control(word);
+            rig.control(word);
         }
-        assert_eq!(bench.controller.state(), State::OperationEnabled);
-        bench
+        assert_eq!(rig.controller.state(), State::OperationEnabled);
+        rig
     }
 
     pub(crate) fn control(&mut self, word: u16) {

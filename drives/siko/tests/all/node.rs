@@ -10,10 +10,10 @@ use siko_ag03_1::sim::script::{Change, Condition, Trigger};
 use siko_ag03_1::sim::{MODEL, Model, Order, Refused, Script, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
 
-use super::support::{Bench, NODE};
+use super::support::{NODE, Rig};
 
-fn world(bench: &Bench, change: impl FnOnce(&mut Inputs)) {
-    bench.see(|drive, now| drive.set_inputs(now, change));
+fn world(rig: &Rig, change: impl FnOnce(&mut Inputs)) {
+    rig.see(|drive, now| drive.set_inputs(now, change));
 }
 
 fn emergencies(heard: &[String]) -> Vec<&str> {
@@ -28,192 +28,191 @@ fn what_the_drive_cannot_hear_does_nothing() {
         |inputs| inputs.bus = BusState::Off,
     ];
     for change in deaf {
-        let mut bench = Bench::new();
-        world(&bench, change);
-        bench.ask("000#0105");
-        world(&bench, |inputs| *inputs = Inputs::default());
-        bench.pass(10);
-        assert_eq!(bench.see(|drive, _| drive.nmt_state()), NmtState::PreOperational);
+        let mut rig = Rig::new();
+        world(&rig, change);
+        rig.ask("000#0105");
+        world(&rig, |inputs| *inputs = Inputs::default());
+        rig.pass(10);
+        assert_eq!(rig.see(|drive, _| drive.nmt_state()), NmtState::PreOperational);
     }
 }
 
 #[test]
 fn a_target_that_a_sync_brings_and_the_dictionary_refuses_starts_nothing() {
-    let mut bench = Bench::new();
-    assert_eq!(bench.write(0x1402, 2, &[0]), None);
-    assert_eq!(bench.write(0x607A, 0, &1000_i32.to_le_bytes()), None);
-    bench.enable();
-    let position = |bench: &Bench| bench.see(|drive, now| drive.position(now));
-    let order = |bench: &mut Bench, word: u8, target: i32| {
-        bench.ask(&format!("405#{word:02X}00{:08X}", target.swap_bytes()));
-        bench.ask("080#");
+    let mut rig = Rig::new();
+    assert_eq!(rig.write(0x1402, 2, &[0]), None);
+    assert_eq!(rig.write(0x607A, 0, &1000_i32.to_le_bytes()), None);
+    rig.enable();
+    let position = |rig: &Rig| rig.see(|drive, now| drive.position(now));
+    let order = |rig: &mut Rig, word: u8, target: i32| {
+        rig.ask(&format!("405#{word:02X}00{:08X}", target.swap_bytes()));
+        rig.ask("080#");
     };
-    order(&mut bench, 0x0F, 1000);
-    order(&mut bench, 0x1F, 10_000_000);
-    bench.pass(2000);
-    assert_eq!(position(&bench), 0);
-    order(&mut bench, 0x0F, 500);
-    order(&mut bench, 0x1F, 500);
-    bench.pass(10_000);
-    assert_eq!(position(&bench), 500, "a target within the limits is taken");
+    order(&mut rig, 0x0F, 1000);
+    order(&mut rig, 0x1F, 10_000_000);
+    rig.pass(2000);
+    assert_eq!(position(&rig), 0);
+    order(&mut rig, 0x0F, 500);
+    order(&mut rig, 0x1F, 500);
+    rig.pass(10_000);
+    assert_eq!(position(&rig), 500, "a target within the limits is taken");
 }
 
 /// TPDO3 is sent on change; it is between two turns of the event timer, and the inhibit time has passed.
-fn on_change() -> Bench {
-    let mut bench = Bench::new();
-    assert_eq!(bench.write(0x1802, 2, &[254]), None);
-    bench.ask("000#0105");
-    bench.pass(1050);
-    bench
+fn on_change() -> Rig {
+    let mut rig = Rig::new();
+    assert_eq!(rig.write(0x1802, 2, &[254]), None);
+    rig.ask("000#0105");
+    rig.pass(1050);
+    rig
 }
 
 #[test]
 fn a_shaft_that_is_turned_by_hand_is_reported_at_once() {
-    let mut bench = on_change();
-    assert!(bench.see(|drive, now| drive.turn_shaft(now, 0x0102)));
-    assert_eq!(bench.pass(0), ["385#700202010000"]);
+    let mut rig = on_change();
+    assert!(rig.see(|drive, now| drive.turn_shaft(now, 0x0102)));
+    assert_eq!(rig.pass(0), ["385#700202010000"]);
 }
 
 #[test]
 fn a_position_that_is_set_beside_the_bus_is_reported_at_once() {
-    let mut bench = on_change();
-    bench.see(|drive, now| {
+    let mut rig = on_change();
+    rig.see(|drive, now| {
         drive.with_dictionary(now, |od| {
             let entry = od.entry(Address::new(0x607C, 0)).unwrap();
             od.write(&entry, 0, &0x0102_i32.to_le_bytes(), true).unwrap();
         });
     });
-    assert_eq!(bench.pass(0), ["385#700202010000"]);
+    assert_eq!(rig.pass(0), ["385#700202010000"]);
 }
 
 #[test]
 fn what_is_written_beside_the_bus_takes_effect() {
-    let mut bench = on_change();
-    let write =
-        |bench: &Bench, index, data: &[u8]| bench.see(|drive, now| drive.write(now, Address::new(index, 0), data));
-    assert_eq!(write(&bench, 0x607C, &0x0102_i32.to_le_bytes()), Ok(()));
-    assert_eq!(bench.pass(0), ["385#700202010000"]);
-    assert_eq!(write(&bench, 0x1017, &100_u16.to_le_bytes()), Ok(()));
-    assert_eq!(bench.pass(250).iter().filter(|frame| *frame == "705#05").count(), 3);
-    assert_eq!(write(&bench, 0x2FFF, &[0]), Err(AbortCode::NO_SUCH_OBJECT));
+    let mut rig = on_change();
+    let write = |rig: &Rig, index, data: &[u8]| rig.see(|drive, now| drive.write(now, Address::new(index, 0), data));
+    assert_eq!(write(&rig, 0x607C, &0x0102_i32.to_le_bytes()), Ok(()));
+    assert_eq!(rig.pass(0), ["385#700202010000"]);
+    assert_eq!(write(&rig, 0x1017, &100_u16.to_le_bytes()), Ok(()));
+    assert_eq!(rig.pass(250).iter().filter(|frame| *frame == "705#05").count(), 3);
+    assert_eq!(write(&rig, 0x2FFF, &[0]), Err(AbortCode::NO_SUCH_OBJECT));
 }
 
 #[test]
 fn only_what_an_sdo_brings_is_no_command() {
     static BY_PDO: Model = Model { control_by_sdo: false, ..MODEL };
-    let mut bench = Bench::with(Setup::new(&BY_PDO, NODE));
-    bench.ask("000#0105");
-    assert!(bench.read(0x6041, 0).is_ok());
-    bench.see(|drive, now| {
+    let mut rig = Rig::with(Setup::new(&BY_PDO, NODE));
+    rig.ask("000#0105");
+    assert!(rig.read(0x6041, 0).is_ok());
+    rig.see(|drive, now| {
         drive.with_dictionary(now, |od| {
             let entry = od.entry(Address::new(0x6040, 0)).unwrap();
             od.write(&entry, 0, &0x0106_u16.to_le_bytes(), true).unwrap();
         });
     });
-    assert_eq!(bench.state(), State::ReadyToSwitchOn);
+    assert_eq!(rig.state(), State::ReadyToSwitchOn);
 }
 
 /// An order, or a change of who has command, sends the status word without another event.
 #[test]
 fn what_another_interface_does_is_sent_on_change() {
-    let mut bench = on_change();
+    let mut rig = on_change();
     for (act, state) in [
         ((|drive, now| assert_eq!(drive.order(now, Order::Enable), Ok(()))) as Act, State::OperationEnabled),
         (|drive, now| drive.set_network(now, Network::PreOperational), State::SwitchOnDisabled),
     ] {
-        let sent = bench.see(|drive, now| {
+        let sent = rig.see(|drive, now| {
             act(drive, now);
             drive.poll_transmit(now)
         });
-        assert_eq!((sent.map(|frame| frame.id()), bench.state()), (CobId::standard(0x385), state));
-        bench.pass(1050);
+        assert_eq!((sent.map(|frame| frame.id()), rig.state()), (CobId::standard(0x385), state));
+        rig.pass(1050);
     }
-    world(&bench, |inputs| inputs.control_supply_100mv = 0);
-    bench.see(|drive, now| assert_eq!(drive.order(now, Order::Enable), Err(Refused::NotEnabled)));
+    world(&rig, |inputs| inputs.control_supply_100mv = 0);
+    rig.see(|drive, now| assert_eq!(drive.order(now, Order::Enable), Err(Refused::NotEnabled)));
 }
 
 type Act = fn(&mut SimulatedDrive, Instant);
 
 #[test]
 fn a_passive_bus_stays_reported_while_other_things_change() {
-    let mut bench = Bench::new();
-    bench.ask("000#0105");
-    world(&bench, |inputs| inputs.bus = BusState::Passive);
-    assert_eq!(emergencies(&bench.pass(10)).len(), 1);
-    world(&bench, |inputs| inputs.battery_10mv = 300);
-    assert_eq!(emergencies(&bench.pass(10)), [""; 0]);
-    world(&bench, |inputs| inputs.bus = BusState::Active);
-    assert_eq!(emergencies(&bench.pass(10)), ["085#0000000000000000"]);
+    let mut rig = Rig::new();
+    rig.ask("000#0105");
+    world(&rig, |inputs| inputs.bus = BusState::Passive);
+    assert_eq!(emergencies(&rig.pass(10)).len(), 1);
+    world(&rig, |inputs| inputs.battery_10mv = 300);
+    assert_eq!(emergencies(&rig.pass(10)), [""; 0]);
+    world(&rig, |inputs| inputs.bus = BusState::Active);
+    assert_eq!(emergencies(&rig.pass(10)), ["085#0000000000000000"]);
 }
 
 #[test]
 fn a_bus_that_recovers_leaves_faults_as_they_are() {
-    let mut bench = Bench::new();
-    bench.ask("000#0105");
-    world(&bench, |inputs| inputs.internal_error = true);
-    bench.pass(10);
-    let before = bench.read(0x1001, 0);
-    world(&bench, |inputs| inputs.bus = BusState::Passive);
-    bench.pass(10);
-    world(&bench, |inputs| inputs.bus = BusState::Active);
-    assert!(!emergencies(&bench.pass(10)).contains(&"085#0000000000000000"));
+    let mut rig = Rig::new();
+    rig.ask("000#0105");
+    world(&rig, |inputs| inputs.internal_error = true);
+    rig.pass(10);
+    let before = rig.read(0x1001, 0);
+    world(&rig, |inputs| inputs.bus = BusState::Passive);
+    rig.pass(10);
+    world(&rig, |inputs| inputs.bus = BusState::Active);
+    assert!(!emergencies(&rig.pass(10)).contains(&"085#0000000000000000"));
     assert_ne!(before, Ok(0));
-    assert_ne!(bench.read(0x1001, 0), Ok(0));
+    assert_ne!(rig.read(0x1001, 0), Ok(0));
 }
 
 #[test]
 fn the_serial_number_is_that_of_the_setup() {
-    let mut bench = Bench::with(Setup { serial_number: 0x0102_0304, ..Setup::new(&MODEL, NODE) });
-    assert_eq!(bench.read(0x1018, 4), Ok(0x0102_0304));
+    let mut rig = Rig::with(Setup { serial_number: 0x0102_0304, ..Setup::new(&MODEL, NODE) });
+    assert_eq!(rig.read(0x1018, 4), Ok(0x0102_0304));
 }
 
 #[test]
 fn a_script_begins_at_once_and_goes_on_by_frames_and_by_time() {
-    let mut bench = Bench::new();
+    let mut rig = Rig::new();
     let ms = Duration::from_millis;
     let hears = Condition::Nmt(NmtState::Operational);
     let script = Script::default()
         .then(Trigger::At(ms(0)), [Change::Battery(300)])
         .then(Trigger::When { condition: hears, and_then: ms(0) }, [Change::Battery(310)])
         .then(Trigger::After(ms(500)), [Change::Battery(320)]);
-    let seen = |bench: &Bench| bench.see(|drive, _| (drive.inputs().battery_10mv, drive.steps_left()));
-    bench.see(|drive, now| drive.follow(now, script));
-    assert_eq!(seen(&bench), (300, 2));
-    bench.pass(100);
-    assert_eq!(seen(&bench), (300, 2), "it waits for OPERATIONAL");
-    bench.ask("000#0105");
-    assert_eq!(seen(&bench), (310, 1));
-    bench.pass(499);
-    assert_eq!(seen(&bench), (310, 1));
-    bench.pass(1);
-    assert_eq!(seen(&bench), (320, 0));
+    let seen = |rig: &Rig| rig.see(|drive, _| (drive.inputs().battery_10mv, drive.steps_left()));
+    rig.see(|drive, now| drive.follow(now, script));
+    assert_eq!(seen(&rig), (300, 2));
+    rig.pass(100);
+    assert_eq!(seen(&rig), (300, 2), "it waits for OPERATIONAL");
+    rig.ask("000#0105");
+    assert_eq!(seen(&rig), (310, 1));
+    rig.pass(499);
+    assert_eq!(seen(&rig), (310, 1));
+    rig.pass(1);
+    assert_eq!(seen(&rig), (320, 0));
 }
 
 #[test]
 fn what_happens_while_the_drive_is_off_is_no_fault_later() {
-    let mut bench = Bench::new();
-    bench.see(SimulatedDrive::switch_off);
-    world(&bench, |inputs| inputs.internal_error = true);
-    world(&bench, |inputs| inputs.internal_error = false);
-    world(&bench, |inputs| (inputs.control_supply_100mv, inputs.sensor_fails) = (0, true));
-    world(&bench, |inputs| *inputs = Inputs::default());
-    bench.see(SimulatedDrive::switch_on);
-    bench.pass(100);
-    assert!(bench.see(|drive, _| drive.controller().faults().is_empty()));
-    assert_eq!(bench.read(0x1003, 0), Ok(0));
+    let mut rig = Rig::new();
+    rig.see(SimulatedDrive::switch_off);
+    world(&rig, |inputs| inputs.internal_error = true);
+    world(&rig, |inputs| inputs.internal_error = false);
+    world(&rig, |inputs| (inputs.control_supply_100mv, inputs.sensor_fails) = (0, true));
+    world(&rig, |inputs| *inputs = Inputs::default());
+    rig.see(SimulatedDrive::switch_on);
+    rig.pass(100);
+    assert!(rig.see(|drive, _| drive.controller().faults().is_empty()));
+    assert_eq!(rig.read(0x1003, 0), Ok(0));
 }
 
 #[test]
 fn a_drive_whose_bus_takes_its_power_starts_anew_when_it_has_it_again() {
-    let mut bench = Bench::new();
-    let state = |bench: &Bench| bench.see(|drive, _| drive.nmt_state());
-    bench.ask("000#0105");
-    assert_eq!(state(&bench), NmtState::Operational);
-    bench.see(|drive, now| Node::set_power(drive, now, false));
-    bench.pass(100);
-    bench.see(|drive, now| Node::set_power(drive, now, true));
-    bench.pass(2000);
-    assert_eq!(state(&bench), NmtState::PreOperational);
-    bench.ask("000#0105");
-    assert_eq!(state(&bench), NmtState::Operational);
+    let mut rig = Rig::new();
+    let state = |rig: &Rig| rig.see(|drive, _| drive.nmt_state());
+    rig.ask("000#0105");
+    assert_eq!(state(&rig), NmtState::Operational);
+    rig.see(|drive, now| Node::set_power(drive, now, false));
+    rig.pass(100);
+    rig.see(|drive, now| Node::set_power(drive, now, true));
+    rig.pass(2000);
+    assert_eq!(state(&rig), NmtState::PreOperational);
+    rig.ask("000#0105");
+    assert_eq!(state(&rig), NmtState::Operational);
 }

@@ -13,13 +13,13 @@ use siko_ag03_1::sim::{BusLed, DipSwitches, Lights, NonVolatile, Restore, Setup,
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::system;
 
-use super::support::{Bench, NODE};
+use super::support::{NODE, Rig};
 
-impl Bench {
+impl Rig {
     fn booted(drive: SimulatedDrive) -> Self {
-        let mut bench = Bench::of(drive);
-        bench.pass(0);
-        bench
+        let mut rig = Rig::of(drive);
+        rig.pass(0);
+        rig
     }
 
     fn set(&mut self, index: u16, sub: u8, data: &[u8]) {
@@ -29,125 +29,122 @@ impl Bench {
 
 #[test]
 fn a_drive_without_supply_is_dark_and_silent() {
-    let mut bench = Bench::new();
-    bench.set(0x1017, 0, &[100, 0]);
-    bench.see(SimulatedDrive::switch_off);
-    assert_eq!(bench.see(|drive, now| drive.lights(now)), Lights { status: false, bus: false });
-    assert!(bench.pass(1000).is_empty());
-    assert!(bench.ask("605#4000100000000000").is_empty());
-    assert_eq!(bench.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::Off, BusLed::Off));
-    bench.see(SimulatedDrive::switch_on);
-    assert_eq!(bench.pass(1000), ["705#00"], "the heartbeat is not stored");
-    assert_eq!(bench.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::On, BusLed::Blinks));
+    let mut rig = Rig::new();
+    rig.set(0x1017, 0, &[100, 0]);
+    rig.see(SimulatedDrive::switch_off);
+    assert_eq!(rig.see(|drive, now| drive.lights(now)), Lights { status: false, bus: false });
+    assert!(rig.pass(1000).is_empty());
+    assert!(rig.ask("605#4000100000000000").is_empty());
+    assert_eq!(rig.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::Off, BusLed::Off));
+    rig.see(SimulatedDrive::switch_on);
+    assert_eq!(rig.pass(1000), ["705#00"], "the heartbeat is not stored");
+    assert_eq!(rig.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::On, BusLed::Blinks));
 }
 
 #[test]
 fn the_supply_of_the_control_is_what_keeps_the_drive_on() {
-    let mut bench = Bench::new();
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.control_supply_100mv = 99));
-    assert!(!bench.see(|drive, _| drive.is_on()));
-    bench.see(SimulatedDrive::switch_on);
-    assert!(!bench.see(|drive, _| drive.is_on()), "switched on, but not supplied");
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.control_supply_100mv = 240));
-    assert_eq!(bench.pass(0), ["705#00"]);
+    let mut rig = Rig::new();
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.control_supply_100mv = 99));
+    assert!(!rig.see(|drive, _| drive.is_on()));
+    rig.see(SimulatedDrive::switch_on);
+    assert!(!rig.see(|drive, _| drive.is_on()), "switched on, but not supplied");
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.control_supply_100mv = 240));
+    assert_eq!(rig.pass(0), ["705#00"]);
     let mut unsupplied = Setup::new(&MODEL, NODE);
     unsupplied.inputs.control_supply_100mv = 0;
-    assert!(Bench::booted(SimulatedDrive::power_on(Instant::ZERO, unsupplied)).pass(1000).is_empty());
+    assert!(Rig::booted(SimulatedDrive::power_on(Instant::ZERO, unsupplied)).pass(1000).is_empty());
 }
 
 #[test]
 fn a_shaft_that_loses_its_supply_runs_out_and_is_not_forgotten() {
-    let mut bench = Bench::new();
-    bench.enable();
-    bench.travel_to(5000);
-    bench.pass(1000);
-    let there = bench.see(|drive, now| drive.position(now));
-    bench.see(SimulatedDrive::switch_off);
+    let mut rig = Rig::new();
+    rig.enable();
+    rig.travel_to(5000);
+    rig.pass(1000);
+    let there = rig.see(|drive, now| drive.position(now));
+    rig.see(SimulatedDrive::switch_off);
     // 800 increments/s, and 3200/s2 against it: 250 ms and 100 increments.
-    bench.pass(125);
-    assert_eq!(bench.see(|drive, now| drive.position(now)), there + 75);
-    bench.see(SimulatedDrive::switch_on);
-    bench.pass(1000);
-    assert_eq!(bench.see(|drive, now| (drive.position(now), drive.state())), (there + 100, State::SwitchOnDisabled));
+    rig.pass(125);
+    assert_eq!(rig.see(|drive, now| drive.position(now)), there + 75);
+    rig.see(SimulatedDrive::switch_on);
+    rig.pass(1000);
+    assert_eq!(rig.see(|drive, now| (drive.position(now), drive.state())), (there + 100, State::SwitchOnDisabled));
 }
 
 /// "In position" refers to the travel before until then, and to 607Ah afterwards, which is 0 again.
 #[test]
 fn a_reset_forgets_the_travel_before() {
-    let mut bench = Bench::new();
-    bench.enable();
-    bench.travel_to(100);
-    bench.pass(5000);
+    let mut rig = Rig::new();
+    rig.enable();
+    rig.travel_to(100);
+    rig.pass(5000);
     let in_position =
-        |bench: &Bench| bench.see(|drive, now| drive.controller().system_status(now)) & system::IN_POSITION != 0;
-    assert!(in_position(&bench));
-    bench.ask("000#8105");
-    bench.pass(1000);
-    assert!(!in_position(&bench));
+        |rig: &Rig| rig.see(|drive, now| drive.controller().system_status(now)) & system::IN_POSITION != 0;
+    assert!(in_position(&rig));
+    rig.ask("000#8105");
+    rig.pass(1000);
+    assert!(!in_position(&rig));
 }
 
 #[test]
 fn a_shaft_that_brakes_when_it_loses_its_supply_runs_out() {
-    let mut bench = Bench::new();
-    bench.enable();
-    bench.travel_to(5000);
-    bench.pass(1000);
-    bench.ask("205#0B01");
-    let there = bench.see(|drive, now| drive.position(now));
-    bench.see(SimulatedDrive::switch_off);
-    bench.pass(1000);
-    assert_eq!(bench.see(|drive, now| drive.position(now)), there + 100);
+    let mut rig = Rig::new();
+    rig.enable();
+    rig.travel_to(5000);
+    rig.pass(1000);
+    rig.ask("205#0B01");
+    let there = rig.see(|drive, now| drive.position(now));
+    rig.see(SimulatedDrive::switch_off);
+    rig.pass(1000);
+    assert_eq!(rig.see(|drive, now| drive.position(now)), there + 100);
 }
 
 #[test]
 fn a_reset_under_way_releases_the_motor() {
     for command in [0x81, 0x82] {
-        let mut bench = Bench::new();
-        bench.enable();
-        bench.travel_to(5000);
-        bench.pass(1000);
-        let there = bench.see(|drive, now| drive.position(now));
-        assert!(bench.ask(&format!("000#{command:02X}05")).contains(&"705#00".into()));
-        assert_eq!(bench.see(|drive, now| drive.controller().motor(now)), Motor::Released);
-        bench.pass(1000);
-        assert_eq!(bench.see(|drive, now| drive.position(now)), there + 100);
+        let mut rig = Rig::new();
+        rig.enable();
+        rig.travel_to(5000);
+        rig.pass(1000);
+        let there = rig.see(|drive, now| drive.position(now));
+        assert!(rig.ask(&format!("000#{command:02X}05")).contains(&"705#00".into()));
+        assert_eq!(rig.see(|drive, now| drive.controller().motor(now)), Motor::Released);
+        rig.pass(1000);
+        assert_eq!(rig.see(|drive, now| drive.position(now)), there + 100);
     }
 }
 
 /// Two parameters, one of each set, after restoring by switches.
 #[track_caller]
 fn restores(which: Restore, standard: u32, controller: u32) {
-    let mut bench = Bench::new();
-    bench.set(0x6067, 0, &[11, 0]);
-    bench.set(0x2410, 4, &[51]);
-    bench.set(0x2100, 0, &[9]);
-    bench.enable();
-    bench.travel_to(100);
-    bench.pass(5000);
-    bench.see(SimulatedDrive::switch_off);
-    bench.see(|drive, _| drive.set_switches(drive.switches().with_restore(Some(which))));
-    bench.see(SimulatedDrive::switch_on);
-    assert!(bench.pass(1000).is_empty(), "its switches set no address");
-    assert_eq!(
-        bench.see(|drive, _| (drive.status_led(), drive.bus_led())),
-        (StatusLed::Alternates, BusLed::Alternates)
-    );
+    let mut rig = Rig::new();
+    rig.set(0x6067, 0, &[11, 0]);
+    rig.set(0x2410, 4, &[51]);
+    rig.set(0x2100, 0, &[9]);
+    rig.enable();
+    rig.travel_to(100);
+    rig.pass(5000);
+    rig.see(SimulatedDrive::switch_off);
+    rig.see(|drive, _| drive.set_switches(drive.switches().with_restore(Some(which))));
+    rig.see(SimulatedDrive::switch_on);
+    assert!(rig.pass(1000).is_empty(), "its switches set no address");
+    assert_eq!(rig.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::Alternates, BusLed::Alternates));
     let lights: Vec<_> = (0..4)
         .map(|_| {
-            bench.pass(200);
-            bench.see(|drive, now| drive.lights(now))
+            rig.pass(200);
+            rig.see(|drive, now| drive.lights(now))
         })
         .collect();
     assert!(lights.iter().all(|lights| lights.status != lights.bus), "{lights:?}");
     assert!(lights.windows(2).all(|pair| pair[0].status != pair[1].status), "{lights:?}");
-    bench.see(SimulatedDrive::switch_off);
-    bench.see(|drive, _| drive.set_switches(drive.switches().with_restore(None).with_node(NODE)));
-    bench.see(SimulatedDrive::switch_on);
-    assert_eq!(bench.pass(0), ["705#00"]);
-    let parameters = bench.see(|drive, _| (drive.stored(od::POSITION_WINDOW).0, drive.parameters().a_pos));
+    rig.see(SimulatedDrive::switch_off);
+    rig.see(|drive, _| drive.set_switches(drive.switches().with_restore(None).with_node(NODE)));
+    rig.see(SimulatedDrive::switch_on);
+    assert_eq!(rig.pass(0), ["705#00"]);
+    let parameters = rig.see(|drive, _| (drive.stored(od::POSITION_WINDOW).0, drive.parameters().a_pos));
     assert_eq!(parameters, (standard as u16, controller as u8), "{which:?}");
-    assert_eq!(bench.see(|drive, now| drive.position(now)), 100, "the position is no parameter");
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 250_000, "7.12.2.10: neither is the bit rate");
+    assert_eq!(rig.see(|drive, now| drive.position(now)), 100, "the position is no parameter");
+    assert_eq!(rig.see(|drive, _| drive.bit_rate()), 250_000, "7.12.2.10: neither is the bit rate");
 }
 
 #[test]
@@ -159,50 +156,50 @@ fn factory_settings_are_restored_by_the_switches() {
 
 #[test]
 fn a_new_bit_rate_holds_from_the_next_initialisation_on() {
-    let mut bench = Bench::new();
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 500_000);
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(500_000)));
-    bench.set(0x2100, 0, &[7]);
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 500_000);
-    assert!(bench.ask("000#8205").is_empty(), "it boots, but at 125 kbit/s it is not heard here");
-    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 125_000);
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(125_000)));
-    assert_eq!(bench.pass(0), ["705#00"]);
+    let mut rig = Rig::new();
+    assert_eq!(rig.see(|drive, _| drive.bit_rate()), 500_000);
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(500_000)));
+    rig.set(0x2100, 0, &[7]);
+    assert_eq!(rig.see(|drive, _| drive.bit_rate()), 500_000);
+    assert!(rig.ask("000#8205").is_empty(), "it boots, but at 125 kbit/s it is not heard here");
+    assert_eq!(rig.see(|drive, _| drive.bit_rate()), 125_000);
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(125_000)));
+    assert_eq!(rig.pass(0), ["705#00"]);
 }
 
 #[test]
 fn the_bus_led_tells_the_nmt_state_and_the_status_led_the_first_fault() {
-    let mut bench = Bench::new();
+    let mut rig = Rig::new();
     // What is lit in each 100 ms, from power-on.
-    let lights = |bench: &mut Bench, look: fn(siko_ag03_1::sim::Lights) -> bool| -> String {
+    let lights = |rig: &mut Rig, look: fn(siko_ag03_1::sim::Lights) -> bool| -> String {
         let mut seen = String::new();
         for _ in 0..12 {
-            let lit = bench.see(|drive, now| look(drive.lights(now)));
+            let lit = rig.see(|drive, now| look(drive.lights(now)));
             seen.push(if lit { '#' } else { '.' });
-            bench.pass(100);
+            rig.pass(100);
         }
         seen
     };
-    assert_eq!(lights(&mut bench, |lights| lights.bus), "##..##..##..");
+    assert_eq!(lights(&mut rig, |lights| lights.bus), "##..##..##..");
     for (command, state, expected) in [
         (1, NmtState::Operational, "############"),
         (2, NmtState::Stopped, "..##........"),
         (0x80, NmtState::PreOperational, "##..##..##.."),
     ] {
-        bench.ask(&format!("000#{command:02X}05"));
-        assert_eq!(bench.see(|drive, _| drive.nmt_state()), state);
-        assert_eq!(lights(&mut bench, |lights| lights.bus), expected);
+        rig.ask(&format!("000#{command:02X}05"));
+        assert_eq!(rig.see(|drive, _| drive.nmt_state()), state);
+        assert_eq!(lights(&mut rig, |lights| lights.bus), expected);
     }
-    assert_eq!(lights(&mut bench, |lights| lights.status), "############");
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.output_stage_supply_100mv = 0));
-    assert_eq!(lights(&mut bench, |lights| lights.status), "............");
+    assert_eq!(lights(&mut rig, |lights| lights.status), "############");
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.output_stage_supply_100mv = 0));
+    assert_eq!(lights(&mut rig, |lights| lights.status), "............");
     // Fault B and then fault D: the first one counts.
-    bench.see(|drive, now| {
+    rig.see(|drive, now| {
         drive.set_inputs(now, |inputs| inputs.force(FaultKind::ShaftBlocked));
         drive.set_inputs(now, |inputs| inputs.temperature_100mdegc = 950);
     });
-    assert_eq!(bench.see(|drive, _| drive.status_led()), StatusLed::Blinks(2));
-    let seen = [lights(&mut bench, |lights| lights.status), lights(&mut bench, |lights| lights.status)].concat();
+    assert_eq!(rig.see(|drive, _| drive.status_led()), StatusLed::Blinks(2));
+    let seen = [lights(&mut rig, |lights| lights.status), lights(&mut rig, |lights| lights.status)].concat();
     assert!(seen.contains("..........##..##") || seen.contains("##..##.........."), "{seen}");
 }
 
@@ -234,19 +231,19 @@ impl Drop for File {
 #[test]
 fn the_eeprom_survives_as_a_file() {
     let file = File::new("survives");
-    let mut bench = Bench::booted(file.drive());
-    bench.set(0x2410, 1, &[7, 0]);
-    bench.set(0x2450, 0, &[50]);
+    let mut rig = Rig::booted(file.drive());
+    rig.set(0x2410, 1, &[7, 0]);
+    rig.set(0x2450, 0, &[50]);
     assert_eq!(file.read().eeprom[&od::MOTOR_PARAMETER_SET.controller_parameter_p().address()], 7);
-    bench.enable();
-    bench.travel_to(100);
-    bench.pass(100);
+    rig.enable();
+    rig.travel_to(100);
+    rig.pass(100);
     assert_eq!(file.read().position, 0, "the position is written at rest");
-    bench.pass(5000);
+    rig.pass(5000);
     assert_eq!(file.read().position, 100);
-    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.internal_error = true));
-    drop(bench);
-    let again = Bench::booted(file.drive());
+    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.internal_error = true));
+    drop(rig);
+    let again = Rig::booted(file.drive());
     again.see(|drive, now| {
         assert_eq!(drive.stored(od::MOTOR_PARAMETER_SET.controller_parameter_p()), 7);
         assert_eq!(drive.stored(od::INCHING_2_OFFSET).0, 100, "it is not stored");
@@ -302,15 +299,15 @@ fn a_file_that_cannot_be_written_is_told_of() {
 /// What a link that leaves out other frames has to know, and when.
 #[test]
 fn what_concerns_the_drive_follows_its_switches() {
-    let mut bench = Bench::new();
-    let known = |bench: &mut Bench| bench.see(|drive, _| (drive.generation(), drive.concerns()));
+    let mut rig = Rig::new();
+    let known = |rig: &mut Rig| rig.see(|drive, _| (drive.generation(), drive.concerns()));
     let control = |node: u8| CobId::of_node(0x200, NodeId::new(node).unwrap());
-    let (first, concerns) = known(&mut bench);
+    let (first, concerns) = known(&mut rig);
     assert!(concerns.contains(&control(5)) && !concerns.contains(&control(6)));
-    bench.drive.lock().unwrap().set_switches(DipSwitches::for_node(NodeId::literal(6)));
-    assert_eq!(known(&mut bench), (first, concerns));
-    bench.see(SimulatedDrive::power_cycle);
-    let (second, concerns) = known(&mut bench);
+    rig.drive.lock().unwrap().set_switches(DipSwitches::for_node(NodeId::literal(6)));
+    assert_eq!(known(&mut rig), (first, concerns));
+    rig.see(SimulatedDrive::power_cycle);
+    let (second, concerns) = known(&mut rig);
     assert!(concerns.contains(&control(6)) && !concerns.contains(&control(5)));
     assert_ne!(first, second);
 }

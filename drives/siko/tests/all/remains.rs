@@ -1,6 +1,6 @@
 //! What an order, a stop, a fault or a reset leaves behind, and what it does not.
 
-use super::controller_rig::Bench;
+use super::controller_rig::Rig;
 use lexican_runtime::{Duration, Instant};
 use siko_ag03_1::fault::{self, register};
 use siko_ag03_1::sim::MODEL;
@@ -11,34 +11,34 @@ use siko_ag03_1::sim::parameters::{Mode, Parameters};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{control, generic, status, system};
 
-fn in_velocity_mode() -> Bench {
-    let mut bench = Bench::enabled(Parameters { mode: Mode::Velocity, target_velocity: 30, ..Parameters::default() });
-    bench.control(0x000F);
-    bench.pass_ms(1000);
-    bench
+fn in_velocity_mode() -> Rig {
+    let mut rig = Rig::enabled(Parameters { mode: Mode::Velocity, target_velocity: 30, ..Parameters::default() });
+    rig.control(0x000F);
+    rig.pass_ms(1000);
+    rig
 }
 
-fn enable(bench: &mut Bench) {
-    [0x0106, 0x0107, 0x010F].into_iter().for_each(|word| bench.control(word));
-    assert_eq!(bench.controller.state(), State::OperationEnabled);
+fn enable(rig: &mut Rig) {
+    [0x0106, 0x0107, 0x010F].into_iter().for_each(|word| rig.control(word));
+    assert_eq!(rig.controller.state(), State::OperationEnabled);
 }
 
 /// A drive that has travelled to 5000, and then was given another target without an order.
-fn arrived() -> Bench {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(5000);
-    bench.pass_ms(60_000);
-    bench.control(0x000F);
-    bench.set(|parameters| parameters.target_position = 0);
-    bench
+fn arrived() -> Rig {
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(5000);
+    rig.pass_ms(60_000);
+    rig.control(0x000F);
+    rig.set(|parameters| parameters.target_position = 0);
+    rig
 }
 
-fn is_in_position(bench: &Bench) -> bool {
-    bench.controller.system_status(bench.now) & system::IN_POSITION != 0
+fn is_in_position(rig: &Rig) -> bool {
+    rig.controller.system_status(rig.now) & system::IN_POSITION != 0
 }
 
-fn torque_is_deactivated(bench: &Bench) -> bool {
-    bench.controller.generic_status() & generic::TORQUE_DEACTIVATED != 0
+fn torque_is_deactivated(rig: &Rig) -> bool {
+    rig.controller.generic_status() & generic::TORQUE_DEACTIVATED != 0
 }
 
 #[test]
@@ -47,142 +47,142 @@ fn a_new_controller_has_the_faults_and_the_load_that_are_there() {
     let inputs = Inputs { internal_error: true, ..Inputs::default() };
     assert_eq!(Controller::new(&MODEL, now, Parameters::default(), inputs, 0).faults(), [fault::INTERNAL]);
     let inputs = Inputs { attainable_rpm: Some(20), ..Inputs::default() };
-    let mut bench = Bench::new(Parameters::default());
-    (bench.controller, bench.inputs) = (Controller::new(&MODEL, now, Parameters::default(), inputs, 0), inputs);
-    bench.controller.set_network(now, Network::Operational);
-    enable(&mut bench);
-    bench.control(0x000F);
-    bench.travel_to(5000);
-    bench.pass_ms(1000);
-    assert_eq!(bench.controller.velocity(bench.now), 20);
+    let mut rig = Rig::new(Parameters::default());
+    (rig.controller, rig.inputs) = (Controller::new(&MODEL, now, Parameters::default(), inputs, 0), inputs);
+    rig.controller.set_network(now, Network::Operational);
+    enable(&mut rig);
+    rig.control(0x000F);
+    rig.travel_to(5000);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.velocity(rig.now), 20);
 }
 
 #[test]
 fn leaving_operational_forgets_the_control_word() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.world(|inputs| inputs.internal_error = true);
-    bench.control(control::FAULT_RESET);
-    bench.world(|inputs| inputs.internal_error = false);
-    assert_eq!(bench.controller.state(), State::Fault, "the cause was still there");
-    bench.controller.set_network(bench.now, Network::PreOperational);
-    bench.controller.set_network(bench.now, Network::Operational);
-    bench.control(control::FAULT_RESET);
-    assert_eq!(bench.controller.state(), State::SwitchOnDisabled);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.world(|inputs| inputs.internal_error = true);
+    rig.control(control::FAULT_RESET);
+    rig.world(|inputs| inputs.internal_error = false);
+    assert_eq!(rig.controller.state(), State::Fault, "the cause was still there");
+    rig.controller.set_network(rig.now, Network::PreOperational);
+    rig.controller.set_network(rig.now, Network::Operational);
+    rig.control(control::FAULT_RESET);
+    assert_eq!(rig.controller.state(), State::SwitchOnDisabled);
 }
 
 #[test]
 fn a_velocity_that_was_stopped_stands_whatever_target_comes() {
-    let mut bench = in_velocity_mode();
-    bench.control(0x010F);
-    bench.pass_ms(1000);
-    bench.set(|parameters| parameters.target_velocity = 60);
-    bench.pass_ms(1000);
-    assert_eq!(bench.controller.velocity(bench.now), 0);
+    let mut rig = in_velocity_mode();
+    rig.control(0x010F);
+    rig.pass_ms(1000);
+    rig.set(|parameters| parameters.target_velocity = 60);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.velocity(rig.now), 0);
 }
 
 #[test]
 fn a_velocity_that_a_fault_has_ended_stands_whatever_target_comes() {
-    let mut bench = in_velocity_mode();
-    bench.world(|inputs| inputs.internal_error = true);
-    bench.pass_ms(1000);
-    bench.set(|parameters| parameters.target_velocity = 60);
-    bench.pass_ms(1000);
-    assert_eq!(bench.controller.velocity(bench.now), 0);
+    let mut rig = in_velocity_mode();
+    rig.world(|inputs| inputs.internal_error = true);
+    rig.pass_ms(1000);
+    rig.set(|parameters| parameters.target_velocity = 60);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.velocity(rig.now), 0);
 }
 
 /// 2410h:06 is of no meaning for the ramp that is under way, when other parameters change too.
 #[test]
 fn an_acceleration_holds_from_the_next_order_on() {
-    let mut bench = Bench::enabled(Parameters { mode: Mode::Velocity, target_velocity: 60, ..Parameters::default() });
-    bench.control(0x000F);
-    bench.set(|parameters| parameters.a_rot = 100);
-    bench.world(|inputs| inputs.load_ma = 700);
+    let mut rig = Rig::enabled(Parameters { mode: Mode::Velocity, target_velocity: 60, ..Parameters::default() });
+    rig.control(0x000F);
+    rig.set(|parameters| parameters.a_rot = 100);
+    rig.world(|inputs| inputs.load_ma = 700);
     // 50 %: 2 rev/s2.
-    bench.pass_ms(250);
-    assert_eq!(bench.controller.velocity(bench.now), 30);
-    bench.set(|parameters| parameters.target_velocity = 90);
-    bench.pass_ms(125);
-    assert_eq!(bench.controller.velocity(bench.now), 60);
+    rig.pass_ms(250);
+    assert_eq!(rig.controller.velocity(rig.now), 30);
+    rig.set(|parameters| parameters.target_velocity = 90);
+    rig.pass_ms(125);
+    assert_eq!(rig.controller.velocity(rig.now), 60);
 }
 
 #[test]
 fn a_new_travel_ends_the_torque_deactivation_of_the_one_before() {
-    let mut bench = Bench::enabled(Parameters { torque_deactivation: 29, ..Parameters::default() });
-    bench.travel_to(5000);
-    assert!(torque_is_deactivated(&bench), "600 mA are 30 %");
-    bench.control(0x0000);
-    bench.pass_ms(1000);
-    bench.world(|inputs| inputs.load_ma = 100);
-    enable(&mut bench);
-    assert!(torque_is_deactivated(&bench));
-    bench.control(0x000F);
-    bench.travel_to(6000);
-    assert!(!torque_is_deactivated(&bench));
+    let mut rig = Rig::enabled(Parameters { torque_deactivation: 29, ..Parameters::default() });
+    rig.travel_to(5000);
+    assert!(torque_is_deactivated(&rig), "600 mA are 30 %");
+    rig.control(0x0000);
+    rig.pass_ms(1000);
+    rig.world(|inputs| inputs.load_ma = 100);
+    enable(&mut rig);
+    assert!(torque_is_deactivated(&rig));
+    rig.control(0x000F);
+    rig.travel_to(6000);
+    assert!(!torque_is_deactivated(&rig));
 }
 
 /// 2 A are 100 %.
 #[test]
 fn torque_is_deactivated_above_its_threshold_and_at_once() {
     for (load_ma, deactivated) in [(2000, false), (2019, false), (2020, true)] {
-        let mut bench = Bench::enabled(Parameters { torque_deactivation: 100, ..Parameters::default() });
-        bench.world(|inputs| inputs.load_ma = load_ma);
-        bench.travel_to(5000);
-        assert_eq!(torque_is_deactivated(&bench), deactivated, "{load_ma} mA");
+        let mut rig = Rig::enabled(Parameters { torque_deactivation: 100, ..Parameters::default() });
+        rig.world(|inputs| inputs.load_ma = load_ma);
+        rig.travel_to(5000);
+        assert_eq!(torque_is_deactivated(&rig), deactivated, "{load_ma} mA");
     }
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(5000);
-    bench.set(|parameters| parameters.torque_deactivation = 20);
-    assert!(torque_is_deactivated(&bench));
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(5000);
+    rig.set(|parameters| parameters.torque_deactivation = 20);
+    assert!(torque_is_deactivated(&rig));
 }
 
 #[test]
 fn a_travel_that_stop_has_interrupted_is_not_deactivated_as_well() {
-    let mut bench = Bench::enabled(Parameters { torque_deactivation: 50, ..Parameters::default() });
-    bench.travel_to(5000);
-    bench.pass_ms(1000);
-    bench.control(0x011F);
-    bench.world(|inputs| inputs.load_ma = 2000);
-    bench.pass_ms(50);
-    assert!(!torque_is_deactivated(&bench));
+    let mut rig = Rig::enabled(Parameters { torque_deactivation: 50, ..Parameters::default() });
+    rig.travel_to(5000);
+    rig.pass_ms(1000);
+    rig.control(0x011F);
+    rig.world(|inputs| inputs.load_ma = 2000);
+    rig.pass_ms(50);
+    assert!(!torque_is_deactivated(&rig));
 }
 
 #[test]
 fn a_travel_that_was_released_is_not_resumed() {
     for blocked in [false, true] {
-        let mut bench = Bench::enabled(Parameters::default());
-        bench.travel_to(5000);
-        bench.pass_ms(1000);
+        let mut rig = Rig::enabled(Parameters::default());
+        rig.travel_to(5000);
+        rig.pass_ms(1000);
         if blocked {
-            bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+            rig.world(|inputs| inputs.shaft = Shaft::Blocked);
         } else {
-            bench.control(0x011F);
-            bench.pass_ms(1000);
+            rig.control(0x011F);
+            rig.pass_ms(1000);
         }
-        bench.control(0x0000);
-        assert!(!bench.controller.is_travelling(bench.now), "blocked: {blocked}");
-        bench.world(|inputs| inputs.shaft = Shaft::Free);
-        enable(&mut bench);
-        let there = bench.controller.position(bench.now);
-        bench.control(0x000F);
-        bench.pass_ms(1000);
-        assert_eq!(bench.controller.position(bench.now), there, "blocked: {blocked}");
+        rig.control(0x0000);
+        assert!(!rig.controller.is_travelling(rig.now), "blocked: {blocked}");
+        rig.world(|inputs| inputs.shaft = Shaft::Free);
+        enable(&mut rig);
+        let there = rig.controller.position(rig.now);
+        rig.control(0x000F);
+        rig.pass_ms(1000);
+        assert_eq!(rig.controller.position(rig.now), there, "blocked: {blocked}");
     }
 }
 
 #[test]
 fn a_travel_that_has_arrived_stays_known() {
-    let disabled = |bench: &mut Bench| bench.control(0x0000);
-    let in_fault = |bench: &mut Bench| bench.world(|inputs| inputs.internal_error = true);
-    let in_the_other_mode = |bench: &mut Bench| {
-        bench.set(|parameters| parameters.mode = Mode::Velocity);
-        bench.control(0x010F);
-        bench.set(|parameters| parameters.mode = Mode::Positioning);
+    let disabled = |rig: &mut Rig| rig.control(0x0000);
+    let in_fault = |rig: &mut Rig| rig.world(|inputs| inputs.internal_error = true);
+    let in_the_other_mode = |rig: &mut Rig| {
+        rig.set(|parameters| parameters.mode = Mode::Velocity);
+        rig.control(0x010F);
+        rig.set(|parameters| parameters.mode = Mode::Positioning);
     };
     for happen in [disabled, in_fault, in_the_other_mode] {
-        let mut bench = arrived();
-        happen(&mut bench);
-        bench.pass_ms(1000);
-        assert!(is_in_position(&bench) && bench.has(status::TARGET_REACHED));
+        let mut rig = arrived();
+        happen(&mut rig);
+        rig.pass_ms(1000);
+        assert!(is_in_position(&rig) && rig.has(status::TARGET_REACHED));
     }
 }
 
@@ -191,102 +191,102 @@ fn a_travel_that_has_arrived_stays_known() {
 fn what_starts_nothing_replaces_nothing() {
     for (limits, key) in [([0, 5000], Key::CounterClockwise), ([5000, 9000], Key::Clockwise)] {
         for by_key in [false, true] {
-            let mut bench = Bench::enabled(Parameters::default());
-            bench.travel_to(5000);
-            bench.pass_ms(60_000);
-            bench.set(|parameters| {
+            let mut rig = Rig::enabled(Parameters::default());
+            rig.travel_to(5000);
+            rig.pass_ms(60_000);
+            rig.set(|parameters| {
                 (parameters.limits, parameters.target_position) = (limits, 0);
                 parameters.delta_inch = if key == Key::Clockwise { -100 } else { 100 };
             });
             if by_key {
-                bench.controller.set_network(bench.now, Network::PreOperational);
-                bench.world(|inputs| inputs.key = Some(key));
+                rig.controller.set_network(rig.now, Network::PreOperational);
+                rig.world(|inputs| inputs.key = Some(key));
             } else {
-                bench.control(0x000F);
-                bench.control(0x000F | control::INCHING_1);
+                rig.control(0x000F);
+                rig.control(0x000F | control::INCHING_1);
             }
-            bench.pass_ms(1000);
-            assert_eq!(bench.controller.position(bench.now), 5000);
-            assert!(is_in_position(&bench), "{key:?}, by key: {by_key}");
+            rig.pass_ms(1000);
+            assert_eq!(rig.controller.position(rig.now), 5000);
+            assert!(is_in_position(&rig), "{key:?}, by key: {by_key}");
         }
     }
 }
 
 #[test]
 fn a_target_is_reached_at_the_end_of_the_travel_and_not_in_its_window() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(5);
-    assert!(is_in_position(&bench) && !bench.has(status::TARGET_REACHED));
-    bench.pass_ms(1000);
-    assert!(bench.has(status::TARGET_REACHED));
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(5);
+    assert!(is_in_position(&rig) && !rig.has(status::TARGET_REACHED));
+    rig.pass_ms(1000);
+    assert!(rig.has(status::TARGET_REACHED));
 }
 
 /// A turn that was made is not made again when the load or the shaft lets the drive go on.
 #[test]
 fn a_loop_turns_once() {
     for held in [false, true] {
-        let mut bench = Bench::enabled(Parameters { positioning_type: 1, ..Parameters::default() });
-        bench.travel_to(-1000);
+        let mut rig = Rig::enabled(Parameters { positioning_type: 1, ..Parameters::default() });
+        rig.travel_to(-1000);
         // 1800 increments take 2.5 s.
-        bench.pass_ms(3000);
-        let there = bench.controller.position(bench.now);
+        rig.pass_ms(3000);
+        let there = rig.controller.position(rig.now);
         if held {
-            bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-            bench.pass_ms(100);
-            bench.world(|inputs| inputs.shaft = Shaft::Free);
+            rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+            rig.pass_ms(100);
+            rig.world(|inputs| inputs.shaft = Shaft::Free);
         } else {
-            bench.world(|inputs| inputs.attainable_rpm = Some(20));
+            rig.world(|inputs| inputs.attainable_rpm = Some(20));
         }
-        bench.pass_ms(300);
-        assert!(bench.controller.position(bench.now) > there && bench.controller.velocity(bench.now) > 0, "{held}");
-        bench.pass_ms(60_000);
-        assert_eq!(bench.controller.position(bench.now), -1000);
+        rig.pass_ms(300);
+        assert!(rig.controller.position(rig.now) > there && rig.controller.velocity(rig.now) > 0, "{held}");
+        rig.pass_ms(60_000);
+        assert_eq!(rig.controller.position(rig.now), -1000);
     }
 }
 
 #[test]
 fn a_shaft_that_is_held_at_rest_or_without_a_job_is_not_blocked() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    bench.pass_ms(5000);
-    assert_eq!(bench.controller.faults(), []);
-    bench.world(|inputs| inputs.shaft = Shaft::Free);
-    bench.travel_to(5000);
-    bench.pass_ms(1000);
-    bench.control(0x0002);
-    bench.pass_ms(50);
-    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    bench.pass_ms(5000);
-    assert_eq!(bench.controller.faults(), []);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+    rig.pass_ms(5000);
+    assert_eq!(rig.controller.faults(), []);
+    rig.world(|inputs| inputs.shaft = Shaft::Free);
+    rig.travel_to(5000);
+    rig.pass_ms(1000);
+    rig.control(0x0002);
+    rig.pass_ms(50);
+    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+    rig.pass_ms(5000);
+    assert_eq!(rig.controller.faults(), []);
 }
 
 #[test]
 fn a_shaft_that_is_held_after_its_travel_is_not_blocked() {
-    let mut bench = arrived();
-    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    bench.pass_ms(5000);
-    assert_eq!(bench.controller.faults(), []);
+    let mut rig = arrived();
+    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+    rig.pass_ms(5000);
+    assert_eq!(rig.controller.faults(), []);
 }
 
 #[test]
 fn a_step_is_not_deactivated() {
-    let mut bench = Bench::enabled(Parameters { torque_deactivation: 20, ..Parameters::default() });
-    bench.control(0x000F);
-    bench.control(0x000F | control::INCHING_1);
-    bench.pass_ms(100);
-    assert!(bench.controller.is_travelling(bench.now) && !torque_is_deactivated(&bench));
+    let mut rig = Rig::enabled(Parameters { torque_deactivation: 20, ..Parameters::default() });
+    rig.control(0x000F);
+    rig.control(0x000F | control::INCHING_1);
+    rig.pass_ms(100);
+    assert!(rig.controller.is_travelling(rig.now) && !torque_is_deactivated(&rig));
 }
 
 /// Parameter 26 has released the motor: another load does not bring the shaft back.
 #[test]
 fn another_load_moves_nothing_that_has_arrived() {
-    let mut bench = Bench::enabled(Parameters { in_position_mode: 2, ..Parameters::default() });
-    bench.travel_to(1000);
-    bench.pass_ms(60_000);
-    assert!(bench.controller.turn_shaft(bench.now, 100));
-    bench.world(|inputs| inputs.attainable_rpm = Some(20));
-    bench.pass_ms(5000);
-    assert_eq!(bench.controller.position(bench.now), 1100);
+    let mut rig = Rig::enabled(Parameters { in_position_mode: 2, ..Parameters::default() });
+    rig.travel_to(1000);
+    rig.pass_ms(60_000);
+    assert!(rig.controller.turn_shaft(rig.now, 100));
+    rig.world(|inputs| inputs.attainable_rpm = Some(20));
+    rig.pass_ms(5000);
+    assert_eq!(rig.controller.position(rig.now), 1100);
 }
 
 /// What stops or resumes a travel does nothing where there is nothing to stop or to resume.
@@ -314,67 +314,67 @@ fn only_a_travel_under_way_is_interrupted_and_only_once() {
 
 #[test]
 fn what_is_due_is_said_at_once_and_to_the_millisecond() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(9000);
-    bench.world(|inputs| inputs.load_ma = 2401);
-    let begun = bench.now;
-    assert_eq!(bench.controller.next_event(), Some(begun + Duration::from_secs(4)));
-    bench.pass_ms(4000);
-    assert_eq!(bench.controller.faults(), [fault::OVERCURRENT]);
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(9000);
-    bench.pass_ms(1000);
-    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    assert_eq!(bench.controller.next_event(), Some(bench.now + Duration::from_millis(500)));
-    bench.controller.set_network(bench.now, Network::PreOperational);
-    assert_eq!(bench.controller.next_event(), None);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(9000);
+    rig.world(|inputs| inputs.load_ma = 2401);
+    let begun = rig.now;
+    assert_eq!(rig.controller.next_event(), Some(begun + Duration::from_secs(4)));
+    rig.pass_ms(4000);
+    assert_eq!(rig.controller.faults(), [fault::OVERCURRENT]);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(9000);
+    rig.pass_ms(1000);
+    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+    assert_eq!(rig.controller.next_event(), Some(rig.now + Duration::from_millis(500)));
+    rig.controller.set_network(rig.now, Network::PreOperational);
+    assert_eq!(rig.controller.next_event(), None);
 }
 
 /// While it still brakes, too: what has caused the fault begins anew.
 #[test]
 fn a_fault_is_reset_when_its_cause_is_gone() {
     for load_ma in [600, 3000] {
-        let mut bench = Bench::enabled(Parameters::default());
-        bench.world(|inputs| inputs.load_ma = load_ma);
-        bench.travel_to(9000);
+        let mut rig = Rig::enabled(Parameters::default());
+        rig.world(|inputs| inputs.load_ma = load_ma);
+        rig.travel_to(9000);
         if load_ma == 600 {
-            bench.pass_ms(1000);
-            bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+            rig.pass_ms(1000);
+            rig.world(|inputs| inputs.shaft = Shaft::Blocked);
         }
-        while bench.controller.state() != State::Fault {
-            bench.now = bench.controller.next_event().unwrap();
-            bench.controller.advance(bench.now);
+        while rig.controller.state() != State::Fault {
+            rig.now = rig.controller.next_event().unwrap();
+            rig.controller.advance(rig.now);
         }
-        bench.control(control::FAULT_RESET);
-        assert_eq!(bench.controller.state(), State::SwitchOnDisabled, "{load_ma} mA");
+        rig.control(control::FAULT_RESET);
+        assert_eq!(rig.controller.state(), State::SwitchOnDisabled, "{load_ma} mA");
     }
 }
 
 /// 800 increments/s with 6400/s2 against it: 50 increments.
 #[test]
 fn a_fault_brakes_what_runs_out() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.travel_to(5000);
-    bench.pass_ms(1000);
-    bench.control(0x0000);
-    let there = bench.controller.position(bench.now);
-    bench.world(|inputs| inputs.internal_error = true);
-    bench.pass_ms(1000);
-    assert_eq!(bench.controller.position(bench.now), there + 50);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(5000);
+    rig.pass_ms(1000);
+    rig.control(0x0000);
+    let there = rig.controller.position(rig.now);
+    rig.world(|inputs| inputs.internal_error = true);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.position(rig.now), there + 50);
 }
 
 #[test]
 fn emergencies_have_the_bits_of_what_they_report() {
-    let mut bench = Bench::enabled(Parameters::default());
-    bench.world(|inputs| inputs.bus = BusState::Passive);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.world(|inputs| inputs.bus = BusState::Passive);
     let communication = register::GENERAL | register::COMMUNICATION;
     let passive = Emergency { code: 0x8120, register: communication, stored: false };
-    assert_eq!(bench.controller.next_emergency(), Some(passive));
-    bench.world(|inputs| inputs.bus = BusState::Active);
-    bench.world(|inputs| inputs.internal_error = true);
-    assert!(bench.controller.next_emergency().is_some_and(|emergency| emergency.stored));
-    bench.world(|inputs| inputs.internal_error = false);
-    bench.control(control::FAULT_RESET);
+    assert_eq!(rig.controller.next_emergency(), Some(passive));
+    rig.world(|inputs| inputs.bus = BusState::Active);
+    rig.world(|inputs| inputs.internal_error = true);
+    assert!(rig.controller.next_emergency().is_some_and(|emergency| emergency.stored));
+    rig.world(|inputs| inputs.internal_error = false);
+    rig.control(control::FAULT_RESET);
     let none = Emergency { code: 0x0000, register: 0, stored: false };
-    assert_eq!((bench.controller.next_emergency(), bench.controller.next_emergency()), (Some(none), None));
+    assert_eq!((rig.controller.next_emergency(), rig.controller.next_emergency()), (Some(none), None));
 }

@@ -11,9 +11,9 @@ use siko_ag03_1::state::State;
 use siko_ag03_1::words::system;
 use simulator::script::Takes;
 
-use super::support::{Bench, NODE};
+use super::support::{NODE, Rig};
 
-impl Bench {
+impl Rig {
     /// The steps below one `[[step]]`, or a whole script.
     #[track_caller]
     fn scripted(script: &str) -> Self {
@@ -21,16 +21,16 @@ impl Bench {
         let script = Script::from_toml(&MODEL, &whole).unwrap_or_else(|error| panic!("{error}\nof {script}"));
         let mut drive = SimulatedDrive::new(&MODEL, NODE);
         drive.follow(Instant::ZERO, script);
-        Bench::of(drive)
+        Rig::of(drive)
     }
 
     /// With the drive enabled, and under way to 5000 since 0 ms.
     fn travelling(script: &str) -> Self {
-        let mut bench = Bench::scripted(script);
-        bench.pass(0);
-        bench.enable();
-        bench.ask("405#1F0088130000");
-        bench
+        let mut rig = Rig::scripted(script);
+        rig.pass(0);
+        rig.enable();
+        rig.ask("405#1F0088130000");
+        rig
     }
 }
 
@@ -39,7 +39,7 @@ impl Bench {
 fn changes(step: &str, change: impl FnOnce(&mut Inputs)) {
     let mut expected = Inputs::default();
     change(&mut expected);
-    assert_eq!(Bench::scripted(step).see(|drive, _| *drive.inputs()), expected, "{step}");
+    assert_eq!(Rig::scripted(step).see(|drive, _| *drive.inputs()), expected, "{step}");
 }
 
 #[test]
@@ -97,27 +97,27 @@ fn every_fault_can_be_told_by_letter_and_by_name_and_stays_until_it_is_cleared()
     ];
     for (fault, name) in fault::FAULTS.iter().zip(names) {
         for word in [name.to_owned(), fault.letter().to_string()] {
-            let mut bench = Bench::travelling(&format!(
+            let mut rig = Rig::travelling(&format!(
                 "[[step]]\nat_ms = 1000\nfault = \"{word}\"\n[[step]]\nafter_ms = 1000\nclear = \"{word}\"\n"
             ));
             let [low, high] = fault.code.number.to_le_bytes();
-            let heard = bench.pass(1000);
+            let heard = rig.pass(1000);
             let emergency = format!("085#{low:02X}{high:02X}{:02X}0000000000", fault.register);
             assert!(heard.contains(&emergency), "{heard:?}");
-            assert_eq!(bench.see(|drive, _| drive.controller().faults().to_vec()), [*fault]);
-            bench.ask("205#8000");
-            assert_eq!(bench.see(|drive, _| drive.state()), State::Fault, "{word}: it is still there");
-            bench.pass(1000);
-            bench.ask("205#0000");
-            bench.ask("205#8000");
-            assert_eq!(bench.see(|drive, _| drive.state()), State::SwitchOnDisabled, "{word}");
+            assert_eq!(rig.see(|drive, _| drive.controller().faults().to_vec()), [*fault]);
+            rig.ask("205#8000");
+            assert_eq!(rig.see(|drive, _| drive.state()), State::Fault, "{word}: it is still there");
+            rig.pass(1000);
+            rig.ask("205#0000");
+            rig.ask("205#8000");
+            assert_eq!(rig.see(|drive, _| drive.state()), State::SwitchOnDisabled, "{word}");
         }
     }
 }
 
 #[test]
 fn switches_can_be_set_and_are_read_at_power_on() {
-    let switches = |step: &str| Bench::scripted(step).see(|drive, _| drive.switches());
+    let switches = |step: &str| Rig::scripted(step).see(|drive, _| drive.switches());
     assert_eq!(switches("switches = \"0100000 0 11\"").node().get(), 2);
     assert_eq!(switches("termination = true").termination(), Termination::Active);
     assert_eq!(switches("termination = false").termination(), Termination::Deactivated);
@@ -129,39 +129,39 @@ fn switches_can_be_set_and_are_read_at_power_on() {
     ] {
         assert_eq!(switches(&format!("restore = \"{name}\"")).restore(), restore);
     }
-    assert_eq!(Bench::scripted("node = 7").see(|drive, _| drive.node().get()), 5);
+    assert_eq!(Rig::scripted("node = 7").see(|drive, _| drive.node().get()), 5);
     // The keys of a step take effect in one order, which is not that in which they are written.
-    assert_eq!(Bench::scripted("power = \"cycle\"\nnode = 7").see(|drive, _| drive.node().get()), 7);
+    assert_eq!(Rig::scripted("power = \"cycle\"\nnode = 7").see(|drive, _| drive.node().get()), 7);
 }
 
 #[test]
 fn the_supply_can_be_switched() {
-    let mut bench = Bench::scripted("[[step]]\npower = \"off\"\n[[step]]\nat_ms = 100\npower = \"on\"\n");
-    assert!(bench.pass(99).is_empty() && !bench.see(|drive, _| drive.is_on()));
-    assert_eq!(bench.pass(1), ["705#00"]);
-    assert!(bench.see(|drive, _| drive.is_on() && drive.bus_led() == BusLed::Blinks));
+    let mut rig = Rig::scripted("[[step]]\npower = \"off\"\n[[step]]\nat_ms = 100\npower = \"on\"\n");
+    assert!(rig.pass(99).is_empty() && !rig.see(|drive, _| drive.is_on()));
+    assert_eq!(rig.pass(1), ["705#00"]);
+    assert!(rig.see(|drive, _| drive.is_on() && drive.bus_led() == BusLed::Blinks));
 }
 
 #[test]
 fn a_shaft_can_be_turned_when_nothing_holds_it() {
-    assert_eq!(Bench::scripted("turn = -25").see(|drive, now| drive.position(now)), -25);
-    let mut bench = Bench::travelling("at_ms = 20000\nturn = -25");
-    bench.pass(20_000);
-    assert_eq!(bench.see(|drive, now| drive.position(now)), 5000, "the motor holds its position");
+    assert_eq!(Rig::scripted("turn = -25").see(|drive, now| drive.position(now)), -25);
+    let mut rig = Rig::travelling("at_ms = 20000\nturn = -25");
+    rig.pass(20_000);
+    assert_eq!(rig.see(|drive, now| drive.position(now)), 5000, "the motor holds its position");
 }
 
 /// When the step with this condition happens to a drive that travels from 0 to 5000 in 6.5 s.
 #[track_caller]
 fn comes_after(condition: &str, ms: u64) {
-    let mut bench = Bench::travelling(&format!("when = \"{condition}\"\nload_ma = 1"));
-    let happened = |bench: &Bench| bench.see(|drive, _| drive.steps_left() == 0);
+    let mut rig = Rig::travelling(&format!("when = \"{condition}\"\nload_ma = 1"));
+    let happened = |rig: &Rig| rig.see(|drive, _| drive.steps_left() == 0);
     if ms > 0 {
-        bench.pass(ms - 1);
-        assert!(!happened(&bench), "{condition}: too early");
-        bench.pass(1);
+        rig.pass(ms - 1);
+        assert!(!happened(&rig), "{condition}: too early");
+        rig.pass(1);
     }
-    assert!(happened(&bench), "{condition}: not after {ms} ms");
-    assert_eq!(bench.see(|drive, _| drive.inputs().load_ma), 1);
+    assert!(happened(&rig), "{condition}: not after {ms} ms");
+    assert_eq!(rig.see(|drive, _| drive.inputs().load_ma), 1);
 }
 
 #[test]
@@ -194,30 +194,30 @@ fn conditions_that_others_bring_about_are_seen() {
         [("stopped", "000#0205"), ("quick stop active", "205#0200"), ("ready to switch on", "205#0600")]
     {
         let script = format!("[[step]]\nat_ms = 1\nload_ma = 2\n[[step]]\nwhen = \"{condition}\"\nload_ma = 1");
-        let mut bench = Bench::travelling(&script);
-        bench.pass(100);
-        assert_eq!(bench.see(|drive, _| drive.inputs().load_ma), 2);
-        bench.ask(frame);
-        assert_eq!(bench.see(|drive, _| drive.inputs().load_ma), 1, "{condition}");
+        let mut rig = Rig::travelling(&script);
+        rig.pass(100);
+        assert_eq!(rig.see(|drive, _| drive.inputs().load_ma), 2);
+        rig.ask(frame);
+        assert_eq!(rig.see(|drive, _| drive.inputs().load_ma), 1, "{condition}");
     }
     let script = "[[step]]\nat_ms = 50\npower = \"off\"\n[[step]]\nwhen = \"off\"\nafter_ms = 7\nload_ma = 1\n\
                   [[step]]\nwhen = \"standing\"\npower = \"on\"\nfault = \"A\"\n[[step]]\nwhen = \"fault\"\nload_ma = 3\n";
-    let mut bench = Bench::travelling(script);
-    bench.pass(57);
-    assert_eq!(bench.see(|drive, _| drive.inputs().load_ma), 1);
-    bench.pass(1000);
-    assert_eq!(bench.see(|drive, _| (drive.inputs().load_ma, drive.steps_left())), (3, 0));
+    let mut rig = Rig::travelling(script);
+    rig.pass(57);
+    assert_eq!(rig.see(|drive, _| drive.inputs().load_ma), 1);
+    rig.pass(1000);
+    assert_eq!(rig.see(|drive, _| (drive.inputs().load_ma, drive.steps_left())), (3, 0));
 }
 
 #[test]
 fn times_are_those_of_the_script_and_of_the_step_before() {
     let script = "[[step]]\nafter_ms = 10\nload_ma = 1\n[[step]]\nafter_ms = 10\nload_ma = 2\n[[step]]\nload_ma = 3\n\
                   [[step]]\nat_ms = 50\nload_ma = 4\n[[step]]\nwhen = \"on\"\nafter_ms = 5\nload_ma = 5\n";
-    let mut bench = Bench::scripted(script);
+    let mut rig = Rig::scripted(script);
     let mut seen = vec![(0, 600)];
     for ms in 1..100 {
-        bench.pass(1);
-        let load = bench.see(|drive, _| drive.inputs().load_ma);
+        rig.pass(1);
+        let load = rig.see(|drive, _| drive.inputs().load_ma);
         if seen.last().is_none_or(|(_, last)| *last != load) {
             seen.push((ms, load));
         }
@@ -244,20 +244,20 @@ fn the_examples_can_be_read_and_come_to_their_end() {
     assert!(scripts.len() >= 3, "{scripts:?}");
     for path in scripts {
         let text = std::fs::read_to_string(&path).unwrap();
-        let mut bench = Bench::travelling(&text);
+        let mut rig = Rig::travelling(&text);
         for _ in 0..240 {
             // After a reported fault, the driver resets it and travels on, there and back.
-            bench.pass(500);
+            rig.pass(500);
             for word in [0x00, 0x80, 0x06, 0x07, 0x0F] {
-                if bench.see(|drive, _| drive.state() != State::OperationEnabled) {
-                    bench.ask(&format!("205#{word:02X}00"));
+                if rig.see(|drive, _| drive.state() != State::OperationEnabled) {
+                    rig.ask(&format!("205#{word:02X}00"));
                 }
             }
-            let target: i32 = if bench.see(|drive, now| drive.position(now)) < 2500 { 5000 } else { 0 };
-            bench.travel_to(target);
+            let target: i32 = if rig.see(|drive, now| drive.position(now)) < 2500 { 5000 } else { 0 };
+            rig.travel_to(target);
         }
-        assert_eq!(bench.see(|drive, _| drive.steps_left()), 0, "{}", path.display());
-        assert!(bench.see(|drive, _| drive.controller().system_status(bench.bus.now()) & system::NO_SUPPLY) == 0);
+        assert_eq!(rig.see(|drive, _| drive.steps_left()), 0, "{}", path.display());
+        assert!(rig.see(|drive, _| drive.controller().system_status(rig.bus.now()) & system::NO_SUPPLY) == 0);
     }
 }
 
@@ -412,20 +412,20 @@ proptest! {
             script = script.then(Trigger::After(Duration::from_millis(after_ms)), [change]);
         }
         let steps = script.steps().len();
-        let mut bench = Bench::travelling("load_ma = 600");
-        bench.drive.lock().unwrap().follow(bench.bus.now(), script);
-        bench.pass(2000 * steps as u64);
-        prop_assert_eq!(bench.see(|drive, _| drive.steps_left()), 0);
+        let mut rig = Rig::travelling("load_ma = 600");
+        rig.drive.lock().unwrap().follow(rig.bus.now(), script);
+        rig.pass(2000 * steps as u64);
+        prop_assert_eq!(rig.see(|drive, _| drive.steps_left()), 0);
         // It can be mended in each case.
-        let now = bench.bus.now();
-        let mut drive = bench.drive.lock().unwrap();
+        let now = rig.bus.now();
+        let mut drive = rig.drive.lock().unwrap();
         drive.apply(now, Change::ClearAll);
         drive.apply(now, Change::Restore(None));
         drive.apply(now, Change::Node(NODE));
         drive.apply(now, Change::Power(true));
         drive.apply(now, Change::PowerCycle);
         drop(drive);
-        prop_assert!(bench.pass(10).contains(&"705#00".into()));
+        prop_assert!(rig.pass(10).contains(&"705#00".into()));
     }
 }
 

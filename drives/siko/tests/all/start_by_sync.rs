@@ -15,31 +15,31 @@ const TARGET: i32 = 3000;
 
 type Operation = fn(&mut Drive<VirtualLink, Any>) -> Result<(), Error>;
 
-struct Bench {
+struct Rig {
     bus: VirtualBus,
     simulated: Vec<Arc<Mutex<SimulatedDrive>>>,
     drives: Vec<Drive<VirtualLink, Any>>,
 }
 
-impl Bench {
+impl Rig {
     /// An AG03/1 and an AG02, enabled, that hold their targets until SYNC.
     fn new() -> Self {
         let kinds: [(&'static Description, &'static Model); 2] = [
             (&siko_ag03_1::driver::AG03_1, &siko_ag03_1::sim::MODEL),
             (&siko_ag02::driver::AG02, &siko_ag02::sim::MODEL),
         ];
-        let mut bench = Bench { bus: VirtualBus::with_bit_rate(500), simulated: Vec::new(), drives: Vec::new() };
+        let mut rig = Rig { bus: VirtualBus::with_bit_rate(500), simulated: Vec::new(), drives: Vec::new() };
         for ((description, model), node) in kinds.into_iter().zip([5, 6]) {
             let node = NodeId::literal(node);
             let simulated = Arc::new(Mutex::new(SimulatedDrive::new(model, node)));
-            bench.bus.attach(Arc::clone(&simulated));
-            let mut drive = Drive::connect_described_unprotected(bench.bus.link(), node, description).unwrap();
+            rig.bus.attach(Arc::clone(&simulated));
+            let mut drive = Drive::connect_described_unprotected(rig.bus.link(), node, description).unwrap();
             drive.set_start_by_sync(true).unwrap();
             drive.enable().unwrap();
-            bench.simulated.push(simulated);
-            bench.drives.push(drive);
+            rig.simulated.push(simulated);
+            rig.drives.push(drive);
         }
-        bench
+        rig
     }
 
     /// Sends SYNC, and lets a while pass.
@@ -60,13 +60,13 @@ impl Bench {
 
 #[test]
 fn sync_releases_all_drives_that_have_been_prepared() {
-    let mut bench = Bench::new();
-    bench.drives.iter_mut().for_each(|drive| drive.prepare_moving_to(TARGET).unwrap());
-    bench.pass();
-    assert_eq!(bench.positions(), [0, 0]);
-    bench.sync();
-    assert!(bench.positions().iter().all(|position| *position > 0), "{:?}", bench.positions());
-    for drive in &mut bench.drives {
+    let mut rig = Rig::new();
+    rig.drives.iter_mut().for_each(|drive| drive.prepare_moving_to(TARGET).unwrap());
+    rig.pass();
+    assert_eq!(rig.positions(), [0, 0]);
+    rig.sync();
+    assert!(rig.positions().iter().all(|position| *position > 0), "{:?}", rig.positions());
+    for drive in &mut rig.drives {
         drive.confirm_start().unwrap();
         assert_eq!(drive.finish().unwrap(), Outcome::Reached { position: TARGET });
         drive.disable().unwrap();
@@ -95,16 +95,16 @@ fn a_target_that_has_been_taken_back_is_not_released_by_a_later_sync() {
         }),
     ];
     for (name, way) in ways {
-        let mut bench = Bench::new();
+        let mut rig = Rig::new();
         let mut states = Vec::new();
-        for drive in &mut bench.drives {
+        for drive in &mut rig.drives {
             drive.prepare_moving_to(TARGET).unwrap();
             way(drive).unwrap_or_else(|error| panic!("{name}: {error}"));
             states.push(drive.state().unwrap());
         }
-        bench.sync();
-        assert_eq!(bench.positions(), [0, 0], "{name}");
-        let after: Vec<_> = bench.drives.iter_mut().map(|drive| drive.state().unwrap()).collect();
+        rig.sync();
+        assert_eq!(rig.positions(), [0, 0], "{name}");
+        let after: Vec<_> = rig.drives.iter_mut().map(|drive| drive.state().unwrap()).collect();
         assert_eq!(after, states, "{name}: SYNC changes nothing");
     }
 }
@@ -112,16 +112,16 @@ fn a_target_that_has_been_taken_back_is_not_released_by_a_later_sync() {
 #[test]
 fn a_drive_that_is_dropped_with_its_target_does_not_start_later() {
     for released in [false, true] {
-        let mut bench = Bench::new();
-        bench.drives.iter_mut().for_each(|drive| drive.prepare_moving_to(TARGET).unwrap());
+        let mut rig = Rig::new();
+        rig.drives.iter_mut().for_each(|drive| drive.prepare_moving_to(TARGET).unwrap());
         if released {
-            bench.sync();
+            rig.sync();
         }
-        bench.drives.clear();
-        bench.sync();
-        let stopped = bench.positions();
-        bench.pass();
-        assert_eq!(bench.positions(), stopped, "{released}");
+        rig.drives.clear();
+        rig.sync();
+        let stopped = rig.positions();
+        rig.pass();
+        assert_eq!(rig.positions(), stopped, "{released}");
         assert_eq!(stopped != [0, 0], released);
     }
 }
@@ -134,8 +134,8 @@ fn what_would_start_at_once_or_cannot_wait_is_refused() {
         description.outputs = lexican_driver::description::Outputs::BY_SDO;
         description
     };
-    let mut bench = Bench::new();
-    let [drive, _] = &mut bench.drives[..] else { unreachable!("there are two") };
+    let mut rig = Rig::new();
+    let [drive, _] = &mut rig.drives[..] else { unreachable!("there are two") };
     match drive.set_start_by_sync(false) {
         Err(Error::Refused(refusal)) => assert_eq!(refusal.0, [Missing::Disabled]),
         other => panic!("{other:?}"),
@@ -151,7 +151,7 @@ fn what_would_start_at_once_or_cannot_wait_is_refused() {
         Err(Error::Refused(refusal)) => assert_eq!(refusal.0, [Missing::Travel]),
         other => panic!("{other:?}"),
     }
-    let mut drive = Drive::connect_described_unprotected(bench.bus.link(), NodeId::literal(5), &BY_SDO).unwrap();
+    let mut drive = Drive::connect_described_unprotected(rig.bus.link(), NodeId::literal(5), &BY_SDO).unwrap();
     for refused in [drive.set_start_by_sync(true), drive.prepare_moving_to(TARGET)] {
         assert!(matches!(refused, Err(Error::Unsupported { what: Capability::StartBySync, .. })), "{refused:?}");
     }

@@ -13,7 +13,7 @@ use siko_ag03_1::state::State;
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
 /// A drive, and a link to it.
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) bus: VirtualBus,
     pub(crate) link: VirtualLink,
     pub(crate) drive: Arc<Mutex<SimulatedDrive>>,
@@ -23,26 +23,26 @@ pub(crate) fn frame(text: &str) -> Frame {
     format!("(0000000000.000000) can0 {text}").parse::<Line>().unwrap().frame
 }
 
-impl Bench {
+impl Rig {
     /// The drive has been powered on, and nothing has been heard of it.
     pub(crate) fn of(drive: SimulatedDrive) -> Self {
         let bus = VirtualBus::new();
         let drive = Arc::new(Mutex::new(drive));
         bus.attach(Arc::clone(&drive));
         let link = bus.link();
-        Bench { bus, link, drive }
+        Rig { bus, link, drive }
     }
 
     /// A new drive, which has booted.
     pub(crate) fn new() -> Self {
-        Bench::with(Setup::new(&MODEL, NODE))
+        Rig::with(Setup::new(&MODEL, NODE))
     }
 
     /// A drive that has booted.
     pub(crate) fn with(setup: Setup) -> Self {
-        let mut bench = Bench::of(SimulatedDrive::power_on(Instant::ZERO, setup));
-        assert_eq!(bench.pass(0), ["705#00"]);
-        bench
+        let mut rig = Rig::of(SimulatedDrive::power_on(Instant::ZERO, setup));
+        assert_eq!(rig.pass(0), ["705#00"]);
+        rig
     }
 
     /// Lets time pass; what is heard meanwhile.

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{Fate, Link, Node, VirtualBus, VirtualLink};
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, Instant};
 use proptest::prelude::*;
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Approach, Drive, Error, Missing, Mode, Outcome, Refusal, VelocityOutcome};
@@ -14,7 +14,7 @@ use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::{Command, State};
 
-const NODE: NodeId = NodeId::literal(5);
+use super::driver::rig::{NODE, Rig};
 
 /// What an application does, and how it ended.
 type Program<L> = fn(&mut Drive<L>) -> Result<End, Error>;
@@ -99,36 +99,19 @@ fn set_up<L: Link>(drive: &mut Drive<L>) -> Result<End, Error> {
     Ok(End::Done)
 }
 
-struct Bench {
-    bus: VirtualBus,
-    simulated: Arc<Mutex<SimulatedDrive>>,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let bus = VirtualBus::with_bit_rate(500);
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
-        bus.attach(Arc::clone(&simulated));
-        Bench { bus, simulated }
-    }
-
-    /// How many frames a program takes that nothing disturbs.
-    fn frames(name: &str, program: Program<VirtualLink>) -> u64 {
-        let bench = Bench::new();
-        let mut drive = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
-        let count = Arc::new(AtomicU64::new(0));
-        let counter = Arc::clone(&count);
-        bench.bus.observe(move |_, _| {
-            counter.fetch_add(1, Ordering::Relaxed);
-        });
-        let end = program(&mut drive).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let reached = matches!(
-            end,
-            End::Travelled(Outcome::Reached { .. }) | End::Ran(VelocityOutcome::Reached { .. }) | End::Done
-        );
-        assert!(reached, "{name}: {end:?}");
-        count.load(Ordering::Relaxed)
-    }
+/// How many frames a program takes that nothing disturbs.
+fn frames_of(name: &str, program: Program<VirtualLink>) -> u64 {
+    let Rig { bus, mut drive, .. } = Rig::new();
+    let count = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&count);
+    bus.observe(move |_, _| {
+        counter.fetch_add(1, Ordering::Relaxed);
+    });
+    let end = program(&mut drive).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let reached =
+        matches!(end, End::Travelled(Outcome::Reached { .. }) | End::Ran(VelocityOutcome::Reached { .. }) | End::Done);
+    assert!(reached, "{name}: {end:?}");
+    count.load(Ordering::Relaxed)
 }
 
 /// After all that has happened before, a travel works, long enough to be interrupted.
@@ -153,9 +136,8 @@ fn check_usable(drive: &mut Drive<VirtualLink>, what: &str) {
 fn a_fault_at_any_frame_is_told_and_can_be_reset() {
     let fault = Cause::from(fault::OVERVOLTAGE);
     for &(name, program) in PROGRAMS {
-        for at in 0..Bench::frames(name, program) {
-            let Bench { bus, simulated } = Bench::new();
-            let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        for at in 0..frames_of(name, program) {
+            let Rig { bus, simulated, mut drive } = Rig::new();
             let mut count = 0;
             let victim = Arc::clone(&simulated);
             bus.observe(move |now, _| {
@@ -193,9 +175,8 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
 #[test]
 fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
     for &(name, program) in PROGRAMS {
-        for lost in 0..Bench::frames(name, program) {
-            let Bench { bus, .. } = Bench::new();
-            let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        for lost in 0..frames_of(name, program) {
+            let Rig { bus, mut drive, .. } = Rig::new();
             bus.set_fate(move |number, _| if number == lost { Fate::Lose } else { Fate::Deliver });
             let before = bus.now();
             match program(&mut drive).map_err(Error::into_cause) {
@@ -225,8 +206,7 @@ fn lose_control_words(bus: &VirtualBus, lose: impl Fn(u64) -> bool + Send + 'sta
 #[test]
 fn a_quick_stop_that_is_lost_is_sent_again() {
     for lost in 1..10 {
-        let Bench { bus, simulated } = Bench::new();
-        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        let Rig { bus, simulated, mut drive } = Rig::new();
         drive.enable().unwrap();
         drive.start_moving_to(100_000).unwrap();
         lose_control_words(&bus, move |number| number < lost);
@@ -241,8 +221,7 @@ fn a_stop_that_is_lost_before_the_drive_moves_is_sent_again() {
     type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
     let operations: [Operation; 3] = [Drive::interrupt, Drive::stop, Drive::disable];
     for operation in operations {
-        let Bench { bus, simulated } = Bench::new();
-        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        let Rig { bus, simulated, mut drive } = Rig::new();
         drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(1)).unwrap();
         drive.enable().unwrap();
         drive.start_moving_to(100_000).unwrap();
@@ -255,8 +234,7 @@ fn a_stop_that_is_lost_before_the_drive_moves_is_sent_again() {
 
 #[test]
 fn a_quick_stop_that_never_arrives_is_told_of() {
-    let Bench { bus, .. } = Bench::new();
-    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+    let Rig { bus, mut drive, .. } = Rig::new();
     drive.enable().unwrap();
     drive.start_moving_to(100_000).unwrap();
     lose_control_words(&bus, |_| true);
@@ -269,8 +247,7 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
 /// The frame with the order has a lower priority than the one that takes it back: it may come later.
 #[test]
 fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
-    let Bench { bus, simulated } = Bench::new();
-    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+    let Rig { bus, simulated, mut drive } = Rig::new();
     drive.enable().unwrap();
     bus.set_fate(|_, frame| match frame.data() {
         [0x1F, 0x00, ..] if frame.id() == CobId::of_node(0x400, NODE) => Fate::Delay(Duration::from_millis(700)),
@@ -288,8 +265,7 @@ fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
 
 #[test]
 fn inching_that_does_not_begin_is_not_told_as_done() {
-    let Bench { bus, simulated } = Bench::new();
-    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+    let Rig { bus, simulated, mut drive } = Rig::new();
     drive.enable().unwrap();
     assert_eq!(drive.move_to(100).unwrap(), Outcome::Reached { position: 100 });
     let lose =
@@ -305,8 +281,7 @@ fn inching_that_does_not_begin_is_not_told_as_done() {
 
 #[test]
 fn the_smallest_step_is_seen_and_none_is_no_error() {
-    let Bench { bus, .. } = Bench::new();
-    let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+    let Rig { bus, mut drive, .. } = Rig::new();
     drive.enable().unwrap();
     for (width, position) in [(1, 1), (-1, 0), (0, 0)] {
         drive.write(od::DELTA_JOG, od::Position(width)).unwrap();
@@ -363,8 +338,7 @@ proptest! {
         targets in proptest::collection::vec(-20_000_i32..20_000, 1..4), a_pos in 1_u8..=100, d_pos in 1_u8..=101,
         v_pos in 1_u8..=200, pitch in prop_oneof![Just(0_u16), 1_u16..1000],
     ) {
-        let Bench { bus, .. } = Bench::new();
-        let mut drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
+        let Rig { bus, mut drive, .. } = Rig::new();
         drive.set_patience(Duration::from_secs(100_000));
         let set = od::MOTOR_PARAMETER_SET;
         drive.write(set.a_pos(), od::Acceleration(a_pos)).unwrap();

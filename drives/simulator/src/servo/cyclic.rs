@@ -75,8 +75,7 @@ impl Servo {
     fn is_cyclic(&self) -> bool {
         let mode = match self.mode {
             Some(Mode::InterpolatedPosition) => self.cyclic.interpolates,
-            Some(Mode::CyclicPosition | Mode::CyclicVelocity | Mode::CyclicTorque) => true,
-            _ => false,
+            mode => mode.is_some_and(Mode::is_cyclic),
         };
         mode && self.is_obeying() && !self.is_halted()
     }

@@ -1,7 +1,7 @@
 //! A servo beside its device.
 
 use lexican_runtime::device::{Device, Event};
-use lexican_runtime::object::ObjectDictionary;
+use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::profile::cia402::Mode;
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::{guarding, heartbeat_consumer};
@@ -88,9 +88,7 @@ fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize,
 ) -> bool {
     let object = match servo.mode() {
         Some(Mode::InterpolatedPosition) => SET_POINT_1,
-        Some(Mode::CyclicPosition) => TARGET_POSITION,
-        Some(Mode::CyclicVelocity) => TARGET_VELOCITY,
-        Some(Mode::CyclicTorque) => TARGET_TORQUE,
+        Some(mode) if mode.is_cyclic() => Address::new(mode.object(), 0),
         _ => return false,
     };
     device.rpdo(number).is_some_and(|rpdo| rpdo.mapping().maps(object))

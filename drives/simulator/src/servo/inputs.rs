@@ -114,85 +114,98 @@ impl From<u16> for Causes {
     }
 }
 
-impl Inputs {
-    /// The names of the inputs.
-    pub const KEYS: [&'static str; 15] = [
-        "supply",
-        "enable",
-        "blocked",
-        "ignores_sync",
-        "fault",
-        "warning",
-        "digital",
-        "probe_1",
-        "probe_2",
-        "negative_limit",
-        "positive_limit",
-        "home_low",
-        "home_high",
-        "index",
-        "index_distance",
-    ];
+/// An input by its name.
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    #[cfg(feature = "script")]
+    pub(super) what: &'static str,
+    kind: Kind,
+}
 
-    /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
-    ///
-    /// After an error nothing has changed.
-    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        if !Inputs::KEYS.contains(&key) {
-            return Err(format!("there is no input {key:?}; there are {}", Inputs::KEYS.join(", ")));
-        }
-        self.take(key, value).map_err(|wanted| format!("{key} is {wanted}, not {value:?}"))
+/// What an input takes, and where it is.
+enum Kind {
+    Flag(fn(&mut Inputs) -> &mut bool),
+    /// Codes of emergencies.
+    Codes(fn(&mut Inputs) -> &mut Causes),
+    /// Bits of [`Inputs::digital`].
+    Bits,
+    /// A number of position units from this one on, or none.
+    Place(f64, fn(&Machine) -> Option<f64>, fn(&mut Machine, Option<f64>)),
+}
+
+macro_rules! inputs {
+    ($($name:literal, $what:literal: $kind:expr;)*) => {
+        /// All of them.
+        pub(super) const ROWS: &[Row] = &[$(Row {
+            name: $name,
+            #[cfg(feature = "script")]
+            what: $what,
+            kind: $kind,
+        }),*];
+    };
+}
+
+inputs! {
+    "supply", "the motor is supplied": Kind::Flag(|world| &mut world.supply);
+    "enable", "the input without which the motor gets no torque": Kind::Flag(|world| &mut world.enable);
+    "blocked", "something holds the shaft": Kind::Flag(|world| &mut world.blocked);
+    "ignores_sync", "SYNC does not get through to the cyclic modes": Kind::Flag(|world| &mut world.ignores_sync);
+    "fault", "the cause of a fault; while it lasts, the fault cannot be reset": Kind::Codes(|world| &mut world.faults);
+    "warning", "the cause of a warning": Kind::Codes(|world| &mut world.warnings);
+    "digital", "further bits of 60FDh": Kind::Bits;
+    "probe_1", "the level of touch probe 1": Kind::Flag(|world| &mut world.probes[0]);
+    "probe_2", "the level of touch probe 2": Kind::Flag(|world| &mut world.probes[1]);
+    "negative_limit", "the negative limit switch is active here and below":
+        Kind::Place(-1e9, |machine| machine.negative_limit, |machine, place| machine.negative_limit = place);
+    "positive_limit", "the positive limit switch is active here and above":
+        Kind::Place(-1e9, |machine| machine.positive_limit, |machine, place| machine.positive_limit = place);
+    "home_low", "the home switch is active from here on":
+        Kind::Place(-1e9, |machine| machine.home_switch.map(|(low, _)| low), |machine, place| {
+            let high = machine.home_switch.map_or(f64::INFINITY, |(_, high)| high);
+            machine.home_switch = place.map(|low| (low, high));
+        });
+    "home_high", "the home switch is active up to here":
+        Kind::Place(-1e9, |machine| machine.home_switch.map(|(_, high)| high), |machine, place| {
+            let low = machine.home_switch.map_or(f64::NEG_INFINITY, |(low, _)| low);
+            machine.home_switch = place.map(|high| (low, high));
+        });
+    "index", "where there is an index pulse":
+        Kind::Place(-1e9, |machine| machine.index.map(|(first, _)| first), |machine, place| {
+            let distance = machine.index.map_or(1000.0, |(_, distance)| distance);
+            machine.index = place.map(|first| (first, distance));
+        });
+    "index_distance", "the distance from one index pulse to the next":
+        Kind::Place(0.0, |machine| machine.index.map(|(_, distance)| distance), |machine, place| {
+            let first = machine.index.map_or(0.0, |(first, _)| first);
+            machine.index = place.filter(|distance| *distance > 0.0).map(|distance| (first, distance));
+        });
+}
+
+impl Row {
+    pub(super) fn named(name: &str) -> Option<&'static Self> {
+        ROWS.iter().find(|row| row.name == name)
     }
 
-    /// The same for a known name. The error is what the value may be.
-    pub(super) fn take(&mut self, key: &str, value: &str) -> Result<(), &'static str> {
-        let flag = || value.parse::<bool>().map_err(|_| "true or false");
+    /// Sets the input. The error is what the value may be.
+    pub(super) fn set(&self, world: &mut Inputs, value: &str) -> Result<(), &'static str> {
         let number = |text: &str| {
             let hex = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
             hex.or_else(|| text.parse().ok())
         };
-        let codes = || {
-            let codes = value.split_whitespace().map(|text| u16::try_from(number(text)?).ok());
-            let codes = if value == "none" { Some(Vec::new()) } else { codes.collect::<Option<Vec<u16>>>() };
-            codes.and_then(|codes| Causes::all(&codes)).ok_or("a code such as 0x4310, up to eight of them, or \"none\"")
-        };
-        let position = || match value {
-            "none" => Ok(None),
-            _ => match value.parse::<f64>() {
-                Ok(position) if !position.is_nan() => Ok(Some(position)),
-                _ => Err("a position, or \"none\""),
+        match self.kind {
+            Kind::Flag(place) => *place(world) = value.parse().map_err(|_| "true or false")?,
+            Kind::Codes(place) => {
+                let codes = value.split_whitespace().map(|text| u16::try_from(number(text)?).ok());
+                let codes = if value == "none" { Some(Vec::new()) } else { codes.collect::<Option<Vec<u16>>>() };
+                let causes = codes.and_then(|codes| Causes::all(&codes));
+                *place(world) = causes.ok_or("a code such as 0x4310, up to eight of them, or \"none\"")?;
+            }
+            Kind::Bits => world.digital = number(value).ok_or("a number of 32 bits")?,
+            Kind::Place(_, _, put) if value == "none" => put(&mut world.machine, None),
+            Kind::Place(_, _, put) => match value.parse::<f64>() {
+                Ok(position) if !position.is_nan() => put(&mut world.machine, Some(position)),
+                _ => return Err("a position, or \"none\""),
             },
-        };
-        let machine = &mut self.machine;
-        match key {
-            "supply" => self.supply = flag()?,
-            "enable" => self.enable = flag()?,
-            "blocked" => self.blocked = flag()?,
-            "ignores_sync" => self.ignores_sync = flag()?,
-            "fault" => self.faults = codes()?,
-            "warning" => self.warnings = codes()?,
-            "digital" => self.digital = number(value).ok_or("a number of 32 bits")?,
-            "probe_1" => self.probes[0] = flag()?,
-            "probe_2" => self.probes[1] = flag()?,
-            "negative_limit" => machine.negative_limit = position()?,
-            "positive_limit" => machine.positive_limit = position()?,
-            "home_low" => {
-                let high = machine.home_switch.map_or(f64::INFINITY, |(_, high)| high);
-                machine.home_switch = position()?.map(|low| (low, high));
-            }
-            "home_high" => {
-                let low = machine.home_switch.map_or(f64::NEG_INFINITY, |(low, _)| low);
-                machine.home_switch = position()?.map(|high| (low, high));
-            }
-            "index" => {
-                let distance = machine.index.map_or(1000.0, |(_, distance)| distance);
-                machine.index = position()?.map(|first| (first, distance));
-            }
-            "index_distance" => {
-                let first = machine.index.map_or(0.0, |(first, _)| first);
-                machine.index = position()?.filter(|distance| *distance > 0.0).map(|distance| (first, distance));
-            }
-            _ => {}
         }
         Ok(())
     }
@@ -200,59 +213,41 @@ impl Inputs {
 
 /// For buttons.
 #[cfg(feature = "script")]
-impl Inputs {
-    pub(super) fn about(key: &str) -> (Takes, &'static str) {
-        let code = || Takes::Number(Range::new(1.0, 65_535.0, "EMCY code"), Some("none"));
-        let place = || Takes::Number(Range::new(-1e9, 1e9, "position units"), Some("none"));
-        match key {
-            "supply" => (Takes::Flag, "the motor is supplied"),
-            "enable" => (Takes::Flag, "the input without which the motor gets no torque"),
-            "blocked" => (Takes::Flag, "something holds the shaft"),
-            "ignores_sync" => (Takes::Flag, "SYNC does not get through to the cyclic modes"),
-            "fault" => (code(), "the cause of a fault; while it lasts, the fault cannot be reset"),
-            "warning" => (code(), "the cause of a warning"),
-            "digital" => (Takes::Number(Range::new(0.0, 4_294_967_295.0, "bits"), None), "further bits of 60FDh"),
-            "probe_1" => (Takes::Flag, "the level of touch probe 1"),
-            "probe_2" => (Takes::Flag, "the level of touch probe 2"),
-            "negative_limit" => (place(), "the negative limit switch is active here and below"),
-            "positive_limit" => (place(), "the positive limit switch is active here and above"),
-            "home_low" => (place(), "the home switch is active from here on"),
-            "home_high" => (place(), "the home switch is active up to here"),
-            "index" => (place(), "where there is an index pulse"),
-            _ => (
-                Takes::Number(Range::new(0.0, 1e9, "position units"), Some("none")),
-                "the distance from one index pulse to the next",
-            ),
+impl Row {
+    pub(super) fn takes(&self) -> Takes {
+        match self.kind {
+            Kind::Flag(_) => Takes::Flag,
+            Kind::Codes(_) => Takes::Number(Range::new(1.0, 65_535.0, "EMCY code"), Some("none")),
+            Kind::Bits => Takes::Number(Range::new(0.0, 4_294_967_295.0, "bits"), None),
+            Kind::Place(low, ..) => Takes::Number(Range::new(low, 1e9, "position units"), Some("none")),
         }
     }
 
-    /// An input by its name, as [`Inputs::set`] takes it.
-    pub(super) fn get(&self, key: &str) -> Option<String> {
-        let flag = |flag: bool| Some(flag.to_string());
-        let codes = |causes: Causes| {
-            let codes: Vec<String> = causes.iter().map(|code| format!("{code:#06x}")).collect();
-            Some(if codes.is_empty() { "none".to_owned() } else { codes.join(" ") })
-        };
-        let place = |place: Option<f64>| Some(place.map_or_else(|| "none".to_owned(), |place| place.to_string()));
-        let machine = &self.machine;
-        match key {
-            "supply" => flag(self.supply),
-            "enable" => flag(self.enable),
-            "blocked" => flag(self.blocked),
-            "ignores_sync" => flag(self.ignores_sync),
-            "fault" => codes(self.faults),
-            "warning" => codes(self.warnings),
-            "digital" => Some(format!("{:#010x}", self.digital)),
-            "probe_1" => flag(self.probes[0]),
-            "probe_2" => flag(self.probes[1]),
-            "negative_limit" => place(machine.negative_limit),
-            "positive_limit" => place(machine.positive_limit),
-            "home_low" => place(machine.home_switch.map(|(low, _)| low)),
-            "home_high" => place(machine.home_switch.map(|(_, high)| high)),
-            "index" => place(machine.index.map(|(first, _)| first)),
-            "index_distance" => place(machine.index.map(|(_, distance)| distance)),
-            _ => None,
+    /// What the input is, as [`Inputs::set`] takes it.
+    pub(super) fn value(&self, mut world: Inputs) -> String {
+        let none = || "none".to_owned();
+        match self.kind {
+            Kind::Flag(place) => place(&mut world).to_string(),
+            Kind::Codes(place) => {
+                let codes: Vec<String> = place(&mut world).iter().map(|code| format!("{code:#06x}")).collect();
+                if codes.is_empty() { none() } else { codes.join(" ") }
+            }
+            Kind::Bits => format!("{:#010x}", world.digital),
+            Kind::Place(_, get, _) => get(&world.machine).map_or_else(none, |place| place.to_string()),
         }
+    }
+}
+
+impl Inputs {
+    /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
+    ///
+    /// After an error nothing has changed.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let row = Row::named(key).ok_or_else(|| {
+            let names: Vec<_> = ROWS.iter().map(|row| row.name).collect();
+            format!("there is no input {key:?}; there are {}", names.join(", "))
+        })?;
+        row.set(self, value).map_err(|wanted| format!("{key} is {wanted}, not {value:?}"))
     }
 }
 

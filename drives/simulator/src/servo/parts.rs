@@ -101,7 +101,6 @@ pub(super) struct Cyclic {
 pub(super) struct Cycle {
     /// Which of units and exponent have been written since it took effect.
     pub(super) written: [bool; 2],
-    /// The one that holds.
     pub(super) period: Option<Duration>,
 }
 

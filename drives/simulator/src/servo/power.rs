@@ -179,9 +179,7 @@ impl Servo {
         match kind {
             Stop::Coast => self.model.coasting,
             Stop::SlowDown if self.mode == Some(Mode::Homing) => parameters.homing(HOMING_SLOW).deceleration,
-            Stop::SlowDown if matches!(self.mode, Some(Mode::ProfileTorque | Mode::CyclicTorque)) => {
-                self.torque_slope(&parameters)
-            }
+            Stop::SlowDown if self.mode.is_some_and(Mode::is_torque) => self.torque_slope(&parameters),
             Stop::SlowDown => parameters.slow_down(),
             Stop::Quick => parameters.quick_stop(),
             Stop::Strongest => self.model.strongest,

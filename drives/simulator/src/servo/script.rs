@@ -23,7 +23,7 @@ use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{State, status};
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::inputs::Inputs;
+use super::inputs::{Inputs, Row};
 use super::model::Servo;
 use super::objects::STATUS_WORD;
 use crate::script::{Condition, Following};
@@ -56,12 +56,7 @@ impl Setting {
     /// An input by its name, and its value, as [`Inputs::set`] has them.
     pub fn new(key: &str, value: &str) -> Result<Self, String> {
         Inputs::default().set(key, value)?;
-        Ok(Setting::known(key, value))
-    }
-
-    fn known(key: &str, value: &str) -> Self {
-        let key = Inputs::KEYS.into_iter().find(|known| *known == key).unwrap_or_default();
-        Setting { key, value: value.to_owned() }
+        Ok(Setting { key: Row::named(key).map_or("", |row| row.name), value: value.to_owned() })
     }
 
     /// Sets the input.
@@ -141,6 +136,7 @@ pub use from_toml::inputs;
 mod from_toml {
     use super::{Change, Setting};
     use crate::script::{FromToml, Input, Range, Reading, ScriptError, Takes};
+    use crate::servo::inputs::{ROWS, Row};
     use crate::servo::{Inputs, ServoModel};
 
     const TURN: Range = Range::new(-1e9, 1e9, "position units");
@@ -150,9 +146,11 @@ mod from_toml {
     /// What can be done to a servo in this world: one for each key of a step.
     #[must_use]
     pub fn inputs(world: &Inputs) -> Vec<Input> {
-        let own = Inputs::KEYS.into_iter().map(|name| {
-            let (takes, what) = Inputs::about(name);
-            Input { name, takes, what, value: world.get(name) }
+        let own = ROWS.iter().map(|row| Input {
+            name: row.name,
+            takes: row.takes(),
+            what: row.what,
+            value: Some(row.value(*world)),
         });
         let turn = Input {
             name: "turn",
@@ -171,7 +169,7 @@ mod from_toml {
         const EXAMPLE: &'static str = "blocked = true";
 
         fn keys() -> impl Iterator<Item = &'static str> {
-            Inputs::KEYS.into_iter().chain(["turn", "power"])
+            ROWS.iter().map(|row| row.name).chain(["turn", "power"])
         }
 
         fn read(_: &ServoModel, reading: &Reading<'_>) -> Result<Vec<Self>, ScriptError> {
@@ -180,8 +178,9 @@ mod from_toml {
                 "power" => reading.of(POWER)?.map_or(Change::PowerCycle, Change::Power),
                 key => {
                     let value = reading.plain();
-                    Inputs::default().take(key, &value).map_err(|wanted| reading.wrong(wanted))?;
-                    Change::Input(Setting::known(key, &value))
+                    let row = Row::named(key).ok_or_else(|| reading.wrong("an input"))?;
+                    row.set(&mut Inputs::default(), &value).map_err(|wanted| reading.wrong(wanted))?;
+                    Change::Input(Setting { key: row.name, value })
                 }
             };
             Ok(vec![change])

@@ -80,7 +80,7 @@ impl Servo {
     /// What the motor gives, in 0.1 % of its rated torque.
     fn torque(&self) -> f64 {
         match self.mode {
-            Some(Mode::ProfileTorque | Mode::CyclicTorque) if self.is_obeying() => {
+            Some(mode) if mode.is_torque() && self.is_obeying() => {
                 self.demanded().velocity / self.model.speed_per_torque
             }
             _ if self.held.is_some() && self.has_torque() => 1000.0,

@@ -223,8 +223,7 @@ impl Servo {
         let Some(mode) = self.model.modes.mode(code).filter(|_| !refused) else { return };
         (self.mode, self.mode_code) = (Some(mode), code);
         self.forget_orders();
-        let keeps_velocity =
-            matches!(mode, Mode::ProfileVelocity | Mode::ProfileTorque | Mode::CyclicVelocity | Mode::CyclicTorque);
+        let keeps_velocity = [TARGET_VELOCITY, TARGET_TORQUE].iter().any(|target| target.index() == mode.object());
         if self.state == State::OperationEnabled && self.ending.is_none() && !keeps_velocity {
             self.brake(self.parameters(od).slow_down());
         }

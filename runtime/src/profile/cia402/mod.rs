@@ -4,12 +4,12 @@
 //! moves a drive asks [`Transitions::next`] which command leads on; who simulates one asks
 //! [`Transitions::follow`] where a command leads.
 
-mod mode;
 mod state;
 mod transition;
 mod word;
 
-pub use mode::{Mode, Modes};
+pub use lexican_cia::cia402::{Mode, Modes, Signal};
+
 pub use state::State;
 pub use transition::{Cause, Command, Steering, Transition, Transitions};
 pub use word::{control, status};

@@ -2,7 +2,7 @@
 //! AG03/1's.
 
 #[path = "../../../../drives/siko-profibus/tests/all/rig.rs"]
-mod bench;
+mod rig;
 
 use lexican_eds::model::{AccessType, ConditionalRange, Meaning, Parameter, ParameterNumber};
 use lexican_profibus::BitRate;
@@ -16,7 +16,7 @@ use siko_ag03_1::od::profibus as ag03_1;
 use siko_profibus::table::{self, Content};
 use siko_profibus::{Model, bus};
 
-use self::bench::Bench;
+use self::rig::Rig;
 use crate::bench::once;
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::{Case, Check};
@@ -136,16 +136,16 @@ fn parameters<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
             for column in ["access", "format", "values", "reference"] {
                 checker.cell(row, column, Against::Code, "");
             }
-            let refused = once::<D, _>(number, || Bench::new(model).read(number) == Err(Refusal::NO_SUCH_PARAMETER));
+            let refused = once::<D, _>(number, || Rig::new(model).read(number) == Err(Refusal::NO_SUCH_PARAMETER));
             checker.that(row, "number", Against::Drive, refused, "not refused");
             continue;
         };
         of_row::<D>(checker, case, row, found, own);
         let (refused, as_wide) = once::<D, _>(number, || {
-            let mut bench = Bench::new(model);
+            let mut rig = Rig::new(model);
             let answer = match found.wire.format {
-                Format::Words(_) => bench.ask(Task::ReadElement { number, index: 0 }),
-                _ => bench.ask(Task::Read { number }),
+                Format::Words(_) => rig.ask(Task::ReadElement { number, index: 0 }),
+                _ => rig.ask(Task::Read { number }),
             };
             let as_wide = match answer {
                 Reply::Value(Value::DoubleWord(_)) => found.wire.format == Format::DoubleWord,
@@ -288,7 +288,7 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
         }
         // One decimal digit for four bits.
         _ if number == ag03_1::DATE_OF_PRODUCTION.number()
-            && once::<D, _>((), || Bench::new(D::MODEL).read(number)) == Ok(0x1507_2009) =>
+            && once::<D, _>((), || Rig::new(D::MODEL).read(number)) == Ok(0x1507_2009) =>
         {
             "DDMMYYYY".to_owned()
         }
@@ -305,16 +305,16 @@ fn by_sheet<D: Dp>(case: &Case<'_>, found: &table::Row, own: &Parameter, printed
 /// than PNU 1032 allows.
 fn general_status<D: Dp>() -> bool {
     once::<D, _>((), || {
-        let mut bench = Bench::new(D::MODEL);
-        let supplied = bench.read(1031);
-        bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
-        let unsupplied = bench.read(1031);
-        bench.world(|inputs| inputs.output_stage_supply_100mv = 240);
-        let set = bench.write(1032, 20);
-        walk(&mut bench, "000B;003B;t5000;007B;w1000");
-        bench.world(|inputs| inputs.load_ma = 60_000);
-        bench.pass_ms(1000);
-        let overloaded = bench.read(1031).map(|word| word & 0x80);
+        let mut rig = Rig::new(D::MODEL);
+        let supplied = rig.read(1031);
+        rig.world(|inputs| inputs.output_stage_supply_100mv = 0);
+        let unsupplied = rig.read(1031);
+        rig.world(|inputs| inputs.output_stage_supply_100mv = 240);
+        let set = rig.write(1032, 20);
+        walk(&mut rig, "000B;003B;t5000;007B;w1000");
+        rig.world(|inputs| inputs.load_ma = 60_000);
+        rig.pass_ms(1000);
+        let overloaded = rig.read(1031).map(|word| word & 0x80);
         (supplied, unsupplied, set, overloaded) == (Ok(0x10), Ok(0), Ok(20), Ok(0x80))
     })
 }
@@ -361,7 +361,7 @@ fn tasks<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
         checker.cell(row, "positive", Against::Code, &positive);
         checker.cell(row, "negative", Against::Code, &refused);
         let Some(task) = task else { continue };
-        let answer = once::<D, _>(format!("{task:?}"), || Bench::new(D::MODEL).ask(task).pkw(task.pkw()).identifier);
+        let answer = once::<D, _>(format!("{task:?}"), || Rig::new(D::MODEL).ask(task).pkw(task.pkw()).identifier);
         let allowed = positive.split(" or ").chain(refused.split(" or ")).any(|known| known == answer.to_string());
         checker.that(row, "identifier", Against::Drive, allowed, answer);
     }
@@ -446,16 +446,16 @@ fn errors<D: Dp>(checker: &mut Checker<'_>, _: &Case<'_>) {
             continue;
         }
         let answer = once::<D, _>(orders, || {
-            let mut bench = Bench::new(D::MODEL);
+            let mut rig = Rig::new(D::MODEL);
             let travelling = orders.strip_prefix("travelling ");
             if travelling.is_some() {
-                walk(&mut bench, "000B;003B;t5000;007B;w500");
+                walk(&mut rig, "000B;003B;t5000;007B;w500");
             }
             let numbers = travelling.unwrap_or(orders).split(':').filter_map(|number| number.parse::<u32>().ok());
             let [identifier, number, index, value] = numbers.collect::<Vec<_>>().try_into().unwrap_or_default();
             let pkw = Pkw { identifier: identifier as u8, number: number as u16, index: index as u16, value };
             let task = Task::parse(pkw).ok().flatten();
-            task.map(|task| format!("{:?}", bench.ask(task))).unwrap_or_default()
+            task.map(|task| format!("{:?}", rig.ask(task))).unwrap_or_default()
         });
         let refused = format!("{:?}", Reply::Refused(Refusal(number)));
         checker.that(row, "number", Against::Drive, answer == refused, answer);
@@ -463,23 +463,23 @@ fn errors<D: Dp>(checker: &mut Checker<'_>, _: &Case<'_>) {
 }
 
 /// Control words in hexadecimal; `t5000` is the target, `w1000` waits for so many milliseconds, others are named below.
-fn walk(bench: &mut Bench, orders: &str) {
+fn walk(rig: &mut Rig, orders: &str) {
     for order in orders.split(';').filter(|order| !order.is_empty()) {
         match order {
-            "velocity" => _ = bench.write(930, 1),
-            "nosupply" => bench.world(|inputs| inputs.output_stage_supply_100mv = 0),
-            "fault" => bench.world(|inputs| inputs.sensor_fails = true),
-            "heal" => bench.world(|inputs| inputs.sensor_fails = false),
-            "battery" => bench.world(|inputs| inputs.battery_10mv = 250),
-            "lag" => bench.world(|inputs| inputs.attainable_rpm = Some(5)),
+            "velocity" => _ = rig.write(930, 1),
+            "nosupply" => rig.world(|inputs| inputs.output_stage_supply_100mv = 0),
+            "fault" => rig.world(|inputs| inputs.sensor_fails = true),
+            "heal" => rig.world(|inputs| inputs.sensor_fails = false),
+            "battery" => rig.world(|inputs| inputs.battery_10mv = 250),
+            "lag" => rig.world(|inputs| inputs.attainable_rpm = Some(5)),
             "limit" => {
-                _ = bench.write(1017, 1000);
-                bench.turn();
+                _ = rig.write(1017, 1000);
+                rig.turn();
             }
             other => match (other.strip_prefix('t'), other.strip_prefix('w')) {
-                (Some(target), _) => bench.target(target.parse().unwrap_or_default()),
-                (_, Some(ms)) => bench.pass_ms(ms.parse().unwrap_or_default()),
-                _ => bench.control(hex(other).unwrap_or_default() as u16),
+                (Some(target), _) => rig.target(target.parse().unwrap_or_default()),
+                (_, Some(ms)) => rig.pass_ms(ms.parse().unwrap_or_default()),
+                _ => rig.control(hex(other).unwrap_or_default() as u16),
             },
         }
     }
@@ -488,9 +488,9 @@ fn walk(bench: &mut Bench, orders: &str) {
 /// Status word and actual value of a new drive after some orders.
 fn after<D: Dp>(orders: &str) -> (u16, i32) {
     once::<D, _>(orders, || {
-        let mut bench = Bench::new(D::MODEL);
-        walk(&mut bench, orders);
-        (bench.word(), bench.actual())
+        let mut rig = Rig::new(D::MODEL);
+        walk(&mut rig, orders);
+        (rig.word(), rig.actual())
     })
 }
 
@@ -586,22 +586,22 @@ fn flow_charts<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
         let rows: Vec<&Row> = all.iter().filter(|row| row.get("figure") == *figure).collect();
         let key: Vec<_> = rows.iter().map(|row| (&row.key, row.get("orders"), row.get("status"))).collect();
         once::<D, _>((figure, key), || {
-            let (mut bench, mut answers) = (Bench::new(D::MODEL), Answers::default());
+            let (mut rig, mut answers) = (Rig::new(D::MODEL), Answers::default());
             for row in rows {
-                walk(&mut bench, row.get("orders"));
+                walk(&mut rig, row.get("orders"));
                 let pattern = row.get("status");
                 // The box of an intermediate stop has no status.
                 // Where the way has been lost, nothing is reached any more.
                 let comes = pattern.is_empty()
                     || !answers.has_disagreement()
                         && (0..10_000).any(|_| {
-                            let is_there = fits(bench.word(), pattern);
+                            let is_there = fits(rig.word(), pattern);
                             if !is_there {
-                                bench.turn();
+                                rig.turn();
                             }
                             is_there
                         });
-                answers.that(row, "status", comes, format!("{:016b}", bench.word()));
+                answers.that(row, "status", comes, format!("{:016b}", rig.word()));
             }
             answers
         })
@@ -621,9 +621,9 @@ fn telegrams<D: Dp>(checker: &mut Checker<'_>, _: &Case<'_>) {
             ["master to slave", "slave to master"].map(|way| checker.row(FILE, &format!("{example}:{way}")));
         let (Some(asked), Some(answered)) = (asked, answered) else { continue };
         let answer = once::<D, _>(example, || {
-            let mut bench = Bench::new(D::MODEL);
-            _ = bench.write(1018, 10_000);
-            bench.ask(task).pkw(task.pkw()).to_string()
+            let mut rig = Rig::new(D::MODEL);
+            _ = rig.write(1018, 10_000);
+            rig.ask(task).pkw(task.pkw()).to_string()
         });
         checker.cell(asked, "words", Against::Code, task.pkw());
         checker.cell(answered, "words", Against::Drive, &answer);

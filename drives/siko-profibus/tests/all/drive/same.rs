@@ -6,9 +6,10 @@ use lexican_driver::description::Approach;
 use lexican_driver::{Direction, Mode, Outcome, ParameterSet, VelocityOutcome};
 use lexican_runtime::Duration;
 use lexican_runtime::object::Address;
+use siko::fault::FaultKind;
 use siko::sim::inputs::{Inputs, Shaft};
 
-use super::bench::{Bench, Sold, both};
+use super::rig::{Rig, Sold, both};
 
 /// What a program has got, one line for each operation.
 #[derive(Debug, Default, PartialEq)]
@@ -21,10 +22,10 @@ impl Log {
 }
 
 #[track_caller]
-fn same<K: Sold>(program: impl Fn(&mut Bench<K>, &mut Log)) {
+fn same<K: Sold>(program: impl Fn(&mut Rig<K>, &mut Log)) {
     let [mut over_profibus, mut over_can] = [Log::default(), Log::default()];
-    program(&mut Bench::over_can(), &mut over_can);
-    program(&mut Bench::over_profibus().0, &mut over_profibus);
+    program(&mut Rig::over_can(), &mut over_can);
+    program(&mut Rig::over_profibus().0, &mut over_profibus);
     assert!(!over_can.0.is_empty());
     for (number, (here, there)) in over_profibus.0.iter().zip(&over_can.0).enumerate() {
         assert_eq!(here, there, "{}: number {number} over PROFIBUS and over CAN", K::MODEL.name);
@@ -36,104 +37,109 @@ both! {
 }
 
 fn states<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got(bench.drive.state());
-        log.got(bench.drive.move_to(100));
-        log.got(bench.drive.quick_stop());
+    same(|rig: &mut Rig<K>, log| {
+        log.got(rig.drive.state());
+        log.got(rig.drive.move_to(100));
+        log.got(rig.drive.quick_stop());
         for _ in 0..2 {
-            log.got((bench.drive.enable(), bench.drive.state()));
-            log.got((bench.drive.disable(), bench.drive.state()));
+            log.got((rig.drive.enable(), rig.drive.state()));
+            log.got((rig.drive.disable(), rig.drive.state()));
         }
-        log.got((bench.drive.enable(), bench.drive.quick_stop(), bench.drive.state()));
-        log.got(bench.drive.move_to(100));
-        log.got((bench.drive.enable(), bench.drive.state(), bench.drive.move_to(100)));
-        log.got((bench.drive.start_moving_to(5000), bench.pass_ms(1000), bench.drive.disable()));
-        log.got((bench.drive.state(), bench.shaft().1));
+        log.got((rig.drive.enable(), rig.drive.quick_stop(), rig.drive.state()));
+        log.got(rig.drive.move_to(100));
+        log.got((rig.drive.enable(), rig.drive.state(), rig.drive.move_to(100)));
+        log.got((rig.drive.start_moving_to(5000), rig.pass_ms(1000), rig.drive.disable()));
+        log.got((rig.drive.state(), rig.shaft().1));
     });
 }
 
 fn travels<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got(bench.drive.enable());
+    same(|rig: &mut Rig<K>, log| {
+        log.got(rig.drive.enable());
         for target in [5000, -20, -20, -19, 1_000_001, 10_000_000] {
-            log.got((bench.drive.move_to(target), bench.drive.position()));
+            log.got((rig.drive.move_to(target), rig.drive.position()));
         }
-        bench.drive.set_patience(Duration::from_secs(1));
-        log.got(matches!(bench.drive.move_to(10_000), Ok(Outcome::TimedOut { .. })));
-        log.got((bench.drive.move_to(0), bench.drive.set_mode(Mode::Velocity), bench.drive.calibrate(0)));
-        log.got((bench.drive.step(), bench.drive.restore(None)));
-        bench.drive.set_patience(Duration::from_secs(60));
-        log.got((bench.drive.finish(), bench.shaft()));
+        rig.drive.set_patience(Duration::from_secs(1));
+        log.got(matches!(rig.drive.move_to(10_000), Ok(Outcome::TimedOut { .. })));
+        log.got((rig.drive.move_to(0), rig.drive.set_mode(Mode::Velocity), rig.drive.calibrate(0)));
+        log.got((rig.drive.step(), rig.drive.restore(None)));
+        rig.drive.set_patience(Duration::from_secs(60));
+        log.got((rig.drive.finish(), rig.shaft()));
     });
 }
 
 fn interruptions<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.enable(), bench.drive.interrupt(), bench.drive.resume()));
-        log.got((bench.drive.start_moving_to(5000), bench.pass_ms(1000), bench.drive.interrupt()));
-        log.got((bench.shaft().1, bench.drive.move_to(0), bench.pass_ms(1000)));
-        log.got((bench.drive.resume(), bench.pass_ms(500), bench.drive.stop(), bench.shaft().1));
-        log.got((bench.drive.resume(), bench.drive.finish(), bench.shaft()));
-        log.got((bench.drive.start_moving_to(0), bench.pass_ms(1000), bench.drive.quick_stop(), bench.shaft().1));
-        log.got((bench.drive.state(), bench.drive.enable(), bench.pass_ms(1000), bench.shaft().1));
-        log.got(bench.drive.move_to(0));
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.enable(), rig.drive.interrupt(), rig.drive.resume()));
+        log.got((rig.drive.start_moving_to(5000), rig.pass_ms(1000), rig.drive.interrupt()));
+        log.got((rig.shaft().1, rig.drive.move_to(0), rig.pass_ms(1000)));
+        log.got((rig.drive.resume(), rig.pass_ms(500), rig.drive.stop(), rig.shaft().1));
+        log.got((rig.drive.resume(), rig.drive.finish(), rig.shaft()));
+        log.got((rig.drive.start_moving_to(0), rig.pass_ms(1000), rig.drive.quick_stop(), rig.shaft().1));
+        log.got((rig.drive.state(), rig.drive.enable(), rig.pass_ms(1000), rig.shaft().1));
+        log.got(rig.drive.move_to(0));
     });
 }
 
 fn inching<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got(bench.drive.enable());
+    same(|rig: &mut Rig<K>, log| {
+        log.got(rig.drive.enable());
         for _ in 0..2 {
-            log.got(bench.drive.step());
+            log.got(rig.drive.step());
         }
-        log.got((bench.drive.inch(Direction::Negative), bench.pass_ms(1000), bench.drive.move_to(0)));
-        log.got((bench.shaft().1 < 0, bench.drive.stop_inching().is_ok(), bench.shaft().1));
-        log.got((bench.drive.state(), bench.drive.move_to(0)));
-        bench.drive.set_patience(Duration::from_millis(500));
-        log.got(bench.drive.step().is_ok());
-        log.got((bench.drive.stop(), bench.shaft().1, bench.drive.state()));
+        log.got((rig.drive.inch(Direction::Negative), rig.pass_ms(1000), rig.drive.move_to(0)));
+        log.got((rig.shaft().1 < 0, rig.drive.stop_inching().is_ok(), rig.shaft().1));
+        log.got((rig.drive.state(), rig.drive.move_to(0)));
+        rig.drive.set_patience(Duration::from_millis(500));
+        log.got(rig.drive.step().is_ok());
+        log.got((rig.drive.stop(), rig.shaft().1, rig.drive.state()));
     });
 }
 
 fn velocities<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.mode(), bench.drive.enable(), bench.drive.run_at(20)));
-        log.got((bench.drive.set_mode(Mode::Velocity), bench.drive.mode(), bench.drive.move_to(0)));
-        log.got(bench.drive.inch(Direction::Positive));
-        log.got(bench.drive.run_at(1000));
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.mode(), rig.drive.enable(), rig.drive.run_at(20)));
+        log.got((rig.drive.set_mode(Mode::Velocity), rig.drive.mode(), rig.drive.move_to(0)));
+        log.got(rig.drive.inch(Direction::Positive));
+        log.got(rig.drive.run_at(1000));
         for velocity in [20, -10, 0, 30] {
             // With which velocity it comes into the window, is a matter of milliseconds.
-            log.got(matches!(bench.drive.run_at(velocity), Ok(VelocityOutcome::Reached { .. })));
-            log.got((bench.pass_ms(1000), bench.drive.velocity(), bench.shaft().1));
+            log.got(matches!(rig.drive.run_at(velocity), Ok(VelocityOutcome::Reached { .. })));
+            log.got((rig.pass_ms(1000), rig.drive.velocity(), rig.shaft().1));
         }
-        log.got((bench.drive.set_mode(Mode::Positioning), bench.drive.stop(), bench.shaft().1));
-        log.got((bench.drive.run_at(20).is_ok(), bench.drive.quick_stop(), bench.drive.state(), bench.shaft().1));
-        log.got((bench.drive.set_mode(Mode::Positioning), bench.drive.enable(), bench.pass_ms(500), bench.shaft().1));
-        log.got(bench.drive.move_to(0));
+        log.got((rig.drive.set_mode(Mode::Positioning), rig.drive.stop(), rig.shaft().1));
+        log.got((rig.drive.run_at(20).is_ok(), rig.drive.quick_stop(), rig.drive.state(), rig.shaft().1));
+        log.got((rig.drive.set_mode(Mode::Positioning), rig.drive.enable(), rig.pass_ms(500), rig.shaft().1));
+        log.got(rig.drive.move_to(0));
     });
 }
 
 fn faults<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.enable(), bench.drive.reset_fault(), bench.drive.start_moving_to(100_000)));
-        bench.pass_ms(500);
-        bench.world(|inputs| inputs.sensor_fails = true);
-        log.got((bench.drive.finish(), bench.drive.state(), bench.drive.cause(), bench.drive.move_to(0)));
-        log.got((bench.drive.enable(), bench.drive.reset_fault(), bench.drive.state()));
-        bench.world(|inputs| inputs.sensor_fails = false);
-        log.got((bench.drive.reset_fault(), bench.drive.reset_fault(), bench.drive.state()));
-        log.got((bench.drive.enable(), bench.drive.start_moving_to(100_000), bench.pass_ms(1000)));
-        bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-        log.got((bench.drive.finish(), bench.drive.cause()));
-        bench.world(|inputs| *inputs = Inputs::default());
-        log.got((bench.drive.reset_fault(), bench.drive.fault_history()));
-        log.got((bench.drive.clear_fault_history(), bench.drive.fault_history()));
-        log.got((bench.drive.enable(), bench.drive.move_to(0)));
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.enable(), rig.drive.reset_fault(), rig.drive.start_moving_to(100_000)));
+        rig.pass_ms(500);
+        rig.world(|inputs| inputs.sensor_fails = true);
+        log.got((rig.drive.finish(), rig.drive.state(), rig.drive.cause(), rig.drive.move_to(0)));
+        log.got((rig.drive.enable(), rig.drive.reset_fault(), rig.drive.state()));
+        rig.world(|inputs| inputs.sensor_fails = false);
+        log.got((rig.drive.reset_fault(), rig.drive.reset_fault(), rig.drive.state()));
+        log.got((rig.drive.enable(), rig.drive.start_moving_to(100_000), rig.pass_ms(1000)));
+        rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+        log.got((rig.drive.finish(), rig.drive.cause()));
+        rig.world(|inputs| *inputs = Inputs::default());
+        log.got((rig.drive.reset_fault(), rig.drive.fault_history()));
+        log.got((rig.drive.clear_fault_history(), rig.drive.fault_history()));
+        log.got((rig.drive.set_emergencies(false).is_ok(), rig.drive.enable(), rig.drive.start_moving_to(0)));
+        rig.world(|inputs| inputs.force(FaultKind::Overcurrent));
+        log.got(rig.drive.finish());
+        rig.world(|inputs| inputs.clear(FaultKind::Overcurrent));
+        log.got((rig.drive.reset_fault(), rig.pass_ms(3000)));
+        log.got((rig.drive.enable(), rig.drive.move_to(0)));
     });
 }
 
 fn conditions<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
+    same(|rig: &mut Rig<K>, log| {
         let without_power = |inputs: &mut Inputs| {
             if K::MODEL.drive.enable_input {
                 inputs.enable = false;
@@ -141,77 +147,82 @@ fn conditions<K: Sold>() {
                 inputs.output_stage_supply_100mv = 0;
             }
         };
-        bench.world(without_power);
-        log.got(bench.drive.enable().map(|()| bench.drive.move_to(100)));
-        bench.world(|inputs| *inputs = Inputs::default());
-        log.got((bench.drive.enable(), bench.drive.start_moving_to(5000), bench.pass_ms(1000)));
-        bench.world(without_power);
-        bench.drive.set_patience(Duration::from_secs(2));
-        log.got(matches!(bench.drive.finish(), Ok(Outcome::Reached { .. })));
-        log.got(bench.drive.move_to(100).is_err());
-        bench.pass_ms(1000);
-        bench.world(|inputs| *inputs = Inputs::default());
-        bench.pass_ms(1000);
-        log.got(bench.shaft().1);
-        bench.drive.set_patience(Duration::from_secs(60));
-        log.got((bench.drive.enable(), bench.drive.move_to(0)));
-        bench.world(|inputs| inputs.limit_switches = [true, false]);
-        log.got((bench.drive.move_to(100), bench.drive.warning()));
+        rig.world(without_power);
+        log.got(rig.drive.enable().map(|()| rig.drive.move_to(100)));
+        rig.world(|inputs| *inputs = Inputs::default());
+        log.got((rig.drive.enable(), rig.drive.start_moving_to(5000), rig.pass_ms(1000)));
+        rig.world(without_power);
+        rig.drive.set_patience(Duration::from_secs(2));
+        log.got(matches!(rig.drive.finish(), Ok(Outcome::Reached { .. })));
+        log.got(rig.drive.move_to(100).is_err());
+        rig.pass_ms(1000);
+        rig.world(|inputs| *inputs = Inputs::default());
+        rig.pass_ms(1000);
+        log.got(rig.shaft().1);
+        rig.drive.set_patience(Duration::from_secs(60));
+        log.got((rig.drive.enable(), rig.drive.move_to(0)));
+        rig.world(|inputs| inputs.limit_switches = [true, false]);
+        log.got((rig.drive.move_to(100), rig.drive.warning()));
+        rig.world(|inputs| *inputs = Inputs::default());
+        log.got((rig.drive.start_moving_to(20_000), rig.pass_ms(2000)));
+        rig.world(|inputs| inputs.limit_switches = [true, false]);
+        rig.pass_ms(2000);
+        log.got((rig.drive.finish().is_ok_and(|outcome| matches!(outcome, Outcome::Reached { .. })), rig.shaft().1));
     });
 }
 
 fn limits<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.limits(), bench.drive.enable(), bench.drive.move_to(2000)));
-        let set = |bench: &mut Bench<K>, sub, value| {
-            let mut settings = bench.drive.read_parameters().unwrap();
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.limits(), rig.drive.enable(), rig.drive.move_to(2000)));
+        let set = |rig: &mut Rig<K>, sub, value| {
+            let mut settings = rig.drive.read_parameters().unwrap();
             settings.retain(|setting| setting.address == Address::new(0x607D, sub));
             settings.iter_mut().for_each(|setting| setting.value = value);
-            bench.drive.write_parameters(&settings)
+            rig.drive.write_parameters(&settings)
         };
-        log.got((set(bench, 2, 1000), bench.drive.limits(), bench.drive.move_to(0)));
-        log.got((bench.drive.inch(Direction::Positive), bench.drive.inch(Direction::Negative)));
-        log.got((bench.pass_ms(2500), bench.drive.stop_inching().is_ok(), bench.drive.move_to(1001)));
-        log.got(bench.drive.move_to(0));
+        log.got((set(rig, 2, 1000), rig.drive.limits(), rig.drive.move_to(0)));
+        log.got((rig.drive.inch(Direction::Positive), rig.drive.inch(Direction::Negative)));
+        log.got((rig.pass_ms(2500), rig.drive.stop_inching().is_ok(), rig.drive.move_to(1001)));
+        log.got(rig.drive.move_to(0));
         // One error number of PROFIBUS stands for several abort codes.
-        log.got((set(bench, 2, -2_000_000).is_err(), set(bench, 2, 99_999_999).is_err(), bench.drive.limits()));
+        log.got((set(rig, 2, -2_000_000).is_err(), set(rig, 2, 99_999_999).is_err(), rig.drive.limits()));
     });
 }
 
 fn parameters<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        let settings = bench.drive.read_parameters().unwrap();
+    same(|rig: &mut Rig<K>, log| {
+        let settings = rig.drive.read_parameters().unwrap();
         log.got(&settings);
-        log.got((bench.drive.units(), bench.drive.approach(), bench.drive.limits()));
-        log.got((bench.drive.set_approach(Approach::Positive), bench.drive.approach()));
-        log.got((bench.drive.calibrate(1234), bench.drive.position(), bench.drive.calibrate(1_000_000)));
+        log.got((rig.drive.units(), rig.drive.approach(), rig.drive.limits()));
+        log.got((rig.drive.set_approach(Approach::Positive), rig.drive.approach()));
+        log.got((rig.drive.calibrate(1234), rig.drive.position(), rig.drive.calibrate(1_000_000)));
         let mut others = settings.clone();
         for setting in &mut others {
             setting.value = if (0x2410..=0x2412).contains(&setting.address.index()) { 7 } else { setting.value };
         }
-        log.got((bench.drive.compare_parameters(&others), bench.drive.write_parameters(&others)));
-        log.got(bench.drive.read_parameters());
-        log.got(bench.drive.restore(Some(ParameterSet::Controller)));
-        log.got(bench.drive.read_parameters());
-        log.got((bench.drive.restore(None), bench.drive.read_parameters()));
+        log.got((rig.drive.compare_parameters(&others), rig.drive.write_parameters(&others)));
+        log.got(rig.drive.read_parameters());
+        log.got(rig.drive.restore(Some(ParameterSet::Controller)));
+        log.got(rig.drive.read_parameters());
+        log.got((rig.drive.restore(None), rig.drive.read_parameters()));
     });
 }
 
 /// Nobody sends a SYNC here.
 fn starts_by_sync<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.set_start_by_sync(true), bench.drive.enable(), bench.drive.prepare_moving_to(1000)));
-        log.got((bench.pass_ms(1000), bench.shaft(), bench.drive.confirm_start().is_err()));
-        log.got((bench.drive.disable(), bench.drive.set_start_by_sync(false), bench.drive.enable()));
-        log.got((bench.drive.move_to(1000), bench.shaft()));
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.set_start_by_sync(true), rig.drive.enable(), rig.drive.prepare_moving_to(1000)));
+        log.got((rig.pass_ms(1000), rig.shaft(), rig.drive.confirm_start().is_err()));
+        log.got((rig.drive.disable(), rig.drive.set_start_by_sync(false), rig.drive.enable()));
+        log.got((rig.drive.move_to(1000), rig.shaft()));
     });
 }
 
 fn what_it_does_not_have<K: Sold>() {
-    same(|bench: &mut Bench<K>, log| {
-        log.got((bench.drive.home(1), bench.drive.store(), bench.drive.apply_torque(1), bench.drive.torque()));
-        log.got((bench.drive.temperature(), bench.drive.battery_voltage(), bench.drive.torque_deactivated()));
-        log.got((bench.drive.set_torque_threshold(Some(50)), bench.drive.torque_threshold()));
-        log.got(bench.drive.set_mode(Mode::Torque));
+    same(|rig: &mut Rig<K>, log| {
+        log.got((rig.drive.home(1), rig.drive.store(), rig.drive.apply_torque(1), rig.drive.torque()));
+        log.got((rig.drive.temperature(), rig.drive.battery_voltage(), rig.drive.torque_deactivated()));
+        log.got((rig.drive.set_torque_threshold(Some(50)), rig.drive.torque_threshold()));
+        log.got(rig.drive.set_mode(Mode::Torque));
     });
 }

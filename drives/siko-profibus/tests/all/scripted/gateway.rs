@@ -7,17 +7,17 @@ use siko::gateway::{Door, Facts, Job, Report};
 use siko::order::Order;
 use siko_profibus::{AG02, AG03_1, Model};
 
-use super::bench::{Bench, SYSTEM};
+use super::rig::{Rig, SYSTEM};
 
 const LOAD: i64 = 0x6461_6F6C;
 const ORDER: Job = Job::Order { order: Order::Enable, target: 0 };
 
-impl Bench {
+impl Rig {
     fn known(model: &'static Model, mode: u32) -> Self {
-        let mut bench = Bench::offline(model, mode);
-        bench.turns(20);
-        bench.reports();
-        bench
+        let mut rig = Rig::offline(model, mode);
+        rig.turns(20);
+        rig.reports();
+        rig
     }
 
     fn reports(&mut self) -> Vec<Report> {
@@ -90,17 +90,17 @@ fn objects_are_read_from_parameters_and_facts() {
         (one, 1, 0x606C, 0, None, 0, 100),
         (one, 2, 0x606C, 0, None, 0, 0),
     ] {
-        let (mut bench, address) = (Bench::known(model, mode), Address::new(index, sub));
-        assert!(bench.door.has(address), "{address:?}");
+        let (mut rig, address) = (Rig::known(model, mode), Address::new(index, sub));
+        assert!(rig.door.has(address), "{address:?}");
         if let Some(number) = number {
-            bench.parameters.values.insert(number, i32::cast_unsigned(raw));
+            rig.parameters.values.insert(number, i32::cast_unsigned(raw));
         }
-        assert_eq!(bench.job(Job::Read(address)), Ok(value), "{address:?}");
+        assert_eq!(rig.job(Job::Read(address)), Ok(value), "{address:?}");
         let task = number.map(|number| match number {
             945 => Task::ReadElement { number, index: 2 },
             number => Task::Read { number },
         });
-        assert_eq!(bench.asked(), Vec::from_iter(task));
+        assert_eq!(rig.asked(), Vec::from_iter(task));
     }
     let missing = [(0x5000, 0), (0x1010, 1), (0x1011, 5), (0x1011, 0), (0x2101, 0)];
     for (model, mode, address, code) in missing
@@ -108,28 +108,28 @@ fn objects_are_read_from_parameters_and_facts() {
         .into_iter()
         .chain([(one, 2, (0x1011, 1), AbortCode::WRITE_ONLY), (two, 1, (0x6064, 0), AbortCode::DEVICE_STATE)])
     {
-        let (mut bench, address) = (Bench::known(model, mode), Address::new(address.0, address.1));
-        assert_eq!(bench.door.has(address), code != AbortCode::NO_SUCH_OBJECT, "{address:?}");
-        assert_eq!((bench.job(Job::Read(address)), bench.asked()), (Err(code), vec![]), "{address:?}");
+        let (mut rig, address) = (Rig::known(model, mode), Address::new(address.0, address.1));
+        assert_eq!(rig.door.has(address), code != AbortCode::NO_SUCH_OBJECT, "{address:?}");
+        assert_eq!((rig.job(Job::Read(address)), rig.asked()), (Err(code), vec![]), "{address:?}");
     }
-    let mut bench = Bench::offline(one, 2);
-    assert_eq!(bench.job(Job::Read(Address::new(0x6064, 0))), Err(AbortCode::HARDWARE_ERROR), "it is not known yet");
+    let mut rig = Rig::offline(one, 2);
+    assert_eq!(rig.job(Job::Read(Address::new(0x6064, 0))), Err(AbortCode::HARDWARE_ERROR), "it is not known yet");
 }
 
 /// What the last exchange has brought may be of long ago: no exchange, no answer.
 #[test]
 fn a_position_is_read_after_it_was_asked_for() {
     for address in [0x6064, 0x606C].map(|index| Address::new(index, 0)) {
-        let mut bench = Bench::known(&AG03_1, 2);
-        bench.begin(Job::Read(address));
-        let done = |bench: &mut Bench| {
-            let reports = std::iter::from_fn(|| bench.door.poll(bench.now)).collect::<Vec<_>>();
+        let mut rig = Rig::known(&AG03_1, 2);
+        rig.begin(Job::Read(address));
+        let done = |rig: &mut Rig| {
+            let reports = std::iter::from_fn(|| rig.door.poll(rig.now)).collect::<Vec<_>>();
             reports.into_iter().find(|report| matches!(report, Report::Done(_)))
         };
-        assert_eq!(done(&mut bench), None, "{address}");
-        bench.actual = 321;
-        bench.turns(60);
-        let seen = done(&mut bench);
+        assert_eq!(done(&mut rig), None, "{address}");
+        rig.actual = 321;
+        rig.turns(60);
+        let seen = done(&mut rig);
         let is_now = |value| if address.index() == 0x6064 { value == 321 } else { value != 0 };
         assert!(matches!(seen, Some(Report::Done(Ok(value))) if is_now(value)), "{address}: {seen:?}");
     }
@@ -149,9 +149,9 @@ fn objects_are_written_to_parameters() {
         (0x1011, 3, LOAD, 970, 3),
         (0x1011, 4, LOAD, 970, 5),
     ] {
-        let mut bench = Bench::known(&AG02, 2);
-        assert_eq!(bench.job(Job::Write(Address::new(index, sub), value)), Ok(0), "{index:04X}");
-        assert_eq!(bench.asked()[0], write(number, raw), "{index:04X}");
+        let mut rig = Rig::known(&AG02, 2);
+        assert_eq!(rig.job(Job::Write(Address::new(index, sub), value)), Ok(0), "{index:04X}");
+        assert_eq!(rig.asked()[0], write(number, raw), "{index:04X}");
     }
     for (index, sub, value, code) in [
         (0x6060, 0, 3, AbortCode::INVALID_VALUE),
@@ -164,10 +164,10 @@ fn objects_are_written_to_parameters() {
         (0x1018, 4, 1, AbortCode::NO_SUCH_OBJECT),
         (0x6064, 0, 1, AbortCode::NO_SUCH_OBJECT),
     ] {
-        let mut bench = Bench::known(&AG02, 2);
+        let mut rig = Rig::known(&AG02, 2);
         let job = Job::Write(Address::new(index, sub), value);
-        bench.begin(job);
-        assert_eq!(bench.reports(), [Report::Done(Err(code))], "{index:04X}: nothing is sent");
+        rig.begin(job);
+        assert_eq!(rig.reports(), [Report::Done(Err(code))], "{index:04X}: nothing is sent");
     }
 }
 
@@ -185,33 +185,33 @@ fn a_refusal_is_an_abort_code() {
         (Refusal::WRONG_STATE, AbortCode::DEVICE_STATE),
         (Refusal::OTHER, AbortCode::GENERAL),
     ] {
-        let mut bench = Bench::known(&AG02, 2);
-        bench.parameters.refusal = Some(refusal);
+        let mut rig = Rig::known(&AG02, 2);
+        rig.parameters.refusal = Some(refusal);
         for job in [Job::Read(Address::new(0x2410, 5)), Job::Write(Address::new(0x2410, 5), 30)] {
-            assert_eq!(bench.job(job), Err(code), "{refusal:?}");
+            assert_eq!(rig.job(job), Err(code), "{refusal:?}");
         }
     }
-    let mut bench = Bench::known(&AG02, 2);
-    bench.parameters.is_authorised = false;
-    assert_eq!(bench.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::LOCAL_CONTROL));
+    let mut rig = Rig::known(&AG02, 2);
+    rig.parameters.is_authorised = false;
+    assert_eq!(rig.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::LOCAL_CONTROL));
     // What is not answered may have been done; what is not followed has not.
-    let mut bench = Bench::known(&AG02, 2);
-    bench.follows = false;
-    assert_eq!(bench.job(ORDER), Err(AbortCode::DEVICE_STATE));
-    bench.answers = false;
-    assert_eq!(bench.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::HARDWARE_ERROR));
+    let mut rig = Rig::known(&AG02, 2);
+    rig.follows = false;
+    assert_eq!(rig.job(ORDER), Err(AbortCode::DEVICE_STATE));
+    rig.answers = false;
+    assert_eq!(rig.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::HARDWARE_ERROR));
 }
 
 /// Also when nothing changes, and not when only the telegrams go on.
 #[test]
 fn facts_are_as_old_as_the_reading_of_the_status() {
-    let mut bench = Bench::known(&AG02, 2);
-    let worst = bench.door.worst_cycle();
-    let newest = |bench: &mut Bench| {
+    let mut rig = Rig::known(&AG02, 2);
+    let worst = rig.door.worst_cycle();
+    let newest = |rig: &mut Rig| {
         let mut newest = None;
         for _ in 0..100 {
-            bench.turn();
-            while let Some(report) = bench.door.poll(bench.now) {
+            rig.turn();
+            while let Some(report) = rig.door.poll(rig.now) {
                 newest = Some(match report {
                     Report::Facts(facts) => facts,
                     other => panic!("{other:?}"),
@@ -220,79 +220,79 @@ fn facts_are_as_old_as_the_reading_of_the_status() {
         }
         newest
     };
-    let facts = newest(&mut bench).expect("it is reported that nothing has changed");
-    assert!(facts.age(bench.now) < Duration::from_millis(20), "{:?}", facts.age(bench.now));
-    bench.answers = false;
-    newest(&mut bench);
-    bench.actual += 1;
+    let facts = newest(&mut rig).expect("it is reported that nothing has changed");
+    assert!(facts.age(rig.now) < Duration::from_millis(20), "{:?}", facts.age(rig.now));
+    rig.answers = false;
+    newest(&mut rig);
+    rig.actual += 1;
     for _ in 0..30 {
-        newest(&mut bench);
+        newest(&mut rig);
     }
-    let facts = bench.master().facts().unwrap();
-    assert_eq!((facts.value.position, facts.fresh(bench.now, worst)), (101, None));
+    let facts = rig.master().facts().unwrap();
+    assert_eq!((facts.value.position, facts.fresh(rig.now, worst)), (101, None));
     // One that counts as lost begins anew, and says so no more.
-    bench.begin(ORDER);
-    bench.door.lose(bench.now);
-    bench.answers = true;
-    assert_eq!((bench.reports(), bench.door.master().facts(), bench.door.master().outputs()), (vec![], None, [0; 14]));
-    let facts = newest(&mut bench).unwrap();
-    assert!(facts.fresh(bench.now, worst).is_some());
+    rig.begin(ORDER);
+    rig.door.lose(rig.now);
+    rig.answers = true;
+    assert_eq!((rig.reports(), rig.door.master().facts(), rig.door.master().outputs()), (vec![], None, [0; 14]));
+    let facts = newest(&mut rig).unwrap();
+    assert!(facts.fresh(rig.now, worst).is_some());
 }
 
 #[test]
 fn what_is_new_is_reported_a_position_every_10_ms() {
-    let mut bench = Bench::offline(&AG02, 2);
-    assert_eq!(bench.reports(), []);
-    bench.turns(20);
-    assert_eq!(bench.reports(), [facts(0x80, 100)]);
-    let begin = bench.now;
+    let mut rig = Rig::offline(&AG02, 2);
+    assert_eq!(rig.reports(), []);
+    rig.turns(20);
+    assert_eq!(rig.reports(), [facts(0x80, 100)]);
+    let begin = rig.now;
     for turn in 1..=25 {
-        bench.actual += 1;
-        bench.turn();
+        rig.actual += 1;
+        rig.turn();
         let expected = if turn % 10 == 0 { vec![facts(0x80, 100 + turn)] } else { vec![] };
-        assert_eq!(bench.reports(), expected, "after {turn}");
+        assert_eq!(rig.reports(), expected, "after {turn}");
     }
-    assert_eq!(bench.now.since(begin), Duration::from_millis(25));
+    assert_eq!(rig.now.since(begin), Duration::from_millis(25));
     // A status at once, and with it the position.
-    bench.status |= 8;
-    bench.turn();
-    assert_eq!(bench.reports(), [facts(0x180, 125)]);
+    rig.status |= 8;
+    rig.turn();
+    assert_eq!(rig.reports(), [facts(0x180, 125)]);
     // Nor is a velocity known before it has been measured.
-    bench.turns(120);
-    bench.reports();
-    bench.turns(30);
-    assert_eq!(bench.reports(), [], "nothing is new");
+    rig.turns(120);
+    rig.reports();
+    rig.turns(30);
+    assert_eq!(rig.reports(), [], "nothing is new");
     // So is what is known when a job is over.
-    bench.begin(Job::Look);
+    rig.begin(Job::Look);
     let mut reports = Vec::new();
     for _ in 0..20 {
         if reports.contains(&Report::Done(Ok(0))) {
             break;
         }
-        bench.actual += 1;
-        bench.turn();
-        reports.extend(bench.reports());
+        rig.actual += 1;
+        rig.turn();
+        reports.extend(rig.reports());
     }
-    assert!(reports.ends_with(&[facts(0x180, bench.actual), Report::Done(Ok(0))]), "{reports:?}");
-    bench.actual += 1;
-    bench.turn();
-    assert_eq!(bench.reports(), [], "once");
+    assert!(reports.ends_with(&[facts(0x180, rig.actual), Report::Done(Ok(0))]), "{reports:?}");
+    rig.actual += 1;
+    rig.turn();
+    assert_eq!(rig.reports(), [], "once");
     // What is lost ends what is under way.
-    bench.begin(ORDER);
-    bench.turn();
-    bench.master().handle_offline();
-    assert_eq!((bench.reports(), bench.reports()), (vec![Report::Lost], vec![]));
-    bench.turns(20);
-    assert_eq!(bench.reports(), [facts(0x180, bench.actual)]);
-    bench.turns(500);
-    assert_eq!(bench.reports(), []);
+    rig.begin(ORDER);
+    rig.turn();
+    rig.master().handle_offline();
+    assert_eq!((rig.reports(), rig.reports()), (vec![Report::Lost], vec![]));
+    rig.turns(20);
+    assert_eq!(rig.reports(), [facts(0x180, rig.actual)]);
+    rig.turns(500);
+    assert_eq!(rig.reports(), []);
     // Its deadlines are those of the master.
-    bench.answers = false;
-    bench.begin(Job::Read(Address::new(0x2410, 5)));
-    let due = bench.door.poll_timeout().unwrap();
-    bench.door.handle_timeout(due);
-    bench.now = due;
-    let later = bench.door.poll_timeout().unwrap();
-    bench.door.handle_timeout(later);
-    assert_eq!(bench.reports(), [Report::Done(Err(AbortCode::HARDWARE_ERROR))]);
+    rig.answers = false;
+    rig.begin(Job::Read(Address::new(0x2410, 5)));
+    let due = rig.door.poll_timeout().unwrap();
+    rig.door.handle_timeout(due);
+    rig.now = due;
+    let later = rig.door.poll_timeout().unwrap();
+    rig.door.handle_timeout(later);
+    assert_eq!(rig.reports(), [Report::Done(Err(AbortCode::HARDWARE_ERROR))]);
 }

@@ -7,7 +7,7 @@ use siko::sim::parameters::Mode;
 use siko_profibus::AG03_1;
 use siko_profibus::master::{DriveMaster, Event, Facts};
 
-use super::bench::{Bench, MODE, SYSTEM};
+use super::rig::{MODE, Rig, SYSTEM};
 
 const REFUSED: Event = Event::Answered(Reply::Refused(Refusal::WRONG_STATE));
 
@@ -24,26 +24,26 @@ const DOWN: Order = Order::Inch(Direction::Negative);
 
 #[test]
 fn what_has_to_be_known_is_asked_for_and_then_the_status_again_and_again() {
-    let mut bench = Bench::offline(&AG03_1, 2);
-    assert_eq!((bench.master().outputs(), bench.master().poll_timeout()), ([0; 14], None));
-    assert_eq!(bench.facts(), None);
-    bench.turns(11);
-    assert_eq!(bench.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
+    let mut rig = Rig::offline(&AG03_1, 2);
+    assert_eq!((rig.master().outputs(), rig.master().poll_timeout()), ([0; 14], None));
+    assert_eq!(rig.facts(), None);
+    rig.turns(11);
+    assert_eq!(rig.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
     let facts = Facts { status: 0x0203, system: 0x80, mode: Mode::Positioning, position: 100, velocity: 0 };
-    assert_eq!(bench.facts(), Some(facts));
-    bench.parameters.values.insert(SYSTEM, 0x0190);
-    (bench.status, bench.actual) = (0x020B, 105);
-    bench.turns(3);
+    assert_eq!(rig.facts(), Some(facts));
+    rig.parameters.values.insert(SYSTEM, 0x0190);
+    (rig.status, rig.actual) = (0x020B, 105);
+    rig.turns(3);
     // ZSW shows a fault earlier, and its end.
     let facts = Facts { status: 0x020B, system: 0x0190, position: 105, ..facts };
-    assert_eq!(bench.facts(), Some(facts));
-    bench.status = 0x0203;
-    bench.turn();
-    assert_eq!(bench.facts(), Some(Facts { status: 0x0203, system: 0x0090, ..facts }));
-    let mut bench = Bench::new(1);
-    bench.actual = -30;
-    bench.turn();
-    let facts = bench.facts().unwrap();
+    assert_eq!(rig.facts(), Some(facts));
+    rig.status = 0x0203;
+    rig.turn();
+    assert_eq!(rig.facts(), Some(Facts { status: 0x0203, system: 0x0090, ..facts }));
+    let mut rig = Rig::new(1);
+    rig.actual = -30;
+    rig.turn();
+    let facts = rig.facts().unwrap();
     assert_eq!((facts.mode, facts.position, facts.velocity), (Mode::Velocity, 0, -30));
 }
 
@@ -66,14 +66,14 @@ fn an_order_is_its_words() {
         (Order::StopInching, vec![0x0B, 0x3B], vec![]),
     ] {
         for (mode, words) in [(1, velocity), (2, positioning)] {
-            let mut bench = Bench::enabled(mode);
-            assert_eq!(bench.order(order, 700), Event::Followed, "{order:?}");
-            bench.turns(5);
-            assert_eq!(bench.words(), words, "{order:?}, {mode}");
+            let mut rig = Rig::enabled(mode);
+            assert_eq!(rig.order(order, 700), Event::Followed, "{order:?}");
+            rig.turns(5);
+            assert_eq!(rig.words(), words, "{order:?}, {mode}");
         }
     }
     // Bit 6, whose edges start travels, stays as it is in all other words.
-    let mut bench = Bench::enabled(2);
+    let mut rig = Rig::enabled(2);
     for (order, sent) in [
         (Order::Start, vec![(0x3B, 700), (0x7B, 700)]),
         (Order::Interrupt(Braking::Programmed), vec![(0x5B, 700)]),
@@ -84,10 +84,10 @@ fn an_order_is_its_words() {
         (DOWN, vec![(0x4B, 700), (0x824B, 700)]),
         (Order::StopInching, vec![(0x4B, 700), (0x7B, 700)]),
     ] {
-        assert_eq!(bench.order(order, 700), Event::Followed);
-        assert_eq!(bench.sent(), sent, "{order:?}");
+        assert_eq!(rig.order(order, 700), Event::Followed);
+        assert_eq!(rig.sent(), sent, "{order:?}");
     }
-    assert_eq!((bench.order(Order::Start, -5), bench.sent()), (Event::Followed, vec![(0x7B, -5), (0x3B, -5)]));
+    assert_eq!((rig.order(Order::Start, -5), rig.sent()), (Event::Followed, vec![(0x7B, -5), (0x3B, -5)]));
 }
 
 #[test]
@@ -102,152 +102,152 @@ fn an_order_is_followed_when_its_words_have_arrived_and_the_status_shows_it() {
         (Order::Start, 0x1207, 0x0207, vec![0x3B, 0x7B]),
     ] {
         let ordered = || {
-            let mut bench = Bench::new(2);
-            (bench.follows, bench.status) = (false, before);
-            bench.turns(5);
-            let now = bench.now;
-            bench.master().order(now, order, 700);
-            bench
+            let mut rig = Rig::new(2);
+            (rig.follows, rig.status) = (false, before);
+            rig.turns(5);
+            let now = rig.now;
+            rig.master().order(now, order, 700);
+            rig
         };
-        let mut bench = ordered();
-        bench.turns(20);
-        assert_eq!(bench.master().poll(), None, "{order:?}");
-        bench.status = after;
-        assert_eq!(bench.next().0, Event::Followed, "{order:?}");
+        let mut rig = ordered();
+        rig.turns(20);
+        assert_eq!(rig.master().poll(), None, "{order:?}");
+        rig.status = after;
+        assert_eq!(rig.next().0, Event::Followed, "{order:?}");
         // What could still be followed later is taken back.
-        let mut bench = ordered();
-        assert_eq!(bench.next(), (Event::NotFollowed, 400), "{order:?}");
-        bench.turns(5);
-        assert_eq!(bench.words(), words, "{order:?}");
+        let mut rig = ordered();
+        assert_eq!(rig.next(), (Event::NotFollowed, 400), "{order:?}");
+        rig.turns(5);
+        assert_eq!(rig.words(), words, "{order:?}");
     }
     // What has become of it is known: the status that was asked for before does not count.
     for turns in 0..4 {
         for order in [Order::Release, Order::Start, Order::Step] {
-            let mut bench = Bench::enabled(2);
-            bench.turns(turns);
-            let now = bench.now;
-            bench.master().order(now, order, 700);
+            let mut rig = Rig::enabled(2);
+            rig.turns(turns);
+            let now = rig.now;
+            rig.master().order(now, order, 700);
             let mut carried = 0;
-            while carried < 3 && bench.master().poll().is_none() {
-                bench.turn();
-                carried += bench.words().len();
-                bench.parameters.values.insert(SYSTEM, 0x1000 + carried as u32);
+            while carried < 3 && rig.master().poll().is_none() {
+                rig.turn();
+                carried += rig.words().len();
+                rig.parameters.values.insert(SYSTEM, 0x1000 + carried as u32);
                 if carried == if order == Order::Release { 1 } else { 2 } {
                     break;
                 }
             }
-            assert_eq!(bench.next().0, Event::Followed);
+            assert_eq!(rig.next().0, Event::Followed);
             let system = 0x1000 + if order == Order::Release { 1 } else { 2 };
-            assert_eq!(bench.facts().unwrap().system, system, "{order:?} after {turns}");
+            assert_eq!(rig.facts().unwrap().system, system, "{order:?} after {turns}");
         }
     }
     // A telegram that was on its way carries none of it.
     for order in [Order::Step, Order::Enable, Order::Release] {
-        let mut bench = Bench::enabled(2);
-        let before = bench.master().outputs();
-        bench.stuck = Some(bench.last);
-        let now = bench.now;
-        bench.master().order(now, order, 0);
-        let outputs = bench.master().outputs();
+        let mut rig = Rig::enabled(2);
+        let before = rig.master().outputs();
+        rig.stuck = Some(rig.last);
+        let now = rig.now;
+        rig.master().order(now, order, 0);
+        let outputs = rig.master().outputs();
         assert_ne!(outputs[8..], before[8..], "{order:?} goes out at once");
-        bench.turns(50);
-        assert_eq!((bench.master().poll(), &bench.master().outputs()[8..]), (None, &outputs[8..]), "{order:?}");
-        bench.stuck = None;
-        assert_eq!(bench.next().0, Event::Followed);
+        rig.turns(50);
+        assert_eq!((rig.master().poll(), &rig.master().outputs()[8..]), (None, &outputs[8..]), "{order:?}");
+        rig.stuck = None;
+        assert_eq!(rig.next().0, Event::Followed);
     }
     // It is followed, and nothing is known of it.
-    let mut bench = Bench::new(2);
-    bench.answers = false;
-    assert_eq!(bench.order(Order::Enable, 0), Event::Silent);
-    bench.turns(5);
-    assert_eq!(bench.words(), [0x0B, 0x3B]);
-    let mut bench = Bench::enabled(2);
-    bench.answers = false;
-    assert_eq!(bench.order(Order::Step, 0), Event::Silent);
-    assert_eq!(bench.words(), [0x0B, 0x010B]);
-    bench.answers = true;
-    assert_eq!(bench.order(Order::Resume, 0), Event::Followed);
+    let mut rig = Rig::new(2);
+    rig.answers = false;
+    assert_eq!(rig.order(Order::Enable, 0), Event::Silent);
+    rig.turns(5);
+    assert_eq!(rig.words(), [0x0B, 0x3B]);
+    let mut rig = Rig::enabled(2);
+    rig.answers = false;
+    assert_eq!(rig.order(Order::Step, 0), Event::Silent);
+    assert_eq!(rig.words(), [0x0B, 0x010B]);
+    rig.answers = true;
+    assert_eq!(rig.order(Order::Resume, 0), Event::Followed);
 }
 
 #[test]
 fn a_task_is_answered_or_given_up() {
-    let mut bench = Bench::new(2);
-    bench.parameters.values.insert(1004, 30);
-    assert_eq!(bench.ask(read(1004)), Event::Answered(Reply::Value(Value::Word(30))));
-    assert_eq!(bench.ask(write(1004, 40)), Event::Answered(Reply::Value(Value::Word(40))));
-    bench.parameters.refusal = Some(Refusal::WRONG_STATE);
-    assert_eq!(bench.ask(read(1004)), REFUSED);
-    bench.parameters.refusal = None;
-    bench.master().look();
-    bench.parameters.values.insert(SYSTEM, 0x4321);
-    let (event, ms) = bench.next();
+    let mut rig = Rig::new(2);
+    rig.parameters.values.insert(1004, 30);
+    assert_eq!(rig.ask(read(1004)), Event::Answered(Reply::Value(Value::Word(30))));
+    assert_eq!(rig.ask(write(1004, 40)), Event::Answered(Reply::Value(Value::Word(40))));
+    rig.parameters.refusal = Some(Refusal::WRONG_STATE);
+    assert_eq!(rig.ask(read(1004)), REFUSED);
+    rig.parameters.refusal = None;
+    rig.master().look();
+    rig.parameters.values.insert(SYSTEM, 0x4321);
+    let (event, ms) = rig.next();
     assert!(event == Event::Looked && ms <= 5, "{event:?} after {ms} ms");
     // A deadline that has not come is none.
-    bench.master().look();
-    let now = bench.now;
-    bench.master().handle_timeout(now);
-    assert_eq!((bench.master().poll(), bench.next().0), (None, Event::Looked));
-    assert_eq!(bench.facts().unwrap().system, 0x4221);
+    rig.master().look();
+    let now = rig.now;
+    rig.master().handle_timeout(now);
+    assert_eq!((rig.master().poll(), rig.next().0), (None, Event::Looked));
+    assert_eq!(rig.facts().unwrap().system, 0x4221);
     // Nothing is asked of a drive that is not there.
-    let mut offline = Bench::offline(&AG03_1, 2);
+    let mut offline = Rig::offline(&AG03_1, 2);
     let now = offline.now;
     offline.master().order(now, Order::Enable, 0);
     let due = offline.master().poll_timeout().unwrap();
     offline.master().handle_timeout(due);
     assert_eq!((offline.master().poll(), offline.master().poll_timeout()), (Some(Event::NotFollowed), None));
     // What the master asks for itself is no event.
-    bench.answers = false;
-    bench.turns(1000);
-    assert_eq!(bench.master().poll(), None);
+    rig.answers = false;
+    rig.turns(1000);
+    assert_eq!(rig.master().poll(), None);
     for look in [true, false] {
-        let mut bench = Bench::new(2);
-        bench.turns(usize::from(look));
-        bench.answers = false;
+        let mut rig = Rig::new(2);
+        rig.turns(usize::from(look));
+        rig.answers = false;
         if look {
-            bench.master().look();
+            rig.master().look();
         } else {
-            bench.master().ask(read(1004));
+            rig.master().ask(read(1004));
         }
-        let (event, ms) = bench.next();
+        let (event, ms) = rig.next();
         assert!(event == Event::Silent && (399..=801).contains(&ms), "{event:?} after {ms} ms");
-        bench.turns(1000);
-        assert_eq!(bench.master().poll(), None);
-        bench.answers = true;
-        assert_eq!(bench.ask(read(1004)), Event::Answered(Reply::Value(Value::Word(0))));
+        rig.turns(1000);
+        assert_eq!(rig.master().poll(), None);
+        rig.answers = true;
+        assert_eq!(rig.ask(read(1004)), Event::Answered(Reply::Value(Value::Word(0))));
     }
 }
 
 #[test]
 fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
     for moves in [0x4000, 0x0010] {
-        let mut bench = Bench::enabled(2);
-        bench.parameters.values.insert(SYSTEM, moves);
-        bench.turns(10);
-        assert_eq!((bench.ask(write(MODE, 1)), bench.words()), (REFUSED, vec![]));
-        assert_eq!(bench.ask(write(1004, 40)), Event::Answered(Reply::Value(Value::Word(40))));
-        assert_eq!(bench.order(Order::Release, 0), Event::Followed);
-        assert_eq!(bench.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
+        let mut rig = Rig::enabled(2);
+        rig.parameters.values.insert(SYSTEM, moves);
+        rig.turns(10);
+        assert_eq!((rig.ask(write(MODE, 1)), rig.words()), (REFUSED, vec![]));
+        assert_eq!(rig.ask(write(1004, 40)), Event::Answered(Reply::Value(Value::Word(40))));
+        assert_eq!(rig.order(Order::Release, 0), Event::Followed);
+        assert_eq!(rig.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
         // What counts is the word that releases it, though it still shows that it is enabled.
-        let mut bench = Bench::enabled(2);
-        bench.parameters.values.insert(SYSTEM, moves);
-        bench.follows = false;
-        assert_eq!((bench.order(Order::Release, 0), bench.words()), (Event::NotFollowed, vec![0]));
-        assert_eq!(bench.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
-        bench.turns(20);
-        assert!(bench.words().is_empty());
+        let mut rig = Rig::enabled(2);
+        rig.parameters.values.insert(SYSTEM, moves);
+        rig.follows = false;
+        assert_eq!((rig.order(Order::Release, 0), rig.words()), (Event::NotFollowed, vec![0]));
+        assert_eq!(rig.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
+        rig.turns(20);
+        assert!(rig.words().is_empty());
     }
-    let mut bench = Bench::enabled(2);
-    bench.parameters.values.insert(SYSTEM, 0);
-    bench.turns(10);
-    assert_eq!(bench.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
-    bench.turns(10);
-    assert_eq!((bench.facts().unwrap().mode, bench.words()), (Mode::Velocity, vec![0x0B]));
-    assert_eq!((bench.order(Order::Start, 30), bench.words()), (Event::Followed, vec![0x4B]));
-    assert_eq!(bench.order(Order::Interrupt(Braking::Programmed), 0), Event::Followed);
-    bench.words();
-    assert_eq!(bench.ask(write(MODE, 2)), Event::Answered(Reply::Value(Value::Word(2))));
-    bench.turns(10);
-    assert_eq!((bench.facts().unwrap().mode, bench.words()), (Mode::Positioning, vec![0x3B]));
+    let mut rig = Rig::enabled(2);
+    rig.parameters.values.insert(SYSTEM, 0);
+    rig.turns(10);
+    assert_eq!(rig.ask(write(MODE, 1)), Event::Answered(Reply::Value(Value::Word(1))));
+    rig.turns(10);
+    assert_eq!((rig.facts().unwrap().mode, rig.words()), (Mode::Velocity, vec![0x0B]));
+    assert_eq!((rig.order(Order::Start, 30), rig.words()), (Event::Followed, vec![0x4B]));
+    assert_eq!(rig.order(Order::Interrupt(Braking::Programmed), 0), Event::Followed);
+    rig.words();
+    assert_eq!(rig.ask(write(MODE, 2)), Event::Answered(Reply::Value(Value::Word(2))));
+    rig.turns(10);
+    assert_eq!((rig.facts().unwrap().mode, rig.words()), (Mode::Positioning, vec![0x3B]));
     // After PNU 970, the mode may be another one.
     for (begins, starts, ends, words) in [
         (2, true, 1, vec![0x0B]),
@@ -256,99 +256,99 @@ fn another_mode_is_entered_at_rest_and_its_words_start_nothing() {
         (1, true, 2, vec![0x7B]),
         (1, false, 2, vec![0x3B]),
     ] {
-        let mut bench = Bench::enabled(begins);
+        let mut rig = Rig::enabled(begins);
         if starts {
-            bench.order(Order::Start, 10);
+            rig.order(Order::Start, 10);
         }
-        bench.words();
-        assert!(matches!(bench.ask(write(970, 1)), Event::Answered(Reply::Value(_))));
-        bench.parameters.values.insert(MODE, ends);
-        bench.parameters.asked.clear();
-        bench.turns(20);
-        assert_eq!(bench.words(), words, "from {begins} to {ends}");
-        assert_eq!(bench.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
+        rig.words();
+        assert!(matches!(rig.ask(write(970, 1)), Event::Answered(Reply::Value(_))));
+        rig.parameters.values.insert(MODE, ends);
+        rig.parameters.asked.clear();
+        rig.turns(20);
+        assert_eq!(rig.words(), words, "from {begins} to {ends}");
+        assert_eq!(rig.parameters.asked, [MODE, 1010, 1011, 1012, SYSTEM].map(read));
     }
     // One that is not enabled is not enabled by it, and an intermediate stop is not over.
     for (stops, begins, ends) in [(false, 2, 1), (false, 1, 2), (true, 2, 2)] {
-        let mut bench = if stops { Bench::enabled(begins) } else { Bench::new(begins) };
+        let mut rig = if stops { Rig::enabled(begins) } else { Rig::new(begins) };
         if stops {
-            bench.order(Order::Interrupt(Braking::Programmed), 0);
+            rig.order(Order::Interrupt(Braking::Programmed), 0);
         }
-        bench.words();
-        bench.ask(write(970, 1));
-        bench.parameters.values.insert(MODE, ends);
-        bench.turns(20);
-        assert!(bench.words().is_empty());
+        rig.words();
+        rig.ask(write(970, 1));
+        rig.parameters.values.insert(MODE, ends);
+        rig.turns(20);
+        assert!(rig.words().is_empty());
     }
     // The mode is not written before the word has arrived that starts nothing in either.
-    let mut bench = Bench::enabled(2);
-    bench.parameters.values.insert(SYSTEM, 0);
-    bench.turns(10);
-    bench.stuck = Some(bench.last);
-    bench.master().ask(write(MODE, 1));
-    bench.turns(50);
-    assert_eq!(bench.parameters.values[&MODE], 2);
+    let mut rig = Rig::enabled(2);
+    rig.parameters.values.insert(SYSTEM, 0);
+    rig.turns(10);
+    rig.stuck = Some(rig.last);
+    rig.master().ask(write(MODE, 1));
+    rig.turns(50);
+    assert_eq!(rig.parameters.values[&MODE], 2);
     // An order waits until it is known.
-    let mut bench = Bench::enabled(2);
-    bench.ask(write(970, 1));
-    bench.parameters.values.insert(MODE, 1);
-    assert_eq!((bench.order(Order::Start, 10), bench.words()), (Event::Followed, vec![0x4B]));
+    let mut rig = Rig::enabled(2);
+    rig.ask(write(970, 1));
+    rig.parameters.values.insert(MODE, 1);
+    assert_eq!((rig.order(Order::Start, 10), rig.words()), (Event::Followed, vec![0x4B]));
 }
 
 #[test]
 fn a_drive_that_lets_go_does_not_go_on_by_itself() {
-    let mut bench = Bench::enabled(2);
-    (bench.follows, bench.status) = (false, 0x0203);
-    bench.turns(3);
-    assert_eq!(bench.words(), [0x00]);
-    bench.status = 0x0207;
-    bench.turns(3);
-    assert!(bench.words().is_empty());
+    let mut rig = Rig::enabled(2);
+    (rig.follows, rig.status) = (false, 0x0203);
+    rig.turns(3);
+    assert_eq!(rig.words(), [0x00]);
+    rig.status = 0x0207;
+    rig.turns(3);
+    assert!(rig.words().is_empty());
     // Nor one that is there again.
-    let mut bench = Bench::enabled(2);
-    bench.master().ask(read(1004));
-    let now = bench.now;
-    bench.master().order(now, Order::Start, 700);
-    bench.turn();
-    bench.master().handle_offline();
-    assert_eq!((bench.master().poll(), bench.master().poll()), (Some(Event::Lost), None));
-    assert_eq!((bench.master().outputs(), bench.facts()), ([0; 14], None));
-    bench.master().handle_offline();
-    assert_eq!(bench.master().poll(), None);
-    bench.turns(20);
-    assert_eq!((bench.words().last(), bench.master().poll()), (Some(&0), None));
+    let mut rig = Rig::enabled(2);
+    rig.master().ask(read(1004));
+    let now = rig.now;
+    rig.master().order(now, Order::Start, 700);
+    rig.turn();
+    rig.master().handle_offline();
+    assert_eq!((rig.master().poll(), rig.master().poll()), (Some(Event::Lost), None));
+    assert_eq!((rig.master().outputs(), rig.facts()), ([0; 14], None));
+    rig.master().handle_offline();
+    assert_eq!(rig.master().poll(), None);
+    rig.turns(20);
+    assert_eq!((rig.words().last(), rig.master().poll()), (Some(&0), None));
     assert_eq!(DriveMaster::default().outputs(), [0; 14]);
 }
 
 #[test]
 fn velocities_are_measured_over_50_ms_in_positioning_mode() {
-    let mut bench = Bench::new(2);
-    let runs = |bench: &mut Bench, counts: i32, velocity: i32| {
-        let mut before = bench.facts().unwrap().velocity;
+    let mut rig = Rig::new(2);
+    let runs = |rig: &mut Rig, counts: i32, velocity: i32| {
+        let mut before = rig.facts().unwrap().velocity;
         for turn in 1..=100 {
-            bench.actual += if turn % 50 == 0 { counts } else { 0 };
-            bench.turn();
-            let measured = bench.facts().unwrap().velocity;
+            rig.actual += if turn % 50 == 0 { counts } else { 0 };
+            rig.turn();
+            let measured = rig.facts().unwrap().velocity;
             before = if turn == 50 { velocity } else { before };
             assert_eq!(measured, before, "{counts}, after {turn}");
         }
     };
     // The first measurement begins with the first exchange, and the next ones where the one before has ended.
-    while bench.now.as_micros() % 50_000 != 1000 {
-        bench.turn();
+    while rig.now.as_micros() % 50_000 != 1000 {
+        rig.turn();
     }
     for (counts, velocity) in [(80, 60), (-80, -60), (1, 1), (-1, -1), (3, 2), (0, 0), (4000, 3000)] {
-        runs(&mut bench, counts, velocity);
+        runs(&mut rig, counts, velocity);
     }
     // What moves does not stand, however slow it is.
-    let mut slow = Bench::offline(&AG03_1, 2);
+    let mut slow = Rig::offline(&AG03_1, 2);
     slow.parameters.values.insert(1011, 10);
     slow.turns(60);
     slow.actual -= 1;
     slow.turns(50);
     assert_eq!(slow.facts().unwrap().velocity, -1);
     // What is read changes nothing about it.
-    let mut moving = Bench::new(2);
+    let mut moving = Rig::new(2);
     moving.turns(100);
     for _ in 0..100 {
         moving.actual += 2;
@@ -359,19 +359,19 @@ fn velocities_are_measured_over_50_ms_in_positioning_mode() {
     moving.ask(read(1004));
     assert_eq!(moving.facts().unwrap().velocity, velocity);
     // What is written may move the position, and another mode has another actual value.
-    let mut bench = Bench::new(1);
-    bench.actual = 30;
-    bench.turns(200);
-    let stands = |bench: &mut Bench, number, value, actual| {
-        bench.ask(write(number, value));
-        bench.actual = actual;
+    let mut rig = Rig::new(1);
+    rig.actual = 30;
+    rig.turns(200);
+    let stands = |rig: &mut Rig, number, value, actual| {
+        rig.ask(write(number, value));
+        rig.actual = actual;
         for turn in 0..100 {
-            bench.turn();
-            let facts = bench.facts().unwrap();
+            rig.turn();
+            let facts = rig.facts().unwrap();
             assert!(facts.mode == Mode::Velocity || facts.velocity == 0, "{number}, after {turn}: {facts:?}");
         }
-        assert_eq!(bench.facts().unwrap().position, actual);
+        assert_eq!(rig.facts().unwrap().position, actual);
     };
-    stands(&mut bench, MODE, 2, 5000);
-    stands(&mut bench, 1018, 0, 0);
+    stands(&mut rig, MODE, 2, 5000);
+    stands(&mut rig, 1018, 0, 0);
 }

@@ -7,7 +7,7 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, SerialNode};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-use super::bench::NODE;
+use super::rig::NODE;
 
 type Gateway = SerialNode<VirtualLine>;
 

@@ -13,31 +13,31 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, NODE, SerialLink};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-use super::bench::Bench;
 use super::noisy::Noisy;
+use super::rig::Rig;
 
 /// Travels while one byte in `one_in` is what `damage` makes of it. Returns the outcome, and checks the motion.
 #[track_caller]
 fn travel(seed: u64, one_in: u64, damage: fn(u8) -> Option<u8>) -> Result<Outcome, Error> {
-    let mut bench = Bench::new();
-    bench.drive.enable().unwrap();
+    let mut rig = Rig::new();
+    rig.drive.enable().unwrap();
     let mut random = seed;
-    bench.set_fate(move |_, byte| {
+    rig.set_fate(move |_, byte| {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         if (random >> 33).is_multiple_of(one_in) { damage(byte) } else { Some(byte) }
     });
-    let outcome = bench.drive.move_to(1000);
-    bench.set_fate(|_, byte| Some(byte));
-    let (position, _) = bench.shaft();
+    let outcome = rig.drive.move_to(1000);
+    rig.set_fate(|_, byte| Some(byte));
+    let (position, _) = rig.shaft();
     assert!((-10..=1010).contains(&position), "seed {seed}: {outcome:?} at {position}");
     if let Ok(Outcome::Reached { position: reported }) = outcome {
         assert!((990..=1010).contains(&position) && (990..=1010).contains(&reported), "seed {seed}: {position}");
     }
     // The next order works.
-    bench.pass(3000);
-    bench.drive.stop().unwrap();
-    bench.drive.enable().unwrap();
-    assert_eq!(bench.drive.move_to(500).unwrap(), Outcome::Reached { position: 500 }, "seed {seed}");
+    rig.pass(3000);
+    rig.drive.stop().unwrap();
+    rig.drive.enable().unwrap();
+    assert_eq!(rig.drive.move_to(500).unwrap(), Outcome::Reached { position: 500 }, "seed {seed}");
     outcome
 }
 
@@ -58,41 +58,41 @@ fn damaged_bytes_end_in_success_or_in_a_named_error() {
 #[test]
 fn a_setpoint_that_is_not_read_back_as_it_was_written_starts_nothing() {
     for at in 0..80 {
-        let mut bench = Bench::new();
-        bench.drive.enable().unwrap();
-        bench.set_fate(move |number, byte| {
+        let mut rig = Rig::new();
+        rig.drive.enable().unwrap();
+        rig.set_fate(move |number, byte| {
             Some(if number == at && byte.is_ascii_digit() { b'0' + (byte - b'0' + 1) % 10 } else { byte })
         });
-        let outcome = bench.drive.move_to(5000);
-        bench.pass(1000);
-        let (position, velocity) = bench.shaft();
+        let outcome = rig.drive.move_to(5000);
+        rig.pass(1000);
+        let (position, velocity) = rig.shaft();
         assert!((0..=5000).contains(&position) && velocity == 0, "byte {at}: {outcome:?} at {position}");
     }
 }
 
 #[test]
 fn a_cut_line_is_a_named_error_and_the_drive_is_there_again_as_it_was() {
-    let mut bench = Bench::new();
-    bench.drive.enable().unwrap();
-    bench.drive.start_moving_to(20_000).unwrap();
-    bench.pass(1000);
-    bench.set_fate(|_, _| None);
-    let error = bench.drive.finish().unwrap_err();
+    let mut rig = Rig::new();
+    rig.drive.enable().unwrap();
+    rig.drive.start_moving_to(20_000).unwrap();
+    rig.pass(1000);
+    rig.set_fate(|_, _| None);
+    let error = rig.drive.finish().unwrap_err();
     assert!(matches!(error.into_cause(), Error::Sdo(SdoError::TimedOut { .. })));
-    bench.bus.advance(Duration::from_secs(4));
-    assert!(!bench.node.lock().unwrap().gateway().is_connected());
-    assert!(bench.shaft().1 > 0, "it goes on, as on CAN");
-    bench.set_fate(|_, byte| Some(byte));
-    bench.bus.advance(Duration::from_secs(4));
-    assert_eq!(bench.drive.state().unwrap(), State::OperationEnabled);
-    bench.drive.stop().unwrap();
-    assert_eq!(bench.shaft().1, 0);
+    rig.bus.advance(Duration::from_secs(4));
+    assert!(!rig.node.lock().unwrap().gateway().is_connected());
+    assert!(rig.shaft().1 > 0, "it goes on, as on CAN");
+    rig.set_fate(|_, byte| Some(byte));
+    rig.bus.advance(Duration::from_secs(4));
+    assert_eq!(rig.drive.state().unwrap(), State::OperationEnabled);
+    rig.drive.stop().unwrap();
+    assert_eq!(rig.shaft().1, 0);
 }
 
 #[test]
 fn a_drive_that_is_not_there_is_a_named_error_and_may_come_later() {
-    let (node, bus) = Bench::unplugged();
-    let connect = || siko_ag02::driver::Drive::connect_unprotected(bus.link(), super::bench::NODE);
+    let (node, bus) = Rig::unplugged();
+    let connect = || siko_ag02::driver::Drive::connect_unprotected(bus.link(), super::rig::NODE);
     assert!(matches!(connect(), Err(Error::Sdo(SdoError::TimedOut { .. }))));
     node.lock().unwrap().line().0.set_fate(|_, byte| Some(byte));
     bus.advance(Duration::from_secs(4));
@@ -101,27 +101,27 @@ fn a_drive_that_is_not_there_is_a_named_error_and_may_come_later() {
 
 #[test]
 fn a_drive_that_restarts_during_a_travel_has_ended_it() {
-    let mut bench = Bench::new();
-    bench.drive.enable().unwrap();
-    bench.drive.start_moving_to(20_000).unwrap();
-    bench.pass(1000);
-    bench.see(SimulatedDrive::power_cycle);
-    let outcome = bench.drive.finish().unwrap();
+    let mut rig = Rig::new();
+    rig.drive.enable().unwrap();
+    rig.drive.start_moving_to(20_000).unwrap();
+    rig.pass(1000);
+    rig.see(SimulatedDrive::power_cycle);
+    let outcome = rig.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::Interrupted { state: State::SwitchOnDisabled, .. }), "{outcome:?}");
 }
 
 #[test]
 fn a_drive_that_restarts_while_the_line_is_cut_boots() {
-    let mut bench = Bench::new();
-    bench.drive.enable().unwrap();
-    bench.drive.start_moving_to(20_000).unwrap();
-    bench.pass(1000);
-    bench.set_fate(|_, _| None);
-    bench.bus.advance(Duration::from_secs(4));
-    bench.see(SimulatedDrive::power_cycle);
-    bench.set_fate(|_, byte| Some(byte));
-    bench.bus.advance(Duration::from_secs(4));
-    assert!(bench.drive.recover(&Recovery::within(Duration::ZERO)).unwrap().restarted);
+    let mut rig = Rig::new();
+    rig.drive.enable().unwrap();
+    rig.drive.start_moving_to(20_000).unwrap();
+    rig.pass(1000);
+    rig.set_fate(|_, _| None);
+    rig.bus.advance(Duration::from_secs(4));
+    rig.see(SimulatedDrive::power_cycle);
+    rig.set_fate(|_, byte| Some(byte));
+    rig.bus.advance(Duration::from_secs(4));
+    assert!(rig.drive.recover(&Recovery::within(Duration::ZERO)).unwrap().restarted);
 }
 
 type Operation = fn(&mut Drive<SerialLink<Noisy>>) -> Result<(), Error>;

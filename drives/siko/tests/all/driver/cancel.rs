@@ -10,14 +10,14 @@ use siko_ag03_1::driver::{CancelHandle, Drive, Error, Mode};
 use siko_ag03_1::sim::inputs::BusState;
 use siko_ag03_1::state::State;
 
-use super::bench::{Bench, NODE};
+use super::rig::{NODE, Rig};
 
 type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
 
 /// Cancels after so many frames.
-fn cancel_after(bench: &Bench, handle: CancelHandle, frames: u64) {
+fn cancel_after(rig: &Rig, handle: CancelHandle, frames: u64) {
     let left = AtomicU64::new(frames);
-    bench.bus.observe(move |_, _| {
+    rig.bus.observe(move |_, _| {
         if left.fetch_sub(1, Ordering::Relaxed) == 1 {
             handle.cancel();
         }
@@ -25,21 +25,21 @@ fn cancel_after(bench: &Bench, handle: CancelHandle, frames: u64) {
 }
 
 fn frames(mode: Mode, operation: Operation) -> u64 {
-    let mut bench = enabled(mode);
+    let mut rig = enabled(mode);
     let count = Arc::new(AtomicU64::new(0));
     let counter = Arc::clone(&count);
-    bench.bus.observe(move |_, _| {
+    rig.bus.observe(move |_, _| {
         counter.fetch_add(1, Ordering::Relaxed);
     });
-    operation(&mut bench.drive).unwrap();
+    operation(&mut rig.drive).unwrap();
     count.load(Ordering::Relaxed)
 }
 
-fn enabled(mode: Mode) -> Bench {
-    let mut bench = Bench::new();
-    bench.drive.set_mode(mode).unwrap();
-    bench.drive.enable().unwrap();
-    bench
+fn enabled(mode: Mode) -> Rig {
+    let mut rig = Rig::new();
+    rig.drive.set_mode(mode).unwrap();
+    rig.drive.enable().unwrap();
+    rig
 }
 
 #[test]
@@ -58,44 +58,44 @@ fn an_operation_that_is_cancelled_at_any_frame_leaves_the_drive_standing() {
     ];
     for (mode, operation) in operations {
         for at in 1..frames(mode, operation) {
-            let mut bench = enabled(mode);
-            cancel_after(&bench, bench.drive.cancel_handle(), at);
-            let ended = operation(&mut bench.drive);
+            let mut rig = enabled(mode);
+            cancel_after(&rig, rig.drive.cancel_handle(), at);
+            let ended = operation(&mut rig.drive);
             assert!(matches!(ended, Err(Error::Cancelled { node: NODE, .. })), "{mode} at frame {at}: {ended:?}");
-            assert_eq!(bench.velocity(), 0, "{mode} at frame {at}");
+            assert_eq!(rig.velocity(), 0, "{mode} at frame {at}");
             // It is the operation that has ended, not the driver.
-            let state = bench.drive.state().unwrap();
+            let state = rig.drive.state().unwrap();
             assert!(
                 [State::OperationEnabled, State::QuickStopActive].contains(&state),
                 "{mode} at frame {at}: {state}"
             );
-            bench.pass_ms(1000);
-            assert_eq!(bench.velocity(), 0, "{mode} after frame {at}");
+            rig.pass_ms(1000);
+            assert_eq!(rig.velocity(), 0, "{mode} after frame {at}");
         }
     }
 }
 
 #[test]
 fn what_is_cancelled_says_what_the_drive_does() {
-    let mut bench = Bench::enabled();
-    let handle = bench.drive.cancel_handle();
+    let mut rig = Rig::enabled();
+    let handle = rig.drive.cancel_handle();
     handle.cancel();
-    let error = bench.drive.move_to(5000).unwrap_err();
+    let error = rig.drive.move_to(5000).unwrap_err();
     assert_eq!(error.to_string(), "cancelled: the drive at node 5 was not moving");
-    bench.drive.start_moving_to(5000).unwrap();
-    bench.pass_ms(500);
+    rig.drive.start_moving_to(5000).unwrap();
+    rig.pass_ms(500);
     handle.clone().cancel();
-    let error = bench.drive.finish().unwrap_err();
+    let error = rig.drive.finish().unwrap_err();
     assert_eq!(error.to_string(), "cancelled: the drive at node 5 has been stopped");
-    assert_eq!(bench.velocity(), 0);
+    assert_eq!(rig.velocity(), 0);
 }
 
 #[test]
 fn a_drive_that_cannot_be_stopped_is_not_called_stopped() {
-    let mut bench = Bench::running();
-    bench.drive.run_at(60).unwrap();
-    bench.world(|inputs| inputs.bus = BusState::Passive);
-    bench.drive.cancel_handle().cancel();
-    let error = bench.drive.pass(Duration::from_secs(1)).unwrap_err();
+    let mut rig = Rig::running();
+    rig.drive.run_at(60).unwrap();
+    rig.world(|inputs| inputs.bus = BusState::Passive);
+    rig.drive.cancel_handle().cancel();
+    let error = rig.drive.pass(Duration::from_secs(1)).unwrap_err();
     assert!(error.to_string().ends_with("; the drive at node 5 may still be moving"), "{error}");
 }

@@ -8,7 +8,7 @@ use siko_ag03_1::driver::{Drive, Error};
 use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 
-use super::bench::NODE;
+use super::rig::NODE;
 
 use crate::flooded::flooded;
 

@@ -8,7 +8,7 @@ use siko_ag03_1::fault::{self, Cause};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::inputs::Shaft;
 
-use super::bench::{Bench, NODE, refused};
+use super::rig::{NODE, Rig, refused};
 
 /// Another manager, which answers the first order of a velocity with one of its own.
 struct Rival {
@@ -39,105 +39,105 @@ impl Node for Rival {
 
 #[test]
 fn a_travel_that_ends_elsewhere_has_not_reached_its_target() {
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(5000).unwrap();
-    bench.pass_ms(500);
-    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(5000).unwrap();
+    rig.pass_ms(500);
+    let mut other = Drive::connect_unprotected(rig.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     assert_eq!(other.move_to(-300).unwrap(), Outcome::Reached { position: -300 });
-    assert_eq!(bench.drive.finish().unwrap(), Outcome::Overridden { position: -300 });
-    assert_eq!(bench.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
+    assert_eq!(rig.drive.finish().unwrap(), Outcome::Overridden { position: -300 });
+    assert_eq!(rig.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
 }
 
 /// The target that the drive shows is that of the order still.
 #[test]
 fn a_travel_that_a_foreign_step_has_ended_has_not_reached_its_target() {
-    let mut bench = Bench::enabled();
-    bench.drive.write(od::DELTA_JOG, od::Position(-700)).unwrap();
-    bench.drive.start_moving_to(5000).unwrap();
-    bench.pass_ms(500);
-    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
+    let mut rig = Rig::enabled();
+    rig.drive.write(od::DELTA_JOG, od::Position(-700)).unwrap();
+    rig.drive.start_moving_to(5000).unwrap();
+    rig.pass_ms(500);
+    let mut other = Drive::connect_unprotected(rig.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     let Outcome::Reached { position } = other.step().unwrap() else { panic!("nothing is in its way") };
-    assert_eq!(bench.drive.finish().unwrap(), Outcome::Overridden { position });
+    assert_eq!(rig.drive.finish().unwrap(), Outcome::Overridden { position });
 }
 
 /// Another manager has changed the width since it was read.
 #[test]
 fn a_step_of_another_width_is_not_the_one_that_was_ordered() {
-    let mut bench = Bench::enabled();
-    bench.drive.write(od::DELTA_JOG, od::Position(400)).unwrap();
+    let mut rig = Rig::enabled();
+    rig.drive.write(od::DELTA_JOG, od::Position(400)).unwrap();
     let answer = CobId::of_node(0x580, NODE);
-    bench.bus.set_fate(move |_, frame| match *frame.data() {
+    rig.bus.set_fate(move |_, frame| match *frame.data() {
         [0x42 | 0x43, 0x15, 0x24, 0, ..] if frame.id() == answer => {
             Fate::Replace(Frame::from_array(answer, [0x43, 0x15, 0x24, 0, 100, 0, 0, 0]))
         }
         _ => Fate::Deliver,
     });
-    assert_eq!(bench.drive.step().unwrap(), Outcome::Overridden { position: 400 });
+    assert_eq!(rig.drive.step().unwrap(), Outcome::Overridden { position: 400 });
 }
 
 /// It may prepare an order, and not give it.
 #[test]
 fn a_target_that_is_only_written_overrides_nothing() {
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(500).unwrap();
-    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(500).unwrap();
+    let mut other = Drive::connect_unprotected(rig.bus.link(), NODE).unwrap();
     other.write(od::TARGET_POSITION, od::Position(-300)).unwrap();
-    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 500 });
+    assert_eq!(rig.drive.finish().unwrap(), Outcome::Reached { position: 500 });
 }
 
 #[test]
 fn a_resumed_travel_is_compared_with_its_target_too() {
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(5000).unwrap();
-    bench.pass_ms(500);
-    bench.drive.stop().unwrap();
-    bench.drive.resume().unwrap();
-    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(5000).unwrap();
+    rig.pass_ms(500);
+    rig.drive.stop().unwrap();
+    rig.drive.resume().unwrap();
+    let mut other = Drive::connect_unprotected(rig.bus.link(), NODE).unwrap();
     other.quick_stop().unwrap();
     other.enable().unwrap();
     other.move_to(4000).unwrap();
-    assert_eq!(bench.drive.finish().unwrap(), Outcome::Overridden { position: 4000 });
+    assert_eq!(rig.drive.finish().unwrap(), Outcome::Overridden { position: 4000 });
 }
 
 /// The window around a low velocity includes standstill.
 #[test]
 fn a_blocked_shaft_does_not_run() {
-    let mut bench = Bench::running();
-    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    assert_eq!(bench.drive.run_at(5).unwrap(), VelocityOutcome::Fault(Cause::from(fault::SHAFT_BLOCKED)));
+    let mut rig = Rig::running();
+    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+    assert_eq!(rig.drive.run_at(5).unwrap(), VelocityOutcome::Fault(Cause::from(fault::SHAFT_BLOCKED)));
 }
 
 #[test]
 fn a_shaft_that_still_turns_the_other_way_has_not_reached_its_velocity() {
-    let mut bench = Bench::running();
-    bench.drive.write(od::MOTOR_PARAMETER_SET.a_rot(), od::Acceleration(1)).unwrap();
-    bench.drive.run_at(-4).unwrap();
-    bench.pass_ms(5000);
-    let outcome = bench.drive.run_at(4).unwrap();
+    let mut rig = Rig::running();
+    rig.drive.write(od::MOTOR_PARAMETER_SET.a_rot(), od::Acceleration(1)).unwrap();
+    rig.drive.run_at(-4).unwrap();
+    rig.pass_ms(5000);
+    let outcome = rig.drive.run_at(4).unwrap();
     assert!(matches!(outcome, VelocityOutcome::Reached { velocity: 1.. }), "{outcome:?}");
 }
 
 #[test]
 fn a_foreign_stop_ends_the_waiting_for_a_velocity() {
-    let mut bench = Bench::running();
-    bench.drive.set_patience(Duration::from_millis(100));
-    assert!(matches!(bench.drive.run_at(100).unwrap(), VelocityOutcome::TimedOut { .. }));
-    bench.drive.set_patience(Duration::from_secs(600));
-    bench.bus.attach(Rival::new(Frame::from_array(CobId::of_node(0x200, NODE), [0x0F, 0x01])));
-    let before = bench.bus.now();
-    assert_eq!(bench.drive.run_at(100).unwrap(), VelocityOutcome::Overridden { velocity: 0 });
-    assert!(bench.bus.now().since(before) < Duration::from_secs(10));
+    let mut rig = Rig::running();
+    rig.drive.set_patience(Duration::from_millis(100));
+    assert!(matches!(rig.drive.run_at(100).unwrap(), VelocityOutcome::TimedOut { .. }));
+    rig.drive.set_patience(Duration::from_secs(600));
+    rig.bus.attach(Rival::new(Frame::from_array(CobId::of_node(0x200, NODE), [0x0F, 0x01])));
+    let before = rig.bus.now();
+    assert_eq!(rig.drive.run_at(100).unwrap(), VelocityOutcome::Overridden { velocity: 0 });
+    assert!(rig.bus.now().since(before) < Duration::from_secs(10));
 }
 
 #[test]
 fn a_foreign_velocity_is_not_the_one_that_was_ordered() {
-    let mut bench = Bench::running();
-    bench.bus.attach(Rival::new(Frame::from_array(CobId::of_node(0x500, NODE), [0x0F, 0x00, 30, 0, 0, 0])));
-    let outcome = bench.drive.run_at(100).unwrap();
+    let mut rig = Rig::running();
+    rig.bus.attach(Rival::new(Frame::from_array(CobId::of_node(0x500, NODE), [0x0F, 0x00, 30, 0, 0, 0])));
+    let outcome = rig.drive.run_at(100).unwrap();
     assert!(matches!(outcome, VelocityOutcome::Overridden { .. }), "{outcome:?}");
 }
 
@@ -148,23 +148,23 @@ fn inching_at_a_limit_names_the_limit() {
         (1000, Direction::Positive, Missing::ShortOfUpperLimit),
         (-1000, Direction::Negative, Missing::ShortOfLowerLimit),
     ] {
-        let mut bench = Bench::enabled();
-        bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(1000)).unwrap();
-        bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(-1000)).unwrap();
-        assert_eq!(bench.drive.move_to(target).unwrap(), Outcome::Reached { position: target });
+        let mut rig = Rig::enabled();
+        rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(1000)).unwrap();
+        rig.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(-1000)).unwrap();
+        assert_eq!(rig.drive.move_to(target).unwrap(), Outcome::Reached { position: target });
         // The order gets lost, as if the drive did not take it.
-        bench.bus.set_fate(|_, frame| match frame.data() {
+        rig.bus.set_fate(|_, frame| match frame.data() {
             [0x0F, 0x40 | 0x80] if frame.id() == CobId::of_node(0x200, NODE) => Fate::Lose,
             _ => Fate::Deliver,
         });
-        refused(bench.drive.inch(direction), &[limit]);
+        refused(rig.drive.inch(direction), &[limit]);
     }
 }
 
 #[test]
 fn modes_of_other_handles_are_seen() {
-    let mut bench = Bench::enabled();
-    let mut other = Drive::connect_unprotected(bench.bus.link(), NODE).unwrap();
+    let mut rig = Rig::enabled();
+    let mut other = Drive::connect_unprotected(rig.bus.link(), NODE).unwrap();
     other.set_mode(Mode::Velocity).unwrap();
-    refused(bench.drive.move_to(10), &[Missing::Mode(Mode::Velocity)]);
+    refused(rig.drive.move_to(10), &[Missing::Mode(Mode::Velocity)]);
 }

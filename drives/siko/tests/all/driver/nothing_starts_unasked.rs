@@ -11,9 +11,9 @@ use siko_ag03_1::od;
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::control;
 
-use super::bench::{Bench, NODE};
+use super::rig::{NODE, Rig};
 
-impl Bench {
+impl Rig {
     /// Another manager sends a control word, and the drive reports what it leads to: TPDO1 has an inhibit time.
     fn control_and_wait(&mut self, word: u16) {
         self.control(word);
@@ -42,18 +42,18 @@ impl Bench {
 /// long as it takes to see that the drive stands.
 #[test]
 fn to_end_inching_does_not_take_back_stop() {
-    let mut bench = Bench::running();
-    bench.drive.run_at(60).unwrap();
-    bench.drive.stop().unwrap();
-    bench.check_stop_stays(|drive| drive.stop_inching().map(drop));
+    let mut rig = Rig::running();
+    rig.drive.run_at(60).unwrap();
+    rig.drive.stop().unwrap();
+    rig.check_stop_stays(|drive| drive.stop_inching().map(drop));
 
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(100_000).unwrap();
-    bench.drive.pass(Duration::from_millis(500)).unwrap();
-    bench.drive.interrupt().unwrap();
-    bench.check_stop_stays(|drive| drive.stop_inching().map(drop));
-    bench.drive.resume().unwrap();
-    assert_ne!(bench.drive.velocity().unwrap(), 0, "the travel is not lost");
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(100_000).unwrap();
+    rig.drive.pass(Duration::from_millis(500)).unwrap();
+    rig.drive.interrupt().unwrap();
+    rig.check_stop_stays(|drive| drive.stop_inching().map(drop));
+    rig.drive.resume().unwrap();
+    assert_ne!(rig.drive.velocity().unwrap(), 0, "the travel is not lost");
 }
 
 /// Enable Operation with Stop is Enable Operation.
@@ -69,24 +69,24 @@ fn what_stops_does_not_enable_a_drive_that_another_manager_has_disabled() {
     ];
     for (name, operation) in operations {
         for inching in [false, true] {
-            let mut bench = Bench::enabled();
+            let mut rig = Rig::enabled();
             if inching {
-                bench.drive.inch(Direction::Positive).unwrap();
+                rig.drive.inch(Direction::Positive).unwrap();
             }
-            bench.control_and_wait(0x0107);
-            let result = operation(&mut bench.drive);
-            bench.bus.advance(Duration::from_millis(10));
-            assert_eq!(bench.drive.state().unwrap(), State::SwitchedOn, "{name}: {result:?}");
+            rig.control_and_wait(0x0107);
+            let result = operation(&mut rig.drive);
+            rig.bus.advance(Duration::from_millis(10));
+            assert_eq!(rig.drive.state().unwrap(), State::SwitchedOn, "{name}: {result:?}");
         }
     }
 }
 
 #[test]
 fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_disabled() {
-    let mut bench = Bench::enabled();
-    bench.drive.inch(Direction::Positive).unwrap();
-    bench.control_and_wait(0x0107);
-    let Bench { bus, drive, .. } = bench;
+    let mut rig = Rig::enabled();
+    rig.drive.inch(Direction::Positive).unwrap();
+    rig.control_and_wait(0x0107);
+    let Rig { bus, drive, .. } = rig;
     drop(drive);
     bus.advance(Duration::from_millis(10));
     let mut other = Drive::connect_unprotected(bus.link(), NODE).unwrap();
@@ -97,21 +97,21 @@ fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_dis
 #[test]
 fn a_drive_in_velocity_mode_is_stopped_before_it_is_set_up() {
     for velocity in [0, 1] {
-        let mut bench = Bench::running();
-        bench.drive.run_at(velocity).unwrap();
+        let mut rig = Rig::running();
+        rig.drive.run_at(velocity).unwrap();
         let faster = Setting { address: od::TARGET_VELOCITY.address(), value: 100 };
         for result in [
-            bench.drive.write_parameters(&[faster]),
-            bench.drive.set_mode(Mode::Positioning),
-            bench.drive.calibrate(0),
-            bench.drive.restore(None),
+            rig.drive.write_parameters(&[faster]),
+            rig.drive.set_mode(Mode::Positioning),
+            rig.drive.calibrate(0),
+            rig.drive.restore(None),
         ] {
             assert_eq!(result.unwrap_err().to_string(), "the drive would refuse: a travel is under way");
         }
-        bench.bus.advance(Duration::from_secs(1));
-        assert_eq!(bench.simulated.lock().unwrap().velocity(bench.bus.now()), velocity);
-        bench.drive.stop().unwrap();
-        bench.check_stop_stays(|drive| drive.write_parameters(&[faster]));
-        bench.drive.set_mode(Mode::Positioning).unwrap();
+        rig.bus.advance(Duration::from_secs(1));
+        assert_eq!(rig.simulated.lock().unwrap().velocity(rig.bus.now()), velocity);
+        rig.drive.stop().unwrap();
+        rig.check_stop_stays(|drive| drive.write_parameters(&[faster]));
+        rig.drive.set_mode(Mode::Positioning).unwrap();
     }
 }

@@ -11,7 +11,7 @@ use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
 
-use super::bench::NODE;
+use super::rig::NODE;
 
 const WITHIN: Supervision = Supervision::within(Duration::from_secs(1));
 

@@ -12,7 +12,7 @@ use siko_ag03_1::od;
 use siko_ag03_1::sim::{MODEL, SimulatedDrive};
 use siko_ag03_1::state::State;
 
-use super::bench::{Bench, NODE};
+use super::rig::{NODE, Rig};
 
 const WITHIN: Recovery = Recovery::within(Duration::from_secs(5));
 
@@ -121,17 +121,17 @@ fn a_power_cut_while_it_is_calibrated() {
 
 #[test]
 fn it_is_reached_as_soon_as_its_power_is_back_with_mode_and_parameters_as_before() {
-    let mut bench = Bench::running();
-    bench.drive.run_at(60).unwrap();
-    let was = bench.drive.position().unwrap();
-    let now = bench.bus.now();
-    bench.simulated.lock().unwrap().switch_off(now);
-    let error = bench.drive.pass(Duration::from_secs(1)).unwrap_err();
+    let mut rig = Rig::running();
+    rig.drive.run_at(60).unwrap();
+    let was = rig.drive.position().unwrap();
+    let now = rig.bus.now();
+    rig.simulated.lock().unwrap().switch_off(now);
+    let error = rig.drive.pass(Duration::from_secs(1)).unwrap_err();
     assert!(matches!(error.into_cause(), Error::Sdo(_)));
-    bench.simulated.lock().unwrap().switch_on(bench.bus.now());
+    rig.simulated.lock().unwrap().switch_on(rig.bus.now());
     let setting = Setting { address: od::MOTOR_PARAMETER_SET.a_pos().address(), value: 75 };
     let recovery = Recovery { settings: vec![setting], ..WITHIN };
-    let recovered = bench.drive.recover(&recovery).unwrap();
+    let recovered = rig.drive.recover(&recovery).unwrap();
     assert!(recovered.restarted);
     assert_eq!(
         (recovered.before.mode.map(|it| it.value), recovered.now.mode.map(|it| it.value)),
@@ -139,45 +139,45 @@ fn it_is_reached_as_soon_as_its_power_is_back_with_mode_and_parameters_as_before
         "velocity mode is not kept"
     );
     assert_eq!(recovered.before.position.map(|it| it.value), Some(was));
-    assert_eq!(bench.drive.mode().unwrap(), Some(Mode::Velocity));
-    assert_eq!(bench.drive.compare_parameters(&[setting]).unwrap(), []);
-    bench.pass_ms(1000);
-    assert_eq!((bench.velocity(), recovered.referenced, recovered.fault), (0, None, None));
-    assert!(!bench.drive.recover(&recovery).unwrap().restarted, "once");
+    assert_eq!(rig.drive.mode().unwrap(), Some(Mode::Velocity));
+    assert_eq!(rig.drive.compare_parameters(&[setting]).unwrap(), []);
+    rig.pass_ms(1000);
+    assert_eq!((rig.velocity(), recovered.referenced, recovered.fault), (0, None, None));
+    assert!(!rig.drive.recover(&recovery).unwrap().restarted, "once");
 }
 
 /// The cable has been out, and the drive has gone on.
 #[test]
 fn a_drive_that_has_gone_on_is_stopped() {
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(100_000).unwrap();
-    bench.bus.set_state(BusState::Off);
-    let lost = bench.drive.finish().unwrap_err();
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(100_000).unwrap();
+    rig.bus.set_state(BusState::Off);
+    let lost = rig.drive.finish().unwrap_err();
     assert!(matches!(lost, Error::MayBeMoving { .. }), "{lost}");
-    let unreached = bench.drive.recover(&Recovery::within(Duration::from_millis(300))).unwrap_err();
+    let unreached = rig.drive.recover(&Recovery::within(Duration::from_millis(300))).unwrap_err();
     assert!(matches!(unreached.into_cause(), Error::Link(_)));
-    bench.bus.advance(Duration::from_secs(1));
-    assert!(bench.velocity() > 0);
-    bench.bus.set_state(BusState::Active);
-    let recovered = bench.drive.recover(&WITHIN).unwrap();
-    assert_eq!((bench.velocity(), recovered.now.state.map(|it| it.value)), (0, Some(State::SwitchOnDisabled)));
-    let stands_at = bench.position();
-    bench.drive.enable().unwrap();
-    bench.pass_ms(1000);
-    assert_eq!(bench.position(), stands_at, "the travel is forgotten");
+    rig.bus.advance(Duration::from_secs(1));
+    assert!(rig.velocity() > 0);
+    rig.bus.set_state(BusState::Active);
+    let recovered = rig.drive.recover(&WITHIN).unwrap();
+    assert_eq!((rig.velocity(), recovered.now.state.map(|it| it.value)), (0, Some(State::SwitchOnDisabled)));
+    let stands_at = rig.position();
+    rig.drive.enable().unwrap();
+    rig.pass_ms(1000);
+    assert_eq!(rig.position(), stands_at, "the travel is forgotten");
 }
 
 #[test]
 fn a_fault_is_reset_only_when_that_is_asked_for() {
-    let mut bench = Bench::enabled();
+    let mut rig = Rig::enabled();
     let overheated = Cause::from(fault::OVERTEMPERATURE);
-    bench.world(|inputs| inputs.temperature_100mdegc = 950);
-    let recovered = bench.drive.recover(&WITHIN).unwrap();
+    rig.world(|inputs| inputs.temperature_100mdegc = 950);
+    let recovered = rig.drive.recover(&WITHIN).unwrap();
     assert_eq!((recovered.now.state.map(|it| it.value), recovered.fault), (Some(State::Fault), Some(overheated)));
     let reset = Recovery { reset_fault: true, ..WITHIN };
-    assert!(matches!(bench.drive.recover(&reset), Err(Error::Fault(cause)) if cause == overheated));
-    bench.world(|inputs| inputs.temperature_100mdegc = 400);
-    let recovered = bench.drive.recover(&reset).unwrap();
+    assert!(matches!(rig.drive.recover(&reset), Err(Error::Fault(cause)) if cause == overheated));
+    rig.world(|inputs| inputs.temperature_100mdegc = 400);
+    let recovered = rig.drive.recover(&reset).unwrap();
     assert_eq!(
         (recovered.now.state.map(|it| it.value), recovered.fault),
         (Some(State::SwitchOnDisabled), Some(overheated))

@@ -7,16 +7,16 @@ use siko_ag03_1::fault::{self, Cause};
 use siko_ag03_1::sim::inputs;
 use siko_ag03_1::state::State;
 
-use super::bench::{Bench, NODE};
+use super::rig::{NODE, Rig};
 
 const SECOND: Duration = Duration::from_secs(1);
 
 /// A drive on its way.
-fn travelling() -> Bench {
-    let mut bench = Bench::enabled();
-    bench.drive.start_moving_to(100_000).unwrap();
-    bench.pass_ms(1000);
-    bench
+fn travelling() -> Rig {
+    let mut rig = Rig::enabled();
+    rig.drive.start_moving_to(100_000).unwrap();
+    rig.pass_ms(1000);
+    rig
 }
 
 #[track_caller]
@@ -28,84 +28,84 @@ fn check_may_move<T: std::fmt::Debug>(result: Result<T, Error>) {
 
 #[test]
 fn passing_time_notices_a_dead_link() {
-    let mut bench = travelling();
-    bench.bus.set_state(BusState::Off);
-    check_may_move(bench.drive.pass(SECOND));
-    check_may_move(bench.drive.stop());
+    let mut rig = travelling();
+    rig.bus.set_state(BusState::Off);
+    check_may_move(rig.drive.pass(SECOND));
+    check_may_move(rig.drive.stop());
 }
 
 #[test]
 fn passing_time_notices_a_drive_without_power() {
-    let mut bench = travelling();
-    bench.world(|inputs| inputs.control_supply_100mv = 0);
-    check_may_move(bench.drive.pass(SECOND));
-    check_may_move(bench.drive.finish());
-    check_may_move(bench.drive.stop());
+    let mut rig = travelling();
+    rig.world(|inputs| inputs.control_supply_100mv = 0);
+    check_may_move(rig.drive.pass(SECOND));
+    check_may_move(rig.drive.finish());
+    check_may_move(rig.drive.stop());
 }
 
 #[test]
 fn passing_time_notices_a_fault() {
-    let mut bench = travelling();
-    bench.world(|inputs| inputs.sensor_fails = true);
+    let mut rig = travelling();
+    rig.world(|inputs| inputs.sensor_fails = true);
     let fault = Cause::from(fault::SENSOR);
-    assert!(matches!(bench.drive.pass(SECOND), Err(Error::Fault(cause)) if cause == fault));
+    assert!(matches!(rig.drive.pass(SECOND), Err(Error::Fault(cause)) if cause == fault));
     // It has been ordered, and nothing moves.
-    bench.drive.pass(SECOND).unwrap();
+    rig.drive.pass(SECOND).unwrap();
 }
 
 #[test]
 fn passing_time_notices_silence_soon() {
-    let mut bench = travelling();
-    bench.world(|inputs| inputs.bus = inputs::BusState::Off);
-    let before = bench.bus.now();
-    check_may_move(bench.drive.pass(Duration::from_secs(3600)));
-    assert!(bench.bus.now().since(before) < Duration::from_secs(3));
+    let mut rig = travelling();
+    rig.world(|inputs| inputs.bus = inputs::BusState::Off);
+    let before = rig.bus.now();
+    check_may_move(rig.drive.pass(Duration::from_secs(3600)));
+    assert!(rig.bus.now().since(before) < Duration::from_secs(3));
 }
 
 /// Nothing is expected of a drive that stands.
 #[test]
 fn a_drive_that_stands_may_be_silent() {
-    let mut bench = Bench::enabled();
-    bench.world(|inputs| inputs.control_supply_100mv = 0);
-    bench.drive.pass(SECOND).unwrap();
+    let mut rig = Rig::enabled();
+    rig.world(|inputs| inputs.control_supply_100mv = 0);
+    rig.drive.pass(SECOND).unwrap();
 }
 
 /// In velocity mode a drive goes on while it is error passive.
 #[test]
 fn a_drive_that_could_not_be_stopped_is_stopped_once_it_is_back() {
-    let mut bench = Bench::running();
-    bench.drive.run_at(60).unwrap();
-    bench.world(|inputs| inputs.bus = inputs::BusState::Passive);
-    check_may_move(bench.drive.stop());
-    assert_eq!(bench.velocity(), 60);
-    bench.world(|inputs| inputs.bus = inputs::BusState::Active);
-    bench.drive.pass(Duration::from_millis(100)).unwrap();
-    assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0, State::OperationEnabled));
+    let mut rig = Rig::running();
+    rig.drive.run_at(60).unwrap();
+    rig.world(|inputs| inputs.bus = inputs::BusState::Passive);
+    check_may_move(rig.drive.stop());
+    assert_eq!(rig.velocity(), 60);
+    rig.world(|inputs| inputs.bus = inputs::BusState::Active);
+    rig.drive.pass(Duration::from_millis(100)).unwrap();
+    assert_eq!((rig.velocity(), rig.drive.state().unwrap()), (0, State::OperationEnabled));
     // It has stopped, as if it had been reached at once.
-    bench.drive.set_mode(Mode::Positioning).unwrap();
+    rig.drive.set_mode(Mode::Positioning).unwrap();
 }
 
 #[test]
 fn a_travel_that_could_not_be_interrupted_is_interrupted_once_the_drive_is_back() {
-    let mut bench = travelling();
+    let mut rig = travelling();
     let mut lost = false;
-    bench.bus.set_fate(move |_, frame| {
+    rig.bus.set_fate(move |_, frame| {
         lost |= frame.id() == CobId::of_node(0x200, NODE);
         if lost { Fate::Lose } else { Fate::Deliver }
     });
-    check_may_move(bench.drive.interrupt());
-    bench.bus.set_fate(|_, _| Fate::Deliver);
-    bench.drive.pass(Duration::from_millis(100)).unwrap();
-    assert_eq!(bench.velocity(), 0);
-    bench.drive.resume().unwrap();
-    bench.pass_ms(1000);
-    assert_ne!(bench.velocity(), 0);
+    check_may_move(rig.drive.interrupt());
+    rig.bus.set_fate(|_, _| Fate::Deliver);
+    rig.drive.pass(Duration::from_millis(100)).unwrap();
+    assert_eq!(rig.velocity(), 0);
+    rig.drive.resume().unwrap();
+    rig.pass_ms(1000);
+    assert_ne!(rig.velocity(), 0);
 }
 
 /// The lock of a shell that has panicked does not stand in the way of the stop.
 #[test]
 fn a_panic_in_the_middle_of_an_operation_stops_the_drive() {
-    let Bench { bus, simulated, mut drive } = Bench::enabled();
+    let Rig { bus, simulated, mut drive } = Rig::enabled();
     let moved = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
         drive.move_to_watched(5000, |progress| assert!(progress.position < 500, "far enough"))
     }));

@@ -8,7 +8,7 @@ use lexican_runtime::{Duration, Frame, Instant};
 use siko::gateway::{Carrier, GatewayLink, GatewayNode, Report};
 use siko::words::system::MOTOR_RELEASED;
 
-use super::bench::*;
+use super::rig::*;
 
 /// A line on which reports come when the test says.
 #[derive(Default)]
@@ -84,7 +84,7 @@ fn receives(link: &mut impl Link, until: u64) -> (Option<String>, u64) {
 #[test]
 fn a_link_waits_for_frames_deadlines_and_the_line() {
     let line = Line::new();
-    let mut link = GatewayLink::new(Bench::silent().gateway, &line);
+    let mut link = GatewayLink::new(Rig::silent().gateway, &line);
     let carried = || std::mem::take(&mut line.borrow_mut().carried);
     assert!(!link.is_real_time());
     assert_eq!(receives(&mut link, 5), (None, 5));
@@ -107,10 +107,10 @@ fn a_link_that_is_dropped_carries_what_is_under_way_for_half_a_second() {
     let dropped = |reports: &[(u64, Report)], deadline: Option<u64>, is_gone: bool| {
         let reports = reports.iter().map(|(at, report)| (ms(*at), *report)).collect();
         let line = RefCell::new(Line { now: ms(1000), reports, is_gone, ..Line::default() });
-        let mut bench = Bench::silent();
-        bench.sees(MOTOR_RELEASED);
-        bench.gateway.door_mut().deadline = deadline.map(ms);
-        drop(GatewayLink::new(bench.gateway, &line));
+        let mut rig = Rig::silent();
+        rig.sees(MOTOR_RELEASED);
+        rig.gateway.door_mut().deadline = deadline.map(ms);
+        drop(GatewayLink::new(rig.gateway, &line));
         line.into_inner().carried
     };
     let done = Report::Done(Ok(1));
@@ -121,7 +121,7 @@ fn a_link_that_is_dropped_carries_what_is_under_way_for_half_a_second() {
     assert_eq!(dropped(&[(1100, done)], Some(1200), false), [(1000, 1200)]);
     assert_eq!(dropped(&[], None, true), [(1000, 1500)]);
     let line = RefCell::default();
-    drop(GatewayLink::new(Bench::silent().gateway, &line));
+    drop(GatewayLink::new(Rig::silent().gateway, &line));
     assert_eq!(line.into_inner().carried, [], "nothing is under way");
 }
 
@@ -131,9 +131,9 @@ fn a_line_that_panics_while_a_program_does_harms_nobody() {
     for panics in [false, true] {
         let line = RefCell::new(Line { panics, ..Line::default() });
         let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            let mut bench = Bench::silent();
-            bench.sees(MOTOR_RELEASED);
-            let _link = GatewayLink::new(bench.gateway, &line);
+            let mut rig = Rig::silent();
+            rig.sees(MOTOR_RELEASED);
+            let _link = GatewayLink::new(rig.gateway, &line);
             panic!("the program");
         }));
         let message = ended.unwrap_err();
@@ -145,7 +145,7 @@ fn a_line_that_panics_while_a_program_does_harms_nobody() {
 #[test]
 fn a_node_follows_the_time_of_its_bus() {
     let line = Line::new();
-    let mut node = GatewayNode::new(Bench::silent().gateway, &line);
+    let mut node = GatewayNode::new(Rig::silent().gateway, &line);
     let carried = || std::mem::take(&mut line.borrow_mut().carried);
     assert_eq!(node.poll_timeout(), Some(ms(10)));
     node.handle_timeout(ms(10));

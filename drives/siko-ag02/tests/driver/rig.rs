@@ -9,19 +9,19 @@ use siko_ag02::sim::inputs::Inputs;
 use siko_ag02::sim::{MODEL, SimulatedDrive};
 use siko_ag02::worked_examples::NODE;
 
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) bus: VirtualBus,
     simulated: Arc<Mutex<SimulatedDrive>>,
     pub(crate) drive: Drive<VirtualLink>,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn new() -> Self {
         let bus = VirtualBus::with_bit_rate(500);
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
         let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
-        Bench { bus, simulated, drive }
+        Rig { bus, simulated, drive }
     }
 
     pub(crate) fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {

@@ -11,15 +11,15 @@ use siko_ag03_1::sim::{Setup, SimulatedDrive};
 
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) bus: VirtualBus,
     pub(crate) simulated: Arc<Mutex<SimulatedDrive>>,
     pub(crate) drive: Drive<VirtualLink>,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn new() -> Self {
-        Bench::with(Setup::new(&MODEL, NODE))
+        Rig::with(Setup::new(&MODEL, NODE))
     }
 
     pub(crate) fn with(setup: Setup) -> Self {
@@ -27,20 +27,20 @@ impl Bench {
         let simulated = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
         bus.attach(Arc::clone(&simulated));
         let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
-        Bench { bus, simulated, drive }
+        Rig { bus, simulated, drive }
     }
 
     pub(crate) fn enabled() -> Self {
-        let mut bench = Bench::new();
-        bench.drive.enable().unwrap();
-        bench
+        let mut rig = Rig::new();
+        rig.drive.enable().unwrap();
+        rig
     }
 
     pub(crate) fn running() -> Self {
-        let mut bench = Bench::new();
-        bench.drive.set_mode(Mode::Velocity).unwrap();
-        bench.drive.enable().unwrap();
-        bench
+        let mut rig = Rig::new();
+        rig.drive.set_mode(Mode::Velocity).unwrap();
+        rig.drive.enable().unwrap();
+        rig
     }
 
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {

@@ -11,7 +11,7 @@ use siko::sim::SimulatedDrive;
 use siko::sim::inputs::Inputs;
 use siko_ag02::driver::Ag02;
 use siko_ag03_1::driver::Ag03_1;
-use siko_profibus::{AG02, AG03_1, Door, Model, bus, line};
+use siko_profibus::{AG02, AG03_1, Model, ProfibusDrive, bus, line};
 
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
@@ -49,7 +49,7 @@ pub(crate) use both;
 
 type Change<'a> = &'a mut dyn FnMut(&mut SimulatedDrive, Instant);
 
-pub(crate) struct Bench<K> {
+pub(crate) struct Rig<K> {
     pub(crate) drive: Drive<Box<dyn Link>, K>,
     /// Does something to the drive itself.
     simulated: Box<dyn FnMut(Change<'_>)>,
@@ -58,7 +58,7 @@ pub(crate) struct Bench<K> {
 /// A segment with a drive on it.
 #[derive(Clone)]
 pub(crate) struct Segment {
-    pub(crate) bus: Bus<VirtualBus<Door>>,
+    pub(crate) bus: Bus<VirtualBus<ProfibusDrive>>,
     pub(crate) id: SlaveId,
 }
 
@@ -89,13 +89,13 @@ impl Segment {
     }
 }
 
-impl<K: Sold> Bench<K> {
+impl<K: Sold> Rig<K> {
     pub(crate) fn over_profibus() -> (Self, Segment) {
         let segment = Segment::new::<K>();
         let drive = Drive::connect_unprotected(Box::new(segment.link::<K>()) as Box<dyn Link>, NODE)
             .expect("the drive is there");
         let of = segment.clone();
-        (Bench { drive, simulated: Box::new(move |change| of.simulated(change)) }, segment)
+        (Rig { drive, simulated: Box::new(move |change| of.simulated(change)) }, segment)
     }
 
     pub(crate) fn over_can() -> Self {
@@ -104,7 +104,7 @@ impl<K: Sold> Bench<K> {
         bus.attach(Arc::clone(&simulated));
         let drive =
             Drive::connect_unprotected(Box::new(bus.link()) as Box<dyn Link>, NODE).expect("the drive is there");
-        Bench { drive, simulated: Box::new(move |change| change(&mut simulated.lock().unwrap(), bus.now())) }
+        Rig { drive, simulated: Box::new(move |change| change(&mut simulated.lock().unwrap(), bus.now())) }
     }
 
     pub(crate) fn world(&mut self, mut change: impl FnMut(&mut Inputs)) {

@@ -12,6 +12,8 @@ pub const COMMUNICATION: Range<u16> = 0x1000..0x2000;
 pub const DEVICE_TYPE: u16 = 0x1000;
 /// 1001h: the error register.
 pub const ERROR_REGISTER: u16 = 0x1001;
+/// 1002h: a status word of the manufacturer.
+pub const MANUFACTURER_STATUS_REGISTER: u16 = 0x1002;
 /// 1003h: the history of errors.
 pub const PREDEFINED_ERROR_FIELD: u16 = 0x1003;
 /// 1005h: the COB-ID of SYNC; bit 30 if the device produces it.
@@ -20,6 +22,12 @@ pub const COB_ID_SYNC: u16 = 0x1005;
 pub const COMMUNICATION_CYCLE_PERIOD: u16 = 0x1006;
 /// 1007h: how long after SYNC synchronous PDOs may be sent, in µs.
 pub const SYNCHRONOUS_WINDOW_LENGTH: u16 = 0x1007;
+/// 1008h: what the manufacturer calls the device.
+pub const MANUFACTURER_DEVICE_NAME: u16 = 0x1008;
+/// 1009h: the version of the hardware.
+pub const MANUFACTURER_HARDWARE_VERSION: u16 = 0x1009;
+/// 100Ah: the version of the software.
+pub const MANUFACTURER_SOFTWARE_VERSION: u16 = 0x100A;
 /// 100Ch: the guard time, in ms.
 pub const GUARD_TIME: u16 = 0x100C;
 /// 100Dh: how many guard times make the life time.
@@ -30,6 +38,8 @@ pub const STORE_PARAMETERS: u16 = 0x1010;
 pub const RESTORE_DEFAULT_PARAMETERS: u16 = 0x1011;
 /// 1012h: the COB-ID of TIME; bit 31 if the device consumes it, bit 30 if it produces it.
 pub const COB_ID_TIME: u16 = 0x1012;
+/// 1013h: a time stamp with a resolution of 1 µs.
+pub const HIGH_RESOLUTION_TIME_STAMP: u16 = 0x1013;
 /// 1014h: the COB-ID of EMCY; bit 31 if there is none.
 pub const COB_ID_EMCY: u16 = 0x1014;
 /// 1015h: the shortest time between two emergencies, in 100 µs.
@@ -40,10 +50,20 @@ pub const CONSUMER_HEARTBEAT_TIME: u16 = 0x1016;
 pub const PRODUCER_HEARTBEAT_TIME: u16 = 0x1017;
 /// 1018h: vendor, product, revision and serial number.
 pub const IDENTITY: u16 = 0x1018;
-/// 1019h: where the counter of SYNC begins anew.
+/// 1019h: the highest value of the counter of SYNC, after which it is 1 again.
 pub const SYNCHRONOUS_COUNTER_OVERFLOW: u16 = 0x1019;
 /// 1020h: date and time of the configuration.
 pub const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// 1023h: a command to the operating system.
+pub const OS_COMMAND: u16 = 0x1023;
+/// 1024h: what the operating system does with commands.
+pub const OS_COMMAND_MODE: u16 = 0x1024;
+/// 1025h: commands to the debugger of the operating system.
+pub const OS_DEBUGGER_INTERFACE: u16 = 0x1025;
+/// 1026h: standard input and output.
+pub const OS_PROMPT: u16 = 0x1026;
+/// 1027h: the modules of a modular device.
+pub const MODULE_LIST: u16 = 0x1027;
 /// 1028h: the COB-IDs of emergencies that are consumed.
 pub const EMERGENCY_CONSUMER: u16 = 0x1028;
 /// 1029h: what follows an error.
@@ -76,6 +96,11 @@ pub const TPDO_MAPPING_1: u16 = 0x1A00;
 pub const TPDO_MAPPING_512: u16 = 0x1BFF;
 /// What to add to the index of a PDO's communication parameter for that of its mapping.
 pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
+/// 1F26h: the date of the configuration that a node is expected to have (CiA 302-3). In the objects of 1F2xh and 1F8xh that
+/// are about a node, the sub-index is its node-ID.
+pub const EXPECTED_CONFIGURATION_DATE: u16 = 0x1F26;
+/// 1F27h: the time of that configuration.
+pub const EXPECTED_CONFIGURATION_TIME: u16 = 0x1F27;
 /// 1F50h: the programs of a device, to be downloaded (CiA 302-3).
 pub const PROGRAM_DATA: u16 = 0x1F50;
 /// 1F51h: stops (0), starts (1), resets (2) and clears (3) a program; 2 if there is none (CiA 302-3).
@@ -86,24 +111,66 @@ pub const PROGRAM_SOFTWARE_IDENTIFICATION: u16 = 0x1F56;
 pub const PROGRAM_FLASH_STATUS: u16 = 0x1F57;
 /// 1F80h: what a device does after its boot-up (CiA 302-2).
 pub const NMT_STARTUP: u16 = 0x1F80;
-
-/// 1F81h: which nodes belong to the network of the manager, and how it treats each (CiA 302-2); as with all that
-/// follow, the sub-index is the node-ID.
+/// 1F81h: which nodes belong to the network of the manager, and how it treats each (CiA 302-2).
 pub const NMT_SLAVE_ASSIGNMENT: u16 = 0x1F81;
-/// 1F26h: the date of the configuration that a node is expected to have (CiA 302-3).
-pub const EXPECTED_CONFIGURATION_DATE: u16 = 0x1F26;
-/// 1F27h: the time of that.
-pub const EXPECTED_CONFIGURATION_TIME: u16 = 0x1F27;
 /// 1F84h: the device type that a node is expected to have (CiA 302-2).
 pub const EXPECTED_DEVICE_TYPE: u16 = 0x1F84;
-/// 1F85h: its vendor-ID.
+/// 1F85h: the vendor-ID that it is expected to have.
 pub const EXPECTED_VENDOR: u16 = 0x1F85;
-/// 1F86h: its product code.
+/// 1F86h: the product code, likewise.
 pub const EXPECTED_PRODUCT: u16 = 0x1F86;
-/// 1F87h: its revision number.
+/// 1F87h: the revision number, likewise.
 pub const EXPECTED_REVISION: u16 = 0x1F87;
-/// 1F88h: its serial number.
+/// 1F88h: the serial number, likewise.
 pub const EXPECTED_SERIAL: u16 = 0x1F88;
+
+/// The identifier in a COB-ID parameter (CiA 301, 7.5.2.5), which has 29 bits if [`EXTENDED`] is set and else 11.
+pub const IDENTIFIER: u32 = 0x1FFF_FFFF;
+/// The identifier of 11 bits in a COB-ID parameter.
+pub const BASE_IDENTIFIER: u32 = 0x7FF;
+/// The bit of a COB-ID parameter that makes the identifier one of 29 bits.
+pub const EXTENDED: u32 = 0x2000_0000;
+/// The bit of a COB-ID parameter that switches the object off.
+pub const INVALID: u32 = 0x8000_0000;
+
+/// Whether an object is the communication parameter of a PDO.
+#[must_use]
+pub const fn is_pdo_communication(index: u16) -> bool {
+    matches!(index, RPDO_1..=RPDO_512 | TPDO_1..=TPDO_512)
+}
+
+/// Whether an object is the mapping of a PDO.
+#[must_use]
+pub const fn is_pdo_mapping(index: u16) -> bool {
+    matches!(index, RPDO_MAPPING_1..=RPDO_MAPPING_512 | TPDO_MAPPING_1..=TPDO_MAPPING_512)
+}
+
+/// Whether sub-index 0 of an object counts the entries in use, and not all of them.
+#[must_use]
+pub const fn counts_entries(index: u16) -> bool {
+    index == PREDEFINED_ERROR_FIELD || is_pdo_mapping(index)
+}
+
+/// Whether an object says how the device communicates, and not what it is.
+#[must_use]
+pub const fn is_parameter(index: u16) -> bool {
+    matches!(index, COB_ID_SYNC..=SYNCHRONOUS_WINDOW_LENGTH | STORE_PARAMETERS..=TPDO_MAPPING_512)
+}
+
+/// Whether CiA 301 (7.5.2) lets an object be mapped into a PDO: all but parameters, of which the time stamp (1013h), the
+/// prompt (1026h) and the SDO parameters (1200h to 12FFh) are "optional" there.
+#[must_use]
+pub const fn can_be_mapped(index: u16) -> bool {
+    let optional = matches!(index, HIGH_RESOLUTION_TIME_STAMP | OS_PROMPT | SDO_SERVER_1..=SDO_CLIENT_128);
+    optional || !is_parameter(index)
+}
+
+/// Whether CiA 301, 7.3.5, table 40 forbids an identifier of 11 bits to any configurable object: NMT, SDO, error control
+/// and LSS have those.
+#[must_use]
+pub const fn is_restricted(identifier: u32) -> bool {
+    matches!(identifier, 0..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF)
+}
 
 /// The communication parameter of RPDO `number`, 1 to 512.
 #[must_use]
@@ -123,7 +190,7 @@ pub const fn pdo_number(index: u16) -> u16 {
     1 + (index & 0x01FF)
 }
 
-/// The predefined connection set (CiA 301, 7.3.3): what [`CobId::of_node`](crate::CobId::of_node) adds the node-ID to.
+/// The predefined connection set (CiA 301, 7.3.3): what the node-ID is added to.
 pub mod connection {
     /// Emergencies.
     pub const EMCY: u16 = 0x080;

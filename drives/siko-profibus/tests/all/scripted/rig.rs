@@ -53,7 +53,7 @@ impl ParameterTable for Parameters {
     }
 }
 
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) door: ProfibusDoor,
     pub(crate) now: Instant,
     tasks: PkwServer,
@@ -74,12 +74,12 @@ pub(crate) struct Bench {
     pub(crate) shown: Option<siko::gateway::Facts>,
 }
 
-impl Bench {
+impl Rig {
     /// A drive in a mode of PNU 930, which does not exchange data yet.
     pub(crate) fn offline(model: &'static Model, mode: u32) -> Self {
         let values = BTreeMap::from([(MODE, mode), (1010, 1), (1011, 1), (1012, 0), (SYSTEM, 0x80)]);
         let parameters = Parameters { model, values, asked: Vec::new(), refusal: None, is_authorised: true };
-        Bench {
+        Rig {
             door: ProfibusDoor::new(model),
             now: Instant::ZERO,
             tasks: PkwServer::new(),
@@ -97,17 +97,17 @@ impl Bench {
 
     /// All is known of it.
     pub(crate) fn new(mode: u32) -> Self {
-        let mut bench = Bench::offline(&AG03_1, mode);
-        bench.turns(20);
-        assert!(bench.facts().is_some());
-        bench
+        let mut rig = Rig::offline(&AG03_1, mode);
+        rig.turns(20);
+        assert!(rig.facts().is_some());
+        rig
     }
 
     pub(crate) fn enabled(mode: u32) -> Self {
-        let mut bench = Bench::new(mode);
-        assert_eq!(bench.order(Order::Enable, 0), Event::Followed);
-        assert_eq!(bench.words(), if mode == 1 { vec![0x0B] } else { vec![0x0B, 0x3B] });
-        bench
+        let mut rig = Rig::new(mode);
+        assert_eq!(rig.order(Order::Enable, 0), Event::Followed);
+        assert_eq!(rig.words(), if mode == 1 { vec![0x0B] } else { vec![0x0B, 0x3B] });
+        rig
     }
 
     pub(crate) fn facts(&mut self) -> Option<Facts> {

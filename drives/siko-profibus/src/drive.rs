@@ -1,4 +1,4 @@
-//! A simulated drive with PROFIBUS as its door.
+//! A simulated drive behind PROFIBUS.
 
 use lexican_profibus::pkw::{Parameter, ParameterTable, Pkw, PkwServer, Refusal};
 use lexican_profibus::{Application, State};
@@ -40,7 +40,7 @@ use crate::words::{BEYOND_LIMIT, INCHING_NEGATIVE, READY_TO_TRAVEL, control, sta
 /// | the outputs when data exchange ends | zero, which is OFF 1 |
 /// | the drive between two telegrams | is looked at when the next one comes |
 #[derive(Clone, Debug)]
-pub struct Door {
+pub struct ProfibusDrive {
     model: &'static Model,
     address: u8,
     drive: SimulatedDrive,
@@ -55,23 +55,23 @@ pub struct Door {
     turns: bool,
 }
 
-impl Door {
+impl ProfibusDrive {
     /// A drive that is switched on at `now`, whose switches, or parameter 22, set `address`.
     #[must_use]
     pub fn new(now: Instant, model: &'static Model, address: u8) -> Self {
-        Door::power_on(now, model, Setup::new(model.drive, NODE), address)
+        ProfibusDrive::power_on(now, model, Setup::new(model.drive, NODE), address)
     }
 
     /// The same with a setup, which says what is in the EEPROM, which gear there is, and so on.
     #[must_use]
     pub fn power_on(now: Instant, model: &'static Model, setup: Setup, address: u8) -> Self {
-        Door::of(now, model, SimulatedDrive::power_on(now, setup), address)
+        ProfibusDrive::of(now, model, SimulatedDrive::power_on(now, setup), address)
     }
 
-    /// The door of a drive that is there.
+    /// The same of a drive that is there.
     #[must_use]
     pub fn of(now: Instant, model: &'static Model, drive: SimulatedDrive, address: u8) -> Self {
-        let mut door = Door {
+        let mut it = ProfibusDrive {
             model,
             address: Model::address(address),
             drive,
@@ -82,8 +82,8 @@ impl Door {
             acknowledged: false,
             turns: false,
         };
-        door.advance(now);
-        door
+        it.advance(now);
+        it
     }
 
     /// The address that it was switched on with.
@@ -253,12 +253,12 @@ impl Door {
     }
 }
 
-impl Application for Door {
+impl Application for ProfibusDrive {
     fn take_outputs(&mut self, now: Instant, outputs: &[u8]) {
         self.advance(now);
         let task = PPO.pkw(outputs).unwrap_or_default();
         let mut tasks = core::mem::take(&mut self.tasks);
-        self.reply = tasks.handle(task, &mut Lent { door: self, now });
+        self.reply = tasks.handle(task, &mut Lent { drive: self, now });
         self.tasks = tasks;
         let target_is_valid = PPO.double_word(outputs, 1).is_some_and(|target| self.take_target(now, target));
         self.take_control(now, PPO.word(outputs, 0).unwrap_or(0), target_is_valid);
@@ -281,18 +281,18 @@ impl Application for Door {
 
 /// The parameters of a drive at one time.
 struct Lent<'a> {
-    door: &'a mut Door,
+    drive: &'a mut ProfibusDrive,
     now: Instant,
 }
 
 impl ParameterTable for Lent<'_> {
     fn parameter(&self, number: u16) -> Option<Parameter> {
-        table::find(self.door.model.table, number).map(|row| row.wire)
+        table::find(self.drive.model.table, number).map(|row| row.wire)
     }
 
     fn read(&mut self, number: u16, index: u16) -> Result<u32, Refusal> {
-        let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
-        let drive = &mut self.door.drive;
+        let row = table::find(self.drive.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
+        let drive = &mut self.drive.drive;
         match row.content {
             Content::Object(_) => {
                 let element = u8::try_from(index).ok().and_then(|index| row.parameter.object_at(index));
@@ -300,16 +300,16 @@ impl ParameterTable for Lent<'_> {
                 // A fault that does not come here has no number.
                 Ok(row.parameter.of_object(number.into()).unwrap_or(0) as u32)
             }
-            Content::Address => Ok(self.door.address.into()),
-            Content::Version => Ok(self.door.model.version.into()),
+            Content::Address => Ok(self.drive.address.into()),
+            Content::Version => Ok(self.drive.model.version.into()),
             Content::InchingStop => Ok(drive.parameters().inching_stop.into()),
             Content::Load => Err(Refusal::OTHER),
         }
     }
 
     fn write(&mut self, number: u16, _: u16, value: u32) -> Result<u32, Refusal> {
-        let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
-        let drive = &mut self.door.drive;
+        let row = table::find(self.drive.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
+        let drive = &mut self.drive.drive;
         match row.content {
             Content::Object(object) => {
                 let number = row.parameter.in_object(value.cast_signed().into()).ok_or(Refusal::OUT_OF_RANGE)?;

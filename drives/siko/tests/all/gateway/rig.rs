@@ -69,45 +69,45 @@ impl Door for Scripted {
     }
 }
 
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) gateway: Gateway<Scripted>,
     pub(crate) now: Instant,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn of(model: &'static Model) -> Self {
-        Bench { gateway: Gateway::new(model, NODE, Scripted::default()), now: Instant::ZERO }
+        Rig { gateway: Gateway::new(model, NODE, Scripted::default()), now: Instant::ZERO }
     }
 
     /// The drive has not answered yet.
     pub(crate) fn silent() -> Self {
-        Bench::of(&siko_ag02::sim::MODEL)
+        Rig::of(&siko_ag02::sim::MODEL)
     }
 
     /// OPERATIONAL, with the motor released, in a mode of 6060h.
     pub(crate) fn operational(mode: i64) -> Self {
-        let mut bench = Bench::silent();
-        assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
-        assert_eq!((bench.done(Ok(mode)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
-        assert_eq!(bench.send("000#0105"), []);
-        bench
+        let mut rig = Rig::silent();
+        assert_eq!(rig.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
+        assert_eq!((rig.done(Ok(mode)), rig.frames()), (vec![], vec!["705#00".to_owned()]));
+        assert_eq!(rig.send("000#0105"), []);
+        rig
     }
 
     /// OPERATION ENABLED, at rest, with Stop in the control word.
     pub(crate) fn enabled(mode: i64) -> Self {
-        let mut bench = Bench::operational(mode);
-        assert_eq!([bench.control(0x0106), bench.control(0x0107)], [[], []]);
-        assert_eq!(bench.control(0x010F), [order(Order::Enable, 0)]);
-        assert_eq!(bench.sees_and_is_done(0), []);
-        bench
+        let mut rig = Rig::operational(mode);
+        assert_eq!([rig.control(0x0106), rig.control(0x0107)], [[], []]);
+        assert_eq!(rig.control(0x010F), [order(Order::Enable, 0)]);
+        assert_eq!(rig.sees_and_is_done(0), []);
+        rig
     }
 
     /// A travel, in positioning mode.
     pub(crate) fn travelling() -> Self {
-        let mut bench = Bench::enabled(1);
-        assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
-        assert_eq!(bench.sees_and_is_done(POSITIONING | MOVING), []);
-        bench
+        let mut rig = Rig::enabled(1);
+        assert_eq!(rig.starts(0x001F), [order(Order::Start, 0)]);
+        assert_eq!(rig.sees_and_is_done(POSITIONING | MOVING), []);
+        rig
     }
 
     pub(crate) fn jobs(&mut self) -> Vec<Job> {

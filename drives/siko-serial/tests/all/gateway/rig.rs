@@ -15,18 +15,18 @@ use super::noisy::Noisy;
 
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
-pub(crate) struct Bench {
+pub(crate) struct Rig {
     pub(crate) node: Arc<Mutex<SerialNode<Noisy>>>,
     pub(crate) drive: Drive<VirtualLink>,
     pub(crate) bus: VirtualBus,
 }
 
-impl Bench {
+impl Rig {
     pub(crate) fn new() -> Self {
-        let (node, bus) = Bench::unplugged();
+        let (node, bus) = Rig::unplugged();
         node.lock().unwrap().line().0.set_fate(|_, byte| Some(byte));
         let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
-        Bench { node, drive, bus }
+        Rig { node, drive, bus }
     }
 
     /// A gateway whose line carries nothing.

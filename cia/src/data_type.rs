@@ -1,0 +1,142 @@
+//! The static data types of CiA 301 (7.4.7, table 44).
+
+use core::fmt;
+
+/// Hands the rows of all data types to a macro, by code: `name = code, name in CiA 301, bits, class;`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! data_types {
+    ($then:ident) => {
+        $then! {
+            Boolean = 0x01, "BOOLEAN", Some(1), Boolean;
+            Integer8 = 0x02, "INTEGER8", Some(8), Signed;
+            Integer16 = 0x03, "INTEGER16", Some(16), Signed;
+            Integer32 = 0x04, "INTEGER32", Some(32), Signed;
+            Unsigned8 = 0x05, "UNSIGNED8", Some(8), Unsigned;
+            Unsigned16 = 0x06, "UNSIGNED16", Some(16), Unsigned;
+            Unsigned32 = 0x07, "UNSIGNED32", Some(32), Unsigned;
+            Real32 = 0x08, "REAL32", Some(32), Real;
+            VisibleString = 0x09, "VISIBLE_STRING", None, Text;
+            OctetString = 0x0A, "OCTET_STRING", None, Bytes;
+            UnicodeString = 0x0B, "UNICODE_STRING", None, Text;
+            TimeOfDay = 0x0C, "TIME_OF_DAY", Some(48), Time;
+            TimeDifference = 0x0D, "TIME_DIFFERENCE", Some(48), Time;
+            Domain = 0x0F, "DOMAIN", None, Bytes;
+            Integer24 = 0x10, "INTEGER24", Some(24), Signed;
+            Real64 = 0x11, "REAL64", Some(64), Real;
+            Integer40 = 0x12, "INTEGER40", Some(40), Signed;
+            Integer48 = 0x13, "INTEGER48", Some(48), Signed;
+            Integer56 = 0x14, "INTEGER56", Some(56), Signed;
+            Integer64 = 0x15, "INTEGER64", Some(64), Signed;
+            Unsigned24 = 0x16, "UNSIGNED24", Some(24), Unsigned;
+            Unsigned40 = 0x18, "UNSIGNED40", Some(40), Unsigned;
+            Unsigned48 = 0x19, "UNSIGNED48", Some(48), Unsigned;
+            Unsigned56 = 0x1A, "UNSIGNED56", Some(56), Unsigned;
+            Unsigned64 = 0x1B, "UNSIGNED64", Some(64), Unsigned;
+        }
+    };
+}
+
+macro_rules! define {
+    ($($variant:ident = $code:literal, $name:literal, $bits:expr, $class:ident;)*) => {
+        /// A static data type of CiA 301.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        pub enum DataType {
+            $(#[doc = concat!($name, ".")] $variant = $code,)*
+        }
+
+        impl DataType {
+            /// All data types, by code.
+            pub const ALL: &[DataType] = &[$(DataType::$variant),*];
+
+            /// The type with the index `code` in the data type area of the dictionary.
+            #[must_use]
+            pub const fn from_code(code: u16) -> Option<Self> {
+                match code { $($code => Some(DataType::$variant),)* _ => None }
+            }
+
+            /// The name in CiA 301: `UNSIGNED16`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(DataType::$variant => $name,)* }
+            }
+
+            /// The size in bits, as a PDO maps it; `None` for types of no fixed size.
+            #[inline]
+            #[must_use]
+            pub const fn bits(self) -> Option<u8> {
+                // A table, because as a match this becomes a jump, at several places of each SDO segment.
+                const BITS: [Option<u8>; 32] = {
+                    let mut bits = [None; 32];
+                    $(bits[$code] = $bits;)*
+                    bits
+                };
+                BITS[self as usize & 31]
+            }
+
+            /// What the values are.
+            #[inline]
+            #[must_use]
+            pub const fn class(self) -> Class {
+                match self { $(DataType::$variant => Class::$class,)* }
+            }
+        }
+    };
+}
+
+data_types!(define);
+
+impl DataType {
+    /// The size in bytes, as an SDO transfers it (a BOOLEAN takes one); `None` without a fixed size.
+    #[inline]
+    #[must_use]
+    pub const fn size(self) -> Option<usize> {
+        match self.bits() {
+            Some(bits) => Some((bits as usize).div_ceil(8)),
+            None => None,
+        }
+    }
+
+    /// Whether this is a number of which no bit is a sign.
+    #[inline]
+    #[must_use]
+    pub const fn is_unsigned(self) -> bool {
+        matches!(self.class(), Class::Unsigned)
+    }
+
+    /// Whether the most significant bit is a sign.
+    #[inline]
+    #[must_use]
+    pub const fn is_signed(self) -> bool {
+        matches!(self.class(), Class::Signed)
+    }
+}
+
+impl fmt::Display for DataType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// The classes of data types.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Class {
+    /// BOOLEAN.
+    Boolean,
+    /// INTEGER8 to INTEGER64.
+    Signed,
+    /// UNSIGNED8 to UNSIGNED64.
+    Unsigned,
+    /// REAL32 and REAL64.
+    Real,
+    /// VISIBLE_STRING and UNICODE_STRING.
+    Text,
+    /// OCTET_STRING and DOMAIN.
+    Bytes,
+    /// TIME_OF_DAY and TIME_DIFFERENCE.
+    Time,
+    /// What CiA 301 does not define; no [`DataType`] is of it.
+    Other,
+}
