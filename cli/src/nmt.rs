@@ -11,9 +11,10 @@ use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use serde_json::json;
 
-use crate::bus::sdo::{request_frame, responder};
 use crate::bus::{BusArgs, NodeIds, let_leave};
 use crate::duration::{in_milliseconds, milliseconds};
+use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
+
 use crate::output::{self, Failure, Outcome, print_result, warn};
 
 /// Send an NMT command to nodes, or to all
@@ -279,12 +280,12 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::sdo::response_id;
     use crate::bus::testing::Flood;
     use lexican_runtime::CobId;
     use lexican_runtime::cia301::connection;
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
+    use lexican_toolbox::bus::sdo_channel::response_id;
     use std::collections::VecDeque;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};

@@ -157,8 +157,9 @@ impl Config {
             return Err(Error::UnknownCode { code: code.clone(), near: near(code, codes()) });
         }
         let out_dir = self.out_dir.or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)?;
-        // Without any such line Cargo would watch every file of the package.
-        println!("cargo:rerun-if-changed=build.rs");
+        // Without any such line Cargo would watch every file of the package. The script itself it always does, under
+        // whatever name; a name that is not there would have it run every time.
+        println!("cargo:rerun-if-changed=Cargo.toml");
         let mut files: Vec<(String, String)> = Vec::new();
         let mut warnings = Vec::new();
         for sheet in &self.sheets {

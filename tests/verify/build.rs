@@ -25,7 +25,6 @@ fn main() {
         let file = Path::new(&env::var("OUT_DIR").unwrap()).join(format!("{name}.rs"));
         fs::write(file, function(name, &device)).unwrap();
     }
-    println!("cargo::rerun-if-changed=build.rs");
 }
 
 fn function(name: &str, device: &Device) -> String {

@@ -6,6 +6,7 @@
 //! | [`decode`] | a frame in words and fields, by the data sheet of its device |
 //! | [`bus`] | of all frames: filters, changes, SDO transfers as one thing each, statistics |
 //! | [`node`] | one device: recognised, read and written, checked against its data sheet, given a program |
+//! | [`lss`] | devices found and configured by their identity |
 //! | [`parameters`] | what a device is set to: kept, restored, compared |
 //! | [`pdo`] | what PDOs map, plans to change it, and a CAN database (DBC) of it |
 //! | [`values`] | values of objects as people write them, and objects by name |
@@ -20,6 +21,7 @@ pub mod decode;
 #[cfg(feature = "drives")]
 pub mod drive;
 pub mod log;
+pub mod lss;
 pub mod node;
 pub mod parameters;
 pub mod pdo;

@@ -67,7 +67,8 @@ const SUBJECTS: &[Subject] = &[
 
 /// Disturbs each of them, all at the same time: they mostly wait.
 pub(crate) fn run(root: &Path) -> Result<(), String> {
-    command::run_cargo(root, &["build", "-p", "lexican", "-p", "changeover", "-p", "circle"], &[])?;
+    let programs = ["--bin", "lexican", "--bin", "changeover", "--bin", "circle"];
+    command::run_cargo(root, &[&["build", "--workspace"], &programs[..]].concat(), &[])?;
     let built = workspace::target_folder(root).join("debug");
     let folder = empty_folder(root, "chaos")?;
     let files = [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("plant.toml", PLANT), ("axes.toml", AXES)];

@@ -16,8 +16,10 @@ use crate::{checkout, command, package, workspace};
 pub(crate) enum Job {
     /// rustfmt
     Fmt,
-    /// clippy, warnings are errors, with all features and with each alone
+    /// clippy, warnings are errors, with all features
     Clippy,
+    /// clippy of what is published, without features and with each alone
+    Features,
     /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
     Targets,
     /// rustdoc, warnings are errors
@@ -154,23 +156,48 @@ impl Job {
 
     /// What it depends on, when it is so heavy that it is worth to know.
     fn inputs(self) -> Option<Inputs> {
-        let (manifests, paths): (&[&str], &[&str]) = match self {
-            Job::Minimal | Job::Package => (&["cli/Cargo.toml"], &["drives"]),
+        // Where it is skipped it proves nothing.
+        match self {
+            Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
+            Job::Targets if TARGETS.iter().any(|target| !workspace::has_target(target)) => return None,
+            _ => {}
+        }
+        // Its files in `xtask/src`, the manifests, and what is read besides.
+        let (own, manifests, paths): (&[&str], &[&str], &[&str]) = match self {
+            Job::Features | Job::Minimal | Job::Package => (&["package.rs"], &["cli/Cargo.toml"], &["drives"]),
+            Job::Targets => (&["package.rs"], &["cli/Cargo.toml"], &["drives", "examples/firmware"]),
             Job::Users => {
                 let tests: &[&str] = &["tests/Cargo.toml", "tests/bare", "tests/downstream", "tests/tests"];
-                (&["codegen/Cargo.toml", "drives/driver/Cargo.toml", "drives/simulator/Cargo.toml"], tests)
+                (&[], &["codegen/Cargo.toml", "drives/driver/Cargo.toml", "drives/simulator/Cargo.toml"], tests)
             }
-            Job::Hour => (&["cli/Cargo.toml"], &["drives", "tests/Cargo.toml", "tests/downstream", "tests/tests"]),
+            Job::Hour => (&[], &["cli/Cargo.toml"], &["drives", "tests/Cargo.toml", "tests/downstream", "tests/tests"]),
             // The mutated crates are made of the sources of others.
-            Job::Verify => (&["tests/mutants/Cargo.toml", "tests/verify/Cargo.toml"], &["drives", "profibus"]),
-            // Where it is skipped it proves nothing.
-            Job::Firmware if crate::firmware::is_possible().is_err() => return None,
-            Job::Firmware => (&["examples/firmware/Cargo.toml", "cli/Cargo.toml"], &["examples/firmware"]),
-            Job::Fuzz => (&["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
-            Job::Interop => (&["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop"]),
+            Job::Verify => {
+                let manifests = &["tests/mutants/Cargo.toml", "tests/verify/Cargo.toml"];
+                (&["verify.rs"], manifests, &["drives", "profibus", "tests/manual"])
+            }
+            Job::Conform => {
+                let sheets: &[&str] = &["conform", "drives", "tests/conformance", "tests/downstream", "tests/interop"];
+                (&["conform.rs", "report.rs"], &["cli/Cargo.toml"], sheets)
+            }
+            Job::Chaos => {
+                let programs = &["cli/Cargo.toml", "examples/changeover/Cargo.toml", "examples/circle/Cargo.toml"];
+                (&["chaos.rs"], programs, &[])
+            }
+            Job::Corpus => (&["corpus.rs"], &["cli/Cargo.toml"], &[]),
+            Job::Size => (&["firmware", "qemu.rs", "size", "size.rs"], &["cli/Cargo.toml"], &["tests/size"]),
+            Job::Firmware => {
+                let firmware = &["examples/firmware/Cargo.toml", "cli/Cargo.toml"];
+                (&["firmware", "qemu.rs", "report.rs"], firmware, &["examples/firmware"])
+            }
+            Job::Fuzz => (&["fuzz.rs"], &["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
+            Job::Vcan => (&["vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &[]),
+            Job::Interop => {
+                (&["interop", "python.rs", "vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop"])
+            }
             _ => return None,
         };
-        Some(Inputs { manifests, paths })
+        Some(Inputs { own, manifests, paths })
     }
 
     /// Whether it has passed with just what is in the checkout; says so.
@@ -221,8 +248,21 @@ impl Job {
             Job::Fmt => command::run_cargo(root, &["fmt", "--all", "--check"], &[])
                 .map_err(|error| format!("{error}\nmend it: cargo fmt")),
             Job::Clippy => {
-                let all = ["clippy", "--workspace", "--all-targets", "--features", NESTED, "--", "-D", "warnings"];
+                let all = [
+                    "clippy",
+                    "--workspace",
+                    "--all-targets",
+                    "--features",
+                    "lexican-tests/nested,lexican-mutants/mutants",
+                ];
+                let all = [&all[..], &["--", "-D", "warnings"]].concat();
                 command::run_cargo(root, &all, &[])?;
+                // In the workspace's folder: what both depend on is compiled once.
+                let folder = workspace::target_folder(root).to_string_lossy().into_owned();
+                let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
+                command::run_cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
+            }
+            Job::Features => {
                 // Without features, as firmware takes the core, and each feature by itself.
                 for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
                     for features in [&[""], &package.features()[..]].concat() {
@@ -230,10 +270,7 @@ impl Job {
                         command::run_cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
                     }
                 }
-                // In the workspace's folder: what both depend on is compiled once.
-                let folder = workspace::target_folder(root).to_string_lossy().into_owned();
-                let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
-                command::run_cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
+                Ok(())
             }
             Job::Targets => targets(root),
             Job::Doc => command::run_cargo(
@@ -252,14 +289,16 @@ impl Job {
             Job::Hour => nested(root, &["a_drive_in_an_hour::"]),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
-                command::run_cargo(root, &["test", "-p", "lexican", "--test", "bench", "--", "--nocapture"], &[])?;
+                command::run_cargo(root, &["test", "--workspace", "--test", "bench", "--", "--nocapture"], &[])?;
                 crate::page::run(root, true)
             }
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
-                // The tests try some mutants of each crate; here it is all of SIKO's simulated drives and of the AKD.
-                let tests = ["test", "-p", "lexican-mutants", "--test", "mutants", "--test", "akd"];
-                command::run_cargo(root, &tests, &[("LEXICAN_VERIFY_ALL", "1")])
+                let tests = ["test", "--workspace", "--features", "lexican-mutants/mutants", "--test"];
+                // All of SIKO's simulated drives and of the AKD, and some of the other interfaces.
+                let all = [&tests[..], &["mutants", "--test", "akd"]].concat();
+                command::run_cargo(root, &all, &[("LEXICAN_VERIFY_ALL", "1")])?;
+                command::run_cargo(root, &[&tests[..], &["interfaces"]].concat(), &[])
             }
             Job::Conform => crate::conform::run(root, true),
             Job::Chaos => crate::chaos::run(root),
@@ -311,21 +350,18 @@ const FIRMWARE: &[&str] = &[
     "firmware-mps2",
 ];
 
+const TARGETS: [&str; 3] = ["x86_64-pc-windows-gnu", "aarch64-apple-darwin", "thumbv7em-none-eabihf"];
+
 /// Checks what is compiled for other machines: the command and all drives for hosts, the core for firmware.
 fn targets(root: &Path) -> Result<(), String> {
     let published = package::published(root)?;
     let drives = published.iter().filter(|package| package.folder.starts_with(root.join("drives")));
     let mut host = vec!["--all-features", "-p", "lexican"];
     drives.for_each(|package| host.extend(["-p", &package.name]));
-    let targets = [
-        ("x86_64-pc-windows-gnu", &host[..]),
-        ("aarch64-apple-darwin", &host),
-        ("thumbv7em-none-eabihf", CORE),
-        ("thumbv7em-none-eabihf", FIRMWARE),
-    ];
-    let installed = workspace::installed_targets();
+    let [windows, mac, controller] = TARGETS;
+    let targets = [(windows, &host[..]), (mac, &host), (controller, CORE), (controller, FIRMWARE)];
     for (target, packages) in targets {
-        if !installed.lines().any(|line| line == target) {
+        if !workspace::has_target(target) {
             println!("skipped: {target} is not installed: rustup target add {target}");
             continue;
         }
@@ -396,6 +432,16 @@ mod tests {
         for package in package::published(&root).unwrap() {
             let folder = package.folder.strip_prefix(&root).unwrap();
             assert!(paths.iter().any(|path| folder.starts_with(path)), "{} is not in {paths:?}", folder.display());
+        }
+    }
+
+    #[test]
+    fn what_a_job_depends_on_is_there() {
+        let root = workspace::root();
+        for inputs in Job::value_variants().iter().filter_map(|job| job.inputs()) {
+            for path in inputs.paths(&root).unwrap() {
+                assert!(root.join(&path).exists(), "there is no {path}");
+            }
         }
     }
 

@@ -14,7 +14,7 @@ const MAX_BYTES: usize = 6_000_000;
 pub(crate) fn simulate(root: &Path, folder: &Path) -> Result<(), String> {
     let test = "check::simulated::every_simulated_device_agrees_with_its_data_sheet";
     let folder = folder.canonicalize().map_err(|error| format!("{}: {error}", folder.display()))?;
-    let arguments = ["test", "-p", "lexican", "--bin", "lexican", "--", "--exact", "--nocapture", test];
+    let arguments = ["test", "--workspace", "--bin", "lexican", "--", "--exact", "--nocapture", test];
     command::run_cargo(root, &arguments, &[("LEXICAN_SHEETS", &folder.to_string_lossy())])
 }
 

@@ -36,6 +36,6 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
 pub(crate) fn pictures(root: &Path) -> Result<(), String> {
     let folder = root.join("bench/docs");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let play = ["test", "-p", "lexican", "--test", "bench", "page::", "--", "--nocapture"];
+    let play = ["test", "--workspace", "--test", "bench", "page::", "--", "--nocapture"];
     crate::command::run_cargo(root, &play, &[("LEXICAN_PICTURES", &folder.to_string_lossy())])
 }

@@ -11,11 +11,26 @@ use crate::{command, workspace};
 /// Where the records are. They are made by jobs, and are no part of what jobs depend on.
 pub(crate) const FOLDER: &str = ".ci/proved";
 
-/// What every job depends on, whatever it builds: the job itself, the lock file, the profiles and lints.
-const COMMON: [&str; 6] = [".cargo", ".ci/run", "Cargo.lock", "Cargo.toml", "clippy.toml", "xtask"];
+/// What every job depends on, whatever it builds: how jobs are run, the lock file, the profiles and lints.
+const COMMON: [&str; 12] = [
+    ".cargo",
+    ".ci/run",
+    "Cargo.lock",
+    "Cargo.toml",
+    "clippy.toml",
+    "xtask/Cargo.toml",
+    "xtask/src/checkout.rs",
+    "xtask/src/ci.rs",
+    "xtask/src/command.rs",
+    "xtask/src/outside.rs",
+    "xtask/src/proved.rs",
+    "xtask/src/workspace.rs",
+];
 
 /// What a job depends on.
 pub(crate) struct Inputs {
+    /// Files and folders of its own in `xtask/src`.
+    pub(crate) own: &'static [&'static str],
     /// Manifests whose package, or workspace, counts with all packages of ours that it is made of.
     pub(crate) manifests: &'static [&'static str],
     /// Files and folders besides.
@@ -26,6 +41,7 @@ impl Inputs {
     /// The files and folders of this repository, from its root.
     pub(crate) fn paths(&self, root: &Path) -> Result<BTreeSet<String>, String> {
         let mut paths: BTreeSet<String> = COMMON.iter().chain(self.paths).map(ToString::to_string).collect();
+        paths.extend(self.own.iter().map(|own| format!("xtask/src/{own}")));
         for manifest in self.manifests {
             paths.extend(packages(root, manifest)?);
         }
@@ -153,7 +169,7 @@ mod tests {
         file("target/.gitignore", "*");
         command::output(Command::new("git").arg("init").arg("--quiet").current_dir(&root)).unwrap();
         // What a job depends on always is looked for, too: git refuses no path that is not there.
-        let inputs = Inputs { manifests: &[], paths: &["job"] };
+        let inputs = Inputs { own: &[], manifests: &[], paths: &["job"] };
         let hash = || inputs.hash(&root).unwrap();
         let first = hash();
         file("elsewhere/b.rs", "2");

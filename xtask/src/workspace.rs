@@ -34,10 +34,10 @@ pub(crate) fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
     Ok(manifests)
 }
 
-/// The targets that the toolchain compiles for, a line each; none without rustup.
-pub(crate) fn installed_targets() -> String {
+/// Whether the toolchain compiles for a target; without rustup it is not known to.
+pub(crate) fn has_target(target: &str) -> bool {
     let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
-    installed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default()
+    installed.is_ok_and(|it| String::from_utf8_lossy(&it.stdout).lines().any(|line| line == target))
 }
 
 pub(crate) fn read_toml(path: &Path) -> Result<toml::Table, String> {

@@ -2,16 +2,18 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::cia301::{self, connection};
+use lexican_runtime::cia301;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link, LinkError, Pump};
 use lexican_runtime::object::Address;
-use lexican_runtime::service::lss_manager::{Busy, Event, LssManager};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::lss::{LssRequest, LssState};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::ClientRequest;
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::bus::sdo_channel::request_frame;
+use lexican_toolbox::decode::lss::response_text;
+use lexican_toolbox::lss::{Selected, Session, Target, Times, Trouble};
 
 use super::hub::{Port, Ports};
 use super::jobs::Job;
@@ -28,9 +30,6 @@ const ANSWER: Duration = Duration::from_millis(500);
 
 /// How long a device may take for a step of a fastscan.
 const STEP: Duration = Duration::from_millis(50);
-
-/// How long a device may take to store its configuration.
-const STORING: Duration = Duration::from_secs(3);
 
 /// Sends a command to a node, or to all.
 pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Result<Answer, Refused> {
@@ -49,11 +48,11 @@ pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Resu
 pub(super) fn scan(ports: &Ports, mut link: Port, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
     let mut pump = Pump::new();
     let lost = |error| lost(ports, error);
-    let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) }.to_bytes();
+    let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) };
     let known: Vec<_> = lock(model).nodes().collect();
     for (node, place) in NodeId::all().zip(1..).filter(|(node, _)| !known.contains(node)) {
         job.progress(f64::from(place) / 127.0, format!("asks node {node}"));
-        link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(lost)?;
+        link.send(&request_frame(node, request)).map_err(lost)?;
         listen(&mut link, &mut pump, PAUSE).map_err(lost)?;
     }
     let latency = link.latency();
@@ -88,53 +87,48 @@ pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
                 .with_remedy("choose another one, or take that node off the bus first"));
         }
     }
-    let result = configure(ports, &mut station.link()?, node, job);
-    // However it has ended, no device waits for the rest: the next one would be configured with it.
-    let waiting = deselect(&mut ports.link());
-    let who = result?;
-    waiting.map_err(|error| lost(ports, error))?;
+    let times = Times { response: ANSWER, step: STEP };
+    let who =
+        Session::run(station.link()?, times, |session| configure(session, node, job)).map_err(|error| match error {
+            Ended::Refused(refused) => refused,
+            Ended::Trouble(Trouble::Link(error)) => lost(ports, error),
+            Ended::Trouble(error @ Trouble::NoUnconfigured) => Refused::new(error)
+                .with_remedy("has it lost its node-ID, and has it power? A device without LSS has switches for it"),
+            Ended::Trouble(error) => Refused::new(error),
+        });
+    // Also if the link of the face is gone: the next device would be configured with it.
+    if who.is_err() {
+        let _ = ports.link().send(&LssRequest::SwitchGlobal(LssState::Waiting).frame());
+    }
+    let who = who?;
     job.end(true, format!("{who} is node {node}"));
     Ok(Answer::Done)
 }
 
-/// No device waits for a configuration any more. None answers that.
-fn deselect(link: &mut Port) -> Result<(), LinkError> {
-    link.send(&LssRequest::SwitchGlobal(LssState::Waiting).frame())
+/// Why a device was not configured.
+enum Ended {
+    Refused(Refused),
+    Trouble(Trouble),
 }
 
-/// Runs an operation of the LSS manager that ends with an event.
-fn operate(
-    link: &mut Port,
-    patience: Duration,
-    begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
-) -> Result<Event, LinkError> {
-    let mut manager = LssManager::new().with_timeouts(patience, STEP);
-    begin(&mut manager).expect("a new manager is idle");
-    Pump::new().run(link, &mut manager, Instant::MAX)?.ok_or(LinkError::Closed)
+impl From<Trouble> for Ended {
+    fn from(trouble: Trouble) -> Self {
+        Ended::Trouble(trouble)
+    }
 }
 
 /// Finds the device, and gives it the node-ID; returns its identity in words.
-fn configure(ports: &Ports, link: &mut Port, node: NodeId, job: &Job) -> Result<String, Refused> {
+fn configure(session: &mut Session<Port>, node: NodeId, job: &Job) -> Result<String, Ended> {
     job.progress(0.1, "looks for a device by fastscan".to_owned());
-    deselect(link).map_err(|error| lost(ports, error))?;
-    let mut operate = |patience, begin: &dyn Fn(&mut LssManager) -> Result<(), Busy>| {
-        operate(link, patience, begin).map_err(|error| lost(ports, error))
-    };
-    let identity = match operate(ANSWER, &LssManager::fastscan)? {
-        Event::Found(identity) => identity,
-        _ => {
-            return Err(Refused::new("no device without node-ID answers")
-                .with_remedy("has it lost its node-ID, and has it power? A device without LSS has switches for it"));
-        }
-    };
+    let Selected { identity, .. } = session.select(Target::Unconfigured)?;
     let who = format!("vendor {:X}h, product {:X}h, serial {:X}h", identity.vendor, identity.product, identity.serial);
     job.progress(0.7, format!("{who} gets node-ID {node}"));
-    let done = match operate(ANSWER, &|manager| manager.configure_node(Some(node)))? {
-        Event::Done => operate(STORING, &LssManager::store)?,
-        other => other,
-    };
-    match done {
-        Event::Done => Ok(who),
-        other => Err(Refused::new(format_args!("{who} does not take the node-ID, or does not store it: {other:?}"))),
+    let mut done = session.configure_node(Some(node))?;
+    if done.is_ok() {
+        done = session.store()?;
     }
+    done.map(|()| who.clone()).map_err(|refusal| {
+        let why = response_text(refusal);
+        Ended::Refused(Refused::new(format_args!("{who} does not take the node-ID, or does not store it: {why}")))
+    })
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use clap_complete::engine::CompletionCandidate;
 use lexican_runtime::Instant;
-use lexican_runtime::host::url::{LOG, SLCAN, SOCKETCAN, Scheme};
+use lexican_runtime::host::url::{LOG, SLCAN, SOCKETCAN, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, BusUrlError, Pace, Replay};
 use lexican_simulation::{Plant, SimulatedDevice};
 use lexican_toolbox::log::Reader;
@@ -91,7 +91,8 @@ pub(super) fn help() -> String {
         // Writing to a string cannot fail.
         let _ = write!(help, "\n  {}\n      {}\n", scheme.example, scheme.what);
         for parameter in scheme.parameters {
-            let _ = writeln!(help, "      {}=  {}", parameter.key, parameter.what);
+            let values = if let Takes::Words(words) = parameter.takes { words.join("|") } else { String::new() };
+            let _ = writeln!(help, "      {}={values}  {}", parameter.key, parameter.what);
         }
     }
     help

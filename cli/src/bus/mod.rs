@@ -8,7 +8,6 @@ mod node_id;
 mod profibus;
 #[cfg(unix)]
 pub(crate) mod pty;
-pub(crate) mod sdo;
 mod serial;
 pub(crate) mod serial_terminal;
 mod simulation;

@@ -28,7 +28,7 @@ pub(super) const KIND: Kind = Kind {
             Parameter { key: "address", what: "its address", takes: Takes::Text },
             Parameter {
                 key: "bitrate",
-                what: "that of the PROFIBUS: 93750, 187500 or 500000, which is the default",
+                what: "that of the PROFIBUS, 500000 by default",
                 takes: Takes::Words(&["93750", "187500", "500000"]),
             },
             Parameter {

@@ -20,7 +20,7 @@ pub(super) const KIND: Kind = Kind {
             Parameter { key: "baud", what: "the speed of the interface, 9600 by default", takes: Takes::Rate },
             Parameter {
                 key: "echo",
-                what: "on, where an RS-485 adapter with two wires hears what it sends",
+                what: "whether an RS-485 adapter with two wires hears what it sends",
                 takes: Takes::Words(&["on", "off"]),
             },
             Parameter {

@@ -3,11 +3,11 @@
 use lexican_runtime::Duration;
 use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::wire::lss::Identity;
+use lexican_toolbox::lss::{SCAN_STEPS, Selected, Session, Target, Times, Trouble};
 
-use super::session::{Selected, Session, Target, Times};
 use crate::bus::BusArgs;
-use crate::duration::milliseconds;
-use crate::output::Failure;
+use crate::duration::{in_milliseconds, milliseconds};
+use crate::output::{Failure, progress};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct LinkArgs {
@@ -38,7 +38,54 @@ impl LinkArgs {
     ) -> Result<T, Failure> {
         let link = self.bus.open(Pace::Virtual)?.settled()?.link;
         let times = Times { response: self.timeout, step: self.step };
-        Session::run(link, times, work)
+        Session::run(link, times, |session| {
+            let bar = progress("searching {wide_bar} {percent}%", SCAN_STEPS);
+            session.on_step(move |step| match step {
+                0 => bar.finish_and_clear(),
+                step => {
+                    if step == 1 {
+                        bar.reset();
+                    }
+                    bar.set_position(step);
+                }
+            });
+            work(session)
+        })
+    }
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        let failure = Failure::new(&trouble);
+        match trouble {
+            Trouble::NoDevice => failure.help(
+                "is one with LSS on this bus, with power and at this bit rate? Some older devices answer only while they \
+                 are stopped: `lexican nmt stop --all`",
+            ),
+            Trouble::NoSuchDevice => failure.help(
+                "is it on this bus, with power and at this bit rate? All four numbers must be those of 1018h; some older \
+                 devices answer only while they are stopped: `lexican nmt stop --all`",
+            ),
+            Trouble::NoUnconfigured => {
+                failure.help("`lexican scan` shows those that have one; is it on this bus, and at this bit rate?")
+            }
+            Trouble::NoFastscan => failure
+                .help("select it by --vendor, --product, --revision and --serial, or leave it alone on the bus"),
+            Trouble::NoNodeId => {
+                failure.help("a response may have been lost: try again, or give it more time with --timeout")
+            }
+            Trouble::Several => failure.help(
+                "select one by --vendor, --product, --revision and --serial: `lexican lss find` shows them for devices \
+                 without node-ID, `lexican scan` for the others",
+            ),
+            Trouble::LostAnswer { times: Times { response, step }, .. } => failure.help(format_args!(
+                "a response was lost or came too late: try again with --step {}ms --timeout {}ms",
+                in_milliseconds(step.times(4)),
+                in_milliseconds(response.times(4))
+            )),
+            Trouble::Unexpected(_) => failure,
+            Trouble::Link(error) => error.into(),
+        }
     }
 }
 
@@ -96,7 +143,12 @@ pub(crate) struct DevicesArgs {
 impl DevicesArgs {
     /// Selects the device, or all: then returns `None`.
     pub(super) fn select<L: Link>(&self, session: &mut Session<L>) -> Result<Option<Selected>, Failure> {
-        if self.all { session.select_all().map(|()| None) } else { session.select(self.device.target()).map(Some) }
+        if self.all {
+            session.select_all()?;
+            Ok(None)
+        } else {
+            Ok(Some(session.select(self.device.target())?))
+        }
     }
 }
 

@@ -7,11 +7,11 @@ use serde_json::json;
 
 use super::args::{DeviceArgs, DevicesArgs};
 use super::print::{describe, print, print_refusal, selected_json, title};
-use super::session::{Selected, Session};
 use crate::bus::NodeOrNone;
 use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, Outcome, note, warn};
 use lexican_toolbox::decode::lss::AUTOMATIC;
+use lexican_toolbox::lss::{Selected, Session};
 
 /// Give a device a node-ID
 ///
@@ -130,7 +130,7 @@ fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Resul
     if let Err(refusal) = done {
         return print_refusal(json, Some(selected), refusal);
     }
-    let booted = take(session, selected.node, new, args.activate)?;
+    let booted = session.take(selected.node, new, args.activate)?;
     let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
     let taken = new.map_or_else(|| "no node-ID any more".to_owned(), |new| format!("node-ID {new}"));
     let boots = if booted { ", and has booted with it" } else { "" };
@@ -138,21 +138,6 @@ fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Resul
     advise(selected, new, booted, args);
     let is_missed = args.activate && new.is_some() && new != selected.node && !booted;
     Ok(if is_missed { Outcome::Found } else { Outcome::Clean })
-}
-
-/// Lets the device take its node-ID; returns whether it has booted with it.
-pub(super) fn take<L: Link>(
-    session: &mut Session<L>,
-    old: Option<NodeId>,
-    new: Option<NodeId>,
-    activate: bool,
-) -> Result<bool, Failure> {
-    match (old, new) {
-        // Some wait for a reset, which they hear at the node-ID that they have got.
-        (None, Some(node)) => Ok(session.boot(node)? || activate && session.activate_node(node, new)?),
-        (Some(old), new) if activate && new != Some(old) => session.activate_node(old, new),
-        _ => Ok(false),
-    }
 }
 
 /// Says what is still to be done.

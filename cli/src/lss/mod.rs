@@ -4,8 +4,6 @@ mod args;
 mod configure;
 mod find;
 mod print;
-mod search;
-mod session;
 #[cfg(test)]
 mod tests;
 
@@ -53,7 +51,7 @@ impl Command {
 }
 
 fn inquire(args: &DeviceArgs) -> Result<Outcome, Failure> {
-    let selected = args.link.run(|session| session.select(args.target()))?;
+    let selected = args.link.run(|session| Ok(session.select(args.target())?))?;
     let node = selected.node.map_or_else(|| "no node-ID".to_owned(), |node| format!("node-ID {node}"));
     let text = format!("{}, {node}", describe(selected.identity));
     print(args.link.json, selected_json(Some(selected)), json!({}), &text)?;

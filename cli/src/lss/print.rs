@@ -4,9 +4,9 @@ use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{Identity, LssResponse};
 use serde_json::{Map, Value as Json, json};
 
-use super::session::Selected;
 use crate::output::{Failure, Outcome, fields, print_result, warn};
 use lexican_toolbox::decode::lss::{response_json, response_text};
+use lexican_toolbox::lss::Selected;
 use lexican_toolbox::node::identity::{self, recognise};
 
 /// The device of a line of output.

@@ -1,6 +1,6 @@
 //! LSS sessions with devices on a virtual bus.
 
-use super::session::{Selected, Session, Target, Times};
+use lexican_toolbox::lss::{Selected, Session, Target, Times, Trouble};
 use simulator::Memory;
 
 use crate::device::samples;
@@ -89,8 +89,8 @@ fn bus(devices: &[(u32, u8)]) -> (VirtualBus, Vec<Arc<Mutex<Bare>>>) {
     (bus, devices)
 }
 
-fn work<T>(bus: &VirtualBus, work: impl FnOnce(&mut Session<VirtualLink>) -> Result<T, Failure>) -> Result<T, Failure> {
-    Session::run(bus.link(), TIMES, work)
+fn work<T>(bus: &VirtualBus, work: impl FnOnce(&mut Session<VirtualLink>) -> Result<T, Trouble>) -> Result<T, Failure> {
+    Ok(Session::run(bus.link(), TIMES, work)?)
 }
 
 #[track_caller]
@@ -188,7 +188,7 @@ fn devices_that_respond_to_every_search_do_not_hide_others() {
                 printed.push(identity);
                 Ok(true)
             };
-            super::find::all(session, print, |_| Ok(()))
+            session.find_all(print, |_| {})
         })
         .unwrap();
         assert_eq!(printed, found);
@@ -279,9 +279,9 @@ fn a_device_is_selected_by_its_identity() {
     fails(by_serial(45), "no device with this identity", "1018h");
     let given_up = work(&bus, |session| {
         session.select(Target::Identity(identity(43)))?;
-        Err::<(), _>(Failure::new("given up"))
+        Err::<(), _>(Trouble::Several)
     });
-    fails(given_up, "given up", "");
+    fails(given_up, "more than one device", "--vendor");
     bus.advance(Duration::from_millis(1));
     assert_eq!(devices[1].lock().unwrap().lss.state(), LssState::Waiting, "also after a failure");
 }
@@ -345,7 +345,7 @@ fn a_device_that_waits_for_a_reset_gets_it() {
         let booted = work(&bus, |session| {
             let selected = session.select(Target::Unconfigured)?;
             assert_eq!(session.configure_node(NodeId::new(9))?, Ok(()));
-            super::configure::take(session, selected.node, NodeId::new(9), activate)
+            session.take(selected.node, NodeId::new(9), activate)
         });
         assert_eq!(booted.unwrap(), activate);
     }
@@ -431,9 +431,9 @@ fn a_bus_at_another_bit_rate_is_left_alone() {
 
 #[test]
 fn other_frames_do_not_hold_up_time_outs() {
-    let flooded = Session::run(Flood::of_heartbeats(), TIMES, |session| {
+    let flooded = Session::run(Flood::of_heartbeats(), TIMES, |session| -> Result<_, Failure> {
         assert_eq!(session.fastscan()?, None);
-        session.select(Target::Only)
+        Ok(session.select(Target::Only)?)
     });
     fails(flooded, "no device answers", "power");
 }

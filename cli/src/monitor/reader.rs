@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use lexican_eds::model::Device;
-use lexican_runtime::cia301::{self, connection, is_pdo_mapping};
+use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 
+use lexican_toolbox::bus::sdo_channel::request_frame;
 use lexican_toolbox::decode::{Decoded, Detail, Side};
 use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::values::address;
@@ -120,8 +121,7 @@ impl Reader {
         self.open = None;
         let (node, address) = self.requests.pop_front()?;
         self.open = Some((node, now + PATIENCE));
-        let request = ClientRequest::InitiateUpload { address };
-        Some(Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request.to_bytes()))
+        Some(request_frame(node, ClientRequest::InitiateUpload { address }))
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Instant> {

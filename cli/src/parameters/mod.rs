@@ -4,8 +4,6 @@ pub(crate) mod apply;
 pub(crate) mod backup;
 pub(crate) mod compare;
 pub(crate) mod restore;
-#[cfg(test)]
-mod simulated;
 mod writing;
 
 use std::collections::BTreeMap;

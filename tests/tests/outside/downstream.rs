@@ -17,6 +17,14 @@ fn two_devices_live_in_one_crate() {
 }
 
 #[test]
+fn a_build_script_of_any_name_is_not_run_again_for_nothing() {
+    outside::succeeds("downstream/two_devices", &["build"]);
+    let again = outside::cargo("downstream/two_devices").arg("build").output().expect("cargo can be started");
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert!(again.status.success() && !said.contains("Compiling"), "{said}");
+}
+
+#[test]
 fn a_crate_that_reexports_the_runtime_is_enough() {
     check("downstream/reexport", &["test"]);
 }

@@ -169,7 +169,7 @@ sheet and the overlay, which has a section for this interface (Sheet). The colum
 compared. Of the rows checked, those under Behaviour were compared with what the simulated drive does, those under Value with
 its entries at most, and those under Name only with neither. Altering any single cell of the tables, or a number, an object or a range in that section, makes the
 verification fail: a test alters some hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test,
-`tests/mutants`, alters the simulated drive, and, of this interface, the files that `doors.rs` there does not leave out.
+`tests/mutants`, alters the simulated drive, and, of this interface, the files that `interfaces.rs` there does not leave out.
 
 ";
 

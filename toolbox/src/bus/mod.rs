@@ -3,5 +3,6 @@
 pub mod changes;
 pub mod cob_ids;
 pub mod filter;
+pub mod sdo_channel;
 pub mod statistics;
 pub mod transfers;

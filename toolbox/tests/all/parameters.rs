@@ -5,17 +5,21 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use lexican_eds::model::Device;
-use lexican_eds::{Input, Source};
+use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
 use lexican_simulation::VirtualDevice;
+use lexican_simulation::VirtualDevice;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::{Backup, backup};
 use lexican_toolbox::parameters::compare::{Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, configured, not_restored, restore};
-use lexican_toolbox::parameters::{LeftOut, Parameters, Progress};
+use lexican_toolbox::parameters::{Ended, LeftOut, Parameters, Progress};
+use lexican_toolbox::values::address;
+use lexican_toolbox::values::wire::written;
 
 const NODE: NodeId = NodeId::literal(5);
 const U8: u16 = 5;
@@ -276,4 +280,51 @@ fn every_entry_is_a_parameter_or_has_a_reason() {
     let parameters = Parameters::of_sheet(&sheet, NODE);
     let rest = parameters.rest(sheet.entries());
     assert_eq!(parameters.entries().count() + rest.len(), sheet.entries().count());
+}
+
+/// Changes one bit of each parameter that takes the new value; returns how many do.
+fn change(node: &mut RemoteNode<'_, VirtualLink>, device: &Device) -> usize {
+    let parameters = Parameters::of_sheet(device, NODE);
+    let changed = parameters.entries().filter(|entry| {
+        let Ok(mut data) = node.read(address(entry)).unwrap() else { return false };
+        data.iter_mut().take(1).for_each(|byte| *byte ^= 1);
+        node.write(address(entry), &written(Some(device), data)).unwrap().is_ok()
+    });
+    changed.count()
+}
+
+#[test]
+fn what_is_changed_is_restored_however_often_that_is_interrupted() {
+    let sensor = Input::new(Source::new("sensor.eds", include_str!("../../../cli/tests/sensor.eds")));
+    let library = ["siko/ag03-1", "siko/ag02", "kollmorgen/akd"].map(|name| library::find(name).unwrap().input());
+    for input in library.into_iter().chain([sensor]) {
+        let device = lexican_eds::load(&input).0;
+        let name = device.info.product_name.clone().unwrap_or_default();
+        let mut network = network(&device);
+        let mut node = RemoteNode::new(&mut network, NODE);
+        let kept = backup(&mut node, &device, false, &mut go_on).unwrap();
+        assert_eq!(kept.left_out, [], "{name}");
+        let dcf = lexican_eds::load(&Input::new(Source::new("kept.dcf", kept.dcf()))).0;
+        let settings = configured(&dcf, NODE);
+        assert_eq!(settings.len(), kept.kept, "{name}");
+        for interrupted_at in [None, Some(1), Some(2), Some(4)] {
+            let changed = change(&mut node, &device);
+            assert!(changed > 3, "{name}: {changed}");
+            if let Some(at) = interrupted_at {
+                let mut stop = |progress: Progress<'_>| match progress {
+                    Progress::Writing { at: now, .. } if now == at => ControlFlow::Break(()),
+                    _ => ControlFlow::Continue(()),
+                };
+                let mut outcome = Outcome::default();
+                let ended = restore(&mut node, &device, &settings, Options::default(), &mut stop, &mut outcome);
+                assert!(matches!(ended, Err(Ended::Stopped)), "{name}");
+                assert!(outcome.written.len() < at, "{name}: {outcome:?}");
+            }
+            let mut outcome = Outcome::default();
+            restore(&mut node, &device, &settings, Options::default(), &mut go_on, &mut outcome).unwrap();
+            assert!(outcome.refused.is_empty() && outcome.switched_off.is_empty(), "{name}: {outcome:?}");
+            let now = Side::of_node(&mut node, device.clone(), &mut go_on).unwrap();
+            assert_eq!(compare(&now, &Side::of_sheet(dcf.clone(), NODE)).differences, [], "{name}");
+        }
+    }
 }

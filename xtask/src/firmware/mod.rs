@@ -112,9 +112,9 @@ pub(crate) fn build(root: &Path, program: &str) -> Result<PathBuf, String> {
 }
 
 fn target_is_installed() -> Result<(), String> {
-    let targets = workspace::installed_targets();
-    let is_installed = targets.lines().any(|target| target == TARGET);
-    is_installed.then_some(()).ok_or_else(|| format!("{TARGET} is not installed: rustup target add {TARGET}"))
+    workspace::has_target(TARGET)
+        .then_some(())
+        .ok_or_else(|| format!("{TARGET} is not installed: rustup target add {TARGET}"))
 }
 
 /// The board and the command at its UART.

@@ -70,7 +70,7 @@ impl Size {
 
 /// Measures, and writes the figures; with `check` only compares them.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
-    if !workspace::installed_targets().lines().any(|line| line == TARGET) {
+    if !workspace::has_target(TARGET) {
         println!("skipped: the size of a device: rustup target add {TARGET}");
         return Ok(());
     }

@@ -11,11 +11,17 @@ const END: &str = "<!-- until here -->";
 
 /// What is added now and then, an example of it by a name that nothing else has, and what is its own: other files that name it
 /// are those that the next one changes, too.
-const CHANGES: [(&str, &str, &str); 3] = [
+const CHANGES: [(&str, &str, &str); 6] = [
     ("a drive: files that name the AKD", "akd", "drives/kollmorgen-akd/"),
     ("a link: files that name slcan", "slcan", "runtime/src/host/slcan"),
     ("a log format: files that name BLF", "blf", "toolbox/src/log/blf.rs"),
+    ("a drive's order: files that name resume", "resume", "drives/"),
+    ("a mode of CiA 402: files that name the interpolated one", "interpolated", "drives/kollmorgen-akd/"),
+    ("a trace column: files that name alarming", "alarming", "bench/src/model/trace.rs"),
 ];
+
+/// Words that have had too many meanings: one type, or few, is to have each as its name.
+const WORDS: [&str; 6] = ["Bench", "Command", "Door", "Face", "Order", "Station"];
 
 /// What is counted in each row: product and tests, or files and nothing.
 type Figures = BTreeMap<String, [usize; 2]>;
@@ -35,7 +41,24 @@ fn measured(sources: &BTreeMap<&str, &str>) -> Vec<(String, [usize; 2])> {
         let naming = product.filter(|(path, text)| !path.starts_with(own) && names(text, name));
         (change.to_owned(), [naming.count(), 0])
     });
-    rooms.into_iter().chain([("all".to_owned(), sum)]).chain(changes).collect()
+    let words = WORDS.map(|word| {
+        let declared =
+            |(path, text): (&&str, &&str)| (is_test(path), text.lines().filter(|it| declares(it, word)).count());
+        let count = |of_tests| sources.iter().map(declared).filter(|it| it.0 == of_tests).map(|it| it.1).sum();
+        (format!("types called {word}"), [count(false), count(true)])
+    });
+    rooms.into_iter().chain([("all".to_owned(), sum)]).chain(changes).chain(words).collect()
+}
+
+/// Whether a line declares a type of this name.
+fn declares(line: &str, name: &str) -> bool {
+    let is_name = |after: &str| after.split(|c: char| !c.is_alphanumeric()).next() == Some(name);
+    ["struct ", "enum ", "trait ", "type "].iter().any(|kind| {
+        let declared = line.split_once(kind);
+        declared.is_some_and(|(before, after)| {
+            is_name(after) && before.split(' ').all(|it| it.trim().is_empty() || it.starts_with("pub"))
+        })
+    })
 }
 
 fn is_test(path: &str) -> bool {
@@ -120,7 +143,7 @@ mod tests {
             ("cli/src/a.rs", code),
             ("cli/src/b.rs", "//! Not the AKD.\n#[cfg(test)]\nmod tests {\n    use akd;\n}\n"),
             ("cli/tests/c.rs", "use akd;\n"),
-            ("drives/kollmorgen-akd/src/lib.rs", "use akd;\n"),
+            ("drives/kollmorgen-akd/src/lib.rs", "pub struct Face<Akd>;\n"),
         ]);
         let rows = measured(&sources);
         assert!(grown(&rows, &recorded(&table(&rows))).is_empty());
@@ -129,6 +152,7 @@ mod tests {
             (before["cli"], before["all"], before["a drive: files that name the AKD"]),
             ([4, 8], [5, 8], [1, 0])
         );
+        assert_eq!(before["types called Face"], [1, 0]);
         before.insert("cli".to_owned(), [3, 9]);
         before.insert("a drive: files that name the AKD".to_owned(), [0, 0]);
         let said = ["grown: cli, product: 3 to 4", "grown: a drive: files that name the AKD: 0 to 1"];

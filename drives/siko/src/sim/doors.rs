@@ -1,4 +1,4 @@
-//! How the controller takes orders that do not come by control words: the same motion through another door.
+//! How the controller takes orders that do not come by control words: the same motion by another interface.
 
 use lexican_runtime::Instant;
 
@@ -12,9 +12,7 @@ use crate::state::State;
 impl Controller {
     /// Takes an order; the caller has authority.
     ///
-    /// # Errors
-    ///
-    /// The reason why nothing has changed.
+    /// Errors: the reason why nothing has changed.
     pub fn order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
         let result = self.take_order(now, order);
         self.settle(now);

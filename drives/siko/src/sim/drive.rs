@@ -109,9 +109,7 @@ impl SimulatedDrive {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
-    /// # Errors
-    ///
-    /// The file cannot be read, is torn, or is something else.
+    /// Errors: the file cannot be read, is torn, or is something else.
     pub fn with_eeprom(now: Instant, setup: Setup, path: impl AsRef<Path>) -> Result<Self, EepromError> {
         let (file, kept) = EepromFile::open(path.as_ref(), |text| NonVolatile::from_text(setup.model, text))?;
         let mut setup = setup;
@@ -313,9 +311,7 @@ impl SimulatedDrive {
     /// Writes an object beside the bus: access rights are not enforced, everything else is, and what configures the
     /// communication takes effect.
     ///
-    /// # Errors
-    ///
-    /// The abort code that a client would get. Nothing has changed then.
+    /// Errors: the abort code that a client would get. Nothing has changed then.
     pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         let result = self.with_device(now, |device, od| device.write(now, address, data, od));
         self.settle(now);
@@ -324,9 +320,7 @@ impl SimulatedDrive {
 
     /// Takes an order beside the bus, as another interface of the drive gives it.
     ///
-    /// # Errors
-    ///
-    /// Why the drive does not follow it. A drive that is off is not enabled.
+    /// Errors: why the drive does not follow it. A drive that is off is not enabled.
     pub fn order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
         let result = if self.is_running() { self.controller.order(now, order) } else { Err(Refused::NotEnabled) };
         self.settle(now);

@@ -51,9 +51,7 @@ impl NonVolatile {
 
     /// What a text holds.
     ///
-    /// # Errors
-    ///
-    /// It is not the text of such a drive, or not whole.
+    /// Errors: it is not the text of such a drive, or not whole.
     pub fn from_text(model: &Model, text: &str) -> Result<Self, EepromError> {
         let mut kept = NonVolatile::default();
         format(model).read(text, |line| kept.take(model, line))?;

@@ -1,6 +1,5 @@
-//! An LSS manager on a link: selects and configures devices, and advises the user if they do not respond.
+//! An LSS manager on a link: selects and configures devices.
 
-use indicatif::ProgressBar;
 use lexican_runtime::host::{Link, Pump, StateMachine};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssError, LssManager};
@@ -10,10 +9,9 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
 
-use crate::bus::let_leave;
-use crate::bus::sdo::{request_frame, response_id};
-use crate::output::Failure;
-use lexican_toolbox::decode::lss::refuses;
+use super::trouble::Trouble;
+use crate::bus::sdo_channel::{request_frame, response_id};
+use crate::decode::lss::refuses;
 
 /// How much later a second device may respond.
 const GRACE: Duration = Duration::from_millis(50);
@@ -24,18 +22,24 @@ const STORING: Duration = Duration::from_secs(3);
 /// How long a device may take to boot.
 const BOOTING: Duration = Duration::from_secs(2);
 
+/// How long the last request may take to leave the buffers.
+const LEAVING: Duration = Duration::from_millis(20);
+
 /// How long to wait for responses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Times {
-    pub(super) response: Duration,
+pub struct Times {
+    /// After a request.
+    pub response: Duration,
     /// In each step of a fastscan.
-    pub(super) step: Duration,
+    pub step: Duration,
 }
 
+/// Which device is meant.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Target {
+pub enum Target {
     /// The only one on the bus.
     Only,
+    /// The one with it.
     Identity(Identity),
     /// Any without node-ID.
     Unconfigured,
@@ -43,16 +47,18 @@ pub(super) enum Target {
 
 /// The device in the state CONFIGURATION.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Selected {
-    pub(super) identity: Identity,
+pub struct Selected {
+    /// By which it is selected.
+    pub identity: Identity,
     /// Its node-ID, if it has one.
-    pub(super) node: Option<NodeId>,
+    pub node: Option<NodeId>,
 }
 
 /// Whether a device has carried out a command; if not, its response.
-pub(super) type Done = Result<(), LssResponse>;
+pub type Done = Result<(), LssResponse>;
 
-pub(super) struct Session<L> {
+/// A conversation with the devices that have LSS.
+pub struct Session<L> {
     pub(super) link: L,
     pump: Pump,
     pub(super) times: Times,
@@ -62,34 +68,42 @@ pub(super) struct Session<L> {
     pub(super) is_fenced: bool,
     /// The devices may have another bit rate than the link.
     is_over: bool,
+    on_step: Box<dyn FnMut(u64)>,
 }
 
 impl<L: Link> Session<L> {
     /// Runs `work`; no device is selected before and after it.
-    pub(super) fn run<T>(
+    pub fn run<T, E: From<Trouble>>(
         link: L,
         times: Times,
-        work: impl FnOnce(&mut Session<L>) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
-        let mut session =
-            Session { link, pump: Pump::new(), times, selects_all: false, is_fenced: false, is_over: false };
+        work: impl FnOnce(&mut Session<L>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let (pump, on_step) = (Pump::new(), Box::new(|_| {}));
+        let mut session = Session { link, pump, times, selects_all: false, is_fenced: false, is_over: false, on_step };
         session.listen_to(&[lss::RESPONSE])?;
         session.deselect()?;
         let outcome = work(&mut session);
         let left = if session.is_over { Ok(()) } else { session.deselect() };
         let outcome = outcome?;
         left?;
-        let_leave(&mut session.link)?;
+        session.wait_for(session.link.now() + LEAVING, |_| false)?;
         Ok(outcome)
     }
 
+    /// Calls this with the number of each step of a search, of which there are [`SCAN_STEPS`](super::SCAN_STEPS), and with 0 at
+    /// its end.
+    pub fn on_step(&mut self, on_step: impl FnMut(u64) + 'static) {
+        self.on_step = Box::new(on_step);
+    }
+
     /// Whether there is a device without node-ID, by the service that precedes fastscan.
-    pub(super) fn has_unconfigured(&mut self) -> Result<bool, Failure> {
-        let event = self.operate(self.times.response, &ProgressBar::hidden(), LssManager::identify_unconfigured)?;
+    pub fn has_unconfigured(&mut self) -> Result<bool, Trouble> {
+        let event = self.operate(self.times.response, LssManager::identify_unconfigured)?;
         Ok(event == Event::UnconfiguredExists)
     }
 
-    pub(super) fn select(&mut self, target: Target) -> Result<Selected, Failure> {
+    /// Selects one device.
+    pub fn select(&mut self, target: Target) -> Result<Selected, Trouble> {
         let identity = match target {
             Target::Only => {
                 self.switch_all(LssState::Configuration)?;
@@ -97,50 +111,43 @@ impl<L: Link> Session<L> {
             }
             Target::Identity(identity) => match self.ask(self.times.response, |lss| lss.select(identity))? {
                 Event::Selected => identity,
-                Event::Failed(LssError::NoAnswer) => {
-                    return Err(Failure::new("no device with this identity answers").help(
-                        "is it on this bus, with power and at this bit rate? All four numbers must be those of \
-                         1018h; some older devices answer only while they are stopped: `lexican nmt stop --all`",
-                    ));
-                }
-                other => return Err(unexpected(other)),
+                Event::Failed(LssError::NoAnswer) => return Err(Trouble::NoSuchDevice),
+                other => return Err(Trouble::Unexpected(other)),
             },
             Target::Unconfigured => {
-                let found = self.fastscan()?;
-                return match found {
+                return match self.fastscan()? {
                     Some(identity) => Ok(Selected { identity, node: None }),
-                    None if self.has_unconfigured()? => Err(no_fastscan()),
-                    None => Err(Failure::new("no device without node-ID answers")
-                        .help("`lexican scan` shows those that have one; is it on this bus, and at this bit rate?")),
+                    None if self.has_unconfigured()? => Err(Trouble::NoFastscan),
+                    None => Err(Trouble::NoUnconfigured),
                 };
             }
         };
         match self.ask(self.times.response, LssManager::inquire_node)? {
             Event::InquiredNode(node) => Ok(Selected { identity, node }),
-            Event::Failed(LssError::NoAnswer) => Err(Failure::new("the device does not report its node-ID")
-                .help("a response may have been lost: try again, or give it more time with --timeout")),
-            other => Err(unexpected(other)),
+            Event::Failed(LssError::NoAnswer) => Err(Trouble::NoNodeId),
+            other => Err(Trouble::Unexpected(other)),
         }
     }
 
-    pub(super) fn select_all(&mut self) -> Result<(), Failure> {
+    /// Selects all devices; what is ordered then is for all of them.
+    pub fn select_all(&mut self) -> Result<(), Trouble> {
         self.selects_all = true;
         self.switch_all(LssState::Configuration)
     }
 
     /// The identity of the only selected device.
-    fn identity(&mut self) -> Result<Identity, Failure> {
+    fn identity(&mut self) -> Result<Identity, Trouble> {
         Part::ALL.into_iter().try_fold(Identity::default(), |identity, part| {
             match self.ask(self.times.response, |lss| lss.inquire(part))? {
                 Event::Inquired(part, value) => Ok(identity.with(part, value)),
-                Event::Failed(LssError::NoAnswer) => Err(no_device()),
-                other => Err(unexpected(other)),
+                Event::Failed(LssError::NoAnswer) => Err(Trouble::NoDevice),
+                other => Err(Trouble::Unexpected(other)),
             }
         })
     }
 
     /// Whether another node has this node-ID: it responds to an upload of its device type.
-    pub(super) fn is_taken(&mut self, node: NodeId) -> Result<bool, Failure> {
+    pub fn is_taken(&mut self, node: NodeId) -> Result<bool, Trouble> {
         let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) };
         self.listen_to(&[response_id(node)])?;
         self.send(&request_frame(node, request))?;
@@ -151,25 +158,25 @@ impl<L: Link> Session<L> {
     }
 
     /// Gives the selected device a node-ID, or removes it.
-    pub(super) fn configure_node(&mut self, node: Option<NodeId>) -> Result<Done, Failure> {
+    pub fn configure_node(&mut self, node: Option<NodeId>) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::ConfigureNode { error, specific };
         self.command(self.times.response, refusal, |lss| lss.configure_node(node))
     }
 
     /// Gives the selected devices a bit rate: an entry of the table of CiA 305.
-    pub(super) fn configure_bit_rate(&mut self, entry: u8) -> Result<Done, Failure> {
+    pub fn configure_bit_rate(&mut self, entry: u8) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::ConfigureBitTiming { error, specific };
         self.command(self.times.response, refusal, |lss| lss.configure_bit_timing(0, entry))
     }
 
     /// Lets the selected devices store node-ID and bit rate.
-    pub(super) fn store(&mut self) -> Result<Done, Failure> {
+    pub fn store(&mut self) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::Store { error, specific };
         self.command(self.times.response.max(STORING), refusal, LssManager::store)
     }
 
     /// Lets the selected devices change their bit rate, and waits until they have.
-    pub(super) fn activate(&mut self, delay_ms: u16) -> Result<(), Failure> {
+    pub fn activate(&mut self, delay_ms: u16) -> Result<(), Trouble> {
         self.is_over = true;
         self.begin(|lss| lss.activate_bit_timing(delay_ms))?;
         let delay = Duration::from_millis(delay_ms.into());
@@ -177,7 +184,7 @@ impl<L: Link> Session<L> {
     }
 
     /// Lets a device without node-ID take its new one; returns whether it boots with it.
-    pub(super) fn boot(&mut self, node: NodeId) -> Result<bool, Failure> {
+    pub fn boot(&mut self, node: NodeId) -> Result<bool, Trouble> {
         self.listen_to(&[ErrorControl::cob_id(node)])?;
         self.deselect()?;
         let boot_up = ErrorControl::heartbeat(NmtState::Initialising).frame(node);
@@ -186,7 +193,7 @@ impl<L: Link> Session<L> {
 
     /// Lets a device that has a node-ID take its new one, by a reset of its communication (CiA 305); returns whether it
     /// boots with it.
-    pub(super) fn activate_node(&mut self, old: NodeId, new: Option<NodeId>) -> Result<bool, Failure> {
+    pub fn activate_node(&mut self, old: NodeId, new: Option<NodeId>) -> Result<bool, Trouble> {
         self.listen_to(&new.map(ErrorControl::cob_id).into_iter().collect::<Vec<_>>())?;
         self.deselect()?;
         self.send(&NmtMessage { command: NmtCommand::ResetCommunication, node: Some(old) }.frame())?;
@@ -194,16 +201,26 @@ impl<L: Link> Session<L> {
         self.wait_for(self.link.now() + BOOTING, |frame| Some(*frame) == boot_up)
     }
 
-    pub(super) fn deselect(&mut self) -> Result<(), Failure> {
+    /// Lets a device take its node-ID; returns whether it has booted with it.
+    pub fn take(&mut self, old: Option<NodeId>, new: Option<NodeId>, activate: bool) -> Result<bool, Trouble> {
+        match (old, new) {
+            // Some wait for a reset, which they hear at the node-ID that they have got.
+            (None, Some(node)) => Ok(self.boot(node)? || activate && self.activate_node(node, new)?),
+            (Some(old), new) if activate && new != Some(old) => self.activate_node(old, new),
+            _ => Ok(false),
+        }
+    }
+
+    pub(super) fn deselect(&mut self) -> Result<(), Trouble> {
         self.switch_all(LssState::Waiting)
     }
 
-    fn switch_all(&mut self, state: LssState) -> Result<(), Failure> {
+    fn switch_all(&mut self, state: LssState) -> Result<(), Trouble> {
         self.begin(|lss| lss.switch_global(state))
     }
 
     /// Sends a request without response.
-    fn begin(&mut self, begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>) -> Result<(), Failure> {
+    fn begin(&mut self, begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>) -> Result<(), Trouble> {
         let mut manager = self.manager(self.times.response, begin);
         while let Some(frame) = manager.poll_transmit(self.link.now()) {
             self.send(&frame)?;
@@ -217,7 +234,7 @@ impl<L: Link> Session<L> {
         patience: Duration,
         refusal: fn(u8, u8) -> LssResponse,
         begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
-    ) -> Result<Done, Failure> {
+    ) -> Result<Done, Trouble> {
         let until = self.link.now() + patience;
         match self.ask(patience, begin)? {
             Event::Done if self.selects_all => {
@@ -230,8 +247,8 @@ impl<L: Link> Session<L> {
             }
             Event::Done => Ok(Ok(())),
             Event::Failed(LssError::Refused { error, specific }) => Ok(Err(refusal(error, specific))),
-            Event::Failed(LssError::NoAnswer) => Err(no_device()),
-            other => Err(unexpected(other)),
+            Event::Failed(LssError::NoAnswer) => Err(Trouble::NoDevice),
+            other => Err(Trouble::Unexpected(other)),
         }
     }
 
@@ -240,15 +257,12 @@ impl<L: Link> Session<L> {
         &mut self,
         patience: Duration,
         begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
-    ) -> Result<Event, Failure> {
-        let event = self.operate(patience, &ProgressBar::hidden(), begin)?;
+    ) -> Result<Event, Trouble> {
+        let event = self.operate(patience, begin)?;
         let until = self.link.now() + GRACE;
         let answered = event != Event::Failed(LssError::NoAnswer);
         if answered && !self.selects_all && self.wait_for(until, |frame| response(frame).is_some())? {
-            return Err(Failure::new("more than one device answers").help(
-                "select one by --vendor, --product, --revision and --serial: `lexican lss find` shows them for devices \
-                 without node-ID, `lexican scan` for the others",
-            ));
+            return Err(Trouble::Several);
         }
         Ok(event)
     }
@@ -257,11 +271,15 @@ impl<L: Link> Session<L> {
     pub(super) fn operate(
         &mut self,
         patience: Duration,
-        progress: &ProgressBar,
         begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
-    ) -> Result<Event, Failure> {
-        let mut operation = Operation { manager: self.manager(patience, begin), progress };
-        let event = self.pump.run(&mut self.link, &mut operation, Instant::MAX)?;
+    ) -> Result<Event, Trouble> {
+        let manager = self.manager(patience, begin);
+        let mut operation = Operation { manager, steps: 0, on_step: &mut self.on_step };
+        let event = self.pump.run(&mut self.link, &mut operation, Instant::MAX);
+        if operation.steps > 0 {
+            (self.on_step)(0);
+        }
+        let event = event?;
         Ok(event.expect("each step of an operation has a deadline"))
     }
 
@@ -272,7 +290,7 @@ impl<L: Link> Session<L> {
     }
 
     /// Whether a wanted frame arrives before `until`.
-    pub(super) fn wait_for(&mut self, until: Instant, mut wanted: impl FnMut(&Frame) -> bool) -> Result<bool, Failure> {
+    pub(super) fn wait_for(&mut self, until: Instant, mut wanted: impl FnMut(&Frame) -> bool) -> Result<bool, Trouble> {
         while let Some(frame) = self.pump.receive_frame(&mut self.link, until)? {
             if wanted(&frame) {
                 return Ok(true);
@@ -281,20 +299,21 @@ impl<L: Link> Session<L> {
         Ok(false)
     }
 
-    pub(super) fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    pub(super) fn send(&mut self, frame: &Frame) -> Result<(), Trouble> {
         Ok(self.link.send(frame)?)
     }
 
     /// Filters the frames by their identifiers.
-    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), Failure> {
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), Trouble> {
         Ok(self.link.listen_to(ids)?)
     }
 }
 
-/// An operation that shows its progress.
+/// An operation whose steps are counted.
 struct Operation<'a> {
     manager: LssManager,
-    progress: &'a ProgressBar,
+    steps: u64,
+    on_step: &'a mut dyn FnMut(u64),
 }
 
 impl StateMachine for Operation<'_> {
@@ -308,8 +327,10 @@ impl StateMachine for Operation<'_> {
     }
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let request = self.manager.poll_transmit(now)?;
-        let is_step = matches!(LssRequest::parse(request.data()), Some(LssRequest::Fastscan { .. }));
-        self.progress.inc(u64::from(is_step));
+        if matches!(LssRequest::parse(request.data()), Some(LssRequest::Fastscan { .. })) {
+            self.steps += 1;
+            (self.on_step)(self.steps);
+        }
         Some(request)
     }
     fn poll_timeout(&self) -> Option<Instant> {
@@ -319,21 +340,4 @@ impl StateMachine for Operation<'_> {
 
 pub(super) fn response(frame: &Frame) -> Option<LssResponse> {
     LssResponse::parse(frame.data()).filter(|_| frame.id() == lss::RESPONSE && !frame.is_remote())
-}
-
-fn no_device() -> Failure {
-    Failure::new("no device answers to LSS").help(
-        "is one with LSS on this bus, with power and at this bit rate? Some older devices answer only while they are \
-         stopped: `lexican nmt stop --all`",
-    )
-}
-
-/// There is a device without node-ID that does not support the search.
-pub(super) fn no_fastscan() -> Failure {
-    Failure::new("there is a device without node-ID, but it cannot be searched for: it has no LSS fastscan")
-        .help("select it by --vendor, --product, --revision and --serial, or leave it alone on the bus")
-}
-
-pub(super) fn unexpected(event: Event) -> Failure {
-    Failure::new(format_args!("an LSS operation ended unexpectedly: {event:?}"))
 }

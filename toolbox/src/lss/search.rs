@@ -4,28 +4,49 @@ use lexican_runtime::host::Link;
 use lexican_runtime::service::lss_manager::{Event, LssError, LssManager};
 use lexican_runtime::wire::lss::{Identity, LssRequest, LssResponse, Part};
 
-use super::session::{Session, Times, response, unexpected};
-use crate::duration::in_milliseconds;
-use crate::output::{Failure, progress};
+use super::session::{Session, response};
+use super::trouble::Trouble;
 
 /// The steps of a fastscan: whether any device is there, then 32 bits and a confirmation of each of four numbers.
-const SCAN_STEPS: u64 = 1 + 4 * 33;
+pub const SCAN_STEPS: u64 = 1 + 4 * 33;
 
 /// In place of a number of bits: all devices without node-ID restart the search and respond (CiA 305).
 const RESTART: u8 = 0x80;
 
 impl<L: Link> Session<L> {
     /// Finds and selects the next device without node-ID. Devices that were found before do not respond.
-    pub(super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
-        let progress = progress("searching {wide_bar} {percent}%", SCAN_STEPS);
-        let event = self.operate(self.times.response, &progress, LssManager::fastscan);
-        progress.finish_and_clear();
-        match event? {
+    pub fn fastscan(&mut self) -> Result<Option<Identity>, Trouble> {
+        match self.operate(self.times.response, LssManager::fastscan)? {
             Event::Found(identity) => Ok(Some(identity)),
             Event::Failed(LssError::NoAnswer) => Ok(None),
-            Event::Failed(error) => Err(self.lost_answer(&error)),
-            other => Err(unexpected(other)),
+            Event::Failed(error) => Err(self.lost_answer(error)),
+            other => Err(Trouble::Unexpected(other)),
         }
+    }
+
+    /// Finds all devices without node-ID. `found` gets each, and returns whether to go on; `repeated` gets the first that goes on
+    /// answering.
+    pub fn find_all<E: From<Trouble>>(
+        &mut self,
+        mut found: impl FnMut(Identity) -> Result<bool, E>,
+        repeated: impl FnOnce(Identity),
+    ) -> Result<Vec<Identity>, E> {
+        let (mut known, mut repeated) = (Vec::new(), Some(repeated));
+        while let Some(identity) = if repeated.is_some() { self.fastscan()? } else { self.fastscan_beside(&known)? } {
+            let is_new = !known.contains(&identity);
+            if is_new {
+                known.push(identity);
+                if !found(identity)? {
+                    break;
+                }
+            }
+            if (!is_new || self.is_anything_confirmed()?)
+                && let Some(repeated) = repeated.take()
+            {
+                repeated(identity);
+            }
+        }
+        Ok(known)
     }
 
     /// Finds and selects the next device without node-ID that is none of `known`, some of which respond to every search.
@@ -33,7 +54,7 @@ impl<L: Link> Session<L> {
     /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
     /// no known one is probed. For that the known ones are left searched for: some confirm anything while they are
     /// selected.
-    pub(super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
+    pub fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Trouble> {
         self.deselect()?;
         self.is_fenced = self.has_unconfigured()?;
         for identity in known {
@@ -58,13 +79,13 @@ impl<L: Link> Session<L> {
 
     /// Whether a selected device confirms whatever is searched for, as CANopenNode does: after a restart, no device that is
     /// searched for responds to a number other than the first.
-    pub(super) fn is_anything_confirmed(&mut self) -> Result<bool, Failure> {
+    fn is_anything_confirmed(&mut self) -> Result<bool, Trouble> {
         Ok(self.probe(Identity::default(), Part::Vendor, RESTART)?
             && self.probe(Identity::default(), Part::Serial, 31)?)
     }
 
     /// Restarts the search, and confirms the numbers before `part`; returns whether any device responds.
-    fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
+    fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Trouble> {
         let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
         let mut is_there = self.probe(identity, Part::Vendor, RESTART)?;
         for before in before {
@@ -74,7 +95,7 @@ impl<L: Link> Session<L> {
     }
 
     /// Goes on from a branch that leads to no known device.
-    fn search_on(&mut self, mut found: Identity, mut part: Part, mut bit: u8) -> Result<Identity, Failure> {
+    fn search_on(&mut self, mut found: Identity, mut part: Part, mut bit: u8) -> Result<Identity, Trouble> {
         loop {
             while bit > 0 {
                 bit -= 1;
@@ -83,7 +104,7 @@ impl<L: Link> Session<L> {
                 }
             }
             if !self.confirm(found, part)? {
-                return Err(self.lost_answer(&LssError::ScanFailed { part, value: found.part(part) }));
+                return Err(self.lost_answer(LssError::ScanFailed { part, value: found.part(part) }));
             }
             if part == Part::Serial {
                 return self.read_back(found);
@@ -94,31 +115,31 @@ impl<L: Link> Session<L> {
     }
 
     /// A late response may have counted for another step: the device that was found reports its identity.
-    fn read_back(&mut self, found: Identity) -> Result<Identity, Failure> {
+    fn read_back(&mut self, found: Identity) -> Result<Identity, Trouble> {
         for part in Part::ALL {
             let value = found.part(part);
             self.send(&LssRequest::Inquire(part).frame())?;
             let until = self.link.now() + self.times.response;
             if !self.wait_for(until, |frame| response(frame) == Some(LssResponse::Inquired(part, value)))? {
-                return Err(self.lost_answer(&LssError::ScanFailed { part, value }));
+                return Err(self.lost_answer(LssError::ScanFailed { part, value }));
             }
         }
         Ok(found)
     }
 
     /// Whether a device has the bits of a number from `bits_left` on.
-    fn probe(&mut self, identity: Identity, part: Part, bits_left: u8) -> Result<bool, Failure> {
+    fn probe(&mut self, identity: Identity, part: Part, bits_left: u8) -> Result<bool, Trouble> {
         self.is_identified(LssRequest::Fastscan { value: identity.part(part), bits_left, part, next: part })
     }
 
     /// Whether a device has the whole number; it goes on to the next.
-    fn confirm(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
+    fn confirm(&mut self, identity: Identity, part: Part) -> Result<bool, Trouble> {
         let (value, next) = (identity.part(part), part.next());
         self.is_identified(LssRequest::Fastscan { value, bits_left: 0, part, next })
     }
 
     /// Whether any device responds within the time of the step, or else before the devices respond to another request.
-    fn is_identified(&mut self, step: LssRequest) -> Result<bool, Failure> {
+    fn is_identified(&mut self, step: LssRequest) -> Result<bool, Trouble> {
         self.send(&step.frame())?;
         let until = self.link.now() + self.times.step;
         let mut answered = false;
@@ -135,16 +156,11 @@ impl<L: Link> Session<L> {
             answered |= response(frame) == Some(LssResponse::Identified);
             response(frame) == Some(LssResponse::Unconfigured)
         })?;
-        if is_over { Ok(answered) } else { Err(self.lost_answer(&LssError::NoAnswer)) }
+        if is_over { Ok(answered) } else { Err(self.lost_answer(LssError::NoAnswer)) }
     }
 
-    fn lost_answer(&self, error: &LssError) -> Failure {
-        let Times { response, step } = self.times;
-        Failure::new(error).help(format_args!(
-            "a response was lost or came too late: try again with --step {}ms --timeout {}ms",
-            in_milliseconds(step.times(4)),
-            in_milliseconds(response.times(4))
-        ))
+    fn lost_answer(&self, error: LssError) -> Trouble {
+        Trouble::LostAnswer { error, times: self.times }
     }
 }
 

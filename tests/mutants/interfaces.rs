@@ -48,7 +48,7 @@ mod serial_rig;
 mod support;
 
 mod runner;
-#[path = "doors_unfound.rs"]
+#[path = "interfaces_unfound.rs"]
 mod unfound;
 
 /// What each mutant is tried by, until one fails: names of tests of this file, the quicker ones first.

@@ -1,0 +1,43 @@
+//! Why a session has not led to what was wanted.
+
+use lexican_runtime::host::LinkError;
+use lexican_runtime::service::lss_manager::{Event, LssError};
+
+use super::session::Times;
+
+/// Why a session has not led to what was wanted.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// Nobody has LSS, or answers.
+    #[error("no device answers to LSS")]
+    NoDevice,
+    /// Nobody has the identity.
+    #[error("no device with this identity answers")]
+    NoSuchDevice,
+    /// All have a node-ID.
+    #[error("no device without node-ID answers")]
+    NoUnconfigured,
+    /// One has no node-ID, and does not know the search.
+    #[error("there is a device without node-ID, but it cannot be searched for: it has no LSS fastscan")]
+    NoFastscan,
+    /// It was selected, and does not answer any more.
+    #[error("the device does not report its node-ID")]
+    NoNodeId,
+    /// Only one may be selected.
+    #[error("more than one device answers")]
+    Several,
+    /// A response was lost, or later than these times allow.
+    #[error("{error}")]
+    LostAnswer {
+        /// What came of it.
+        error: LssError,
+        /// The times of the session.
+        times: Times,
+    },
+    /// No device does this.
+    #[error("an LSS operation ended unexpectedly: {0:?}")]
+    Unexpected(Event),
+    /// The bus is gone.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+}
