@@ -1,5 +1,4 @@
-//! Generates the dictionaries of the device that the interoperability runs play, of those that the conformance test
-//! tests, and of the AKD.
+//! Generates the dictionaries of the device that the interoperability runs play, and of those that the conformance test tests.
 
 fn main() -> Result<(), lexican_codegen::Error> {
     lexican_codegen::Config::new()
@@ -7,7 +6,6 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .eds("conformance/device.eds")
         .eds("conformance/lss.eds")
         .eds("conformance/servo.eds")
-        .device("kollmorgen/akd")
         .storage(true)
         .generate()
 }

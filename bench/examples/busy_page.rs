@@ -16,7 +16,7 @@ use browser::{Browser, Page};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::web::Server;
-use lexican_bench::{Bench, Command};
+use lexican_bench::{Bench, Request};
 use lexican_runtime::host::{Link, Node, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use lexican_simulation::{Files, Plant};
@@ -59,9 +59,9 @@ fn measure(browser: &Browser, span: Wall, rate: u64) {
     let server = Server::bind(([127, 0, 0, 1], 0).into(), Vec::new()).expect("a port is free");
     let (url, end, served) = (server.url(), server.end(), bench.clone());
     let serving = std::thread::spawn(move || server.run(served));
-    let face = bench.open_face();
+    let client = bench.open_client();
     for (node, signal) in [(5, "tpdo2"), (6, "6064:00")] {
-        let _ = face.ask(Command::Plot { node, signals: vec![signal.to_owned()], every_ms: 20 }).wait();
+        let _ = client.ask(Request::Plot { node, signals: vec![signal.to_owned()], every_ms: 20 }).wait();
     }
     let page = browser.window();
     page.opens(&url);
@@ -71,7 +71,7 @@ fn measure(browser: &Browser, span: Wall, rate: u64) {
         page.clicks(&format!("tab-{tab}"));
         look(&bench, browser, &page, tab, span);
     }
-    drop(face);
+    drop(client);
     bench.end();
     end.end();
     let _ = serving.join();

@@ -1,7 +1,7 @@
 //! What a busy bus costs the model: ten million frames of twelve drives, 10,000 in a second.
 //!
 //! `cargo run --release -p lexican-bench --example flood` prints the processor time for each second of the bus, how long a
-//! face waits for its view and for rows, and the memory (Linux).
+//! client waits for its view and for rows, and the memory (Linux).
 
 use std::time::{Duration as Wall, Instant as Clock};
 
@@ -35,7 +35,7 @@ fn main() {
             model.observe(now, &frame(nodes[(number % 12) as usize].get(), second * RATE + number));
         }
         frames += began.elapsed();
-        // A face asks ten times in a second; once is measured.
+        // A client asks ten times in a second; once is measured.
         let began = clock();
         std::hint::black_box(model.view());
         view = view.max(began.elapsed());

@@ -1,9 +1,9 @@
-//! One number language for all fields, faces and languages: a decimal point, and nothing between thousands.
+//! One number language for all fields, clients and languages: a decimal point, and nothing between thousands.
 //!
 //! What is shown beside a field is so, and can be typed into it. What somebody may have meant otherwise is not sent: `5.000` is five
 //! thousand to half of Europe.
 
-use crate::command::Refused;
+use crate::request::Refused;
 
 /// Refuses a text whose number has more than one reading, unless the field itself shows as many decimals: `shown` is what it shows
 /// for this number.

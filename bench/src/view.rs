@@ -1,47 +1,43 @@
-//! What a face shows. Times are in seconds since the bench was opened, or since the first frame of a log.
+//! What a client shows. Times are in seconds since the bench was opened, or since the first frame of a log.
+
+#![allow(missing_docs, reason = "a field has a comment where its name does not say all")]
 
 use std::borrow::Cow;
 
 use lexican_toolbox::drive::Verb;
 use serde::Serialize;
 
-/// The bus as of a moment. Its fields change at different rates: a face is sent those that have changed.
+/// The bus as of a moment. Its fields change at different rates: a client is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct View {
-    /// When.
     pub time: f64,
-    /// The bus.
     pub bus: Bus,
     /// The nodes that were heard, found or named; ascending.
     pub nodes: Vec<Node>,
     /// The nodes that are drives.
     pub drives: Vec<Drive>,
-    /// Simulated devices.
     pub devices: Vec<Simulated>,
     /// What is under way, and what ended last.
     pub jobs: Vec<Job>,
     /// Values that are watched.
     pub watched: Vec<Watched>,
-    /// The rows of the trace.
     pub trace: Trace,
-    /// Who may change something.
-    pub hands: Hands,
+    pub control: Control,
     /// The recorded log, if it is one.
     pub log: Option<Log>,
 }
 
-/// The bus.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Bus {
     /// `can0`, `demo`, `bus.log`.
     pub name: String,
-    /// Whether frames can be sent.
     pub is_writable: bool,
     /// In bits per second, if it is known.
     pub bit_rate: Option<u32>,
     /// `active`, `off`, as the controller has it; why it is lost.
     pub state: String,
-    /// All frames.
     pub frames: u64,
     /// In the last second.
     pub frames_per_second: u32,
@@ -59,6 +55,7 @@ pub struct Bus {
 
 /// The frames of a COB-ID.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Rate {
     /// `185`.
     pub id: String,
@@ -66,7 +63,6 @@ pub struct Rate {
     pub name: String,
     /// Whose it is.
     pub node: Option<u8>,
-    /// Their number.
     pub frames: u64,
     /// In the last second.
     pub per_second: f64,
@@ -78,8 +74,8 @@ pub struct Rate {
 
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Trouble {
-    /// Since when.
     pub since: f64,
     /// Who, if it is one node.
     pub node: Option<u8>,
@@ -91,10 +87,9 @@ pub struct Trouble {
     pub is_over: bool,
 }
 
-/// A node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Node {
-    /// Its node-ID.
     pub id: u8,
     /// What the plant calls it, else its device's name (1008h), else that of its data sheet.
     pub name: String,
@@ -116,9 +111,7 @@ pub struct Node {
     pub history: Vec<Fault>,
     /// The median of the SDO response times in ms.
     pub sdo_ms: Option<f64>,
-    /// Refused SDO transfers.
     pub aborts: u32,
-    /// Boot-up messages.
     pub boots: u32,
     /// What its data sheet, and then the drive itself, lacks for moving it, and what is used instead.
     pub lacks: Vec<Lack>,
@@ -128,6 +121,7 @@ pub struct Node {
 
 /// Something that a drive or its data sheet lacks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Lack {
     /// Whether the drive cannot be moved without it.
     pub is_needed: bool,
@@ -137,6 +131,7 @@ pub struct Lack {
 
 /// An emergency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Fault {
     /// When it came.
     pub at: f64,
@@ -144,12 +139,12 @@ pub struct Fault {
     pub code: String,
     /// `DC link over-voltage; the brake resistor is too small`.
     pub text: String,
-    /// The trace's row.
     pub row: u64,
 }
 
 /// An entry of a data sheet.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Object {
     /// `6081:00`.
     pub address: String,
@@ -161,19 +156,18 @@ pub struct Object {
     pub group: String,
     /// `UNSIGNED32`.
     pub data_type: String,
+    /// Its size in a frame; `None` if it has none of its own.
+    pub bits: Option<u8>,
     /// `rw`, `ro`, `wo`, `const`.
     pub access: String,
     /// `tpdo`, `rpdo`, `both`; None if it cannot be mapped.
     pub mappable: Option<String>,
     /// Its default in words.
     pub default: Option<String>,
-    /// Its limits in words.
     pub low: Option<String>,
-    /// Its limits in words.
     pub high: Option<String>,
     /// The names that it takes, if it is an enumeration or has bits.
     pub choices: Vec<String>,
-    /// Its unit.
     pub unit: Option<String>,
     /// What the data sheet says of it.
     pub help: Option<String>,
@@ -183,6 +177,7 @@ pub struct Object {
 
 /// A value of an entry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Value {
     /// `6064:00`.
     pub address: String,
@@ -192,15 +187,12 @@ pub struct Value {
     pub number: Option<f64>,
     /// As it is on the wire, in hexadecimal digits.
     pub raw: String,
-    /// When it was seen.
     pub at: f64,
-    /// Whether it could not be read.
     pub is_error: bool,
 }
 
-/// A watched entry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "the names say what it is")]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Watched {
     pub node: u8,
     /// `6064:00`.
@@ -208,7 +200,6 @@ pub struct Watched {
     pub name: String,
     /// How often it is read.
     pub every_ms: u32,
-    /// Its value, once it is known.
     pub value: Option<Value>,
     pub seen: Option<Seen>,
     /// The lowest and the highest number so far.
@@ -219,10 +210,10 @@ pub struct Watched {
 
 /// A parameter that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Difference {
     /// `6081:00`.
     pub address: String,
-    /// By the data sheet.
     pub name: String,
     /// In the node, in words.
     pub here: String,
@@ -230,14 +221,13 @@ pub struct Difference {
     pub there: String,
 }
 
-/// A PDO of a node.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Pdo {
     /// `TPDO1`.
     pub name: String,
     /// `185`.
     pub id: String,
-    /// Whether it is switched on.
     pub is_on: bool,
     /// `event-driven`, `every 2nd SYNC`.
     pub transmission: String,
@@ -249,7 +239,6 @@ pub struct Pdo {
     pub fields: Vec<PdoField>,
     /// Frames in the last second.
     pub per_second: f64,
-    /// What is wrong with it.
     pub conflict: Option<String>,
     /// The entries that may be mapped into it: address and name.
     pub mappable: Vec<(String, String)>,
@@ -257,14 +246,13 @@ pub struct Pdo {
 
 /// An object in a PDO.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PdoField {
     /// `6041:00`.
     pub address: String,
-    /// By the data sheet.
     pub name: String,
     /// The first bit.
     pub first_bit: u8,
-    /// How many.
     pub bits: u8,
     /// Its last value in words.
     pub text: Option<String>,
@@ -274,6 +262,7 @@ pub struct PdoField {
 
 /// The extent of the trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Trace {
     /// The number of the oldest frame that is kept.
     pub first: u64,
@@ -283,21 +272,21 @@ pub struct Trace {
 
 /// Rows of the trace that match a filter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Frames {
     /// How many rows match, of those that are kept.
     pub matching: u64,
     /// The place of the first of these rows among them.
     pub from: u64,
-    /// The rows.
     pub rows: Vec<Row>,
 }
 
 /// A frame, or an SDO transfer, in words.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Row {
     /// The frame's number from 0; a transfer has that of its last frame.
     pub number: u64,
-    /// When.
     pub time: f64,
     /// `185`.
     pub id: String,
@@ -307,7 +296,6 @@ pub struct Row {
     pub node: Option<u8>,
     /// `TPDO1`.
     pub service: String,
-    /// In words.
     pub text: String,
     /// Whether it is or reports an error.
     pub alarming: bool,
@@ -315,14 +303,12 @@ pub struct Row {
 
 /// A curve of the plot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Curve {
-    /// The node.
     pub node: u8,
     /// `6064:00`.
     pub address: String,
-    /// By the data sheet.
     pub name: String,
-    /// Of the numbers.
     pub unit: Option<String>,
     /// When its last number was seen.
     pub seen: Option<Seen>,
@@ -330,10 +316,9 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A drive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Drive {
-    /// Its node-ID.
     pub node: u8,
     /// Its name, as in [`Node::name`].
     pub name: String,
@@ -356,7 +341,7 @@ pub struct Drive {
     /// Where the present travel goes.
     pub target: Option<f64>,
     /// What an order would be refused for now, in sentences; empty if it would move. `None` while nobody has looked: that is done
-    /// while a face has the hands.
+    /// while a client has control.
     pub obstacles: Option<Vec<String>>,
     /// The order under way, in words.
     pub order: Option<String>,
@@ -365,6 +350,7 @@ pub struct Drive {
     /// A stop that was ordered, until the drive confirms that it stands.
     pub unconfirmed: Option<Unconfirmed>,
     /// The orders that this drive knows.
+    #[cfg_attr(test, ts(type = "Array<Verb>"))]
     pub orders: Vec<Verb>,
     /// The homing methods that it has.
     pub homing_methods: Vec<i8>,
@@ -372,6 +358,7 @@ pub struct Drive {
 
 /// When something was as it is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Seen {
     /// In seconds of [`View::time`].
     pub at: f64,
@@ -381,8 +368,8 @@ pub struct Seen {
 
 /// A stop that the drive has not confirmed, and that is sent until it has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Unconfirmed {
-    /// Since when.
     pub since: f64,
     /// Why the last attempt has failed; `None` during the first one.
     pub why: Option<String>,
@@ -390,25 +377,21 @@ pub struct Unconfirmed {
 
 /// How an order has ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ending {
-    /// Whether it was done.
     pub is_success: bool,
     /// Whether the drive may still be moving: it could not be told to stop.
     pub may_be_moving: bool,
-    /// In a sentence.
     pub text: String,
-    /// What to do.
     pub remedy: Option<String>,
 }
 
-/// A simulated device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Simulated {
-    /// Its node-ID.
     pub node: u8,
     /// What the plant calls it.
     pub name: String,
-    /// Whether it has power.
     pub is_on: bool,
     /// What can be done to it.
     pub inputs: Vec<Input>,
@@ -416,6 +399,7 @@ pub struct Simulated {
 
 /// Something that can be done to a simulated device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Input {
     /// `shaft`.
     pub name: String,
@@ -429,6 +413,7 @@ pub struct Input {
 
 /// Something that takes its time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Job {
     /// From 1.
     pub number: u32,
@@ -444,17 +429,17 @@ pub struct Job {
 
 /// Who may change something.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Hands {
-    /// The number of the face that has them.
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Control {
+    /// The number of the client that has control.
     pub holder: Option<u32>,
-    /// How many faces are open.
-    pub faces: u32,
+    /// How many clients are open.
+    pub clients: u32,
 }
 
-/// A recorded log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Log {
-    /// How long it is.
     pub seconds: f64,
     /// Where it stands.
     pub position: f64,

@@ -5,6 +5,11 @@ use std::{env, fs};
 
 use lexican_eds::model::{Device, Direction, Entry, Object, ObjectKind};
 use lexican_eds::{Input, Source};
+use notation::snake;
+
+#[path = "src/notation.rs"]
+#[allow(dead_code, reason = "names are written here, and numbers read in the comparisons")]
+mod notation;
 
 /// The drive's crate, data sheet and overlay.
 const DRIVES: &[(&str, &str, &str)] = &[
@@ -91,18 +96,4 @@ fn are_alike(elements: &[Entry]) -> bool {
         (words(entry), entry.data_type, entry.meaning.clone(), entry.access, entry.pdo_mapping, limits)
     };
     elements.windows(2).all(|pair| what(&pair[0]) == what(&pair[1]))
-}
-
-/// A name as it would be written in code: `v-Pos` is `v_pos`, `StdIn` is `std_in`.
-fn snake(name: &str) -> String {
-    let mut words = String::new();
-    let mut before = ' ';
-    for c in name.chars() {
-        if c.is_ascii_uppercase() && before.is_ascii_lowercase() {
-            words.push(' ');
-        }
-        words.push(if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' });
-        before = c;
-    }
-    words.split_whitespace().collect::<Vec<_>>().join("_")
 }

@@ -3,8 +3,17 @@ import { useState } from 'preact/hooks'
 import { effect, signal } from '@preact/signals'
 import { save } from './files.js'
 import { Bench, socketUrl, takeToken } from './socket.js'
-import { applyView, connection, face, stopSince, version, view } from './state.js'
+import { applyView, connection, client, stopSince, version, view } from './state.js'
 
+/**
+ * @import { Refused, Request } from './wire'
+ * @import { Brought } from './types'
+ * @import { Signal } from '@preact/signals'
+ */
+
+/** @typedef {{ busy: boolean, refused: Refused | null, done: boolean }} Asked */
+
+/** @type {Bench | null} */
 let bench = null
 
 export function connect() {
@@ -13,7 +22,7 @@ export function connect() {
   const on = {
     state: (state) => (connection.value = state),
     hello: (hello) => {
-      face.value = hello.face
+      client.value = hello.client
       version.value = hello.version
     },
     view: applyView,
@@ -27,36 +36,53 @@ export function connect() {
   })
 }
 
-/** What a command brings; fails with `{ why, remedy }`. */
-export const ask = (command) => bench.ask(command)
+/**
+ * What a request brings; fails with a `Refused`.
+ * @template {Request} R
+ * @param {R} request
+ */
+export const ask = (request) => bench.ask(request)
 
-/** What was refused last, for all to see: of orders whose button has no place for it. */
+/**
+ * What was refused last, for all to see: of requests whose button has no place for it.
+ * @type {Signal<Refused | null>}
+ */
 export const refusal = signal(null)
 
-/** Gives what the command brings, or null when it is refused. */
-export async function order(command) {
+/**
+ * Gives what the request brings, or null when it is refused.
+ * @template {Request} R
+ * @param {R} request
+ */
+export async function send(request) {
   refusal.value = null
   try {
-    return await ask(command)
+    return await ask(request)
   } catch (refused) {
     refusal.value = refused
     return null
   }
 }
 
-/** Asks for a file, and hands it to the browser. */
-export async function orderFile(command) {
-  const file = await order(command)
+/**
+ * Asks for a file, and gives it to the browser.
+ * @param {Extract<Request, { do: 'export' | 'export-plot' }>} request
+ */
+export async function sendForFile(request) {
+  const file = await send(request)
   if (file) save(file)
 }
 
-/** A command with its state: `[{ busy, refused, done }, run]`. `run` gives what it brings, or null when refused. */
+/**
+ * A request with its state. `run` gives what it brings, or null when refused.
+ * @returns {[Asked, <R extends Request>(request: R) => Promise<Brought<R> | null>]}
+ */
 export function useAsk() {
-  const [state, setState] = useState({ busy: false, refused: null, done: false })
-  const run = async (command) => {
+  const [state, setState] = useState(/** @type {Asked} */ ({ busy: false, refused: null, done: false }))
+  const run = async (request) => {
     setState({ busy: true, refused: null, done: false })
     try {
-      const content = await ask(command)
+      const content = await ask(request)
       setState({ busy: false, refused: null, done: true })
       return content
     } catch (refused) {

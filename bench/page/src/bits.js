@@ -1,32 +1,6 @@
 // PDOs as pictures: where each object lies in the 64 bits of a frame.
 
-const BITS = {
-  BOOLEAN: 1,
-  UNSIGNED8: 8,
-  INTEGER8: 8,
-  UNSIGNED16: 16,
-  INTEGER16: 16,
-  UNSIGNED24: 24,
-  INTEGER24: 24,
-  UNSIGNED32: 32,
-  INTEGER32: 32,
-  REAL32: 32,
-  UNSIGNED40: 40,
-  INTEGER40: 40,
-  UNSIGNED48: 48,
-  INTEGER48: 48,
-  TIME_OF_DAY: 48,
-  TIME_DIFFERENCE: 48,
-  UNSIGNED56: 56,
-  INTEGER56: 56,
-  UNSIGNED64: 64,
-  INTEGER64: 64,
-  REAL64: 64,
-}
 export const FRAME_BITS = 64
-
-/** The size of a data type in a frame; null if it has none of its own. */
-export const bitsOf = (dataType) => BITS[dataType] ?? null
 
 /** Places fields one after the other, from bit 0 on. */
 export function place(fields) {

@@ -4,6 +4,8 @@ import { t } from './i18n/index.js'
 import { connection, view } from './state.js'
 import { Button, Meter, Refusal } from './ui.jsx'
 
+/** @import * as wire from './wire' */
+
 /** What is said of a connection that is not there. */
 const LOSSES = { lost: 'lost', ended: 'ended', refused: 'forbidden' }
 
@@ -35,6 +37,7 @@ export function Footer() {
   )
 }
 
+/** @param {{ job: wire.Job }} props */
 function Job({ job }) {
   const kind = job.is_success === null ? 'running' : job.is_success ? 'good' : 'bad'
   return (

@@ -1,9 +1,9 @@
-// What is seen on every tab: the bus, the connection, who has the hands, and the stop.
-import { order, stop, stopAll } from './bench.js'
+// What is seen on every tab: the bus, the connection, who has control, and the stop.
+import { send, stop, stopAll } from './bench.js'
 import { number, percent } from './format.js'
 import { DICTIONARIES, language, setLanguage, t } from './i18n/index.js'
 import { isHelpOpen } from './keys.jsx'
-import { connection, face, hasHands, version, view } from './state.js'
+import { connection, client, hasControl, version, view } from './state.js'
 import { nextTheme, theme } from './theme.js'
 import { Button, Meter } from './ui.jsx'
 
@@ -17,7 +17,7 @@ export function Header() {
         </div>
         <BusMark />
         <Connection />
-        <Hands />
+        <Control />
         <div class="settings">
           <Button
             class="quiet"
@@ -62,48 +62,50 @@ function BusMark() {
 }
 
 function Connection() {
-  const { faces } = view.hands.value
+  const { clients } = view.control.value
   const isOpen = connection.value === 'open'
   return (
     <div class="connection" role="status" data-test="connection">
       <span class={`state ${isOpen ? 'good' : 'bad'}`}>{t(`connection.${connection.value}`)}</span>
-      {isOpen && <span data-test="faces">{t(faces === 1 ? 'faces.one' : 'faces', { count: faces })}</span>}
+      {isOpen && <span data-test="clients">{t(clients === 1 ? 'clients.one' : 'clients', { count: clients })}</span>}
     </div>
   )
 }
 
-function Hands() {
-  const { holder } = view.hands.value
-  if (hasHands.value) {
+function Control() {
+  const { holder } = view.control.value
+  if (hasControl.value) {
     return (
-      <div class="hands on">
-        <span role="status">{t('hands.mine')}</span>
-        <Button data-test="release-hands" run={() => order({ do: 'release-hands' })}>
-          {t('hands.release')}
+      <div class="control on">
+        <span role="status">{t('control.mine')}</span>
+        <Button data-test="release-control" run={() => send({ do: 'release-control' })}>
+          {t('control.release')}
         </Button>
       </div>
     )
   }
   return (
-    <div class="hands">
-      <span role="status">{holder === null ? t('hands.free') : t('hands.theirs', { holder, face: face.value })}</span>
+    <div class="control">
+      <span role="status">
+        {holder === null ? t('control.free') : t('control.theirs', { holder, client: client.value })}
+      </span>
       {holder === null ? (
         <Button
           class="main"
-          data-test="take-hands"
+          data-test="take-control"
           disabled={!view.bus.value.is_writable}
-          run={() => order({ do: 'take-hands', force: false })}
+          run={() => send({ do: 'take-control', force: false })}
         >
-          {t('hands.take')}
+          {t('control.take')}
         </Button>
       ) : (
         <Button
           class="warn"
-          data-test="take-hands"
-          title={t('hands.force.help')}
-          run={() => order({ do: 'take-hands', force: true })}
+          data-test="take-control"
+          title={t('control.force.help')}
+          run={() => send({ do: 'take-control', force: true })}
         >
-          {t('hands.force')}
+          {t('control.force')}
         </Button>
       )}
     </div>

@@ -1,8 +1,8 @@
 // Keys: the stop above all, then ways to go. They are listed under `?`.
 import { signal } from '@preact/signals'
-import { order, stopAll } from './bench.js'
+import { send, stopAll } from './bench.js'
 import { t } from './i18n/index.js'
-import { TABS, goTo, hasHands } from './state.js'
+import { TABS, goTo, hasControl } from './state.js'
 import { Dialog } from './ui.jsx'
 
 export const isHelpOpen = signal(false)
@@ -14,10 +14,11 @@ function deed(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event.target)) return null
   const tab = TABS[Number(event.key) - 1]
   if (tab) return () => goTo(tab)
-  const searches = document.querySelector('main input[type=search]')
+  const searches = /** @type {HTMLInputElement | null} */ (document.querySelector('main input[type=search]'))
   if (event.key === '/' && searches) return () => searches.focus()
   if (event.key === '?') return () => (isHelpOpen.value = true)
-  if (event.key === 'h') return () => order({ do: hasHands.value ? 'release-hands' : 'take-hands' })
+  if (event.key === 'h')
+    return () => send(hasControl.value ? { do: 'release-control' } : { do: 'take-control', force: false })
   return null
 }
 
@@ -44,7 +45,7 @@ const KEYS = [
   ['Esc', 'keys.stop'],
   [`1 – ${TABS.length}`, 'keys.tabs'],
   ['/', 'keys.search'],
-  ['h', 'keys.hands'],
+  ['h', 'keys.control'],
   ['?', 'keys.help'],
   ['↑ ↓ Home End', 'keys.rows'],
   ['← →', 'keys.tree'],

@@ -1,6 +1,6 @@
 // The time of a recorded log.
 import { useRef, useState } from 'preact/hooks'
-import { order } from './bench.js'
+import { send } from './bench.js'
 import { clock } from './format.js'
 import { t } from './i18n/index.js'
 import { view } from './state.js'
@@ -20,7 +20,7 @@ function useSeek() {
     while (latest.current.wanted !== null) {
       const next = latest.current.wanted
       latest.current.wanted = null
-      await order({ do: 'seek', seconds: next })
+      await send({ do: 'seek', seconds: next })
     }
     latest.current.isBusy = false
     setWanted(null)
@@ -31,7 +31,7 @@ function useSeek() {
 export function LogSlider() {
   const { seconds, position, speed } = view.log.value
   const [wanted, seek] = useSeek()
-  const play = (next) => order({ do: 'play', speed: next })
+  const play = (next) => send({ do: 'play', speed: next })
   return (
     <div class="log" role="group" aria-label={t('log')}>
       <Button data-test="log-play" class="main" run={() => play(speed === 0 ? 1 : 0)}>
@@ -46,7 +46,7 @@ export function LogSlider() {
         max={seconds}
         step="any"
         value={wanted ?? position}
-        onInput={(event) => seek(Number(event.target.value))}
+        onInput={(event) => seek(Number(event.currentTarget.value))}
       />
       <output>
         {clock(position)} / {clock(seconds)}

@@ -1,10 +1,15 @@
 // The state machine of CiA 402 as a picture: where its states stand, and what leads from one to another.
 
+/** @import { State, Verb } from './wire' */
+
 export const PICTURE = { width: 312, height: 330 }
 export const BOX = { width: 136, height: 42 }
 const [LEFT, RIGHT] = [2, 174]
 
-/** The upper left corner of each state; the names are those of the bench. */
+/**
+ * The upper left corner of each state.
+ * @type {Record<State, [number, number]>}
+ */
 export const STATES = {
   'NOT READY TO SWITCH ON': [LEFT, 2],
   'SWITCH ON DISABLED': [LEFT, 72],
@@ -16,26 +21,20 @@ export const STATES = {
   FAULT: [RIGHT, 72],
 }
 
-/** Transitions by their numbers in CiA 402: from, to, and how far beside the middle. */
-export const TRANSITIONS = [
-  [1, 'NOT READY TO SWITCH ON', 'SWITCH ON DISABLED', 0],
-  [2, 'SWITCH ON DISABLED', 'READY TO SWITCH ON', -28],
-  [7, 'READY TO SWITCH ON', 'SWITCH ON DISABLED', 28],
-  [3, 'READY TO SWITCH ON', 'SWITCHED ON', -28],
-  [6, 'SWITCHED ON', 'READY TO SWITCH ON', 28],
-  [4, 'SWITCHED ON', 'OPERATION ENABLED', -28],
-  [5, 'OPERATION ENABLED', 'SWITCHED ON', 28],
-  [11, 'OPERATION ENABLED', 'QUICK STOP ACTIVE', -8],
-  [16, 'QUICK STOP ACTIVE', 'OPERATION ENABLED', 10],
-  [12, 'QUICK STOP ACTIVE', 'SWITCH ON DISABLED', 0],
-  [14, 'FAULT REACTION ACTIVE', 'FAULT', 0],
-  [15, 'FAULT', 'SWITCH ON DISABLED', -8],
-]
+/** The transitions that are drawn, by their numbers in CiA 402: how far beside the middle. */
+export const PLACES = { 1: 0, 2: -28, 7: 28, 3: -28, 6: 28, 4: -28, 5: 28, 11: -8, 16: 10, 12: 0, 14: 0, 15: -8 }
 
+/** @type {State[]} */
 const OFF = ['SWITCH ON DISABLED', 'READY TO SWITCH ON', 'SWITCHED ON']
+/** @type {State[]} */
 const ON = ['READY TO SWITCH ON', 'SWITCHED ON', 'OPERATION ENABLED', 'QUICK STOP ACTIVE']
 
-/** The order that leads from a state to another one, on the way of the drive's driver; null if there is none. */
+/**
+ * The order that leads from a state to another one, on the way of the drive's driver; null if there is none.
+ * @param {State} target
+ * @param {State | null} from
+ * @returns {Verb | null}
+ */
 export function orderTo(target, from) {
   if (target === 'OPERATION ENABLED') return OFF.includes(from) ? 'enable' : null
   if (target === 'QUICK STOP ACTIVE') return from === 'OPERATION ENABLED' ? 'quick-stop' : null

@@ -6,28 +6,41 @@ const DELAYS = [250, 500, 1000, 2000, 3000] // ms until the next attempt
 const GONE = 1001 // the code with which the bench ends
 
 /**
- * `on` has `hello(hello)`, `view(changes)` and `state(state)`; a state is `connecting`, `open`, `lost`, `ended` or
- * `refused`. `isRefused()` promises whether the bench is there but does not know the token.
+ * @import { Brought, Connection } from './types'
+ * @import { Request, ToPage, View } from './wire'
  */
+
+/**
+ * What hears of the connection.
+ * @typedef {object} Listener
+ * @property {(hello: { client: number, version: string }) => void} hello
+ * @property {(changes: Partial<View>) => void} view
+ * @property {(state: Connection) => void} state
+ */
+
 export class Bench {
+  asked = new Map()
+  lastId = 0
+  failures = 0
+  isOpen = false
+
+  /** `isRefused()` promises whether the bench is there but does not know the token.
+   * @param {string} url
+   * @param {string | null} token
+   * @param {Listener} on
+   */
   constructor(
     url,
     token,
     on,
     { Socket = WebSocket, delay = (run, ms) => setTimeout(run, ms), isRefused = async () => false } = {},
   ) {
-    Object.assign(this, {
-      url,
-      token,
-      on,
-      Socket,
-      delay,
-      isRefused,
-      asked: new Map(),
-      lastId: 0,
-      failures: 0,
-      isOpen: false,
-    })
+    this.url = url
+    this.token = token
+    this.on = on
+    this.Socket = Socket
+    this.delay = delay
+    this.isRefused = isRefused
     if (token) this.open()
     else on.state('refused')
   }
@@ -49,12 +62,13 @@ export class Bench {
     this.delay(() => this.open(), DELAYS[Math.min(this.failures++, DELAYS.length - 1)])
   }
 
+  /** @param {{ view: Partial<View> } | ToPage} message */
   take(message) {
-    if (message.view) {
+    if ('view' in message) {
       this.on.view(message.view)
       // The next view comes after this, so a page that is slow gets fewer.
       this.socket.send('{"seen":true}')
-    } else if (message.hello) {
+    } else if ('hello' in message) {
       this.isOpen = true
       this.failures = 0
       this.on.hello(message.hello)
@@ -62,18 +76,24 @@ export class Bench {
     } else this.settle(message)
   }
 
-  settle({ id, answer, refused }) {
+  /** @param {Extract<ToPage, { id: number }>} outcome */
+  settle({ id, ...outcome }) {
     const asked = this.asked.get(id)
     this.asked.delete(id)
-    if (refused) asked?.fail(refused)
-    else asked?.done(content(answer))
+    if ('refused' in outcome) asked?.fail(outcome.refused)
+    else asked?.done(content(outcome.answer))
   }
 
-  /** Sends at once, so that a stop waits for nothing on this side. Fails with `{ why, remedy }` when it is refused. */
-  ask(command) {
+  /**
+   * Sends at once, so that a stop waits for nothing on this side. Fails with a `Refused`.
+   * @template {Request} R
+   * @param {R} request
+   * @returns {Promise<Brought<R>>}
+   */
+  ask(request) {
     if (!this.isOpen || this.socket.readyState !== 1) return Promise.reject({ why: 'lost', remedy: null })
     const id = ++this.lastId
-    this.socket.send(JSON.stringify({ id, ...command }))
+    this.socket.send(JSON.stringify({ id, ...request }))
     return new Promise((done, fail) => this.asked.set(id, { done, fail }))
   }
 }

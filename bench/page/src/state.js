@@ -1,49 +1,35 @@
 // What the page knows: the bench's view, a signal per field, and what the page itself has chosen.
 import { batch, computed, signal } from '@preact/signals'
+import { EMPTY } from './words.js'
 
-/** The view before anything was heard; names and shapes are those of `View` in bench/src/view.rs. */
-export const EMPTY = {
-  time: 0,
-  bus: {
-    name: '',
-    is_writable: false,
-    bit_rate: null,
-    state: '',
-    frames: 0,
-    frames_per_second: 0,
-    load_percent: null,
-    load_percent_peak: null,
-    missing_frames: 0,
-    ids: [],
-    troubles: [],
-  },
-  nodes: [],
-  drives: [],
-  devices: [],
-  jobs: [],
-  watched: [],
-  trace: { first: 0, end: 0 },
-  hands: { holder: null, faces: 0 },
-  log: null,
-}
+/**
+ * @import { Signal } from '@preact/signals'
+ * @import { Connection } from './types'
+ * @import { View } from './wire'
+ */
 
+/** @type {{ [Field in keyof View]: Signal<View[Field]> }} */
+// @ts-ignore: the type of an object's entries is not that of each
 export const view = Object.fromEntries(Object.entries(EMPTY).map(([field, value]) => [field, signal(value)]))
 
-/** `connecting`, `open`, `lost`, `ended`, or `refused` when the bench does not know the token. */
+/** @type {Signal<Connection>} */
 export const connection = signal('connecting')
-/** The number of this page among the faces, and the bench's version. */
-export const face = signal(null)
+/** The number of this page among the clients, and the bench's version. */
+export const client = signal(null)
 export const version = signal('')
 
-export const hasHands = computed(() => connection.value === 'open' && view.hands.value.holder === face.value)
+export const hasControl = computed(() => connection.value === 'open' && view.control.value.holder === client.value)
 /** Whether something on the bus can be changed from here; why not, as a key of the dictionary. */
 export const whyNot = computed(() => {
-  if (connection.value !== 'open') return 'hands.lost'
-  if (!view.bus.value.is_writable) return 'hands.read-only'
-  return hasHands.value ? null : 'hands.first'
+  if (connection.value !== 'open') return 'control.lost'
+  if (!view.bus.value.is_writable) return 'control.read-only'
+  return hasControl.value ? null : 'control.first'
 })
 
-/** Takes over the fields of a view that have changed. Fields that the page does not know are left alone. */
+/**
+ * Takes over the fields of a view that have changed. Fields that the page does not know are left alone.
+ * @param {Partial<View>} changes
+ */
 export function applyView(changes) {
   batch(() => {
     for (const [field, value] of Object.entries(changes)) if (field in view) view[field].value = value

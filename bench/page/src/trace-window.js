@@ -1,7 +1,7 @@
 // What of the trace is in sight. Rows are asked for around it, one question at a time, so that a slow bench is not
 // asked faster than it answers.
 import { batch, signal } from '@preact/signals'
-import { NO_FILTER } from './filters.js'
+import { NO_FILTER } from './words.js'
 import { placeOf, windowOf } from './scroll.js'
 
 const MARGIN = 80 // rows asked for beyond those in sight, so that small steps ask for nothing

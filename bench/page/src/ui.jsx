@@ -1,11 +1,23 @@
 // Small parts that all views share.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks'
-import { order, useAsk } from './bench.js'
+import { send, useAsk } from './bench.js'
 import { number } from './format.js'
 import { t } from './i18n/index.js'
 import { chosenNode, connection, goToRow, nodeId, view, whyNot } from './state.js'
 
-/** Why a command was not carried out, and what to do. */
+/**
+ * @import { ComponentChildren, VNode } from 'preact'
+ * @import { Refused, Request, Seen } from './wire'
+ */
+
+/**
+ * @typedef {{ run?: () => unknown, children?: ComponentChildren, title?: string, [rest: string]: unknown }} ButtonProps
+ */
+
+/**
+ * Why a request was not carried out, and what to do.
+ * @param {{ of: Refused | null, test?: string }} props
+ */
 export function Refusal({ of, test }) {
   if (!of || (of.why === 'lost' && connection.value !== 'open')) return null // The page says so itself.
   return (
@@ -16,7 +28,10 @@ export function Refusal({ of, test }) {
   )
 }
 
-/** A button that changes something on the bus: it needs the hands, and says so while they are elsewhere. */
+/**
+ * A button that changes something on the bus: it needs control, and says so while somebody else has it.
+ * @param {ButtonProps & { disabled?: boolean }} props
+ */
 export function Act({ run, disabled, children, title, ...rest }) {
   const why = whyNot.value
   const isOff = disabled || why !== null
@@ -27,7 +42,10 @@ export function Act({ run, disabled, children, title, ...rest }) {
   )
 }
 
-/** A button that only asks. */
+/**
+ * A button that only asks.
+ * @param {ButtonProps} props
+ */
 export function Button({ run, children, ...rest }) {
   return (
     <button type="button" {...rest} onClick={run}>
@@ -37,11 +55,14 @@ export function Button({ run, children, ...rest }) {
 }
 
 /** Why nothing can be changed now, beside controls that would. */
-export function HandsHint() {
+export function ControlHint() {
   return whyNot.value && <p class="hint">{t(whyNot.value)}</p>
 }
 
-/** To the row of the trace from which something follows. */
+/**
+ * To the row of the trace from which something follows.
+ * @param {{ row: number | null, test?: string }} props
+ */
 export function RowLink({ row, test }) {
   if (row === null || row === undefined) return null
   return (
@@ -51,6 +72,7 @@ export function RowLink({ row, test }) {
   )
 }
 
+/** @param {{ title: string, tools?: ComponentChildren, children?: ComponentChildren, class?: string, [rest: string]: unknown }} props */
 export function Panel({ title, tools, children, class: name = '', ...rest }) {
   return (
     <section class={`panel ${name}`} aria-label={title} {...rest}>
@@ -63,7 +85,10 @@ export function Panel({ title, tools, children, class: name = '', ...rest }) {
   )
 }
 
-/** A bar from 0 to 100 percent. */
+/**
+ * A bar from 0 to 100 percent.
+ * @param {{ percent: number | null, label: string, alarm?: number }} props
+ */
 export function Meter({ percent, label, alarm = 80 }) {
   const width = Math.max(0, Math.min(100, percent ?? 0))
   return (
@@ -72,18 +97,24 @@ export function Meter({ percent, label, alarm = 80 }) {
       role="meter"
       aria-label={label}
       aria-valuenow={Math.round(width)}
-      aria-valuemin="0"
-      aria-valuemax="100"
+      aria-valuemin={0}
+      aria-valuemax={100}
     >
       <span style={{ width: `${width}%` }} />
     </span>
   )
 }
 
-/** Whether something should have been seen again since: how it is now is unknown. */
+/**
+ * Whether something should have been seen again since: how it is now is unknown.
+ * @param {Seen | null} seen
+ */
 export const isOld = (seen) => seen?.is_old === true
 
-/** Since when nobody has seen it, if it should have been seen. */
+/**
+ * Since when nobody has seen it, if it should have been seen.
+ * @param {{ seen: Seen | null, test?: string }} props
+ */
 export function Age({ seen, test }) {
   if (!isOld(seen)) return null
   return (
@@ -93,7 +124,10 @@ export function Age({ seen, test }) {
   )
 }
 
-/** A state of network management, as a mark with a word. */
+/**
+ * A state of network management, as a mark with a word.
+ * @param {{ state: string | null, seen: Seen | null, [rest: string]: unknown }} props
+ */
 export function State({ state, seen, ...rest }) {
   const kind = { OPERATIONAL: 'good', 'PRE-OPERATIONAL': 'warn', STOPPED: 'bad' }[state] ?? 'none'
   return (
@@ -114,7 +148,7 @@ export function NodePicker() {
       <select
         data-test="pick-node"
         value={nodeId.value ?? ''}
-        onChange={(event) => (chosenNode.value = Number(event.target.value))}
+        onChange={(event) => (chosenNode.value = Number(event.currentTarget.value))}
       >
         {view.nodes.value.map((node) => (
           <option key={node.id} value={node.id}>
@@ -130,9 +164,12 @@ export function Empty({ children }) {
   return <p class="empty">{children}</p>
 }
 
-/** A dialog of the browser's own kind; `open` shows it. */
+/**
+ * A dialog of the browser's own kind; `open` shows it.
+ * @param {{ open: boolean, close: () => void, title: string, children?: ComponentChildren, [rest: string]: unknown }} props
+ */
 export function Dialog({ open, close, title, children, ...rest }) {
-  const element = useRef()
+  const element = useRef(null)
   useEffect(() => {
     if (open) element.current.showModal()
     else element.current.close()
@@ -164,7 +201,7 @@ export function roving(event) {
 
 /** Runs at first and whenever the size of an element has changed. */
 export function useResize(element, run) {
-  const latest = useRef()
+  const latest = useRef(null)
   latest.current = run
   // Of other effects Preact cleans up after the next frame, in which the observer reports an element that has gone.
   useLayoutEffect(() => {
@@ -175,11 +212,12 @@ export function useResize(element, run) {
 }
 
 /**
- * Rows of one height, of which only those in sight are made. `top` is set by whoever wants a row in sight.
+ * Rows of one height, of which only those in sight are made; `toRow` brings one into sight.
+ * @param {{ count: number, height: number, row: (at: number, style: object) => VNode, toRow?: number | null, [rest: string]: unknown }} props
  */
 export function Rows({ count, height, row, toRow, ...rest }) {
   const [range, setRange] = useState([0, 60])
-  const element = useRef()
+  const element = useRef(null)
   const look = () => {
     const { scrollTop, clientHeight } = element.current
     const first = Math.max(0, Math.floor(scrollTop / height) - 8)
@@ -206,9 +244,12 @@ export function Rows({ count, height, row, toRow, ...rest }) {
   )
 }
 
-/** An order by button, refused in the page's line for that. */
-export function Order({ command, ...rest }) {
-  return <Act run={() => order(command)} {...rest} />
+/**
+ * A button that sends a request; a refusal is shown in the page's line for that.
+ * @param {Omit<Parameters<typeof Act>[0], 'run'> & { request: Request }} props
+ */
+export function RequestButton({ request, ...rest }) {
+  return <Act run={() => send(request)} {...rest} />
 }
 
 export { useAsk }

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { bitsOf, extent, insert, move, place, placeOfBit, remove, usedBits } from '../src/bits.js'
+import { extent, insert, move, place, placeOfBit, remove, usedBits } from '../src/bits.js'
 
 const STATUS = { address: '6041:00', bits: 16 }
 const POSITION = { address: '6064:00', bits: 32 }
@@ -27,9 +27,4 @@ test('places are named by bytes where they are whole bytes', () => {
   assert.deepEqual(extent({ first_bit: 16, bits: 32 }), { byte: 2, last: 5, bit: null, lastBit: null })
   assert.deepEqual(extent({ first_bit: 48, bits: 1 }), { byte: 6, last: 6, bit: 0, lastBit: 0 })
   assert.deepEqual(extent({ first_bit: 6, bits: 4 }), { byte: 0, last: 1, bit: 6, lastBit: 1 })
-})
-
-test('types without a size of their own have none', () => {
-  assert.equal(bitsOf('INTEGER24'), 24)
-  assert.equal(bitsOf('VISIBLE_STRING'), null)
 })

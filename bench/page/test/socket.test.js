@@ -35,7 +35,7 @@ beforeEach(() => {
 test('a page names the protocol and its token, and says that it has seen a view', () => {
   const { socket } = open()
   assert.deepEqual(socket.protocols, ['lexican-bench', 'secret'])
-  socket.hear({ hello: { face: 1, version: '0' } })
+  socket.hear({ hello: { client: 1, version: '0' } })
   socket.hear({ view: { time: 1 } })
   assert.deepEqual([states, views, socket.sent], [['open'], [{ time: 1 }], [{ seen: true }]])
 })

@@ -4,8 +4,8 @@ import {
   applyView,
   chosenNode,
   connection,
-  face,
-  hasHands,
+  client,
+  hasControl,
   node,
   parsePlace,
   stopSince,
@@ -28,17 +28,17 @@ test('the node that is looked at is the chosen one while it is there', () => {
   assert.equal(node.value, null)
 })
 
-test('something can be changed with a connection, a bus and the hands', () => {
-  face.value = 2
-  assert.equal(whyNot.value, 'hands.lost')
+test('something can be changed with a connection, a bus and the control', () => {
+  client.value = 2
+  assert.equal(whyNot.value, 'control.lost')
   connection.value = 'open'
-  assert.equal(whyNot.value, 'hands.read-only')
+  assert.equal(whyNot.value, 'control.read-only')
   applyView({ bus: { ...view.bus.value, is_writable: true } })
-  assert.equal(whyNot.value, 'hands.first')
-  applyView({ hands: { holder: 1, faces: 2 } })
-  assert.equal(hasHands.value, false)
-  applyView({ hands: { holder: 2, faces: 2 } })
-  assert.deepEqual([hasHands.value, whyNot.value], [true, null])
+  assert.equal(whyNot.value, 'control.first')
+  applyView({ control: { holder: 1, clients: 2 } })
+  assert.equal(hasControl.value, false)
+  applyView({ control: { holder: 2, clients: 2 } })
+  assert.deepEqual([hasControl.value, whyNot.value], [true, null])
 })
 
 test('a place of the address is a tab and a node, or the first tab', () => {

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { NO_FILTER, asOptions, has, isFiltering, toggled } from '../src/filters.js'
+import { asOptions, has, isFiltering, toggled } from '../src/filters.js'
+import { NO_FILTER } from '../src/words.js'
 import { placeOf, scale, scrollTopOf, topRow, windowOf } from '../src/scroll.js'
 import { TraceWindow } from '../src/trace-window.js'
 

@@ -12,37 +12,37 @@ use lexican_toolbox::values::wire::{encode, written};
 
 use super::hub::Port;
 use super::lock::lock;
-use super::station::Station;
-use crate::command::{Answer, Refused};
+use super::worker::Worker;
 use crate::model::value;
 use crate::number;
+use crate::request::{Answer, Refused};
 use crate::view;
 
 /// Reads entries by their names or addresses.
-pub(super) fn read(station: &Station, texts: &[String]) -> Result<Answer, Refused> {
-    let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);
+pub(super) fn read(worker: &Worker, texts: &[String]) -> Result<Answer, Refused> {
+    let device = lock(&worker.model).sheet(worker.node).map(|sheet| sheet.device);
     let mut addresses = Vec::new();
     for text in texts {
         // `1018` stands for all of its entries, `1018:00` for one.
         addresses.extend(resolve_all(device, text).map_err(|error| Refused::new(&error).with_remedy(error.advice()))?);
     }
-    let mut network = station.network()?;
+    let mut network = worker.network()?;
     let mut values = Vec::new();
     for address in addresses {
-        if station.is_interrupted() {
+        if worker.is_interrupted() {
             return Err(Refused::interrupted());
         }
-        values.push(read_one(station, &mut network, address)?);
+        values.push(read_one(worker, &mut network, address)?);
     }
     Ok(Answer::Values(values))
 }
 
-fn read_one(station: &Station, network: &mut Network<Port>, address: Address) -> Result<view::Value, Refused> {
-    let result = network.read_bytes(station.node, address);
-    let model = lock(&station.model);
+fn read_one(worker: &Worker, network: &mut Network<Port>, address: Address) -> Result<view::Value, Refused> {
+    let result = network.read_bytes(worker.node, address);
+    let model = lock(&worker.model);
     let at = model.seconds();
     match result {
-        Ok(data) => Ok(value(at, &ValueReport::of_bytes(model.values(station.node), address, &data))),
+        Ok(data) => Ok(value(at, &ValueReport::of_bytes(model.values(worker.node), address, &data))),
         Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => Ok(view::Value {
             address: address.to_string(),
             text: code.to_string(),
@@ -51,24 +51,24 @@ fn read_one(station: &Station, network: &mut Network<Port>, address: Address) ->
             at,
             is_error: true,
         }),
-        Err(error) => Err(Refused::new(error).with_remedy(model.no_answer(station.node))),
+        Err(error) => Err(Refused::new(error).with_remedy(model.no_answer(worker.node))),
     }
 }
 
 /// Writes an entry, if the data sheet allows it.
-pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -> Result<Answer, Refused> {
-    let node = station.node;
-    let sheet = lock(&station.model).sheet(node).ok_or_else(|| {
+pub(super) fn write(worker: &Worker, text: &str, new: &str, is_forced: bool) -> Result<Answer, Refused> {
+    let node = worker.node;
+    let sheet = lock(&worker.model).sheet(node).ok_or_else(|| {
         Refused::new(format_args!("the data types of node {node} are unknown")).with_remedy("give it a data sheet")
     })?;
     let address =
         resolve(Some(sheet.device), text).map_err(|error| Refused::new(&error).with_remedy(error.advice()))?;
     let entry = sheet.device.entry(address.index(), address.sub());
     let entry = entry.ok_or_else(|| Refused::new(format_args!("the data sheet has no {address}")))?;
-    let mut network = station.network()?;
+    let mut network = worker.network()?;
     // Limits and units may depend on other entries: the model hears them.
     let conditions = {
-        let model = lock(&station.model);
+        let model = lock(&worker.model);
         let values = model.values(node).filter(|_| !is_forced);
         let unseen = |address: &Address| values.is_some_and(|values| values.seen(*address).is_none());
         let conditions = values.map(|values| values.conditions(entry)).unwrap_or_default();
@@ -78,7 +78,7 @@ pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -
         let _ = network.read_bytes(node, condition);
     }
     let data = {
-        let model = lock(&station.model);
+        let model = lock(&worker.model);
         let values = model.values(node).ok_or_else(|| Refused::new("the node is gone"))?;
         let title = ValueReport::without_value(Some(values), address).title();
         let titled = |refused: Refused| Refused { why: format!("{title}: {}", refused.why), ..refused };
@@ -95,10 +95,10 @@ pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -
             .ok_or_else(|| Refused::new(format_args!("{title}: the value is no {}", entry.data_type)))?
     };
     match network.write_bytes(node, address, &written(Some(sheet.device), data)) {
-        Ok(()) => read_one(station, &mut network, address).map(|value| Answer::Values(vec![value])),
+        Ok(()) => read_one(worker, &mut network, address).map(|value| Answer::Values(vec![value])),
         Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => {
             Err(Refused::new(format_args!("{address} {}: the device aborts: {code}", entry.name)))
         }
-        Err(error) => Err(Refused::new(error).with_remedy(lock(&station.model).no_answer(node))),
+        Err(error) => Err(Refused::new(error).with_remedy(lock(&worker.model).no_answer(node))),
     }
 }

@@ -14,18 +14,18 @@ use super::hub::{self, Port, Ports};
 use super::lock::lock;
 use super::recording::{self, Recording};
 use super::reply::Gathered;
-use super::station::{NOBODY, Station};
 use super::wanted::Wanted;
+use super::worker::{NOBODY, Worker};
 use super::{order, pdo};
-use crate::command::{Answer, Refused};
 use crate::model::{Braking, BusInfo, DEVICE_NAME, DRIVE, Model, watched};
+use crate::request::{Answer, Refused};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 
 /// How often new nodes are looked for, and simulated devices are asked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How often it is found out why a drive would not move, while somebody has the hands.
+/// How often it is found out why a drive would not move, while somebody has control.
 const OBSTACLES: Duration = Duration::from_secs(2);
 
 /// How long the end of the bench waits for its drives: as long as an attempt to stop one may take.
@@ -81,27 +81,27 @@ pub struct Bench(pub(super) Arc<Shared>);
 pub(super) struct Shared {
     pub(super) model: Arc<Mutex<Model>>,
     pub(super) ports: Ports,
-    pub(super) stations: Mutex<BTreeMap<NodeId, Arc<Station>>>,
-    pub(super) faces: Mutex<Faces>,
+    pub(super) workers: Mutex<BTreeMap<NodeId, Arc<Worker>>>,
+    pub(super) clients: Mutex<Clients>,
     pub(super) simulation: Mutex<Option<Box<dyn Simulation>>>,
     pub(super) recording: Option<Arc<Recording>>,
-    /// What faces have read again and again.
+    /// What clients have read again and again.
     pub(super) wanted: Mutex<Wanted>,
-    /// Links for what faces have started that is about no single node.
+    /// Links for what clients have started that is about no single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
 }
 
 #[derive(Default)]
-pub(super) struct Faces {
+pub(super) struct Clients {
     pub(super) last: u32,
     pub(super) open: BTreeSet<u32>,
     pub(super) holder: Option<u32>,
 }
 
-impl Faces {
-    /// What a face wants that is gone would never end.
-    fn check_open(&self, face: u32) -> Result<(), Refused> {
-        self.open.contains(&face).then_some(()).ok_or_else(Refused::interrupted)
+impl Clients {
+    /// What a client wants that is gone would never end.
+    fn check_open(&self, client: u32) -> Result<(), Refused> {
+        self.open.contains(&client).then_some(()).ok_or_else(Refused::interrupted)
     }
 }
 
@@ -132,12 +132,12 @@ impl Bench {
         simulation: Option<Box<dyn Simulation>>,
         recording: Option<Arc<Recording>>,
     ) -> Self {
-        let (stations, faces, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
+        let (workers, clients, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
         let (wanted, links) = (Mutex::default(), Mutex::default());
-        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording, wanted, links }))
+        Bench(Arc::new(Shared { model, ports, workers, clients, simulation, recording, wanted, links }))
     }
 
-    /// What faces show.
+    /// What clients show.
     #[must_use]
     pub fn view(&self) -> View {
         let mut model = lock(&self.0.model);
@@ -183,16 +183,16 @@ impl Bench {
                 (nodes, model.is_writable())
             };
             for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
-                let Ok(station) = self.station(node) else { continue };
-                station.hurry();
-                if station.is_idle() && lock(&self.0.model).is_stranger(self.0.ports.now(), node) {
-                    get_to_know(&station);
+                let Ok(worker) = self.worker(node) else { continue };
+                worker.hurry();
+                if worker.is_idle() && lock(&self.0.model).is_stranger(self.0.ports.now(), node) {
+                    get_to_know(&worker);
                 }
-                if station.is_idle() && lock(&self.0.model).lacks_pdos(self.0.ports.now(), node) {
-                    station.ask(NOBODY, pdo::learn);
+                if worker.is_idle() && lock(&self.0.model).lacks_pdos(self.0.ports.now(), node) {
+                    worker.ask(NOBODY, pdo::learn);
                 }
                 if let Some(description) = sheet.and_then(|sheet| sheet.drive) {
-                    self.look_after(&mut drives, &station, description);
+                    self.look_after(&mut drives, &worker, description);
                 }
             }
             #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
@@ -204,47 +204,47 @@ impl Bench {
     fn look_after(
         &self,
         drives: &mut BTreeMap<NodeId, lexican_runtime::Instant>,
-        station: &Arc<Station>,
+        worker: &Arc<Worker>,
         description: &'static Description,
     ) {
         let now = self.0.ports.now();
-        let is_new = !drives.contains_key(&station.node);
+        let is_new = !drives.contains_key(&worker.node);
         if is_new {
             for address in watched(description) {
-                station.poll(address, DRIVE);
+                worker.poll(address, DRIVE);
             }
         }
-        let has_hands = lock(&self.0.faces).holder.is_some();
-        if !has_hands {
+        let has_control = lock(&self.0.clients).holder.is_some();
+        if !has_control {
             // What was seen is not looked at again.
             let mut model = lock(&self.0.model);
-            let drive = model.drive(station.node);
+            let drive = model.drive(worker.node);
             (drive.obstacles, drive.lacks) = (None, Vec::new());
             drop(model);
-            drives.insert(station.node, now);
+            drives.insert(worker.node, now);
         }
-        let due = drives.entry(station.node).or_insert(now);
-        if has_hands && *due <= now && station.is_idle() {
+        let due = drives.entry(worker.node).or_insert(now);
+        if has_control && *due <= now && worker.is_idle() {
             *due = now + OBSTACLES;
-            station.ask(NOBODY, move |station| order::look(station, description));
+            worker.ask(NOBODY, move |worker| order::look(worker, description));
         }
     }
 
-    pub(super) fn station(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+    pub(super) fn worker(&self, node: NodeId) -> Result<Arc<Worker>, Refused> {
         self.check_writable()?;
-        let mut stations = lock(&self.0.stations);
-        if let Some(station) = stations.get(&node) {
-            return Ok(Arc::clone(station));
+        let mut workers = lock(&self.0.workers);
+        if let Some(worker) = workers.get(&node) {
+            return Ok(Arc::clone(worker));
         }
-        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model), order::carry)
-            .map_err(Refused::new)?;
-        stations.insert(node, Arc::clone(&station));
-        Ok(station)
+        let worker =
+            Worker::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model), order::carry).map_err(Refused::new)?;
+        workers.insert(node, Arc::clone(&worker));
+        Ok(worker)
     }
 
-    pub(super) fn drive(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+    pub(super) fn drive(&self, node: NodeId) -> Result<Arc<Worker>, Refused> {
         order::description(&lock(&self.0.model), node)?;
-        self.station(node)
+        self.worker(node)
     }
 
     /// Frames can be sent, or could be until the bus was lost.
@@ -258,23 +258,23 @@ impl Bench {
 
     /// Reads an entry every so often; on a bus that takes no frames its value comes when others read it.
     pub(super) fn poll(&self, node: NodeId, address: Address, every_ms: u32) {
-        if let Ok(station) = self.station(node) {
-            station.poll(address, millis(every_ms));
+        if let Ok(worker) = self.worker(node) {
+            worker.poll(address, millis(every_ms));
         }
     }
 
     pub(super) fn unpoll(&self, node: NodeId, address: Address, every_ms: u32) {
-        if let Ok(station) = self.station(node) {
-            station.unpoll(address, millis(every_ms));
+        if let Ok(worker) = self.worker(node) {
+            worker.unpoll(address, millis(every_ms));
         }
     }
 
-    /// Watches an entry for a face.
-    pub(super) fn watch(&self, face: u32, node: NodeId, address: Address, every_ms: u32) -> Result<(), Refused> {
+    /// Watches an entry for a client.
+    pub(super) fn watch(&self, client: u32, node: NodeId, address: Address, every_ms: u32) -> Result<(), Refused> {
         let before = {
-            let faces = lock(&self.0.faces);
-            faces.check_open(face)?;
-            lock(&self.0.wanted).watch(face, (node, address))?;
+            let clients = lock(&self.0.clients);
+            clients.check_open(client)?;
+            lock(&self.0.wanted).watch(client, (node, address))?;
             lock(&self.0.model).watch(node, address, every_ms)
         };
         self.poll(node, address, every_ms);
@@ -284,7 +284,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Ends that, whichever face wants it.
+    /// Ends that, whichever client wants it.
     pub(super) fn unwatch(&self, node: NodeId, address: Address) {
         lock(&self.0.wanted).watches.remove(&(node, address));
         let before = lock(&self.0.model).unwatch(node, address);
@@ -293,13 +293,13 @@ impl Bench {
         }
     }
 
-    /// Draws curves for a face.
-    pub(super) fn plot(&self, face: u32, node: NodeId, signals: &[Signal], every_ms: u32) -> Result<(), Refused> {
+    /// Draws curves for a client.
+    pub(super) fn plot(&self, client: u32, node: NodeId, signals: &[Signal], every_ms: u32) -> Result<(), Refused> {
         let new = {
-            let faces = lock(&self.0.faces);
-            faces.check_open(face)?;
+            let clients = lock(&self.0.clients);
+            clients.check_open(client)?;
             let curves: Vec<_> = signals.iter().map(|signal| (node, *signal)).collect();
-            lock(&self.0.wanted).draw(face, &curves)?;
+            lock(&self.0.wanted).draw(client, &curves)?;
             lock(&self.0.model).plot(node, signals.iter().copied(), every_ms)
         };
         for signal in new {
@@ -310,7 +310,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Removes the curves of a node, or all, whichever face wants them.
+    /// Removes the curves of a node, or all, whichever client wants them.
     pub(super) fn clear_plot(&self, node: Option<NodeId>) {
         lock(&self.0.wanted).curves.retain(|(known, _), _| node.is_some_and(|node| node != *known));
         let cleared = lock(&self.0.model).clear_plot(node);
@@ -319,9 +319,9 @@ impl Bench {
         }
     }
 
-    /// Ends the watches and curves that only this face wanted.
-    pub(super) fn forget_wishes_of(&self, face: u32) {
-        let (watches, curves) = lock(&self.0.wanted).leave(face);
+    /// Ends the watches and curves that only this client wanted.
+    pub(super) fn forget_wishes_of(&self, client: u32) {
+        let (watches, curves) = lock(&self.0.wanted).leave(client);
         for (node, address) in watches {
             self.unwatch(node, address);
         }
@@ -349,41 +349,41 @@ impl Bench {
         let gathered = Gathered::new(drives.len(), done);
         for node in drives {
             let gathered = Arc::clone(&gathered);
-            match self.station(node) {
-                Ok(station) => station.stop(Braking::Programmed, move |result| gathered.take(result)),
+            match self.worker(node) {
+                Ok(worker) => worker.stop(Braking::Programmed, move |result| gathered.take(result)),
                 Err(refused) => gathered.take(Err(refused)),
             }
         }
     }
 
-    pub(super) fn stop_started_by(&self, face: u32) {
-        for station in lock(&self.0.stations).values() {
-            station.leave(face);
+    pub(super) fn stop_started_by(&self, client: u32) {
+        for worker in lock(&self.0.workers).values() {
+            worker.leave(client);
         }
-        let links = lock(&self.0.links).remove(&face);
+        let links = lock(&self.0.links).remove(&client);
         links.into_iter().flatten().for_each(|link| self.0.ports.cut(link));
     }
 
-    /// A link that is lost when a face is closed.
-    pub(super) fn link_of(&self, face: u32) -> Port {
+    /// A link that is lost when a client is closed.
+    pub(super) fn link_of(&self, client: u32) -> Port {
         let link = self.0.ports.link();
-        lock(&self.0.links).entry(face).or_default().push(link.number());
+        lock(&self.0.links).entry(client).or_default().push(link.number());
         link
     }
 
-    pub(super) fn show_hands(&self, faces: &Faces) {
-        let hands = view::Hands { holder: faces.holder, faces: faces.open.len() as u32 };
-        lock(&self.0.model).hands = hands;
+    pub(super) fn show_control(&self, clients: &Clients) {
+        let control = view::Control { holder: clients.holder, clients: clients.open.len() as u32 };
+        lock(&self.0.model).control = control;
     }
 }
 
 /// Asks a node who it is: the model hears what it answers.
-pub(super) fn get_to_know(station: &Station) {
-    station.ask(NOBODY, |station| {
-        let Ok(mut network) = station.network() else { return };
+pub(super) fn get_to_know(worker: &Worker) {
+    worker.ask(NOBODY, |worker| {
+        let Ok(mut network) = worker.network() else { return };
         let identity = (1..=4).map(|sub| Address::new(cia301::IDENTITY, sub));
         for address in identity.chain([Address::new(DEVICE_NAME, 0)]) {
-            match network.read_bytes(station.node, address) {
+            match network.read_bytes(worker.node, address) {
                 Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
                 // It is not there, and asked again when it boots.
                 Err(_) => return,

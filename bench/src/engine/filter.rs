@@ -1,4 +1,4 @@
-//! Filters and formats of the trace, in the words of faces.
+//! Filters and formats of the trace, in the words of clients.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,8 +9,8 @@ use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 use lexican_toolbox::text::node_id::node_ids;
 
 use super::lock::lock;
-use crate::command::{Refused, TraceFilter};
 use crate::model::{Model, Which};
+use crate::request::{Refused, TraceFilter};
 use crate::view::Frames;
 
 /// A filter in the words of `lexican monitor`.

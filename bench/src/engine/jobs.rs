@@ -1,11 +1,11 @@
-//! What takes its time, as faces see it.
+//! What takes its time, as clients see it.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::lock::lock;
-use crate::command::{Answer, Refused};
 use crate::model::Model;
+use crate::request::{Answer, Refused};
 use crate::view;
 
 /// Counts jobs, from 1.

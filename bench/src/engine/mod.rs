@@ -1,8 +1,8 @@
-//! The bench over a live bus: what its faces ask for is carried out on threads, and the model hears all of it.
+//! The bench over a live bus: what its clients ask for is carried out on threads, and the model hears all of it.
 
 mod access;
 mod bench;
-mod face;
+mod client;
 mod filter;
 mod hub;
 mod jobs;
@@ -13,9 +13,9 @@ mod parameters;
 mod pdo;
 mod recording;
 mod reply;
-mod station;
 mod wanted;
+mod worker;
 
 pub use bench::{Bench, Setup, Simulation};
-pub use face::Face;
+pub use client::Client;
 pub use reply::Reply;

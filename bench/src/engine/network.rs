@@ -18,9 +18,9 @@ use lexican_toolbox::lss::{Selected, Session, Target, Times, Trouble};
 use super::hub::{Port, Ports};
 use super::jobs::Job;
 use super::lock::lock;
-use super::station::Station;
-use crate::command::{Answer, Nmt, Refused};
+use super::worker::Worker;
 use crate::model::Model;
+use crate::request::{Answer, Nmt, Refused};
 
 /// Between two requests, so that other nodes get through.
 const PAUSE: Duration = Duration::from_millis(5);
@@ -68,7 +68,7 @@ fn listen(link: &mut impl Link, pump: &mut Pump, span: Duration) -> Result<(), L
     Ok(())
 }
 
-/// Why a link is gone: the bus is, or the face that it was for.
+/// Why a link is gone: the bus is, or the client that it was for.
 fn lost(ports: &Ports, error: LinkError) -> Refused {
     match error {
         LinkError::Closed if !ports.is_over() => Refused::interrupted(),
@@ -76,10 +76,10 @@ fn lost(ports: &Ports, error: LinkError) -> Refused {
     }
 }
 
-/// Gives a device without node-ID that of the station, which no node may have, and lets it be stored (CiA 305).
-pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
-    let (node, ports) = (station.node, &station.ports);
-    match station.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
+/// Gives a device without node-ID that of the worker, which no node may have, and lets it be stored (CiA 305).
+pub(super) fn assign(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
+    let (node, ports) = (worker.node, &worker.ports);
+    match worker.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
         Err(AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }) => {}
         Err(AccessError::Link(error)) => return Err(lost(ports, error)),
         _ => {
@@ -89,14 +89,14 @@ pub(super) fn assign(station: &Station, job: &Job) -> Result<Answer, Refused> {
     }
     let times = Times { response: ANSWER, step: STEP };
     let who =
-        Session::run(station.link()?, times, |session| configure(session, node, job)).map_err(|error| match error {
+        Session::run(worker.link()?, times, |session| configure(session, node, job)).map_err(|error| match error {
             Ended::Refused(refused) => refused,
             Ended::Trouble(Trouble::Link(error)) => lost(ports, error),
             Ended::Trouble(error @ Trouble::NoUnconfigured) => Refused::new(error)
                 .with_remedy("has it lost its node-ID, and has it power? A device without LSS has switches for it"),
             Ended::Trouble(error) => Refused::new(error),
         });
-    // Also if the link of the face is gone: the next device would be configured with it.
+    // Also if the link of the client is gone: the next device would be configured with it.
     if who.is_err() {
         let _ = ports.link().send(&LssRequest::SwitchGlobal(LssState::Waiting).frame());
     }

@@ -10,10 +10,10 @@ use lexican_toolbox::drive::{
 
 use super::hub::Port;
 use super::lock::lock;
-use super::station::{NOBODY, Station};
-use crate::command::{Answer, Refused};
+use super::worker::{NOBODY, Worker};
 use crate::model::Model;
 use crate::number;
+use crate::request::{Answer, Refused};
 use crate::sheet::{Sheet, lack};
 use crate::view;
 
@@ -25,11 +25,11 @@ const PROTECTION: Duration = Duration::from_secs(1);
 /// How long a travel may take.
 const WITHIN: Duration = Duration::from_secs(600);
 
-/// Carries an order out for a face; [`view::Drive`] shows what becomes of it.
-pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Result<Answer, Refused> {
-    let node = station.node;
+/// Carries an order out for a client; [`view::Drive`] shows what becomes of it.
+pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<Answer, Refused> {
+    let node = worker.node;
     let (sheet, description) = {
-        let mut model = lock(&station.model);
+        let mut model = lock(&worker.model);
         let is_to_stand = model.drive_if_known(node).is_some_and(|drive| drive.standstill.unconfirmed().is_some());
         if !verb.is_stop() && is_to_stand {
             return Err(Refused::new(format_args!("drive {node} is to stand, and has not confirmed that it does"))
@@ -40,7 +40,7 @@ pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Resul
     let mut scales = Scales::new(sheet.device, description);
     // A stop has no number, and waits for none.
     if !verb.is_stop() {
-        let mut network = station.network()?;
+        let mut network = worker.network()?;
         let mut remote = lexican_toolbox::node::remote::RemoteNode::new(&mut network, node);
         for object in scales.objects() {
             let values = scales.values();
@@ -49,10 +49,10 @@ pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Resul
         }
     }
     let order = parse(verb, value, &scales)?;
-    let drive = match Drive::connect_described_unprotected(station.link()?, node, description) {
+    let drive = match Drive::connect_described_unprotected(worker.link()?, node, description) {
         Err(_) if verb.is_stop() => {
             let recovery = Recovery::within(RESCUE);
-            let found = Drive::connect_described_and_recover(station.ports.link(), node, description, &recovery);
+            let found = Drive::connect_described_and_recover(worker.ports.link(), node, description, &recovery);
             found.map(|(drive, _)| drive)
         }
         connected => connected,
@@ -60,14 +60,14 @@ pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Resul
     let mut drive = match drive {
         Ok(drive) => drive,
         Err(error) => {
-            let refused = Refused::new(&error).with_remedy(lock(&station.model).no_answer(node));
+            let refused = Refused::new(&error).with_remedy(lock(&worker.model).no_answer(node));
             if verb.is_stop() {
-                lock(&station.model).drive(node).ending = Some(unstoppable(node, &error));
+                lock(&worker.model).drive(node).ending = Some(unstoppable(node, &error));
             }
             return Err(refused);
         }
     };
-    station.begin_order(drive.cancel_handle());
+    worker.begin_order(drive.cancel_handle());
     let target = match order {
         Order::MoveTo(target) => Some(target),
         // Another manager may have ordered the travel.
@@ -78,24 +78,24 @@ pub(super) fn carry(station: &Station, verb: Verb, value: Option<&str>) -> Resul
         _ => None,
     };
     let before = {
-        let mut model = lock(&station.model);
+        let mut model = lock(&worker.model);
         let shown = model.drive(node);
         shown.order = Some(order.words(&scales, None, "until it is stopped"));
         (shown.ending, shown.look) = (None, None);
         std::mem::replace(&mut shown.target, target)
     };
-    let result = run(station, &mut drive, order);
+    let result = run(worker, &mut drive, order);
     let end = end_safely(&mut drive, order, result);
     drop(drive.release());
     let is_refused = end.word == "refused";
     let ending = shown(node, end);
     if !verb.is_stop() {
         // What stood in its way is another matter now.
-        station.ask(NOBODY, move |station| look(station, description));
+        worker.ask(NOBODY, move |worker| look(worker, description));
     }
     let is_success = ending.is_success;
     let refused = Refused { why: ending.text.clone(), remedy: ending.remedy.clone() };
-    let mut model = lock(&station.model);
+    let mut model = lock(&worker.model);
     let shown = model.drive(node);
     (shown.order, shown.ending) = (None, Some(ending));
     if is_refused {
@@ -117,7 +117,7 @@ pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'stati
     })
 }
 
-fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
+fn run(worker: &Worker, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
     if order.moves() {
         match drive.protect(Supervision::within(PROTECTION)) {
             // It goes on with its order if the bench is killed: the view says so before.
@@ -126,16 +126,16 @@ fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Err
         }
     }
     let times = Times { within: WITHIN, lasting: None };
-    let model = &station.model;
-    let mut look = |look: Look| lock(model).look(station.node, look);
-    // What is watched is read on, by the order's own client: a node has one conversation at a time.
-    let mut wanted = |now| if order.verb().is_stop() { None } else { station.due(now) };
+    let model = &worker.model;
+    let mut look = |look: Look| lock(model).look(worker.node, look);
+    // What is watched is read on, by the order's SDO client: a node has one conversation at a time.
+    let mut wanted = |now| if order.verb().is_stop() { None } else { worker.due(now) };
     drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)
 }
 
 fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
     let text = if end.may_be_moving { format!("DRIVE {node} {}", end.text) } else { end.text };
-    // What was interrupted has been by a face.
+    // What was interrupted has been by a client.
     let is_success = end.is_success || end.word == "cancelled";
     view::Ending { is_success, may_be_moving: end.may_be_moving, text, remedy: end.remedy }
 }
@@ -153,15 +153,15 @@ fn parse(verb: Verb, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, 
 }
 
 /// Finds out why a drive would not move now.
-pub(super) fn look(station: &Station, description: &'static Description) {
-    let Ok(link) = station.link() else { return };
-    let found = Drive::connect_described_unprotected(link, station.node, description).and_then(|mut drive| {
+pub(super) fn look(worker: &Worker, description: &'static Description) {
+    let Ok(link) = worker.link() else { return };
+    let found = Drive::connect_described_unprotected(link, worker.node, description).and_then(|mut drive| {
         let obstacles = obstacles(&mut drive, description)?;
         Ok((obstacles, drive.run(async |drive| explain_settings(&drive).await)?))
     });
     let (obstacles, facts) = found.unwrap_or_else(|error| (vec![error.to_string()], Vec::new()));
-    let mut model = lock(&station.model);
-    let drive = model.drive(station.node);
+    let mut model = lock(&worker.model);
+    let drive = model.drive(worker.node);
     (drive.obstacles, drive.lacks) = (Some(obstacles), facts.iter().map(lack).collect());
 }
 

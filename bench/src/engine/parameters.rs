@@ -18,19 +18,19 @@ use lexican_toolbox::values::report::ValueReport;
 use super::hub::Port;
 use super::jobs::Job;
 use super::lock::lock;
-use super::station::Station;
-use crate::command::{Answer, Refused};
+use super::worker::Worker;
+use crate::request::{Answer, Refused};
 use crate::sheet::Sheet;
 use crate::view;
 
 /// Reads all parameters of a node as a DCF.
-pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
-    let sheet = sheet_of(station)?;
-    let mut network = station.network()?;
-    let mut node = RemoteNode::new(&mut network, station.node);
-    let kept = backup(&mut node, sheet.device, false, &mut |progress| report(station, job, sheet, progress))
-        .map_err(|error| ended(station, error))?;
-    let name = format!("node-{}.dcf", station.node);
+pub(super) fn keep(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
+    let sheet = sheet_of(worker)?;
+    let mut network = worker.network()?;
+    let mut node = RemoteNode::new(&mut network, worker.node);
+    let kept = backup(&mut node, sheet.device, false, &mut |progress| report(worker, job, sheet, progress))
+        .map_err(|error| ended(worker, error))?;
+    let name = format!("node-{}.dcf", worker.node);
     let (refused, others) = (kept.left_out.len(), kept.no_parameters.len());
     job.end(
         true,
@@ -40,51 +40,51 @@ pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
 }
 
 /// Writes what differs from a DCF.
-pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer, Refused> {
-    let sheet = sheet_of(station)?;
+pub(super) fn put_back(worker: &Worker, job: &Job, dcf: &str) -> Result<Answer, Refused> {
+    let sheet = sheet_of(worker)?;
     let (device, _) = lexican_eds::load(&Input::new(Source::new("backup.dcf", dcf)));
-    let settings = configured(&device, station.node);
+    let settings = configured(&device, worker.node);
     if settings.is_empty() {
         return Err(Refused::new("the file has no parameter values").with_remedy("it has to be a DCF, as a backup is"));
     }
-    let mut network = station.network()?;
-    let mut node = RemoteNode::new(&mut network, station.node);
-    check_identity(&mut node, &device).map_err(|error| ended(station, error))?.map_err(Refused::new)?;
+    let mut network = worker.network()?;
+    let mut node = RemoteNode::new(&mut network, worker.node);
+    check_identity(&mut node, &device).map_err(|error| ended(worker, error))?.map_err(Refused::new)?;
     let mut outcome = Outcome::default();
     let result = restore(
         &mut node,
         sheet.device,
         &settings,
         Options::default(),
-        &mut |progress| report(station, job, sheet, progress),
+        &mut |progress| report(worker, job, sheet, progress),
         &mut outcome,
     );
     let said = format!("{} written, {} had their value", outcome.written.len(), outcome.equal);
     result.map_err(|error| {
-        Refused::new(format_args!("{}: {said} until then", ended(station, error).why))
+        Refused::new(format_args!("{}: {said} until then", ended(worker, error).why))
             .with_remedy("restore again: it goes on where it ended")
     })?;
-    see_anew(station, &mut network);
+    see_anew(worker, &mut network);
     if outcome.refused.is_empty() {
         job.end(true, format!("{said}; the node is PRE-OPERATIONAL"));
         return Ok(Answer::Done);
     }
     let title = |address: &Address| {
-        let model = lock(&station.model);
-        ValueReport::without_value(model.values(station.node), *address).title()
+        let model = lock(&worker.model);
+        ValueReport::without_value(model.values(worker.node), *address).title()
     };
     let refused = outcome.refused.iter().map(|(address, why)| format!("{}: {why}", title(address)));
     Err(Refused::new(format_args!("{said}; not taken: {}", refused.collect::<Vec<_>>().join("; "))))
 }
 
 /// Reads what was seen of a node before its parameters were written: it may depend on them. The model hears the answers.
-fn see_anew(station: &Station, network: &mut Network<Port>) {
-    let seen = lock(&station.model).seen(station.node);
+fn see_anew(worker: &Worker, network: &mut Network<Port>) {
+    let seen = lock(&worker.model).seen(worker.node);
     for address in seen {
-        if station.is_interrupted() {
+        if worker.is_interrupted() {
             return;
         }
-        match network.read_bytes(station.node, address) {
+        match network.read_bytes(worker.node, address) {
             // What can only be written has no other value.
             Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
             Err(_) => return,
@@ -93,14 +93,14 @@ fn see_anew(station: &Station, network: &mut Network<Port>) {
 }
 
 /// What a node's data sheet says.
-pub(super) fn side_of_sheet(station: &Station) -> Result<Side, Refused> {
-    Ok(Side::of_sheet(sheet_of(station)?.device.clone(), station.node))
+pub(super) fn side_of_sheet(worker: &Worker) -> Result<Side, Refused> {
+    Ok(Side::of_sheet(sheet_of(worker)?.device.clone(), worker.node))
 }
 
 /// What a DCF says.
-pub(super) fn side_of_dcf(station: &Station, dcf: &str) -> Side {
+pub(super) fn side_of_dcf(worker: &Worker, dcf: &str) -> Side {
     let device = lexican_eds::load(&Input::new(Source::new("other.dcf", dcf))).0;
-    Side::of_sheet(device, station.node)
+    Side::of_sheet(device, worker.node)
 }
 
 /// Compares two sides.
@@ -128,15 +128,15 @@ fn difference(found: &Difference) -> view::Difference {
 }
 
 /// The parameters of a node.
-pub(super) fn side(station: &Station, job: &Job) -> Result<Side, Refused> {
-    let sheet = sheet_of(station)?;
-    let mut network = station.network()?;
-    let mut remote = RemoteNode::new(&mut network, station.node);
-    Side::of_node(&mut remote, sheet.device.clone(), &mut |progress| report(station, job, sheet, progress))
-        .map_err(|error| ended(station, error))
+pub(super) fn side(worker: &Worker, job: &Job) -> Result<Side, Refused> {
+    let sheet = sheet_of(worker)?;
+    let mut network = worker.network()?;
+    let mut remote = RemoteNode::new(&mut network, worker.node);
+    Side::of_node(&mut remote, sheet.device.clone(), &mut |progress| report(worker, job, sheet, progress))
+        .map_err(|error| ended(worker, error))
 }
 
-fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress<'_>) -> ControlFlow<()> {
+fn report(worker: &Worker, job: &Job, sheet: Sheet, progress: Progress<'_>) -> ControlFlow<()> {
     match progress {
         Progress::Reading { address, at, of } | Progress::Writing { address, at, of } => {
             let entry = sheet.device.entry(address.index(), address.sub());
@@ -146,19 +146,19 @@ fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress<'_>) ->
         Progress::Transferring { .. } | Progress::Written { .. } => {}
         Progress::Storing => job.progress(1.0, "it stores its parameters".to_owned()),
     }
-    if station.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    if worker.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-fn ended(station: &Station, ended: Ended) -> Refused {
+fn ended(worker: &Worker, ended: Ended) -> Refused {
     match ended {
         Ended::Stopped => Refused::interrupted(),
-        Ended::Lost(error) => Refused::new(error).with_remedy(lock(&station.model).no_answer(station.node)),
+        Ended::Lost(error) => Refused::new(error).with_remedy(lock(&worker.model).no_answer(worker.node)),
     }
 }
 
-fn sheet_of(station: &Station) -> Result<Sheet, Refused> {
-    let node = station.node;
-    let sheet = lock(&station.model).sheet(node);
+fn sheet_of(worker: &Worker) -> Result<Sheet, Refused> {
+    let node = worker.node;
+    let sheet = lock(&worker.model).sheet(node);
     sheet.ok_or_else(|| Refused::new(format_args!("which device is node {node}?")).with_remedy("give it a data sheet"))
 }
 

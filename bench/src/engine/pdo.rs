@@ -14,29 +14,29 @@ use lexican_toolbox::values::{address, name};
 
 use super::hub::Port;
 use super::lock::lock;
-use super::station::Station;
-use crate::command::{Answer, Refused};
+use super::worker::Worker;
 use crate::model::Model;
+use crate::request::{Answer, Refused};
 use crate::view;
 
 /// Reads how the PDOs of a node are configured, so that the model takes values from their frames.
-pub(super) fn learn(station: &Station) {
-    let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);
-    let Ok(mut network) = station.network() else { return };
+pub(super) fn learn(worker: &Worker) {
+    let device = lock(&worker.model).sheet(worker.node).map(|sheet| sheet.device);
+    let Ok(mut network) = worker.network() else { return };
     // One that does not answer is asked again when it boots; until then its data sheet says what its PDOs carry.
-    let _ = PdoState::read_all(device, reader(&mut network, station));
+    let _ = PdoState::read_all(device, reader(&mut network, worker));
 }
 
 /// Reads how the PDOs of a node are configured.
-pub(super) fn show(station: &Station) -> Result<Answer, Refused> {
-    let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);
-    let mut network = station.network()?;
-    let states = PdoState::read_all(device, reader(&mut network, station)).map_err(Refused::new)?;
+pub(super) fn show(worker: &Worker) -> Result<Answer, Refused> {
+    let device = lock(&worker.model).sheet(worker.node).map(|sheet| sheet.device);
+    let mut network = worker.network()?;
+    let states = PdoState::read_all(device, reader(&mut network, worker)).map_err(Refused::new)?;
     let mut users = BTreeMap::<CobId, Vec<PdoName>>::new();
     for state in states.iter().filter(|state| state.cob_id.is_valid()) {
         users.entry(state.cob_id.id()).or_default().push(state.name);
     }
-    let model = lock(&station.model);
+    let model = lock(&worker.model);
     let pdos = states.iter().map(|state| {
         let same = users.get(&state.cob_id.id()).filter(|users| users.len() > 1 && state.cob_id.is_valid());
         let conflict = same.map(|users| {
@@ -45,14 +45,14 @@ pub(super) fn show(station: &Station) -> Result<Answer, Refused> {
         });
         let conflict =
             conflict.or_else(|| (state.bits() > 64).then(|| format!("{} bits are mapped, 64 fit", state.bits())));
-        view(&model, station, device, state, conflict)
+        view(&model, worker, device, state, conflict)
     });
     Ok(Answer::Pdos(pdos.collect()))
 }
 
 fn view(
     model: &Model,
-    station: &Station,
+    worker: &Worker,
     device: Option<&Device>,
     state: &PdoState,
     conflict: Option<String>,
@@ -62,7 +62,7 @@ fn view(
     for mapped in &state.mapping {
         let entry =
             device.and_then(|device| Some((device, device.entry(mapped.address.index(), mapped.address.sub())?)));
-        let value = model.value(station.node, mapped.address);
+        let value = model.value(worker.node, mapped.address);
         fields.push(view::PdoField {
             address: mapped.address.to_string(),
             name: entry.map_or_else(|| "gap".to_owned(), |(device, entry)| name(device, entry)),
@@ -94,7 +94,7 @@ fn mappable(device: &Device, pdo: PdoName) -> Vec<(String, String)> {
     entries.map(|(at, entry)| (at.to_string(), name(device, entry))).collect()
 }
 
-/// A change of a PDO as a face asks for it.
+/// A change of a PDO as a client asks for it.
 pub(super) struct Wanted {
     pub(super) pdo: String,
     pub(super) objects: Vec<String>,
@@ -103,14 +103,14 @@ pub(super) struct Wanted {
 }
 
 /// Checks a change of a PDO, and makes it unless only the check is asked for.
-pub(super) fn map(station: &Station, wanted: &Wanted) -> Result<Answer, Refused> {
-    let node = station.node;
-    let device = lock(&station.model).sheet(node).map(|sheet| sheet.device);
+pub(super) fn map(worker: &Worker, wanted: &Wanted) -> Result<Answer, Refused> {
+    let node = worker.node;
+    let device = lock(&worker.model).sheet(node).map(|sheet| sheet.device);
     let pdo: PdoName = wanted.pdo.parse().map_err(Refused::new)?;
-    let mut network = station.network()?;
-    let before = PdoState::read(pdo, reader(&mut network, station)).map_err(Refused::new)?;
+    let mut network = worker.network()?;
+    let before = PdoState::read(pdo, reader(&mut network, worker)).map_err(Refused::new)?;
     let before = before.ok_or_else(|| Refused::new(format_args!("node {node} has no {pdo}")))?;
-    let plan = match plan(station, device, before, wanted) {
+    let plan = match plan(worker, device, before, wanted) {
         Ok(plan) => plan,
         Err(objections) => {
             let objections: Vec<_> = objections.iter().map(ToString::to_string).collect();
@@ -138,19 +138,19 @@ pub(super) fn map(station: &Station, wanted: &Wanted) -> Result<Answer, Refused>
             _ => refused,
         });
     }
-    let after = PdoState::read(pdo, reader(&mut network, station)).map_err(Refused::new)?;
+    let after = PdoState::read(pdo, reader(&mut network, worker)).map_err(Refused::new)?;
     let after = after.ok_or_else(|| Refused::new(format_args!("{pdo} of node {node} has vanished")))?;
     match after.differences(&plan.after).join("; ") {
         differences if differences.is_empty() => {
-            let model = lock(&station.model);
-            Ok(Answer::Pdos(vec![view(&model, station, device, &after, None)]))
+            let model = lock(&worker.model);
+            Ok(Answer::Pdos(vec![view(&model, worker, device, &after, None)]))
         }
         differences => Err(Refused::new(format_args!("{pdo} was written, but {differences}"))),
     }
 }
 
 fn plan(
-    station: &Station,
+    worker: &Worker,
     device: Option<&Device>,
     before: PdoState,
     wanted: &Wanted,
@@ -170,7 +170,7 @@ fn plan(
         event_timer_ms,
         mapping: Some(mapping),
     };
-    Plan::new(device, station.node, before, &change).map_err(text)
+    Plan::new(device, worker.node, before, &change).map_err(text)
 }
 
 /// What speaks against a change, in words.
@@ -205,9 +205,9 @@ fn timing(direction: Direction, words: &str) -> Result<(Option<TransmissionType>
 /// Reads entries; `None` of one that the node does not have or does not show.
 fn reader<'a>(
     network: &'a mut Network<Port>,
-    station: &'a Station,
+    worker: &'a Worker,
 ) -> impl FnMut(Address) -> Result<Option<Vec<u8>>, AccessError> + 'a {
-    move |address| match network.read_bytes(station.node, address) {
+    move |address| match network.read_bytes(worker.node, address) {
         Ok(data) => Ok(Some(data)),
         Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => Ok(None),
         Err(error) => Err(error),

@@ -1,4 +1,4 @@
-//! A recorded log, through which faces go.
+//! A recorded log, through which clients go.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
@@ -7,8 +7,8 @@ use tokio::sync::oneshot;
 
 use super::hub::Ports;
 use super::lock::lock;
-use crate::command::{Answer, Refused};
 use crate::model::Model;
+use crate::request::{Answer, Refused};
 use crate::view;
 
 /// How often it goes on while it is played.
@@ -17,7 +17,7 @@ const STEP: Duration = Duration::from_millis(20);
 /// How often it is looked at otherwise, so that the end of the bench is noticed.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How many frames are taken before a face may look.
+/// How many frames are taken before a client may look.
 const CHUNK: usize = 256;
 
 type Sender = oneshot::Sender<Result<Answer, Refused>>;
@@ -131,10 +131,10 @@ impl Player {
                     self.recording.play(speed);
                 }
             }
-            // A face that has its answer sees where the log stands.
+            // A client that has its answer sees where the log stands.
             self.show(speed);
             if let Some((sender, result)) = answer {
-                // A face that has gone hears nothing.
+                // A client that has gone hears nothing.
                 let _ = sender.send(result);
             }
         }

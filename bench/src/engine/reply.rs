@@ -7,9 +7,9 @@ use std::task::{Context, Poll};
 use tokio::sync::oneshot;
 
 use super::lock::lock;
-use crate::command::{Answer, Refused};
+use crate::request::{Answer, Refused};
 
-/// The answer to a command, when it is there.
+/// The answer to a request, when it is there.
 pub struct Reply(pub(super) oneshot::Receiver<Result<Answer, Refused>>);
 
 impl Reply {

@@ -1,9 +1,9 @@
 //! What is known of a drive.
 
-use lexican_driver::{Description, Mode};
+use lexican_driver::Description;
 use lexican_eds::model::Value;
 use lexican_runtime::object::Address;
-use lexican_runtime::profile::cia402::State;
+use lexican_runtime::profile::cia402::{Cause, State};
 use lexican_runtime::{Duration, Instant, Measured, NodeId};
 use lexican_toolbox::drive::Look;
 use lexican_toolbox::trace::series;
@@ -13,7 +13,7 @@ use lexican_toolbox::values::report::ValueReport;
 use super::age::shown;
 use super::node::Node;
 use super::standstill::Standstill;
-use crate::command::Verb;
+use crate::orders::ORDERS;
 use crate::view;
 
 /// A drive, and the order that it carries out.
@@ -44,7 +44,7 @@ pub(crate) fn watched(description: &Description) -> [Address; 4] {
 }
 
 impl Drive {
-    /// What a face shows of it: state, position and velocity are old after `limit`.
+    /// What a client shows of it: state, position and velocity are old after `limit`.
     pub(crate) fn view(
         &self,
         now: Instant,
@@ -84,7 +84,7 @@ impl Drive {
             node: id.get(),
             name: node.name(),
             state: state.map(|state| state.to_string()),
-            allowed: state.map(allowed).unwrap_or_default().iter().map(State::to_string).collect(),
+            allowed: state.map(|state| allowed(description, state)).unwrap_or_default(),
             seen: oldest.map(|seen| shown(&seen, now, limit)),
             mode: seen(mode).map(|seen| seen.value.text.clone()),
             position: at.map(|at| at.value),
@@ -101,7 +101,7 @@ impl Drive {
             order: self.order.clone(),
             ending: self.ending.clone(),
             unconfirmed: None,
-            orders: orders(description),
+            orders: ORDERS.iter().filter(|row| row.is_for(description)).map(|row| row.verb).collect(),
             homing_methods: description.homing.map(|homing| homing.methods.to_vec()).unwrap_or_default(),
         }
     }
@@ -125,33 +125,11 @@ fn word(raw: &str) -> Option<u16> {
     Some(u16::from_le_bytes([bytes.next()??, bytes.next()??]))
 }
 
-/// The states that a drive may be ordered to (CiA 402-2, 6.2, figure 2).
-fn allowed(state: State) -> &'static [State] {
-    match state {
-        State::SwitchOnDisabled => &[State::ReadyToSwitchOn],
-        State::ReadyToSwitchOn => &[State::SwitchedOn, State::SwitchOnDisabled],
-        State::SwitchedOn => &[State::OperationEnabled, State::ReadyToSwitchOn, State::SwitchOnDisabled],
-        State::OperationEnabled => {
-            &[State::SwitchedOn, State::ReadyToSwitchOn, State::SwitchOnDisabled, State::QuickStopActive]
-        }
-        State::QuickStopActive => &[State::SwitchOnDisabled, State::OperationEnabled],
-        State::Fault => &[State::SwitchOnDisabled],
-        _ => &[],
-    }
-}
-
-/// The orders that a drive knows.
-fn orders(description: &Description) -> Vec<Verb> {
-    let has = |mode| description.code_of(mode).is_some();
-    let mut orders = vec![Verb::Enable, Verb::Disable, Verb::ResetFault, Verb::Stop, Verb::QuickStop];
-    if has(Mode::Positioning) {
-        orders.extend([Verb::MoveTo, Verb::Step, Verb::Resume, Verb::Drop]);
-    }
-    if has(Mode::Velocity) {
-        orders.push(Verb::Run);
-    }
-    if description.homing.is_some() {
-        orders.push(Verb::Home);
-    }
-    orders
+/// The states that a drive may be ordered to.
+fn allowed(description: &Description, from: State) -> Vec<String> {
+    let arrows = description.transitions.0.iter().filter(|arrow| arrow.from == from && arrow.cause != Cause::Internal);
+    let mut states: Vec<_> = arrows.map(|arrow| arrow.to.to_string()).collect();
+    // Several commands may lead to one state.
+    states.dedup();
+    states
 }

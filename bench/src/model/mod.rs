@@ -89,7 +89,7 @@ pub struct Model {
     /// Simulated devices, as their simulation describes them.
     pub devices: Vec<view::Simulated>,
     /// Who may change something.
-    pub hands: view::Hands,
+    pub control: view::Control,
     /// Where a recorded log stands.
     pub log: Option<view::Log>,
 }
@@ -120,7 +120,7 @@ impl Model {
             drives: BTreeMap::new(),
             jobs: VecDeque::new(),
             devices: Vec::new(),
-            hands: view::Hands::default(),
+            control: view::Control::default(),
             log: None,
         }
     }
@@ -508,7 +508,7 @@ impl Model {
         anew.plot = std::mem::take(&mut self.plot).rewound();
         anew.devices = std::mem::take(&mut self.devices);
         anew.jobs = std::mem::take(&mut self.jobs);
-        anew.hands = self.hands.clone();
+        anew.control = self.control.clone();
         anew.log = self.log.clone();
         *self = anew;
     }
@@ -519,7 +519,7 @@ impl Model {
         self.now.since(self.began).as_secs_f64()
     }
 
-    /// What a face shows.
+    /// What a client shows.
     pub fn view(&mut self) -> View {
         let now = Instant::ZERO + self.now.since(self.began);
         let limit = age::old_after(DRIVE, self.latency);
@@ -581,7 +581,7 @@ impl Model {
             jobs: self.jobs.iter().cloned().collect(),
             watched: watched.collect(),
             trace: view::Trace { first: self.trace.first(), end: self.trace.end() },
-            hands: self.hands.clone(),
+            control: self.control.clone(),
             log: self.log.clone(),
             bus: view::Bus {
                 name: self.info.name.clone(),

@@ -185,7 +185,7 @@ impl Node {
         }
     }
 
-    /// What a face shows of it, but for what the statistics have.
+    /// What a client shows of it, but for what the statistics have.
     pub(crate) fn view(&self, id: u8) -> view::Node {
         let mut changes: Vec<String> = self.changes.iter().cloned().collect();
         if let (Some(first), Some(state)) = (self.first_state, self.state)

@@ -1,4 +1,4 @@
-//! The entries of a data sheet, as a face lists them.
+//! The entries of a data sheet, as a client lists them.
 
 use lexican_eds::model::{Device, Entry, Meaning, Value};
 use lexican_runtime::NodeId;
@@ -24,6 +24,7 @@ fn of_entry(id: NodeId, node: &Node, values: &DeviceValues<'_>, entry: &Entry) -
         name: entry.name.clone(),
         group: group(device, entry.index).to_owned(),
         data_type: entry.data_type.name().to_owned(),
+        bits: device.bits(entry.data_type),
         access: entry.access.name().to_owned(),
         mappable: entry.pdo_mapping.then(|| mappable(entry).to_owned()),
         default: given(entry).map(words),

@@ -183,7 +183,7 @@ impl Watched {
         self.value = Some(value);
     }
 
-    /// What a face shows of it.
+    /// What a client shows of it.
     pub(crate) fn view(
         &self,
         now: Instant,

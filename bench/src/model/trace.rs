@@ -25,7 +25,7 @@ pub(crate) struct Trace {
     /// The number of the first row of the first chunk.
     first: u64,
     /// How many rows are kept at least, once there are so many.
-    room: usize,
+    capacity: usize,
     /// The newest first.
     found: VecDeque<Found>,
 }
@@ -110,8 +110,8 @@ pub struct Page {
 impl Trace {
     /// A trace that keeps at least so many rows.
     #[must_use]
-    pub(crate) fn new(room: usize) -> Self {
-        Trace { chunks: VecDeque::new(), first: 0, room, found: VecDeque::new() }
+    pub(crate) fn new(capacity: usize) -> Self {
+        Trace { chunks: VecDeque::new(), first: 0, capacity, found: VecDeque::new() }
     }
 
     /// The number of the oldest row.
@@ -130,7 +130,7 @@ impl Trace {
     /// Adds a frame; returns its number.
     pub(crate) fn push(&mut self, at: Instant, frame: &Frame, decoded: &Decoded) -> u64 {
         if self.chunks.back().is_none_or(|chunk| chunk.rows.len() == CHUNK) {
-            if self.chunks.len() * CHUNK >= self.room + CHUNK {
+            if self.chunks.len() * CHUNK >= self.capacity + CHUNK {
                 self.forget();
             }
             self.chunks.push_back(Chunk { rows: Vec::with_capacity(CHUNK), ..Chunk::default() });

@@ -1,6 +1,6 @@
-//! What the face asks for.
+//! What the terminal asks for.
 
-use crate::command::Command;
+use crate::request::Request;
 
 /// What a key asks for.
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
@@ -8,8 +8,8 @@ use crate::command::Command;
 pub enum Action {
     /// To leave.
     Leave,
-    /// To carry a command out.
-    Ask(Purpose, Command),
+    /// To carry a request out.
+    Ask(Purpose, Request),
 }
 
 /// What an answer is for.
@@ -37,7 +37,7 @@ pub enum Purpose {
     File(String),
 }
 
-/// Asks for a command whose answer is only said.
-pub(super) fn say(command: Command) -> Option<Action> {
-    Some(Action::Ask(Purpose::Say, command))
+/// Asks for a request whose answer is only said.
+pub(super) fn say(request: Request) -> Option<Action> {
+    Some(Action::Ask(Purpose::Say, request))
 }

@@ -8,12 +8,12 @@ use ratatui::text::Line;
 use ratatui::widgets::{Gauge, Row};
 
 use super::action::{Action, say};
-use super::desk::Desk;
 use super::list::{Columns, Listed, WRONG};
-use super::room::Room;
+use super::tab::Tab;
 use super::text::Text;
 use super::trace;
-use crate::command::Command;
+use super::ui::Ui;
+use crate::request::Request;
 use crate::view::{Bus, Rate, Trouble, View};
 
 /// From which load on frames of low priority wait for long.
@@ -24,30 +24,30 @@ pub(super) fn row_count(view: &View) -> usize {
     view.bus.troubles.len() + view.bus.ids.len()
 }
 
-pub(super) fn handle_key(desk: &mut Desk, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
+pub(super) fn handle_key(ui: &mut Ui, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
     if code == KeyCode::Char('a') {
-        return say(Command::Acknowledge);
+        return say(Request::Acknowledge);
     }
     if matches!(code, KeyCode::Enter | KeyCode::Char('g'))
-        && let Some(row) = view.bus.troubles.get(desk.row())?.row
+        && let Some(row) = view.bus.troubles.get(ui.row())?.row
     {
-        desk.room = Room::Trace;
+        ui.tab = Tab::Trace;
         trace.show_row(row);
     }
     None
 }
 
-pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let Bus { troubles, ids, .. } = &view.bus;
     let shown = troubles.len().clamp(1, 6) as u16;
     let [gauge, above, list] =
         Layout::vertical([Constraint::Length(1), Constraint::Length(shown + 1), Constraint::Min(4)]).areas(area);
-    draw_load(desk, frame, gauge, &view.bus);
+    draw_load(ui, frame, gauge, &view.bus);
     let (head, below) = (Rect { height: 1, ..above }, Rect { y: above.y + 1, height: shown, ..above });
-    frame.render_widget(Line::from(desk.text(Text::Troubles)).bold(), head);
+    frame.render_widget(Line::from(ui.text(Text::Troubles)).bold(), head);
     let columns = Columns { head: [""; 2], widths: [Constraint::Length(11), Constraint::Fill(1)] };
     // A row of the lists: that of a trouble, or of a COB-ID after them.
-    let selected = desk.row();
+    let selected = ui.row();
     let in_troubles = Some(selected).filter(|row| *row < troubles.len());
     let trouble = |it: &Trouble| {
         let leads = it.row.map_or_else(String::new, |row| format!("  (#{row})"));
@@ -56,17 +56,17 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
     };
     let above = columns.draw(frame, below, in_troubles, troubles.iter(), trouble);
     if troubles.is_empty() {
-        frame.render_widget(Line::from(desk.text(Text::NoTroubles)).green(), below);
+        frame.render_widget(Line::from(ui.text(Text::NoTroubles)).green(), below);
     }
     let columns = Columns {
         head: [
             "COB-ID",
-            desk.text(Text::Frame),
-            desk.text(Text::Id),
+            ui.text(Text::Frame),
+            ui.text(Text::Id),
             "#",
-            desk.text(Text::PerSecond),
-            desk.text(Text::Jitter),
-            desk.text(Text::Share),
+            ui.text(Text::PerSecond),
+            ui.text(Text::Jitter),
+            ui.text(Text::Share),
         ],
         widths: [
             Constraint::Length(8),
@@ -83,13 +83,12 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
     vec![above, Listed { first: listed.first + troubles.len(), ..listed }]
 }
 
-fn draw_load(desk: &Desk, frame: &mut Frame<'_>, area: Rect, bus: &Bus) {
+fn draw_load(ui: &Ui, frame: &mut Frame<'_>, area: Rect, bus: &Bus) {
     let load = bus.load_percent.unwrap_or_default().clamp(0.0, 100.0);
-    let peak =
-        bus.load_percent_peak.map_or_else(String::new, |peak| format!(", {} {peak:.0} %", desk.text(Text::Peak)));
+    let peak = bus.load_percent_peak.map_or_else(String::new, |peak| format!(", {} {peak:.0} %", ui.text(Text::Peak)));
     let (color, mark) = if load > FULL { (Color::Red, WRONG) } else { (Color::Green, "") };
     let known = bus.load_percent.map_or_else(|| "?".to_owned(), |load| format!("{load:.1} %{peak}"));
-    let label = format!("{mark}{} {known}, {}/s", desk.text(Text::Load), bus.frames_per_second);
+    let label = format!("{mark}{} {known}, {}/s", ui.text(Text::Load), bus.frames_per_second);
     frame.render_widget(Gauge::default().ratio(load / 100.0).label(label).gauge_style(Style::new().fg(color)), area);
 }
 

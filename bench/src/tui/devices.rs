@@ -8,10 +8,10 @@ use ratatui::text::Line;
 use ratatui::widgets::Row;
 
 use super::action::{Action, Purpose, say};
-use super::desk::Desk;
 use super::list::{Columns, Listed};
 use super::text::Text;
-use crate::command::Command;
+use super::ui::Ui;
+use crate::request::Request;
 use crate::view::{Input, Simulated, View};
 
 /// The devices and their inputs, one after the other.
@@ -22,32 +22,32 @@ pub(super) fn rows(view: &View) -> impl Iterator<Item = (&Simulated, Option<&Inp
     })
 }
 
-pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<Action> {
-    let (device, input) = rows(view).nth(desk.row())?;
+pub(super) fn handle_key(ui: &mut Ui, code: KeyCode, view: &View) -> Option<Action> {
+    let (device, input) = rows(view).nth(ui.row())?;
     match code {
-        KeyCode::Char('p') => say(Command::Power { node: device.node, on: !device.is_on }),
+        KeyCode::Char('p') => say(Request::Power { node: device.node, on: !device.is_on }),
         KeyCode::Enter => {
             let (node, input) = (device.node, input?.name.clone());
-            desk.ask(Text::AskInput, format!("{node} {} {input}", device.name), move |typed| {
-                Ok(Action::Ask(Purpose::Say, Command::Input { node, text: format!("{input} = {typed}") }))
+            ui.ask(Text::AskInput, format!("{node} {} {input}", device.name), move |typed| {
+                Ok(Action::Ask(Purpose::Say, Request::Input { node, text: format!("{input} = {typed}") }))
             })
         }
         _ => None,
     }
 }
 
-pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     if view.devices.is_empty() {
-        frame.render_widget(Line::from(desk.text(Text::NoDevice)).dim(), area);
+        frame.render_widget(Line::from(ui.text(Text::NoDevice)).dim(), area);
         return Vec::new();
     }
-    let head = [Text::Inputs, Text::Value, Text::Choices].map(|text| desk.text(text));
+    let head = [Text::Inputs, Text::Value, Text::Choices].map(|text| ui.text(text));
     let columns = Columns { head, widths: [Constraint::Fill(1), Constraint::Fill(1), Constraint::Fill(3)] };
-    vec![columns.draw(frame, area, Some(desk.row()), rows(view), |(device, input)| match input {
+    vec![columns.draw(frame, area, Some(ui.row()), rows(view), |(device, input)| match input {
         None => {
-            let power = desk.text(if device.is_on { Text::On } else { Text::Off });
+            let power = ui.text(if device.is_on { Text::On } else { Text::Off });
             let name = format!("{} {}", device.node, device.name);
-            Row::new([name, format!("{} {power}", desk.text(Text::Power)), String::new()]).bold()
+            Row::new([name, format!("{} {power}", ui.text(Text::Power)), String::new()]).bold()
         }
         Some(input) => {
             let takes = if input.choices.is_empty() { input.help.clone() } else { input.choices.join(", ") };

@@ -1,4 +1,4 @@
-//! How the terminal's face looks.
+//! How the terminal looks.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -8,8 +8,8 @@ use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 
 use super::list::WRONG;
 use super::prompt::Prompt;
-use super::room::Room;
 use super::screen::Screen;
+use super::tab::Tab;
 use super::text::Text;
 use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
 use crate::view::{Log, View};
@@ -23,10 +23,10 @@ const ACTIVE: &str = "error active";
 impl Screen {
     /// Draws it all.
     pub fn draw(&mut self, frame: &mut Frame<'_>, view: &View) {
-        self.desk.follow(view);
-        self.notices.follow(&self.desk, view);
+        self.ui.follow(view);
+        self.notices.follow(&self.ui, view);
         let width = usize::from(frame.area().width);
-        let mut said = self.notices.lasting(&self.desk, view);
+        let mut said = self.notices.lasting(&self.ui, view);
         said.push(self.foot());
         let heights: Vec<_> = said.iter().map(|line| lines_of(&line.to_string(), width).min(MOST_LINES)).collect();
         let [head, body, log, foot, keys] = Layout::vertical([
@@ -38,16 +38,16 @@ impl Screen {
         ])
         .areas(frame.area());
         self.draw_head(frame, head, view);
-        let desk = &self.desk;
-        self.desk.listed = match desk.room {
-            Room::Nodes => nodes::draw(desk, frame, body, view),
-            Room::Objects => objects::draw(desk, &self.objects, frame, body, view),
-            Room::Pdos => pdos::draw(desk, &self.pdos, frame, body, view),
-            Room::Trace => trace::draw(desk, &self.trace, frame, body, view),
-            Room::Plots => plots::draw(desk, &self.plots, frame, body, view),
-            Room::Drives => drives::draw(desk, frame, body, view),
-            Room::Bus => bus::draw(desk, frame, body, view),
-            Room::Devices => devices::draw(desk, frame, body, view),
+        let ui = &self.ui;
+        self.ui.listed = match ui.tab {
+            Tab::Nodes => nodes::draw(ui, frame, body, view),
+            Tab::Objects => objects::draw(ui, &self.objects, frame, body, view),
+            Tab::Pdos => pdos::draw(ui, &self.pdos, frame, body, view),
+            Tab::Trace => trace::draw(ui, &self.trace, frame, body, view),
+            Tab::Plots => plots::draw(ui, &self.plots, frame, body, view),
+            Tab::Drives => drives::draw(ui, frame, body, view),
+            Tab::Bus => bus::draw(ui, frame, body, view),
+            Tab::Devices => devices::draw(ui, frame, body, view),
         };
         if let Some(shown) = &view.log {
             draw_log(frame, log, shown);
@@ -56,9 +56,9 @@ impl Screen {
         for (line, area) in said.into_iter().zip(&*areas) {
             frame.render_widget(Paragraph::new(line).wrap(Wrap { trim: false }), *area);
         }
-        let stop = self.desk.text(if self.desk.prompt.is_some() { Text::StopTyping } else { Text::Stop });
+        let stop = self.ui.text(if self.ui.prompt.is_some() { Text::StopTyping } else { Text::Stop });
         let stop = Span::styled(format!(" {stop} "), Style::new().fg(Color::White).bg(Color::Red).bold());
-        let line = Line::from(vec![stop, Span::raw(format!("  {}", self.desk.text(Text::Help)))]);
+        let line = Line::from(vec![stop, Span::raw(format!("  {}", self.ui.text(Text::Help)))]);
         frame.render_widget(line, keys);
         if self.has_help {
             self.draw_help(frame);
@@ -67,16 +67,16 @@ impl Screen {
 
     fn draw_head(&self, frame: &mut Frame<'_>, area: Rect, view: &View) {
         let [tabs, state] = Layout::vertical([Constraint::Length(1); 2]).areas(area);
-        let tab = |room| {
-            let is_here = room == self.desk.room;
+        let tab = |tab| {
+            let is_here = tab == self.ui.tab;
             let style = if is_here { Modifier::REVERSED | Modifier::BOLD } else { Modifier::empty() };
-            Span::styled(self.tab(room), style)
+            Span::styled(self.tab(tab), style)
         };
-        frame.render_widget(Line::from_iter(Room::ALL.map(tab)), tabs);
-        let (hands, style) = match view.hands.holder {
-            None => (self.desk.text(Text::HandsFree), Style::new()),
-            Some(face) if face == self.desk.face => (self.desk.text(Text::HandsHere), Style::new().bold().yellow()),
-            Some(_) => (self.desk.text(Text::HandsThere), Style::new().magenta()),
+        frame.render_widget(Line::from_iter(Tab::ALL.map(tab)), tabs);
+        let (control, style) = match view.control.holder {
+            None => (self.ui.text(Text::ControlFree), Style::new()),
+            Some(client) if client == self.ui.client => (self.ui.text(Text::ControlHere), Style::new().bold().yellow()),
+            Some(_) => (self.ui.text(Text::ControlThere), Style::new().magenta()),
         };
         let load = view.bus.load_percent.map_or_else(String::new, |load| format!("  {load:.0} %"));
         let state_of_bus = match &*view.bus.state {
@@ -87,28 +87,28 @@ impl Screen {
             Span::styled(format!(" {}  ", view.bus.name), Modifier::BOLD),
             state_of_bus,
             Span::raw(format!("  {}/s{load}  ", view.bus.frames_per_second)),
-            Span::styled(hands, style),
+            Span::styled(control, style),
         ]);
         frame.render_widget(line, state);
     }
 
     /// The last line: the prompt, else the last message, else what the keys do.
     fn foot(&self) -> Line<'static> {
-        if let Some(Prompt { title, of, typed, .. }) = &self.desk.prompt {
+        if let Some(Prompt { title, of, typed, .. }) = &self.ui.prompt {
             let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
-            return Line::from(format!(" {of}{}: {typed}▏", self.desk.text(*title))).bold();
+            return Line::from(format!(" {of}{title}: {typed}▏")).bold();
         }
-        let help = || Line::from(format!(" {}", self.desk.text(self.desk.room.help()))).dim();
+        let help = || Line::from(format!(" {}", self.ui.text(self.ui.tab.help()))).dim();
         self.notices.last().unwrap_or_else(help)
     }
 
     fn draw_help(&self, frame: &mut Frame<'_>) {
         let area = frame.area().centered(Constraint::Percentage(90), Constraint::Percentage(80));
-        let mut lines = vec![Line::from(self.desk.text(Text::HelpAll)), Line::default()];
-        // That of this room first: a low screen has no room for all.
-        for room in (0..Room::ALL.len()).map(|by| self.desk.room.further(by)) {
-            lines.push(Line::from(self.desk.text(room.title())).bold());
-            lines.push(Line::from(self.desk.text(room.help())));
+        let mut lines = vec![Line::from(self.ui.text(Text::HelpAll)), Line::default()];
+        // That of this tab first: a low screen has no space for all.
+        for tab in (0..Tab::ALL.len()).map(|by| self.ui.tab.further(by)) {
+            lines.push(Line::from(self.ui.text(tab.title())).bold());
+            lines.push(Line::from(self.ui.text(tab.help())));
         }
         let help = Paragraph::new(lines).wrap(Wrap { trim: false }).block(Block::bordered().title(" ? "));
         frame.render_widget(Clear, area);

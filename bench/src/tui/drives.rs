@@ -7,11 +7,12 @@ use ratatui::style::{Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
-use super::action::{Action, Purpose, say};
-use super::desk::Desk;
+use super::action::{Action, Purpose};
 use super::list::{ALARM, Columns, Listed, WRONG};
 use super::text::Text;
-use crate::command::{Command, Verb};
+use super::ui::Ui;
+use crate::orders::ORDERS;
+use crate::request::Request;
 use crate::view::{Drive, View};
 
 /// The states of CiA 402 on the way to OPERATION ENABLED.
@@ -20,35 +21,22 @@ const WAY: [&str; 4] = ["SWITCH ON DISABLED", "READY TO SWITCH ON", "SWITCHED ON
 /// The states beside it.
 const BESIDE: [&str; 4] = ["NOT READY TO SWITCH ON", "QUICK STOP ACTIVE", "FAULT REACTION ACTIVE", "FAULT"];
 
-pub(super) fn handle_key(desk: &mut Desk, code: KeyCode, view: &View) -> Option<Action> {
-    let Drive { node, name, .. } = view.drives.get(desk.row())?;
+pub(super) fn handle_key(ui: &mut Ui, code: KeyCode, view: &View) -> Option<Action> {
+    let Drive { node, name, .. } = view.drives.get(ui.row())?;
     let (node, of) = (*node, format!("{node} {name}"));
-    let plain = |order| say(Command::Drive { node, order, value: None });
-    let stop = |order| Some(Action::Ask(Purpose::StopDrive, Command::Drive { node, order, value: None }));
-    let ask = |title, order| {
-        desk.ask(title, of, move |typed| {
-            Ok(Action::Ask(Purpose::Say, Command::Drive { node, order, value: Some(typed) }))
-        })
-    };
-    match code {
-        KeyCode::Char('e') => plain(Verb::Enable),
-        KeyCode::Char('d') => plain(Verb::Disable),
-        KeyCode::Char('f') => plain(Verb::ResetFault),
-        KeyCode::Char('k') => stop(Verb::Stop),
-        KeyCode::Char('K') => stop(Verb::QuickStop),
-        KeyCode::Char('r') => plain(Verb::Resume),
-        KeyCode::Char('x') => plain(Verb::Drop),
-        KeyCode::Char('m') => ask(Text::AskPosition, Verb::MoveTo),
-        KeyCode::Char('s') => ask(Text::AskDistance, Verb::Step),
-        KeyCode::Char('v') => ask(Text::AskVelocity, Verb::Run),
-        KeyCode::Char('o') => ask(Text::AskMethod, Verb::Home),
-        _ => None,
+    let row = ORDERS.iter().find(|row| code == KeyCode::Char(row.key))?;
+    let (order, purpose) = (row.verb, if row.verb.is_stop() { Purpose::StopDrive } else { Purpose::Say });
+    match row.prompt {
+        None => Some(Action::Ask(purpose, Request::Drive { node, order, value: None })),
+        Some(titles) => ui.ask_in_words(titles[ui.language as usize], of, move |typed| {
+            Ok(Action::Ask(purpose, Request::Drive { node, order, value: Some(typed) }))
+        }),
     }
 }
 
-pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     if view.drives.is_empty() {
-        frame.render_widget(Line::from(desk.text(Text::NoDrive)).dim(), area);
+        frame.render_widget(Line::from(ui.text(Text::NoDrive)).dim(), area);
         return Vec::new();
     }
     let [list, detail] =
@@ -63,7 +51,7 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
             Constraint::Length(14),
         ],
     };
-    let listed = columns.draw(frame, list, Some(desk.row()), view.drives.iter(), |drive| {
+    let listed = columns.draw(frame, list, Some(ui.row()), view.drives.iter(), |drive| {
         let state = drive.state.as_deref().unwrap_or("?");
         let mark = if state.starts_with("FAULT") { WRONG } else { "" };
         let old = age(drive, view.time).map(|seconds| format!(" (-{seconds:.1} s)"));
@@ -77,9 +65,9 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
         ])
         .style(style)
     });
-    if let Some(drive) = view.drives.get(desk.row()) {
+    if let Some(drive) = view.drives.get(ui.row()) {
         let block = Block::bordered().title(format!(" {} {} ", drive.node, drive.name));
-        let text = Paragraph::new(lines(desk, drive, view.time)).wrap(Wrap { trim: false }).block(block);
+        let text = Paragraph::new(lines(ui, drive, view.time)).wrap(Wrap { trim: false }).block(block);
         frame.render_widget(text, detail);
     }
     vec![listed]
@@ -94,17 +82,17 @@ fn age(drive: &Drive, now: f64) -> Option<f64> {
     drive.seen.filter(|seen| seen.is_old).map(|seen| now - seen.at)
 }
 
-fn lines(desk: &Desk, drive: &Drive, now: f64) -> Vec<Line<'static>> {
+fn lines(ui: &Ui, drive: &Drive, now: f64) -> Vec<Line<'static>> {
     let mut lines: Vec<_> = WAY.into_iter().zip(BESIDE).map(|states| machine(drive, states.into())).collect();
     let age = age(drive, now);
-    let old = age.map(|age| Line::from(format!("{WRONG}{} {age:.1} s", desk.text(Text::LastSeen))).red().bold());
+    let old = age.map(|age| Line::from(format!("{WRONG}{} {age:.1} s", ui.text(Text::LastSeen))).red().bold());
     lines.push(old.unwrap_or_default());
     if let Some(unconfirmed) = &drive.unconfirmed {
-        let text = format!("{ALARM} {} {:.1} s", desk.text(Text::Unconfirmed), now - unconfirmed.since);
+        let text = format!("{ALARM} {} {:.1} s", ui.text(Text::Unconfirmed), now - unconfirmed.since);
         lines.push(Line::from(text).bold().red().reversed());
         lines.extend(unconfirmed.why.clone().map(|why| Line::from(format!("  {why}"))));
     }
-    let value = |text, value: String| Line::from(format!("{:<18} {value}", desk.text(text)));
+    let value = |text, value: String| Line::from(format!("{:<18} {value}", ui.text(text)));
     lines.push(value(Text::Position, number(drive.position, drive.position_unit.as_deref())));
     lines.push(value(Text::Velocity, number(drive.velocity, drive.velocity_unit.as_deref())));
     if drive.target.is_some() {
@@ -115,7 +103,7 @@ fn lines(desk: &Desk, drive: &Drive, now: f64) -> Vec<Line<'static>> {
         lines.push(Line::from(order.clone()).yellow().bold());
     }
     if let Some(ending) = &drive.ending {
-        let line = |mark: &str| Line::from(format!("{} {mark} {}", desk.text(Text::Ended), ending.text));
+        let line = |mark: &str| Line::from(format!("{} {mark} {}", ui.text(Text::Ended), ending.text));
         lines.push(match (ending.may_be_moving, ending.is_success) {
             (true, _) => line(ALARM).bold().red().reversed(),
             // Whether it is still there is unknown.
@@ -127,9 +115,9 @@ fn lines(desk: &Desk, drive: &Drive, now: f64) -> Vec<Line<'static>> {
     }
     match drive.obstacles.as_deref() {
         None => {}
-        Some([]) => lines.push(Line::from(desk.text(Text::Ready)).dim()),
+        Some([]) => lines.push(Line::from(ui.text(Text::Ready)).dim()),
         Some(obstacles) => {
-            lines.push(Line::from(desk.text(Text::Obstacles)));
+            lines.push(Line::from(ui.text(Text::Obstacles)));
             lines.extend(obstacles.iter().map(|obstacle| Line::from(format!("{WRONG} {obstacle}")).red()));
         }
     }

@@ -22,13 +22,17 @@ pub(super) struct Listed {
 }
 
 /// What stands above rows, and how wide their columns are.
-pub(super) struct Columns<'a, const N: usize> {
+pub(super) struct Columns<H, W> {
     /// Empty for none.
-    pub(super) head: [&'a str; N],
-    pub(super) widths: [Constraint; N],
+    pub(super) head: H,
+    pub(super) widths: W,
 }
 
-impl<const N: usize> Columns<'_, N> {
+impl<'h, H, W> Columns<H, W>
+where
+    H: AsRef<[&'h str]>,
+    W: IntoIterator<Item = Constraint>,
+{
     /// Draws as many rows as there is room for, so that the selected one is among them.
     pub(super) fn draw<'r, T>(
         self,
@@ -38,7 +42,7 @@ impl<const N: usize> Columns<'_, N> {
         items: impl Iterator<Item = T>,
         row: impl Fn(T) -> Row<'r>,
     ) -> Listed {
-        let has_head = self.head.iter().any(|title| !title.is_empty());
+        let has_head = self.head.as_ref().iter().any(|title| !title.is_empty());
         let [top, height] = [area.y + u16::from(has_head), area.height.saturating_sub(u16::from(has_head))];
         let lines = usize::from(height);
         let first = selected.unwrap_or_default().saturating_sub(lines.saturating_sub(1));
@@ -46,7 +50,7 @@ impl<const N: usize> Columns<'_, N> {
             .row_highlight_style(Modifier::REVERSED)
             .highlight_symbol(SELECTED)
             .highlight_spacing(HighlightSpacing::Always);
-        let table = if has_head { table.header(Row::new(self.head).bold()) } else { table };
+        let table = if has_head { table.header(Row::new(self.head.as_ref().iter().copied()).bold()) } else { table };
         let mut state = TableState::new().with_selected(selected.map(|row| row - first));
         frame.render_stateful_widget(table, area, &mut state);
         Listed { area: Rect { y: top, height, ..area }, first }

@@ -1,11 +1,10 @@
-//! The terminal's face.
+//! The bench in a terminal.
 //!
-//! [`Screen`] is a state machine: keys and answers go in, commands come out, and it draws a view. [`run`] connects it to a bench
+//! [`Screen`] is a state machine: keys and answers go in, requests come out, and it draws a view. [`run`] connects it to a bench
 //! and a terminal.
 
 mod action;
 mod bus;
-mod desk;
 mod devices;
 mod draw;
 mod drives;
@@ -16,10 +15,11 @@ mod objects;
 mod pdos;
 mod plots;
 mod prompt;
-mod room;
 mod screen;
+mod tab;
 mod text;
 mod trace;
+mod ui;
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,16 +74,16 @@ pub fn run<B: Backend<Error = io::Error>>(
     terminal: &mut Terminal<B>,
     language: Language,
 ) -> io::Result<()> {
-    let face = bench.open_face();
-    let mut screen = Screen::new(face.number(), language);
+    let client = bench.open_client();
+    let mut screen = Screen::new(client.number(), language);
     let mut open: Vec<(Purpose, Reply)> = Vec::new();
     loop {
         let view = bench.view();
         terminal.draw(|frame| screen.draw(frame, &view))?;
-        if let Some((purpose, command)) = screen.wants(&view)
+        if let Some((purpose, request)) = screen.wants(&view)
             && open.iter().all(|(known, _)| *known != purpose)
         {
-            open.push((purpose, face.ask(command)));
+            open.push((purpose, client.ask(request)));
         }
         let mut wait = DRAW;
         while let Some(event) = next_event(wait)? {
@@ -104,7 +104,7 @@ pub fn run<B: Backend<Error = io::Error>>(
             match action {
                 None => {}
                 Some(Action::Leave) => return Ok(()),
-                Some(Action::Ask(purpose, command)) => open.push((purpose, face.ask(command))),
+                Some(Action::Ask(purpose, request)) => open.push((purpose, client.ask(request))),
             }
         }
         let mut waiting = Vec::new();

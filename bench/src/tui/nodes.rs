@@ -8,61 +8,60 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
 use super::action::{Action, Purpose, say};
-use super::desk::Desk;
 use super::list::{Columns, Listed, WRONG};
-use super::room::Room;
+use super::tab::Tab;
 use super::text::Text;
 use super::trace;
-use crate::command::{Command, Nmt};
+use super::ui::Ui;
+use crate::request::{Nmt, Request};
 use crate::view::{Node, View};
 
-pub(super) fn handle_key(desk: &mut Desk, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
-    let node = desk.node(view);
+pub(super) fn handle_key(ui: &mut Ui, trace: &mut trace::State, code: KeyCode, view: &View) -> Option<Action> {
+    let node = ui.node(view);
     let id = node.map(|node| node.id);
-    let nmt = |command| say(Command::Nmt { node: Some(id?), command });
+    let nmt = |command| say(Request::Nmt { node: Some(id?), command });
     match code {
         KeyCode::Char('o') => nmt(Nmt::Start),
         KeyCode::Char('p') => nmt(Nmt::PreOperational),
         KeyCode::Char('x') => nmt(Nmt::Stop),
         KeyCode::Char('r') => nmt(Nmt::ResetNode),
         KeyCode::Char('c') => nmt(Nmt::ResetCommunication),
-        KeyCode::Char('f') => say(Command::Scan),
-        KeyCode::Char('a') => desk.ask(Text::AskId, String::new(), |typed| {
+        KeyCode::Char('f') => say(Request::Scan),
+        KeyCode::Char('a') => ui.ask(Text::AskId, String::new(), |typed| {
             let node = typed.trim().parse().map_err(|error| format!("{typed}: {error}"))?;
-            Ok(Action::Ask(Purpose::Say, Command::Assign { node }))
+            Ok(Action::Ask(Purpose::Say, Request::Assign { node }))
         }),
         KeyCode::Char('d') => {
             let (node, name) = node.map(|node| (node.id, node.name.clone()))?;
-            desk.ask(Text::AskSheet, format!("{node} {name}"), move |sheet| {
-                Ok(Action::Ask(Purpose::Say, Command::SetSheet { node, sheet }))
+            ui.ask(Text::AskSheet, format!("{node} {name}"), move |sheet| {
+                Ok(Action::Ask(Purpose::Say, Request::SetSheet { node, sheet }))
             })
         }
         KeyCode::Char('g') => {
             let fault = node.and_then(|node| node.faults.first().or(node.history.first()))?.row;
-            desk.room = Room::Trace;
+            ui.tab = Tab::Trace;
             trace.show_row(fault);
             None
         }
         KeyCode::Enter => {
-            desk.node = id;
-            desk.room = Room::Objects;
+            ui.node = id;
+            ui.tab = Tab::Objects;
             None
         }
         _ => None,
     }
 }
 
-pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [list, detail] =
         Layout::vertical([Constraint::Length(view.nodes.len().clamp(1, 12) as u16 + 1), Constraint::Min(3)])
             .areas(area);
-    let Some(node) = desk.node(view) else {
-        frame.render_widget(Line::from(desk.text(Text::NoNode)).dim(), list);
+    let Some(node) = ui.node(view) else {
+        frame.render_widget(Line::from(ui.text(Text::NoNode)).dim(), list);
         return Vec::new();
     };
     let columns = Columns {
-        head: [Text::Id, Text::Name, Text::State, Text::Heartbeat, Text::Sheet, Text::Faults]
-            .map(|text| desk.text(text)),
+        head: [Text::Id, Text::Name, Text::State, Text::Heartbeat, Text::Sheet, Text::Faults].map(|text| ui.text(text)),
         widths: [
             Constraint::Length(4),
             Constraint::Fill(2),
@@ -72,9 +71,9 @@ pub(super) fn draw(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) 
             Constraint::Fill(1),
         ],
     };
-    let listed = columns.draw(frame, list, Some(desk.row()), view.nodes.iter(), |node| row(node, view.time));
+    let listed = columns.draw(frame, list, Some(ui.row()), view.nodes.iter(), |node| row(node, view.time));
     let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
-    let text = Paragraph::new(details(desk, node)).wrap(Wrap { trim: false }).block(block);
+    let text = Paragraph::new(details(ui, node)).wrap(Wrap { trim: false }).block(block);
     frame.render_widget(text, detail);
     vec![listed]
 }
@@ -101,11 +100,11 @@ fn row(node: &Node, now: f64) -> Row<'static> {
     .style(if is_wrong { Style::new().red() } else { Style::new() })
 }
 
-fn details(desk: &Desk, node: &Node) -> Vec<Line<'static>> {
+fn details(ui: &Ui, node: &Node) -> Vec<Line<'static>> {
     let mut lines = Vec::new();
-    let title = |text| Line::from(desk.text(text)).bold();
+    let title = |text| Line::from(ui.text(text)).bold();
     if node.faults.is_empty() {
-        lines.push(Line::from(desk.text(Text::NoFaults)).green());
+        lines.push(Line::from(ui.text(Text::NoFaults)).green());
     } else {
         lines.push(title(Text::Faults));
         lines.extend(
@@ -114,7 +113,7 @@ fn details(desk: &Desk, node: &Node) -> Vec<Line<'static>> {
     }
     let known = ["vendor", "product", "revision", "serial"].into_iter().zip(node.identity);
     let known: Vec<_> = known.filter_map(|(name, number)| Some(format!("{name} {:X}h", number?))).collect();
-    lines.push(Line::from(format!("{}: {}", desk.text(Text::Identity), known.join(", "))));
+    lines.push(Line::from(format!("{}: {}", ui.text(Text::Identity), known.join(", "))));
     if let Some(ms) = node.sdo_ms {
         lines.push(Line::from(format!("SDO: {ms:.1} ms")));
     }

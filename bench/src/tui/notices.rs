@@ -3,10 +3,10 @@
 use ratatui::style::Stylize;
 use ratatui::text::Line;
 
-use super::desk::Desk;
 use super::list::{ALARM, WRONG};
 use super::text::Text;
-use crate::command::Refused;
+use super::ui::Ui;
+use crate::request::Refused;
 use crate::view::{Job, View};
 
 /// How many jobs are shown.
@@ -46,10 +46,10 @@ impl Notices {
     }
 
     /// What was alarming may have been confirmed since.
-    pub(super) fn follow(&mut self, desk: &Desk, view: &View) {
+    pub(super) fn follow(&mut self, ui: &Ui, view: &View) {
         let is_unconfirmed = view.drives.iter().any(|drive| drive.unconfirmed.is_some());
         if self.alarm.is_some() && self.is_sent_on && !is_unconfirmed {
-            self.say_stopped(desk.text(Text::Stopped));
+            self.say_stopped(ui.text(Text::Stopped));
         }
         self.is_sent_on = self.alarm.is_some() && (self.is_sent_on || is_unconfirmed);
     }
@@ -66,9 +66,9 @@ impl Notices {
         }
     }
 
-    /// The lines that are shown in every room, whatever is asked for below them.
-    pub(super) fn lasting(&self, desk: &Desk, view: &View) -> Vec<Line<'static>> {
-        let mut lines: Vec<_> = self.jobs(view).into_iter().map(|job| job_line(desk, job)).collect();
+    /// The lines that are shown in every tab, whatever is asked for below them.
+    pub(super) fn lasting(&self, ui: &Ui, view: &View) -> Vec<Line<'static>> {
+        let mut lines: Vec<_> = self.jobs(view).into_iter().map(|job| job_line(ui, job)).collect();
         // Nobody can have seen the end of a drive that may be moving.
         let moving = view.drives.iter().filter_map(|drive| drive.ending.as_ref().filter(|it| it.may_be_moving));
         let moving = moving.map(|ending| ending.text.clone());
@@ -76,9 +76,9 @@ impl Notices {
         let unconfirmed = unconfirmed.filter(|(drive, _)| drive.ending.as_ref().is_none_or(|it| !it.may_be_moving));
         let unconfirmed = unconfirmed.map(|(drive, unconfirmed)| {
             let seconds = view.time - unconfirmed.since;
-            format!("{} {}: {} {seconds:.1} s", drive.node, drive.name, desk.text(Text::Unconfirmed))
+            format!("{} {}: {} {seconds:.1} s", drive.node, drive.name, ui.text(Text::Unconfirmed))
         });
-        let alarm = self.alarm.as_ref().map(|text| format!("{text}  {}", desk.text(Text::Dismiss)));
+        let alarm = self.alarm.as_ref().map(|text| format!("{text}  {}", ui.text(Text::Dismiss)));
         let alarms = moving
             .chain(unconfirmed)
             .chain(alarm)
@@ -113,7 +113,7 @@ impl Notices {
     }
 }
 
-fn job_line(desk: &Desk, job: &Job) -> Line<'static> {
+fn job_line(ui: &Ui, job: &Job) -> Line<'static> {
     let Job { name, text, .. } = job;
     match job.is_success {
         None => {
@@ -122,7 +122,7 @@ fn job_line(desk: &Desk, job: &Job) -> Line<'static> {
         }
         Some(is_success) => {
             let (mark, word) = if is_success { ("", Text::JobDone) } else { (WRONG, Text::JobFailed) };
-            let text = format!(" {mark}{name} {}: {text}  {}", desk.text(word), desk.text(Text::Dismiss));
+            let text = format!(" {mark}{name} {}: {text}  {}", ui.text(word), ui.text(Text::Dismiss));
             if is_success { Line::from(text).green() } else { Line::from(text).red() }
         }
     }

@@ -8,11 +8,11 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table, Wrap};
 
 use super::action::{Action, Purpose, say};
-use super::desk::Desk;
 use super::list::{Columns, Listed};
 use super::prompt::Field;
 use super::text::Text;
-use crate::command::{Command, Other};
+use super::ui::Ui;
+use crate::request::{Other, Request};
 use crate::view::{Object, View};
 
 /// Before a value that is not the default.
@@ -46,10 +46,10 @@ impl State {
 }
 
 /// The entries that contain what is searched, in their names, addresses, values or groups.
-pub(super) fn shown<'a>(desk: &Desk, state: &'a State, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
+pub(super) fn shown<'a>(ui: &Ui, state: &'a State, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
     let wanted = state.search.to_lowercase();
     // Those of the node before are no entries of this one.
-    let are_of_node = desk.node(view).is_some_and(|node| node.id == state.node);
+    let are_of_node = ui.node(view).is_some_and(|node| node.id == state.node);
     state.objects.iter().filter(move |_| are_of_node).filter(move |object| {
         let value = object.value.as_ref().map_or("", |value| &value.text);
         [&*object.object, &object.name, &object.address, value, &object.group]
@@ -58,44 +58,44 @@ pub(super) fn shown<'a>(desk: &Desk, state: &'a State, view: &View) -> impl Iter
     })
 }
 
-pub(super) fn handle_key(desk: &mut Desk, state: &State, code: KeyCode, view: &View) -> Option<Action> {
-    let (node, name) = desk.node(view).map(|node| (node.id, node.name.clone()))?;
-    let selected = || shown(desk, state, view).nth(desk.row()).map(|object| object.address.clone());
+pub(super) fn handle_key(ui: &mut Ui, state: &State, code: KeyCode, view: &View) -> Option<Action> {
+    let (node, name) = ui.node(view).map(|node| (node.id, node.name.clone()))?;
+    let selected = || shown(ui, state, view).nth(ui.row()).map(|object| object.address.clone());
     match code {
-        KeyCode::Char('/') => desk.ask_for(Field::Search),
+        KeyCode::Char('/') => ui.ask_for(Field::Search),
         KeyCode::Enter => {
             let address = selected()?;
-            desk.ask(Text::AskValue, format!("{node} {name} {address}"), move |text| {
-                Ok(Action::Ask(Purpose::Say, Command::Write { node, address, text, force: false }))
+            ui.ask(Text::AskValue, format!("{node} {name} {address}"), move |text| {
+                Ok(Action::Ask(Purpose::Say, Request::Write { node, address, text, force: false }))
             })
         }
-        KeyCode::Char('r') => say(Command::Read { node, addresses: vec![selected()?] }),
+        KeyCode::Char('r') => say(Request::Read { node, addresses: vec![selected()?] }),
         KeyCode::Char('R') => {
             let address = selected()?;
             let index = address.split(':').next()?.to_owned();
-            say(Command::Read { node, addresses: vec![index] })
+            say(Request::Read { node, addresses: vec![index] })
         }
         KeyCode::Char('w') => {
             let address = selected()?;
             let is_watched = view.watched.iter().any(|watched| watched.node == node && watched.address == address);
             say(if is_watched {
-                Command::Unwatch { node, address }
+                Request::Unwatch { node, address }
             } else {
-                Command::Watch { node, address, every_ms: WATCHED_MS }
+                Request::Watch { node, address, every_ms: WATCHED_MS }
             })
         }
-        KeyCode::Char('g') => say(Command::Plot { node, signals: vec![selected()?], every_ms: PLOTTED_MS }),
-        KeyCode::Char('d') => say(Command::Compare { node, with: Other::Defaults }),
-        KeyCode::Char('b') => Some(Action::Ask(Purpose::File(String::new()), Command::Backup { node })),
-        KeyCode::Char('u') => desk.ask(Text::AskFile, format!("{node} {name}"), move |path| {
+        KeyCode::Char('g') => say(Request::Plot { node, signals: vec![selected()?], every_ms: PLOTTED_MS }),
+        KeyCode::Char('d') => say(Request::Compare { node, with: Other::Defaults }),
+        KeyCode::Char('b') => Some(Action::Ask(Purpose::File(String::new()), Request::Backup { node })),
+        KeyCode::Char('u') => ui.ask(Text::AskFile, format!("{node} {name}"), move |path| {
             let dcf = std::fs::read_to_string(path.trim()).map_err(|error| format!("{}: {error}", path.trim()))?;
-            Ok(Action::Ask(Purpose::Say, Command::Restore { node, dcf }))
+            Ok(Action::Ask(Purpose::Say, Request::Restore { node, dcf }))
         }),
         _ => None,
     }
 }
 
-pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let watched = view.watched.len().min(6) as u16;
     let [list, detail, below] = Layout::vertical([
         Constraint::Min(5),
@@ -103,10 +103,10 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
         Constraint::Length(if watched > 0 { watched + 1 } else { 0 }),
     ])
     .areas(area);
-    let objects: Vec<_> = shown(desk, state, view).collect();
+    let objects: Vec<_> = shown(ui, state, view).collect();
     let columns = Columns {
         head: [Text::Address, Text::Name, Text::Value, Text::Default, Text::Limits, Text::Access]
-            .map(|text| desk.text(text)),
+            .map(|text| ui.text(text)),
         widths: [
             Constraint::Length(8),
             Constraint::Fill(3),
@@ -116,7 +116,7 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
             Constraint::Length(7),
         ],
     };
-    let selected = Some(desk.row()).filter(|_| !objects.is_empty());
+    let selected = Some(ui.row()).filter(|_| !objects.is_empty());
     let listed = columns.draw(frame, list, selected, objects.iter(), |object| {
         let value = object.value.as_ref();
         let differs = value.is_some_and(|value| object.default.as_ref().is_some_and(|default| *default != value.text));
@@ -136,15 +136,15 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
         .style(if differs { Style::new().bold() } else { Style::new() })
     });
     if objects.is_empty() {
-        let empty = if state.search.is_empty() { desk.text(Text::NoSheet) } else { "0" };
+        let empty = if state.search.is_empty() { ui.text(Text::NoSheet) } else { "0" };
         frame.render_widget(Line::from(empty).dim(), list.centered_vertically(Constraint::Length(1)));
     }
 
-    let node = desk.node(view).map_or_else(String::new, |node| format!(" {} {} ", node.id, node.name));
+    let node = ui.node(view).map_or_else(String::new, |node| format!(" {} {} ", node.id, node.name));
     let block = Block::bordered().title(node);
-    let text = objects.get(desk.row()).map(|object| details(desk, object)).unwrap_or_default();
+    let text = objects.get(ui.row()).map(|object| details(ui, object)).unwrap_or_default();
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: false }).block(block), detail);
-    draw_watched(desk, frame, below, view);
+    draw_watched(ui, frame, below, view);
     vec![listed]
 }
 
@@ -159,10 +159,10 @@ fn limits(object: &Object) -> String {
     }
 }
 
-fn details(desk: &Desk, object: &Object) -> Vec<Line<'static>> {
+fn details(ui: &Ui, object: &Object) -> Vec<Line<'static>> {
     let mut lines = vec![Line::from(format!("{}  {}  {}", title(object), object.data_type, object.group)).bold()];
     if !object.choices.is_empty() {
-        lines.push(Line::from(format!("{}: {}", desk.text(Text::Choices), object.choices.join(", "))));
+        lines.push(Line::from(format!("{}: {}", ui.text(Text::Choices), object.choices.join(", "))));
     }
     lines.extend(object.help.clone().map(Line::from));
     if let Some(value) = &object.value {
@@ -171,7 +171,7 @@ fn details(desk: &Desk, object: &Object) -> Vec<Line<'static>> {
     lines
 }
 
-fn draw_watched(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) {
+fn draw_watched(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) {
     let rows = view.watched.iter().map(|watched| {
         let (low, high) =
             watched.bounds.map_or_else(Default::default, |(low, high)| (low.to_string(), high.to_string()));
@@ -189,5 +189,5 @@ fn draw_watched(desk: &Desk, frame: &mut Frame<'_>, area: Rect, view: &View) {
         Constraint::Fill(1),
     ];
     let head = [Text::Id, Text::Address, Text::Watched, Text::Value, Text::Lowest, Text::Highest];
-    frame.render_widget(Table::new(rows, widths).header(Row::new(head.map(|text| desk.text(text))).bold()), area);
+    frame.render_widget(Table::new(rows, widths).header(Row::new(head.map(|text| ui.text(text))).bold()), area);
 }

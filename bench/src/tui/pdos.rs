@@ -8,11 +8,11 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Row};
 
 use super::action::{Action, Purpose};
-use super::desk::Desk;
 use super::list::{Columns, Listed, WRONG};
 use super::prompt::Field;
 use super::text::Text;
-use crate::command::Command;
+use super::ui::Ui;
+use crate::request::Request;
 use crate::view::{Pdo, Value, View};
 
 /// The colours of objects, one after the other.
@@ -98,18 +98,18 @@ impl State {
     }
 }
 
-pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
-    let node = desk.node(view)?.id;
-    let row = desk.row();
+pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
+    let node = ui.node(view)?.id;
+    let row = ui.row();
     match code {
         KeyCode::Char(_) | KeyCode::Delete | KeyCode::Backspace | KeyCode::Enter
             if code != KeyCode::Char('r') && state.of(node).is_empty() =>
         {
             None
         }
-        KeyCode::Char('r') => Some(Action::Ask(Purpose::Pdos(node), Command::Pdos { node })),
-        KeyCode::Char('a') => desk.ask_for(Field::Object),
-        KeyCode::Char('t') => desk.ask_for(Field::Timing),
+        KeyCode::Char('r') => Some(Action::Ask(Purpose::Pdos(node), Request::Pdos { node })),
+        KeyCode::Char('a') => ui.ask_for(Field::Object),
+        KeyCode::Char('t') => ui.ask_for(Field::Timing),
         KeyCode::Delete | KeyCode::Backspace => {
             state.draft(row)?.objects.pop();
             None
@@ -118,39 +118,39 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
             let draft = state.draft(row)?;
             let Draft { pdo, objects, transmission } = draft.clone();
             let check = code == KeyCode::Char('c');
-            Some(Action::Ask(Purpose::Mapped(node), Command::MapPdo { node, pdo, objects, transmission, check }))
+            Some(Action::Ask(Purpose::Mapped(node), Request::MapPdo { node, pdo, objects, transmission, check }))
         }
         _ => None,
     }
 }
 
-pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [list, detail] = Layout::horizontal([Constraint::Length(34), Constraint::Min(40)]).areas(area);
-    let pdos = desk.node(view).map_or(&[][..], |node| state.of(node.id));
+    let pdos = ui.node(view).map_or(&[][..], |node| state.of(node.id));
     let columns = Columns {
         head: [""; 4],
         widths: [Constraint::Length(7), Constraint::Length(5), Constraint::Length(10), Constraint::Fill(1)],
     };
-    let listed = columns.draw(frame, list, Some(desk.row()), pdos.iter(), |pdo| {
+    let listed = columns.draw(frame, list, Some(ui.row()), pdos.iter(), |pdo| {
         let rate = view.bus.ids.iter().find(|rate| rate.id == pdo.id);
         let rate = format!("{:>8.1}/s", rate.map_or(0.0, |rate| rate.per_second));
         let row = |mark| Row::new([pdo.name.clone(), format!("{}h", pdo.id), rate, mark]);
         match (&pdo.conflict, pdo.is_on) {
             (Some(_), _) => row(WRONG.to_owned()).red(),
             (None, true) => row(String::new()),
-            (None, false) => row(desk.text(Text::Off).to_owned()).dim(),
+            (None, false) => row(ui.text(Text::Off).to_owned()).dim(),
         }
     });
-    if let Some(pdo) = pdos.get(desk.row()) {
+    if let Some(pdo) = pdos.get(ui.row()) {
         let block = Block::bordered().title(format!(" {} ", pdo.name));
         let inner = block.inner(detail);
         frame.render_widget(block, detail);
-        frame.render_widget(Paragraph::new(lines(desk, state, pdo)), inner);
+        frame.render_widget(Paragraph::new(lines(ui, state, pdo)), inner);
     }
     vec![listed]
 }
 
-fn lines(desk: &Desk, state: &State, pdo: &Pdo) -> Vec<Line<'static>> {
+fn lines(ui: &Ui, state: &State, pdo: &Pdo) -> Vec<Line<'static>> {
     let mut lines = vec![Line::from(format!("{}h  {}", pdo.id, pdo.transmission))];
     let timer = pdo.event_timer_ms.filter(|ms| *ms > 0).map(|ms| format!("event timer {ms} ms"));
     lines.extend(timer.map(Line::from));
@@ -171,7 +171,7 @@ fn lines(desk: &Desk, state: &State, pdo: &Pdo) -> Vec<Line<'static>> {
     if let Some(draft) = state.draft.as_ref().filter(|draft| draft.pdo == pdo.name) {
         let timing = draft.transmission.as_ref().map_or_else(String::new, |timing| format!(", {timing}"));
         lines.push(Line::default());
-        lines.push(Line::from(format!("{}: {}{timing}", desk.text(Text::Carries), draft.objects.join(" "))).yellow());
+        lines.push(Line::from(format!("{}: {}{timing}", ui.text(Text::Carries), draft.objects.join(" "))).yellow());
     }
     lines
 }

@@ -10,12 +10,12 @@ use ratatui::widgets::Row;
 use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke};
 
 use super::action::{Action, Purpose, say};
-use super::desk::Desk;
 use super::list::{Columns, Listed};
 use super::prompt::Field;
 use super::text::Text;
-use crate::command::Command;
+use super::ui::Ui;
 use crate::number;
+use crate::request::Request;
 use crate::view::{Curve, View};
 
 /// How often a plotted entry is read.
@@ -78,9 +78,9 @@ impl State {
     }
 
     /// The points that are shown, unless they are here.
-    pub(super) fn request(&self, now: f64) -> Option<Command> {
+    pub(super) fn request(&self, now: f64) -> Option<Request> {
         let (since, _) = self.window(now);
-        (self.held.is_none() || !self.is_complete).then_some(Command::Curves { since })
+        (self.held.is_none() || !self.is_complete).then_some(Request::Curves { since })
     }
 
     pub(super) fn take(&mut self, curves: Vec<Curve>) {
@@ -167,21 +167,21 @@ fn number_at(points: &[(f64, f64)], time: f64) -> Option<f64> {
     Some(points[after.checked_sub(1)?].1)
 }
 
-pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
+pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
     let export = |format: &str| {
-        Some(Action::Ask(Purpose::File(String::new()), Command::ExportPlot { format: format.to_owned() }))
+        Some(Action::Ask(Purpose::File(String::new()), Request::ExportPlot { format: format.to_owned() }))
     };
     match code {
         KeyCode::Char('a') => {
-            let (node, name) = desk.node(view).map(|node| (node.id, node.name.clone()))?;
-            return desk.ask(Text::AskSignal, format!("{node} {name}"), move |signal| {
-                let plot = Command::Plot { node, signals: vec![signal], every_ms: PLOTTED_MS };
+            let (node, name) = ui.node(view).map(|node| (node.id, node.name.clone()))?;
+            return ui.ask(Text::AskSignal, format!("{node} {name}"), move |signal| {
+                let plot = Request::Plot { node, signals: vec![signal], every_ms: PLOTTED_MS };
                 Ok(Action::Ask(Purpose::Say, plot))
             });
         }
         KeyCode::Char('c') => {
             *state = State { span: state.span, ..State::default() };
-            return say(Command::ClearPlot { node: None });
+            return say(Request::ClearPlot { node: None });
         }
         KeyCode::Char('+') => state.show((state.span / 2.0).max(0.5)),
         KeyCode::Char('-') => state.show((state.span * 2.0).min(3600.0)),
@@ -194,7 +194,7 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
         KeyCode::Char('<') => state.move_cursor(-0.1, view.time),
         KeyCode::Char('>') => state.move_cursor(0.1, view.time),
         KeyCode::Char('0') => state.cursors = [None; 2],
-        KeyCode::Char('t') if desk.row() < state.curves.len() => return desk.ask_for(Field::Trigger),
+        KeyCode::Char('t') if ui.row() < state.curves.len() => return ui.ask_for(Field::Trigger),
         KeyCode::Char('x') => return export("csv"),
         KeyCode::Char('v') => return export("svg"),
         _ => {}
@@ -203,17 +203,17 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
 }
 
 /// The curves by name, and a picture for each unit.
-pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let curves = &state.curves;
     if curves.is_empty() {
-        frame.render_widget(Line::from(desk.text(Text::NoCurve)).dim(), area);
+        frame.render_widget(Line::from(ui.text(Text::NoCurve)).dim(), area);
         return Vec::new();
     }
     let [list, state_line, pictures] =
         Layout::vertical([Constraint::Length(curves.len().min(6) as u16), Constraint::Length(1), Constraint::Min(4)])
             .areas(area);
-    let listed = draw_names(desk, state, frame, list, view.time);
-    frame.render_widget(Line::from(how(desk, state)), state_line);
+    let listed = draw_names(ui, state, frame, list, view.time);
+    frame.render_widget(Line::from(how(ui, state)), state_line);
     let mut units: Vec<_> = curves.iter().map(|curve| curve.unit.as_deref()).collect();
     units.sort_unstable();
     units.dedup();
@@ -225,7 +225,7 @@ pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect
 }
 
 /// The curves with their last numbers, and those at the cursors.
-fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, now: f64) -> Listed {
+fn draw_names(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, now: f64) -> Listed {
     let columns = Columns {
         head: [""; 5],
         widths: [
@@ -236,7 +236,7 @@ fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, now
             Constraint::Fill(1),
         ],
     };
-    columns.draw(frame, area, Some(desk.row()), state.curves.iter().zip(0..), |(curve, place)| {
+    columns.draw(frame, area, Some(ui.row()), state.curves.iter().zip(0..), |(curve, place)| {
         let age = curve.seen.filter(|seen| seen.is_old).map(|seen| format!(" (-{:.1} s)", now - seen.at));
         let age = age.unwrap_or_default();
         let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}{age}"));
@@ -254,8 +254,8 @@ fn draw_names(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, now
 }
 
 /// Where the cursors are, and what is waited for.
-fn how(desk: &Desk, state: &State) -> String {
-    let mut words = vec![desk.text(if state.held.is_some() { Text::Stands } else { Text::Follows }).to_owned()];
+fn how(ui: &Ui, state: &State) -> String {
+    let mut words = vec![ui.text(if state.held.is_some() { Text::Stands } else { Text::Follows }).to_owned()];
     let moved = |cursor| if state.active == cursor { "*" } else { "" };
     for (cursor, at) in state.cursors.iter().enumerate() {
         words.extend(at.map(|at| format!("{}{}: {at:.3} s", cursor + 1, moved(cursor))));
@@ -265,7 +265,7 @@ fn how(desk: &Desk, state: &State) -> String {
     }
     if let Some(trigger) = &state.trigger {
         let (sign, level, name) = (trigger.sign(), trigger.level, letter(trigger.curve));
-        words.push(format!("{}: {name} {sign} {level}", desk.text(Text::Waits)));
+        words.push(format!("{}: {name} {sign} {level}", ui.text(Text::Waits)));
     }
     format!(" {}", words.join("  "))
 }

@@ -5,7 +5,7 @@ use super::text::Text;
 
 /// A question, and what was typed so far.
 pub(super) struct Prompt {
-    pub(super) title: Text,
+    pub(super) title: &'static str,
     /// What it is about: `5 feeder 6081:00`.
     pub(super) of: String,
     pub(super) typed: String,
@@ -20,7 +20,7 @@ pub(super) enum Then {
     Set(Field),
 }
 
-/// What somebody types for a room, and no command asks for.
+/// What somebody types for a tab, and no request asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Field {
     Search,

@@ -1,4 +1,4 @@
-//! The terminal's face as a state machine: keys and answers go in, commands come out.
+//! The terminal as a state machine: keys and answers go in, requests come out.
 
 use std::io::Write;
 
@@ -8,22 +8,22 @@ use ratatui::crossterm::event::{
 use ratatui::layout::Position;
 
 use super::action::{Action, Purpose, say};
-use super::desk::Desk;
 use super::notices::{Notices, words};
 use super::prompt::{Field, Prompt, Then};
-use super::room::Room;
+use super::tab::Tab;
 use super::text::{Language, Text};
+use super::ui::Ui;
 use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
-use crate::command::{Answer, Command, Refused};
+use crate::request::{Answer, Refused, Request};
 use crate::view::View;
 
 /// How many rows a turn of the wheel scrolls.
 const WHEEL: usize = 3;
 
-/// The terminal's face.
+/// The terminal.
 #[derive(Default)]
 pub struct Screen {
-    pub(super) desk: Desk,
+    pub(super) ui: Ui,
     pub(super) notices: Notices,
     pub(super) has_help: bool,
     pub(super) objects: objects::State,
@@ -33,17 +33,17 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// A face that has this number.
+    /// A client that has this number.
     #[must_use]
-    pub fn new(face: u32, language: Language) -> Self {
-        Screen { desk: Desk { language, face, ..Desk::default() }, ..Screen::default() }
+    pub fn new(client: u32, language: Language) -> Self {
+        Screen { ui: Ui { language, client, ..Ui::default() }, ..Screen::default() }
     }
 
     /// Handles a key.
     pub fn handle_key(&mut self, key: KeyEvent, view: &View) -> Option<Action> {
         let action = self.press(key, view);
         // What is held has no points of a curve that is added.
-        if let Some(Action::Ask(_, Command::Plot { .. })) = &action {
+        if let Some(Action::Ask(_, Request::Plot { .. })) = &action {
             self.plots.follow();
         }
         action
@@ -53,15 +53,15 @@ impl Screen {
         if key.kind == KeyEventKind::Release {
             return None;
         }
-        self.desk.follow(view);
+        self.ui.follow(view);
         if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
             return Some(Action::Leave);
         }
         // Whatever else is shown: this stops. A space may belong to what is typed.
-        if key.code == KeyCode::F(12) || (key.code == KeyCode::Char(' ') && self.desk.prompt.is_none()) {
-            (self.desk.prompt, self.has_help) = (None, false);
-            self.notices.say(self.desk.text(Text::Stopping));
-            return Some(Action::Ask(Purpose::Stop, Command::StopAll));
+        if key.code == KeyCode::F(12) || (key.code == KeyCode::Char(' ') && self.ui.prompt.is_none()) {
+            (self.ui.prompt, self.has_help) = (None, false);
+            self.notices.say(self.ui.text(Text::Stopping));
+            return Some(Action::Ask(Purpose::Stop, Request::StopAll));
         }
         // Both together are AltGr on some terminals. Some send Ctrl-H for Backspace.
         let is_chord = key.modifiers.contains(KeyModifiers::CONTROL) != key.modifiers.contains(KeyModifiers::ALT);
@@ -70,59 +70,59 @@ impl Screen {
             KeyCode::Char(_) if is_chord => return None,
             code => code,
         };
-        if self.desk.prompt.is_some() {
+        if self.ui.prompt.is_some() {
             return self.answer(code, view);
         }
         if std::mem::take(&mut self.has_help) {
             return None;
         }
-        let desk = &mut self.desk;
+        let ui = &mut self.ui;
         match code {
             KeyCode::Char('q') => return Some(Action::Leave),
             KeyCode::Char('?') => self.has_help = true,
             KeyCode::Esc => self.notices.dismiss(view),
-            KeyCode::Tab => desk.room = desk.room.further(1),
-            KeyCode::BackTab => desk.room = desk.room.further(Room::ALL.len() - 1),
-            KeyCode::Char(digit @ '1'..='8') => desk.room = Room::ALL[digit as usize - '1' as usize],
-            KeyCode::Char('h') if view.hands.holder == Some(desk.face) => return say(Command::ReleaseHands),
-            KeyCode::Char(hands @ ('h' | 'H')) => return say(Command::TakeHands { force: hands == 'H' }),
-            KeyCode::Char('[') => desk.select_node(view, -1),
-            KeyCode::Char(']') => desk.select_node(view, 1),
+            KeyCode::Tab => ui.tab = ui.tab.further(1),
+            KeyCode::BackTab => ui.tab = ui.tab.further(Tab::ALL.len() - 1),
+            KeyCode::Char(digit @ '1'..='8') => ui.tab = Tab::ALL[digit as usize - '1' as usize],
+            KeyCode::Char('h') if view.control.holder == Some(ui.client) => return say(Request::ReleaseControl),
+            KeyCode::Char(control @ ('h' | 'H')) => return say(Request::TakeControl { force: control == 'H' }),
+            KeyCode::Char('[') => ui.select_node(view, -1),
+            KeyCode::Char(']') => ui.select_node(view, 1),
             KeyCode::Char('l') if view.log.is_some() => {
                 let stands = view.log.as_ref().is_some_and(|log| log.speed == 0.0);
-                return say(Command::Play { speed: if stands { 1.0 } else { 0.0 } });
+                return say(Request::Play { speed: if stands { 1.0 } else { 0.0 } });
             }
             KeyCode::Left | KeyCode::Right if view.log.is_some() => {
                 let log = view.log.as_ref()?;
                 let step = log.seconds / 50.0 * if code == KeyCode::Left { -1.0 } else { 1.0 };
-                return say(Command::Seek { seconds: (log.position + step).clamp(0.0, log.seconds) });
+                return say(Request::Seek { seconds: (log.position + step).clamp(0.0, log.seconds) });
             }
-            other => return self.handle_in_room(other, view),
+            other => return self.handle_in_tab(other, view),
         }
         None
     }
 
-    fn handle_in_room(&mut self, code: KeyCode, view: &View) -> Option<Action> {
+    fn handle_in_tab(&mut self, code: KeyCode, view: &View) -> Option<Action> {
         let last = self.row_count(view).saturating_sub(1);
-        let (desk, trace) = (&mut self.desk, &mut self.trace);
+        let (ui, trace) = (&mut self.ui, &mut self.trace);
         let row = match code {
-            _ if desk.room == Room::Trace => return trace::handle_key(desk, trace, code, view),
-            KeyCode::Up => desk.row().saturating_sub(1),
-            KeyCode::Down => desk.row() + 1,
-            KeyCode::PageUp => desk.row().saturating_sub(desk.lines()),
-            KeyCode::PageDown => desk.row() + desk.lines(),
+            _ if ui.tab == Tab::Trace => return trace::handle_key(ui, trace, code, view),
+            KeyCode::Up => ui.row().saturating_sub(1),
+            KeyCode::Down => ui.row() + 1,
+            KeyCode::PageUp => ui.row().saturating_sub(ui.lines()),
+            KeyCode::PageDown => ui.row() + ui.lines(),
             KeyCode::Home => 0,
             KeyCode::End => last,
             other => {
-                return match desk.room {
-                    Room::Nodes => nodes::handle_key(desk, trace, other, view),
-                    Room::Objects => objects::handle_key(desk, &self.objects, other, view),
-                    Room::Pdos => pdos::handle_key(desk, &mut self.pdos, other, view),
-                    Room::Plots => plots::handle_key(desk, &mut self.plots, other, view),
-                    Room::Drives => drives::handle_key(desk, other, view),
-                    Room::Bus => bus::handle_key(desk, trace, other, view),
-                    Room::Devices => devices::handle_key(desk, other, view),
-                    Room::Trace => None,
+                return match ui.tab {
+                    Tab::Nodes => nodes::handle_key(ui, trace, other, view),
+                    Tab::Objects => objects::handle_key(ui, &self.objects, other, view),
+                    Tab::Pdos => pdos::handle_key(ui, &mut self.pdos, other, view),
+                    Tab::Plots => plots::handle_key(ui, &mut self.plots, other, view),
+                    Tab::Drives => drives::handle_key(ui, other, view),
+                    Tab::Bus => bus::handle_key(ui, trace, other, view),
+                    Tab::Devices => devices::handle_key(ui, other, view),
+                    Tab::Trace => None,
                 };
             }
         };
@@ -131,42 +131,42 @@ impl Screen {
     }
 
     fn select(&mut self, row: usize, view: &View) {
-        match self.desk.room {
-            Room::Trace => self.trace.mark(row, self.desk.lines()),
-            Room::Nodes => self.desk.node = view.nodes.get(row).map(|node| node.id),
-            Room::Drives => self.desk.drive = view.drives.get(row).map(|drive| drive.node),
+        match self.ui.tab {
+            Tab::Trace => self.trace.mark(row, self.ui.lines()),
+            Tab::Nodes => self.ui.node = view.nodes.get(row).map(|node| node.id),
+            Tab::Drives => self.ui.drive = view.drives.get(row).map(|drive| drive.node),
             _ => {}
         }
-        self.desk.set_row(row);
+        self.ui.set_row(row);
     }
 
     fn row_count(&self, view: &View) -> usize {
-        match self.desk.room {
-            Room::Nodes => view.nodes.len(),
-            Room::Objects => objects::shown(&self.desk, &self.objects, view).count(),
-            Room::Pdos => self.desk.node(view).map_or(0, |node| self.pdos.of(node.id).len()),
-            Room::Plots => self.plots.count(),
-            Room::Drives => view.drives.len(),
-            Room::Bus => bus::row_count(view),
-            Room::Devices => devices::rows(view).count(),
-            Room::Trace => self.trace.count(),
+        match self.ui.tab {
+            Tab::Nodes => view.nodes.len(),
+            Tab::Objects => objects::shown(&self.ui, &self.objects, view).count(),
+            Tab::Pdos => self.ui.node(view).map_or(0, |node| self.pdos.of(node.id).len()),
+            Tab::Plots => self.plots.count(),
+            Tab::Drives => view.drives.len(),
+            Tab::Bus => bus::row_count(view),
+            Tab::Devices => devices::rows(view).count(),
+            Tab::Trace => self.trace.count(),
         }
     }
 
     /// Handles what is done with the mouse: it selects and scrolls, and gives no order.
     pub fn handle_mouse(&mut self, mouse: MouseEvent, view: &View) {
         // What is asked is about what was selected when it was asked.
-        if self.desk.prompt.is_some() {
+        if self.ui.prompt.is_some() {
             return;
         }
-        self.desk.follow(view);
+        self.ui.follow(view);
         match mouse.kind {
             MouseEventKind::Down(MouseButton::Left) if self.has_help => self.has_help = false,
             MouseEventKind::Down(MouseButton::Left) => self.click(Position::new(mouse.column, mouse.row), view),
             MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
                 let code = if mouse.kind == MouseEventKind::ScrollUp { KeyCode::Up } else { KeyCode::Down };
                 for _ in 0..WHEEL {
-                    self.handle_in_room(code, view);
+                    self.handle_in_tab(code, view);
                 }
             }
             _ => {}
@@ -176,14 +176,14 @@ impl Screen {
     fn click(&mut self, at: Position, view: &View) {
         if at.y == 0 {
             let mut x = 0;
-            let room = Room::ALL.into_iter().find(|room| {
-                x += self.tab(*room).chars().count();
+            let tab = Tab::ALL.into_iter().find(|tab| {
+                x += self.tab(*tab).chars().count();
                 usize::from(at.x) < x
             });
-            self.desk.room = room.unwrap_or(self.desk.room);
+            self.ui.tab = tab.unwrap_or(self.ui.tab);
             return;
         }
-        if let Some(listed) = self.desk.listed.iter().find(|listed| listed.area.contains(at)) {
+        if let Some(listed) = self.ui.listed.iter().find(|listed| listed.area.contains(at)) {
             let row = listed.first + usize::from(at.y - listed.area.y);
             if row < self.row_count(view) {
                 self.select(row, view);
@@ -191,28 +191,28 @@ impl Screen {
         }
     }
 
-    /// A room in the first line.
-    pub(super) fn tab(&self, room: Room) -> String {
-        let marks = if room == self.desk.room { ['[', ']'] } else { [' ', ' '] };
-        format!("{}{} {}{}", marks[0], room as usize + 1, self.desk.text(room.title()), marks[1])
+    /// A tab in the first line.
+    pub(super) fn tab(&self, tab: Tab) -> String {
+        let marks = if tab == self.ui.tab { ['[', ']'] } else { [' ', ' '] };
+        format!("{}{} {}{}", marks[0], tab as usize + 1, self.ui.text(tab.title()), marks[1])
     }
 
     /// Takes what was pasted: text where something is typed, and nothing elsewhere. It is not somebody who presses keys.
     pub fn paste(&mut self, text: &str) {
-        if let Some(prompt) = &mut self.desk.prompt {
+        if let Some(prompt) = &mut self.ui.prompt {
             prompt.paste(text);
         }
     }
 
     /// A key while a question is asked.
     fn answer(&mut self, code: KeyCode, view: &View) -> Option<Action> {
-        let prompt = self.desk.prompt.as_mut()?;
+        let prompt = self.ui.prompt.as_mut()?;
         match code {
-            KeyCode::Esc => self.desk.prompt = None,
+            KeyCode::Esc => self.ui.prompt = None,
             KeyCode::Backspace => drop(prompt.typed.pop()),
             KeyCode::Char(character) => prompt.typed.push(character),
             KeyCode::Enter => {
-                let Prompt { typed, then, .. } = self.desk.prompt.take()?;
+                let Prompt { typed, then, .. } = self.ui.prompt.take()?;
                 let answered = match then {
                     Then::Ask(ask) => ask(typed).map(Some),
                     Then::Set(field) => self.set(field, typed, view).map(|()| None),
@@ -228,10 +228,10 @@ impl Screen {
     }
 
     fn set(&mut self, field: Field, typed: String, view: &View) -> Result<(), String> {
-        let row = self.desk.row();
+        let row = self.ui.row();
         match field {
             Field::Search => {
-                self.desk.set_row(0);
+                self.ui.set_row(0);
                 self.objects.search(typed);
             }
             Field::Text | Field::Services | Field::Nodes => self.trace.set(field, typed),
@@ -242,23 +242,23 @@ impl Screen {
         Ok(())
     }
 
-    /// What the room needs to be shown: asked again when the answer to the last one is there.
+    /// What the tab needs to be shown: asked again when the answer to the last one is there.
     #[must_use]
-    pub fn wants(&self, view: &View) -> Option<(Purpose, Command)> {
-        let node = self.desk.node.or_else(|| view.nodes.first().map(|node| node.id));
-        match self.desk.room {
-            Room::Pdos if self.pdos.node != node => Some((Purpose::Pdos(node?), Command::Pdos { node: node? })),
-            Room::Pdos => Some((Purpose::Seen(node?), Command::Seen { node: node?, addresses: self.pdos.addresses() })),
-            Room::Objects => Some((Purpose::Objects(node?), Command::Objects { node: node? })),
-            Room::Trace => Some((Purpose::Trace, self.trace.request())),
-            Room::Plots => Some((Purpose::Plots, self.plots.request(view.time)?)),
+    pub fn wants(&self, view: &View) -> Option<(Purpose, Request)> {
+        let node = self.ui.node.or_else(|| view.nodes.first().map(|node| node.id));
+        match self.ui.tab {
+            Tab::Pdos if self.pdos.node != node => Some((Purpose::Pdos(node?), Request::Pdos { node: node? })),
+            Tab::Pdos => Some((Purpose::Seen(node?), Request::Seen { node: node?, addresses: self.pdos.addresses() })),
+            Tab::Objects => Some((Purpose::Objects(node?), Request::Objects { node: node? })),
+            Tab::Trace => Some((Purpose::Trace, self.trace.request())),
+            Tab::Plots => Some((Purpose::Plots, self.plots.request(view.time)?)),
             _ => None,
         }
     }
 
-    /// Takes the answer to a command.
+    /// Takes the answer to a request.
     pub fn take(&mut self, purpose: Purpose, result: Result<Answer, Refused>) {
-        let text = |text| self.desk.text(text);
+        let text = |text| self.ui.text(text);
         match (purpose, result) {
             (Purpose::Objects(node), Ok(Answer::Objects(objects))) => self.objects.set(node, objects),
             (Purpose::Objects(node), Err(_)) => self.objects.set(node, Vec::new()),
@@ -300,7 +300,7 @@ impl Screen {
                 let values = values.iter().map(|value| format!("{} = {}", value.address, value.text));
                 values.collect::<Vec<_>>().join(", ")
             }
-            Answer::Objections(objections) if objections.is_empty() => self.desk.text(Text::Fits).to_owned(),
+            Answer::Objections(objections) if objections.is_empty() => self.ui.text(Text::Fits).to_owned(),
             Answer::Objections(objections) => objections.join("; "),
             Answer::Differences(found) => {
                 let differences =
@@ -308,7 +308,7 @@ impl Screen {
                 let text = differences.collect::<Vec<_>>().join("; ");
                 if text.is_empty() { "0".to_owned() } else { text }
             }
-            _ => self.desk.text(Text::Done).to_owned(),
+            _ => self.ui.text(Text::Done).to_owned(),
         }
     }
 }

@@ -1,6 +1,6 @@
-//! What the terminal's face says, in English and German.
+//! What the terminal says, in English and German.
 
-/// The language of the face; what the bench says of the bus is English.
+/// The language of the terminal; what the bench says of the bus is English.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Language {
     /// English.
@@ -20,7 +20,7 @@ impl Language {
 
 macro_rules! texts {
     ($($name:ident, $english:literal, $german:literal;)*) => {
-        /// A text of the face.
+        /// A text.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(super) enum Text {
             $($name,)*
@@ -67,8 +67,6 @@ texts! {
     Lowest, "lowest", "kleinster";
     Highest, "highest", "größter";
     Carries, "maps", "Abbildung";
-    Time, "time [s]", "Zeit [s]";
-    Content, "content", "Inhalt";
     Follows, "follows", "läuft mit";
     Stands, "stands", "steht";
     Filter, "filter", "Filter";
@@ -97,9 +95,9 @@ texts! {
     NoDrive, "no node is a drive", "kein Knoten ist ein Antrieb";
     NoDevice, "the devices of this bus are real", "die Geräte an diesem Bus sind echt";
     NoCurve, "no curve: a adds one", "keine Kurve: a fügt eine hinzu";
-    HandsFree, "hands off: h takes them", "Hände weg: h nimmt die Hand";
-    HandsHere, "HANDS ON", "HAND AM BUS";
-    HandsThere, "another face has the hands", "eine andere Ansicht hat die Hand";
+    ControlFree, "nobody has control: h takes it", "niemand bedient: h übernimmt";
+    ControlHere, "YOU HAVE CONTROL", "BEDIENUNG HIER";
+    ControlThere, "another client has control", "eine andere Ansicht bedient";
     Stop, "SPACE = STOP ALL", "LEERTASTE = ALLES HALT";
     StopTyping, "F12 = STOP ALL", "F12 = ALLES HALT";
     Help, "? help  q leave", "? Hilfe  q Ende";
@@ -119,10 +117,6 @@ texts! {
     Fits, "it can be written: Enter writes it", "schreibbar: Eingabe schreibt";
     AskValue, "new value", "neuer Wert";
     AskSearch, "search", "Suche";
-    AskPosition, "to which position", "auf welche Position";
-    AskDistance, "how far", "wie weit";
-    AskVelocity, "how fast", "wie schnell";
-    AskMethod, "homing method (empty: as it is set)", "Referenzmethode (leer: wie eingestellt)";
     AskFilter, "text", "Text";
     AskServices, "services (nmt, sync, emcy, pdo, sdo, heartbeat, lss)", "Dienste (nmt, sync, emcy, pdo, sdo, heartbeat, lss)";
     AskNodes, "nodes (3,5-9)", "Knoten (3,5-9)";
@@ -142,7 +136,7 @@ texts! {
     HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop  r resume  x drop the travel", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt  r Fahrt fortsetzen  x Fahrt verwerfen";
     HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble  a acknowledge what is over", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit  a Vergangenes quittieren";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
-    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";
+    HelpAll, "1 to 8 or Tab: tabs  arrows, PgUp, PgDn, Home, End  h control (H takes it from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Ansichten  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Bedienung (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";
 }
 
 #[cfg(test)]

@@ -8,11 +8,12 @@ use ratatui::text::Line;
 use ratatui::widgets::Row;
 
 use super::action::{Action, Purpose};
-use super::desk::Desk;
 use super::list::{Columns, Listed, WRONG};
 use super::prompt::Field;
 use super::text::Text;
-use crate::command::{Command, TraceFilter};
+use super::ui::Ui;
+use crate::columns;
+use crate::request::{Request, TraceFilter};
 use crate::view::{Frames, View};
 
 /// How many rows are asked for: some above those in sight, and as many as the largest terminal has.
@@ -39,9 +40,9 @@ pub(super) struct State {
 }
 
 impl State {
-    pub(super) fn request(&self) -> Command {
+    pub(super) fn request(&self) -> Request {
         let from = self.held.map_or(-i64::from(PAGE), |_| -i64::from(ABOVE));
-        Command::Trace { filter: self.filter.clone(), from, at: self.held, count: PAGE }
+        Request::Trace { filter: self.filter.clone(), from, at: self.held, count: PAGE }
     }
 
     pub(super) fn take(&mut self, frames: Frames) {
@@ -91,8 +92,8 @@ impl State {
     }
 }
 
-pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
-    let lines = desk.lines();
+pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &View) -> Option<Action> {
+    let lines = ui.lines();
     match code {
         KeyCode::Up => state.scroll(-1, lines),
         KeyCode::Down => state.scroll(1, lines),
@@ -105,13 +106,13 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
         KeyCode::Char('t') => state.filter.transfers ^= true,
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
-        KeyCode::Char('/') => return desk.ask_for(Field::Text),
-        KeyCode::Char('s') => return desk.ask_for(Field::Services),
-        KeyCode::Char('n') => return desk.ask_for(Field::Nodes),
+        KeyCode::Char('/') => return ui.ask_for(Field::Text),
+        KeyCode::Char('s') => return ui.ask_for(Field::Services),
+        KeyCode::Char('n') => return ui.ask_for(Field::Nodes),
         KeyCode::Char('x') => {
             let filter = state.filter.clone();
-            return desk.ask(Text::AskFormat, String::new(), |format| {
-                Ok(Action::Ask(Purpose::File(String::new()), Command::Export { format, filter }))
+            return ui.ask(Text::AskFormat, String::new(), |format| {
+                Ok(Action::Ask(Purpose::File(String::new()), Request::Export { format, filter }))
             });
         }
         _ => {}
@@ -119,64 +120,42 @@ pub(super) fn handle_key(desk: &mut Desk, state: &mut State, code: KeyCode, view
     None
 }
 
-pub(super) fn draw(desk: &Desk, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
+pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let [head, list] = Layout::vertical([Constraint::Length(1), Constraint::Min(3)]).areas(area);
-    let follows = desk.text(if state.held.is_some() { Text::Stands } else { Text::Follows });
-    let (count, rows) = (state.frames.matching, desk.text(Text::Rows));
+    let follows = ui.text(if state.held.is_some() { Text::Stands } else { Text::Follows });
+    let (count, rows) = (state.frames.matching, ui.text(Text::Rows));
     let lost = state.marked.filter(|number| *number < view.trace.first);
-    let lost = lost.map_or_else(String::new, |number| format!("  {WRONG} #{number} {}", desk.text(Text::Forgotten)));
-    let filter = words(desk, &state.filter);
+    let lost = lost.map_or_else(String::new, |number| format!("  {WRONG} #{number} {}", ui.text(Text::Forgotten)));
+    let filter = words(ui, &state.filter);
     frame.render_widget(Line::from(format!(" {count} {rows}, {follows}  {filter}{lost}")).bold(), head);
     // The words are worth more than the bytes.
-    let bytes = if list.width < WIDE { 0 } else { 23 };
-    let columns = Columns {
-        head: [
-            "",
-            "#",
-            desk.text(Text::Time),
-            "ID",
-            "",
-            desk.text(Text::Id),
-            desk.text(Text::Frame),
-            desk.text(Text::Content),
-        ],
-        widths: [
-            Constraint::Length(1),
-            Constraint::Length(8),
-            Constraint::Length(12),
-            Constraint::Length(4),
-            Constraint::Length(bytes),
-            Constraint::Length(3),
-            Constraint::Length(13),
-            Constraint::Fill(1),
-        ],
-    };
+    let is_shown = |name| name != "data" || list.width >= WIDE;
+    let mut head = vec![""];
+    let mut widths = vec![Constraint::Length(1)];
+    for column in &columns::TRACE {
+        head.push(column.titles[ui.language as usize]);
+        let width = column.terminal.map(|width| if is_shown(column.name) { width } else { 0 });
+        widths.push(width.map_or(Constraint::Fill(1), Constraint::Length));
+    }
+    let columns = Columns { head, widths };
     let lines = usize::from(list.height.saturating_sub(1));
     let top = state.top(lines);
     let shown = state.frames.rows.iter().skip(top);
     let marked = shown.clone().take(lines).position(|row| state.marked == Some(row.number));
     let listed = columns.draw(frame, list, marked, shown, |row| {
-        Row::new([
-            if row.alarming { WRONG } else { "" }.to_owned(),
-            row.number.to_string(),
-            format!("{:.6}", row.time),
-            row.id.clone(),
-            row.data.clone(),
-            row.node.map_or_else(String::new, |node| node.to_string()),
-            row.service.clone(),
-            row.text.clone(),
-        ])
-        .style(if row.alarming { Style::new().red() } else { Style::new() })
+        let mark = if row.alarming { WRONG } else { "" }.to_owned();
+        Row::new(std::iter::once(mark).chain(columns::TRACE.iter().map(|column| (column.text)(row))))
+            .style(if row.alarming { Style::new().red() } else { Style::new() })
     });
     vec![Listed { first: top, ..listed }]
 }
 
-fn words(desk: &Desk, filter: &TraceFilter) -> String {
+fn words(ui: &Ui, filter: &TraceFilter) -> String {
     let mut words = Vec::new();
     for (name, text) in [("nodes", &filter.nodes), ("services", &filter.services), ("text", &filter.text)] {
         words.extend((!text.is_empty()).then(|| format!("{name}={text}")));
     }
     words.extend(filter.transfers.then(|| "transfers".to_owned()));
     words.extend(filter.alarming.then(|| WRONG.to_owned()));
-    if words.is_empty() { String::new() } else { format!("{}: {}", desk.text(Text::Filter), words.join(" ")) }
+    if words.is_empty() { String::new() } else { format!("{}: {}", ui.text(Text::Filter), words.join(" ")) }
 }

@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 
 use crate::View;
 
-/// The fields of a view in JSON, each with the number of the view that brought its present value. They are written once for all faces.
+/// The fields of a view in JSON, each with the number of the view that brought its present value. They are written once for all clients.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fields {
     /// The number of the last view, from 1.
@@ -62,21 +62,21 @@ mod tests {
     }
 
     #[test]
-    fn a_face_gets_what_has_changed_since_its_last_view() {
+    fn a_client_gets_what_has_changed_since_its_last_view() {
         let mut fields = Fields::default();
         let mut view = View::default();
         fields.update(&view);
         let (first, all) = (fields.number(), names(&fields.message_since(0)));
         assert!(
-            ["time", "bus", "nodes", "drives", "hands"].iter().all(|name| all.iter().any(|it| it == name)),
+            ["time", "bus", "nodes", "drives", "control"].iter().all(|name| all.iter().any(|it| it == name)),
             "{all:?}"
         );
         assert_eq!(fields.message_since(first), r#"{"view":{}}"#);
         view.time = 0.1;
         fields.update(&view);
-        view.hands.faces = 1;
+        view.control.clients = 1;
         fields.update(&view);
-        assert_eq!(names(&fields.message_since(first)), ["hands", "time"]);
-        assert_eq!(fields.message_since(first + 1), r#"{"view":{"hands":{"faces":1,"holder":null}}}"#);
+        assert_eq!(names(&fields.message_since(first)), ["control", "time"]);
+        assert_eq!(fields.message_since(first + 1), r#"{"view":{"control":{"clients":1,"holder":null}}}"#);
     }
 }

@@ -10,7 +10,7 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 
 use super::guard::Token;
 
-/// The most files that wait for a face; a new one takes the place of the oldest.
+/// The most files that wait for a client; a new one takes the place of the oldest.
 const WAITING: usize = 4;
 
 /// Files that wait until they are fetched.
@@ -20,25 +20,25 @@ pub(super) struct Downloads {
 }
 
 struct Download {
-    /// Whose it is: when the face is closed, nobody can want it any more.
-    face: u32,
+    /// Whose it is: when the client is closed, nobody can want it any more.
+    client: u32,
     key: Token,
     name: String,
     content: Vec<u8>,
 }
 
 impl Downloads {
-    /// Keeps a file for a face; returns its address.
-    pub(super) fn offer(&self, face: u32, name: String, content: Vec<u8>) -> std::io::Result<String> {
+    /// Keeps a file for a client; returns its address.
+    pub(super) fn offer(&self, client: u32, name: String, content: Vec<u8>) -> std::io::Result<String> {
         let key = Token::new()?;
         let address = format!("/file/{}", key.as_str());
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        if waiting.iter().filter(|download| download.face == face).count() >= WAITING
-            && let Some(oldest) = waiting.iter().position(|download| download.face == face)
+        if waiting.iter().filter(|download| download.client == client).count() >= WAITING
+            && let Some(oldest) = waiting.iter().position(|download| download.client == client)
         {
             waiting.remove(oldest);
         }
-        waiting.push_back(Download { face, key, name, content });
+        waiting.push_back(Download { client, key, name, content });
         Ok(address)
     }
 
@@ -55,9 +55,9 @@ impl Downloads {
             .ok()
     }
 
-    /// Drops what waits for a face.
-    pub(super) fn forget(&self, face: u32) {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).retain(|download| download.face != face);
+    /// Drops what waits for a client.
+    pub(super) fn forget(&self, client: u32) {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).retain(|download| download.client != client);
     }
 }
 
@@ -95,9 +95,9 @@ mod tests {
     }
 
     #[test]
-    fn only_the_last_files_of_a_face_wait_and_none_of_a_closed_one() {
+    fn only_the_last_files_of_a_client_wait_and_none_of_a_closed_one() {
         let downloads = Downloads::default();
-        let offer = |face| downloads.offer(face, "a".to_owned(), Vec::new()).unwrap();
+        let offer = |client| downloads.offer(client, "a".to_owned(), Vec::new()).unwrap();
         let (other, first) = (offer(2), offer(1));
         let rest: Vec<_> = (0..WAITING).map(|_| offer(1)).collect();
         assert!(downloads.answer(key(&first)).is_none());

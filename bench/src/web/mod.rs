@@ -39,14 +39,16 @@ use downloads::Downloads;
 use files::Files;
 use guard::{Names, Token};
 use shared::{Shared, ended};
+#[cfg(test)]
+pub(crate) use socket::ToPage;
 
 /// How often views are taken.
 const VIEWS: Duration = Duration::from_millis(100);
 /// The most pages that are open at once.
-const FACES: usize = 32;
+const CLIENTS: usize = 32;
 /// The most bytes of a message from a page: the text of a large DCF.
 const MESSAGE: usize = 4 << 20;
-/// The most threads on which commands of pages are begun.
+/// The most threads on which requests of pages are begun.
 const THREADS: usize = 8;
 /// For how long the end waits for answers under way.
 const LEAVING: Duration = Duration::from_secs(1);
@@ -136,11 +138,11 @@ impl Server {
             files: Files::new(),
             downloads: Downloads::default(),
             fields: watch::Sender::new(Fields::default()),
-            faces: Arc::new(Semaphore::new(FACES)),
+            clients: Arc::new(Semaphore::new(CLIENTS)),
             end: self.end,
         });
         let (mut ending, mut end) = (shared.end.subscribe(), shared.end.subscribe());
-        let faces = Arc::clone(&shared.faces);
+        let clients = Arc::clone(&shared.clients);
         tokio::spawn(take_views(Arc::clone(&shared)));
         let router = Router::new()
             .route("/ws", any(open_socket))
@@ -154,7 +156,7 @@ impl Server {
         ended(&mut end).await;
         // Until every page is told; connections that do not end by themselves end with the program.
         let leave = async {
-            let _ = faces.acquire_many(FACES as u32).await;
+            let _ = clients.acquire_many(CLIENTS as u32).await;
             let _ = server.await;
         };
         let _ = timeout(LEAVING, leave).await;
@@ -208,7 +210,7 @@ async fn download(State(shared): State<Arc<Shared>>, Path(key): Path<String>) ->
     answer.unwrap_or_else(|| refuse(StatusCode::NOT_FOUND, "this file has been fetched, or its page is closed"))
 }
 
-/// A new face.
+/// A new client.
 async fn open_socket(
     State(shared): State<Arc<Shared>>,
     headers: HeaderMap,
@@ -219,8 +221,8 @@ async fn open_socket(
     if !named.any(|name| shared.token.is(name)) {
         return refuse(StatusCode::FORBIDDEN, WRONG_TOKEN);
     }
-    let Ok(place) = Arc::clone(&shared.faces).try_acquire_owned() else {
-        return refuse(StatusCode::SERVICE_UNAVAILABLE, format!("{FACES} pages are open\nclose one of them"));
+    let Ok(place) = Arc::clone(&shared.clients).try_acquire_owned() else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, format!("{CLIENTS} pages are open\nclose one of them"));
     };
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE).max_frame_size(MESSAGE);
     upgrade.on_upgrade(move |socket| async move {

@@ -18,7 +18,7 @@ pub(super) struct Shared {
     pub(super) files: Files,
     pub(super) downloads: Downloads,
     pub(super) fields: watch::Sender<Fields>,
-    pub(super) faces: Arc<Semaphore>,
+    pub(super) clients: Arc<Semaphore>,
     pub(super) end: watch::Sender<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! A page: its commands, the answers, the views.
+//! A page: its requests, the answers, the views.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,14 +6,15 @@ use std::time::Duration;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use serde_json::{Value as Json, json};
+use serde::Serialize;
+use serde_json::Value as Json;
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep_until, timeout};
 
 use super::shared::{Shared, ended};
 use crate::engine::Reply;
-use crate::{Answer, Command, Face, Refused};
+use crate::{Answer, Client, Refused, Request};
 
 /// How long a page may take for a view; then it is lost.
 const LOST: Duration = Duration::from_secs(5);
@@ -21,49 +22,49 @@ const LOST: Duration = Duration::from_secs(5);
 const QUIET: Duration = Duration::from_secs(1);
 /// How long a page may take to close its end, too.
 const FAREWELL: Duration = Duration::from_millis(500);
-/// The most commands of a page that are carried out at once, and as many answers that wait for it.
+/// The most requests of a page that are carried out at once, and as many answers that wait for it.
 const UNDER_WAY: usize = 16;
 
-/// What the halves of a page's connection share with the commands that are under way.
+/// What the halves of a page's connection share with the requests that are under way.
 struct Line {
     shared: Arc<Shared>,
-    /// The number of its face.
+    /// The number of its client.
     number: u32,
     answers: mpsc::Sender<String>,
     /// The last view was taken.
     seen: Notify,
 }
 
-/// A command with its number, and the place that it takes until it is answered.
-type Asked = (u64, Command, OwnedSemaphorePermit);
+/// A request with its number, and the place that it takes until it is answered.
+type Asked = (u64, Request, OwnedSemaphorePermit);
 
 /// Serves a page until it or the bench leaves, or it is lost. What it started is stopped then.
 pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
-    let face = Arc::new(shared.bench.open_face());
+    let client = Arc::new(shared.bench.open_client());
     let (sink, mut stream) = socket.split();
     let (answers, waiting) = mpsc::channel(UNDER_WAY);
-    let line = Arc::new(Line { shared: Arc::clone(&shared), number: face.number(), answers, seen: Notify::new() });
+    let line = Arc::new(Line { shared: Arc::clone(&shared), number: client.number(), answers, seen: Notify::new() });
     let (asked, asking) = mpsc::channel(UNDER_WAY);
-    let worker = tokio::spawn(ask_in_order(Arc::clone(&face), Arc::clone(&line), asking));
+    let worker = tokio::spawn(ask_in_order(Arc::clone(&client), Arc::clone(&line), asking));
     tokio::select! {
         () = write(sink, waiting, &line) => {}
-        () = read(&mut stream, &face, &line, asked) => {}
+        () = read(&mut stream, &client, &line, asked) => {}
     }
     worker.abort();
-    face.close();
+    client.close();
     shared.downloads.forget(line.number);
     // What the page has sent and nobody has read would reset the connection, and the page might not see why it was closed.
     let _ = timeout(FAREWELL, async { while let Some(Ok(_)) = stream.next().await {} }).await;
 }
 
-/// Gives the commands of a page to the bench, until there are no more. Some take their time before they are begun, such as to search a
-/// million frames: these are given on threads that all pages share. Commands that change something keep their order; those that only read do not wait for them.
-async fn ask_in_order(face: Arc<Face>, line: Arc<Line>, mut asking: mpsc::Receiver<Asked>) {
-    while let Some((id, command, place)) = asking.recv().await {
-        let only_asks = command.only_asks();
-        let (face, line) = (Arc::clone(&face), Arc::clone(&line));
+/// Gives the requests of a page to the bench, until there are no more. Some take their time before they are begun, such as to search a
+/// million frames: these are given on threads that all pages share. Requests that change something keep their order; those that only read do not wait for them.
+async fn ask_in_order(client: Arc<Client>, line: Arc<Line>, mut asking: mpsc::Receiver<Asked>) {
+    while let Some((id, request, place)) = asking.recv().await {
+        let only_asks = request.only_asks();
+        let (client, line) = (Arc::clone(&client), Arc::clone(&line));
         let given = tokio::spawn(async move {
-            if let Ok(reply) = spawn_blocking(move || face.ask(command)).await {
+            if let Ok(reply) = spawn_blocking(move || client.ask(request)).await {
                 tokio::spawn(conclude(id, reply, line, place));
             }
         });
@@ -73,7 +74,7 @@ async fn ask_in_order(face: Arc<Face>, line: Arc<Line>, mut asking: mpsc::Receiv
     }
 }
 
-/// Sends the answer to a command when it is there.
+/// Sends the answer to a request when it is there.
 async fn conclude(id: u64, reply: Reply, line: Arc<Line>, place: OwnedSemaphorePermit) {
     let outcome = reply.await;
     // Nobody waits for it when the page is gone.
@@ -85,8 +86,7 @@ async fn conclude(id: u64, reply: Reply, line: Arc<Line>, place: OwnedSemaphoreP
 async fn write(mut sink: SplitSink<WebSocket, Message>, mut answers: mpsc::Receiver<String>, line: &Line) {
     let mut fields = line.shared.fields.subscribe();
     let mut end = line.shared.end.subscribe();
-    let hello = json!({ "hello": { "face": line.number, "version": env!("CARGO_PKG_VERSION") } });
-    let mut message = Some(hello.to_string());
+    let mut message = Some(ToPage::Hello { client: line.number, version: env!("CARGO_PKG_VERSION") }.text());
     // The view that was sent last, when that was, and whether the page has still to take it.
     let (mut number, mut sent, mut is_open) = (0, Instant::now(), false);
     loop {
@@ -121,7 +121,7 @@ async fn write(mut sink: SplitSink<WebSocket, Message>, mut answers: mpsc::Recei
 }
 
 /// Takes the page's messages, until it is gone or does not keep to the protocol.
-async fn read(stream: &mut SplitStream<WebSocket>, face: &Face, line: &Arc<Line>, asked: mpsc::Sender<Asked>) {
+async fn read(stream: &mut SplitStream<WebSocket>, client: &Client, line: &Arc<Line>, asked: mpsc::Sender<Asked>) {
     // A stop finds a place, whatever else is under way.
     let (places, stops) = (Arc::new(Semaphore::new(UNDER_WAY)), Arc::new(Semaphore::new(UNDER_WAY)));
     while let Some(Ok(message)) = stream.next().await {
@@ -136,24 +136,24 @@ async fn read(stream: &mut SplitStream<WebSocket>, face: &Face, line: &Arc<Line>
             continue;
         }
         let Some(id) = request["id"].take().as_u64() else { return };
-        let refused = match serde_json::from_value::<Command>(request) {
-            Ok(command) => {
-                let is_stop = command.is_stop();
+        let refused = match serde_json::from_value::<Request>(request) {
+            Ok(request) => {
+                let is_stop = request.is_stop();
                 match Arc::clone(if is_stop { &stops } else { &places }).try_acquire_owned() {
                     Ok(place) if is_stop => {
-                        tokio::spawn(conclude(id, face.ask(command), Arc::clone(line), place));
+                        tokio::spawn(conclude(id, client.ask(request), Arc::clone(line), place));
                         continue;
                     }
-                    // As many commands may wait as there are places.
-                    Ok(place) => match asked.try_send((id, command, place)) {
+                    // As many requests may wait as there are places.
+                    Ok(place) => match asked.try_send((id, request, place)) {
                         Ok(()) => continue,
                         Err(_) => return,
                     },
-                    Err(_) => Refused::new(format_args!("{UNDER_WAY} commands of this page are under way"))
+                    Err(_) => Refused::new(format_args!("{UNDER_WAY} requests of this page are under way"))
                         .with_remedy("wait until one of them is over"),
                 }
             }
-            Err(error) => Refused::new(format_args!("this is no command: {error}")),
+            Err(error) => Refused::new(format_args!("this is no request: {error}")),
         };
         // A page that asks without end, and takes no answer, is not waited for.
         if line.answers.try_send(answer(line, id, Err(refused))).is_err() {
@@ -167,15 +167,59 @@ fn answer(line: &Line, id: u64, outcome: Result<Answer, Refused>) -> String {
         Answer::File { name, bytes } => {
             let length = bytes.len();
             match line.shared.downloads.offer(line.number, name.clone(), bytes) {
-                Ok(url) => Ok(json!({ "file": { "name": name, "url": url, "bytes": length } })),
+                Ok(url) => Ok(Content::File { name, url, bytes: length }),
                 Err(error) => Err(Refused::new(format_args!("this machine has no random numbers: {error}"))),
             }
         }
-        answer => Ok(json!(answer)),
+        answer => Ok(Content::Other(answer)),
     });
-    match outcome {
-        Ok(answer) => json!({ "id": id, "answer": answer }),
-        Err(refused) => json!({ "id": id, "refused": refused }),
+    let outcome = match outcome {
+        Ok(content) => Outcome::Answer(content),
+        Err(refused) => Outcome::Refused(refused),
+    };
+    ToPage::Outcome { id, outcome }.text()
+}
+
+/// A message to a page, besides the view ([`Fields`](super::changes::Fields)).
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) enum ToPage {
+    /// The first one.
+    Hello { client: u32, version: &'static str },
+    /// What became of a request.
+    #[serde(untagged)]
+    Outcome {
+        id: u64,
+        #[serde(flatten)]
+        outcome: Outcome,
+    },
+}
+
+impl ToPage {
+    fn text(&self) -> String {
+        serde_json::to_string(self).expect("all of it can be written as JSON")
     }
-    .to_string()
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) enum Outcome {
+    Answer(Content),
+    Refused(Refused),
+}
+
+/// What an answer has in it: a file is fetched from its address.
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) enum Content {
+    File {
+        name: String,
+        url: String,
+        bytes: usize,
+    },
+    #[serde(untagged)]
+    Other(Answer),
 }

@@ -1,14 +1,14 @@
-//! The bench over simulated devices, in real time: what each command does, who may give it, and what a lost face leaves behind.
+//! The bench over simulated devices, in real time: what each request does, who may give it, and what a lost client leaves behind.
 
 use std::thread::yield_now;
 
-use super::{drive, until};
-use lexican_bench::command::{Nmt, Other, TraceFilter, Verb};
+use super::{bench_of, client, drive, moves, until};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
+use lexican_bench::request::{Nmt, Other, TraceFilter, Verb};
 use lexican_bench::sheet::Sheet;
 use lexican_bench::view::View;
-use lexican_bench::{Answer, Bench, Command, Face};
+use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
 use lexican_runtime::{CobId, Frame, NodeId};
@@ -37,36 +37,21 @@ fn bench_and_bus(plant: &str) -> (Bench, VirtualBus) {
     let plant = Plant::parse(plant, "plant.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
-    let link = bus.link();
-    bus.set_pace(Pace::RealTime);
-    let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
-    (Bench::live(Box::new(link), Setup::new(info)).unwrap(), bus)
-}
-
-/// A face that has the hands, of a bench whose two drives are known.
-fn face(bench: &Bench) -> Face {
-    until(bench, |view| view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some()));
-    let face = bench.open_face();
-    face.ask(Command::TakeHands { force: false }).wait().unwrap();
-    face
-}
-
-fn moves(view: &View) -> bool {
-    view.drives[0].velocity.is_some_and(|velocity| velocity != 0.0)
+    (bench_of(&bus), bus)
 }
 
 #[test]
 fn nodes_are_recognised_and_read() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let view = bench.view();
     assert_eq!(view.nodes[0].sheet.as_deref(), Some("siko/ag03-1"));
     assert_eq!(view.nodes[1].sheet.as_deref(), Some("kollmorgen/akd"));
-    let read = Command::Read { node: 5, addresses: vec!["1018".to_owned(), "6060".to_owned()] };
-    let Ok(Answer::Values(values)) = face.ask(read).wait() else { panic!("values") };
+    let read = Request::Read { node: 5, addresses: vec!["1018".to_owned(), "6060".to_owned()] };
+    let Ok(Answer::Values(values)) = client.ask(read).wait() else { panic!("values") };
     assert_eq!(values.last().unwrap().text, "profile position (1)");
     assert!(values.len() > 3, "1018h has several entries");
-    let Ok(Answer::Objects(objects)) = face.ask(Command::Objects { node: 5 }).wait() else { panic!("objects") };
+    let Ok(Answer::Objects(objects)) = client.ask(Request::Objects { node: 5 }).wait() else { panic!("objects") };
     let mode = objects.iter().find(|object| object.address == "6060:00").unwrap();
     assert_eq!(mode.value.as_ref().unwrap().text, "profile position (1)", "what was read is remembered");
     bench.end();
@@ -75,12 +60,12 @@ fn nodes_are_recognised_and_read() {
 #[test]
 fn what_the_data_sheet_refuses_is_not_sent() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let write =
-        |text: &str| Command::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: false };
-    let refused = face.ask(write("250")).wait().unwrap_err();
+        |text: &str| Request::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: false };
+    let refused = client.ask(write("250")).wait().unwrap_err();
     assert!(refused.why.contains("too high"), "{refused:?}");
-    let Ok(Answer::Values(values)) = face.ask(write("60")).wait() else { panic!("it is written") };
+    let Ok(Answer::Values(values)) = client.ask(write("60")).wait() else { panic!("it is written") };
     assert!(values[0].text.starts_with("60"), "{values:?}");
     let changes = &bench.view().nodes[0].changes;
     assert!(changes.iter().any(|change| change.contains("2410:05")), "{changes:?}");
@@ -90,16 +75,16 @@ fn what_the_data_sheet_refuses_is_not_sent() {
 #[test]
 fn only_who_has_the_hands_changes_something_and_everybody_stops() {
     let bench = bench();
-    let one = face(&bench);
-    let other = bench.open_face();
-    let start = || Command::Nmt { node: None, command: Nmt::Start };
-    assert!(other.ask(start()).wait().unwrap_err().why.contains("has the hands"));
-    assert!(other.ask(Command::TakeHands { force: false }).wait().is_err());
+    let one = client(&bench);
+    let other = bench.open_client();
+    let start = || Request::Nmt { node: None, command: Nmt::Start };
+    assert!(other.ask(start()).wait().unwrap_err().why.contains("has control"));
+    assert!(other.ask(Request::TakeControl { force: false }).wait().is_err());
     one.ask(start()).wait().unwrap();
     one.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     let travel = one.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
-    other.ask(Command::StopAll).wait().unwrap();
+    other.ask(Request::StopAll).wait().unwrap();
     assert!(travel.wait().is_ok_and(|answer| answer == Answer::Done));
     let view = until(&bench, |view| !moves(view));
     assert!(view.drives[0].ending.is_some() && view.drives[0].order.is_none());
@@ -110,38 +95,38 @@ fn only_who_has_the_hands_changes_something_and_everybody_stops() {
 #[test]
 fn a_number_with_two_readings_moves_and_writes_nothing() {
     let bench = bench();
-    let face = face(&bench);
-    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let client = client(&bench);
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     for order in [Verb::MoveTo, Verb::Step, Verb::Run] {
-        let refused = face.ask(drive(5, order, Some("5.000"))).wait().unwrap_err();
+        let refused = client.ask(drive(5, order, Some("5.000"))).wait().unwrap_err();
         assert_eq!(refused.why, "5.000 may be 5 or 5000");
         assert_eq!(refused.remedy.as_deref(), Some("write 5 or 5000"));
     }
     assert!(!moves(&bench.view()));
     let write =
-        |text: &str| Command::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: true };
-    assert!(face.ask(write("1.000")).wait().unwrap_err().why.ends_with("1.000 may be 1 or 1000"));
-    assert!(face.ask(write("60,5")).wait().unwrap_err().remedy.unwrap().contains("60.5"));
-    assert_eq!(face.ask(Command::Number { text: "12.5".to_owned() }).wait(), Ok(Answer::Number(12.5)));
-    face.ask(Command::Number { text: "12.500".to_owned() }).wait().unwrap_err();
+        |text: &str| Request::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: true };
+    assert!(client.ask(write("1.000")).wait().unwrap_err().why.ends_with("1.000 may be 1 or 1000"));
+    assert!(client.ask(write("60,5")).wait().unwrap_err().remedy.unwrap().contains("60.5"));
+    assert_eq!(client.ask(Request::Number { text: "12.5".to_owned() }).wait(), Ok(Answer::Number(12.5)));
+    client.ask(Request::Number { text: "12.500".to_owned() }).wait().unwrap_err();
     // What the card shows can be typed.
     let shown = bench.view().drives[0].position.unwrap().to_string();
-    face.ask(drive(5, Verb::MoveTo, Some(&shown))).wait().unwrap();
+    client.ask(drive(5, Verb::MoveTo, Some(&shown))).wait().unwrap();
     bench.end();
 }
 
 #[test]
-fn a_lost_face_stops_what_it_has_started() {
+fn a_lost_client_stops_what_it_has_started() {
     let bench = bench();
-    let face = face(&bench);
-    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
-    let _travel = face.ask(drive(5, Verb::MoveTo, Some("100000")));
+    let client = client(&bench);
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let _travel = client.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
-    drop(face);
+    drop(client);
     let view = until(&bench, |view| view.drives[0].order.is_none() && !moves(view));
-    assert_eq!(view.hands.holder, None);
+    assert_eq!(view.control.holder, None);
     let ending = view.drives[0].ending.as_ref().unwrap();
     assert_eq!(ending.text, "interrupted: it has been stopped");
     bench.end();
@@ -150,16 +135,16 @@ fn a_lost_face_stops_what_it_has_started() {
 #[test]
 fn a_backup_is_restored_and_compared() {
     let bench = bench();
-    let face = face(&bench);
-    let Ok(Answer::File { bytes, .. }) = face.ask(Command::Backup { node: 5 }).wait() else { panic!("a file") };
+    let client = client(&bench);
+    let Ok(Answer::File { bytes, .. }) = client.ask(Request::Backup { node: 5 }).wait() else { panic!("a file") };
     let dcf = String::from_utf8(bytes).unwrap();
-    let write = Command::Write { node: 5, address: "2410:05".to_owned(), text: "60".to_owned(), force: false };
-    face.ask(write).wait().unwrap();
-    let compare = || Command::Compare { node: 5, with: Other::Dcf(dcf.clone()) };
-    let Ok(Answer::Differences(found)) = face.ask(compare()).wait() else { panic!("differences") };
+    let write = Request::Write { node: 5, address: "2410:05".to_owned(), text: "60".to_owned(), force: false };
+    client.ask(write).wait().unwrap();
+    let compare = || Request::Compare { node: 5, with: Other::Dcf(dcf.clone()) };
+    let Ok(Answer::Differences(found)) = client.ask(compare()).wait() else { panic!("differences") };
     assert_eq!(found.iter().map(|found| &*found.address).collect::<Vec<_>>(), ["2410:05"]);
-    face.ask(Command::Restore { node: 5, dcf: dcf.clone() }).wait().unwrap();
-    let Ok(Answer::Differences(found)) = face.ask(compare()).wait() else { panic!("differences") };
+    client.ask(Request::Restore { node: 5, dcf: dcf.clone() }).wait().unwrap();
+    let Ok(Answer::Differences(found)) = client.ask(compare()).wait() else { panic!("differences") };
     assert!(found.is_empty(), "{found:?}");
     assert!(bench.view().jobs.iter().all(|job| job.is_success == Some(true)));
     bench.end();
@@ -168,8 +153,8 @@ fn a_backup_is_restored_and_compared() {
 #[test]
 fn a_pdo_is_mapped_after_it_was_checked() {
     let bench = bench();
-    let face = face(&bench);
-    let map = |objects: &[&str], check| Command::MapPdo {
+    let client = client(&bench);
+    let map = |objects: &[&str], check| Request::MapPdo {
         node: 6,
         pdo: "tpdo1".to_owned(),
         objects: objects.iter().map(|&object| object.to_owned()).collect(),
@@ -177,17 +162,17 @@ fn a_pdo_is_mapped_after_it_was_checked() {
         check,
     };
     let too_much = ["6041", "6064", "606C"];
-    let Ok(Answer::Objections(objections)) = face.ask(map(&too_much, true)).wait() else { panic!("objections") };
+    let Ok(Answer::Objections(objections)) = client.ask(map(&too_much, true)).wait() else { panic!("objections") };
     assert!(!objections.is_empty(), "80 bits do not fit");
     let fits = ["6041", "6064"];
-    let Ok(Answer::Objections(objections)) = face.ask(map(&fits, true)).wait() else { panic!("objections") };
+    let Ok(Answer::Objections(objections)) = client.ask(map(&fits, true)).wait() else { panic!("objections") };
     assert_eq!(objections, Vec::<String>::new());
-    let Ok(Answer::Pdos(pdos)) = face.ask(map(&fits, false)).wait() else { panic!("the PDO") };
+    let Ok(Answer::Pdos(pdos)) = client.ask(map(&fits, false)).wait() else { panic!("the PDO") };
     assert_eq!(
         pdos[0].fields.iter().map(|field| (field.first_bit, field.bits)).collect::<Vec<_>>(),
         [(0, 16), (16, 32)]
     );
-    face.ask(Command::Nmt { node: Some(6), command: Nmt::Start }).wait().unwrap();
+    client.ask(Request::Nmt { node: Some(6), command: Nmt::Start }).wait().unwrap();
     until(&bench, |view| view.bus.ids.iter().any(|rate| rate.name == "TPDO1" && rate.per_second > 30.0));
     bench.end();
 }
@@ -195,9 +180,9 @@ fn a_pdo_is_mapped_after_it_was_checked() {
 #[test]
 fn the_trace_is_filtered_in_the_words_of_the_monitor() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let rows = |filter: TraceFilter| {
-        let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: -20, at: None, count: 20 }).wait()
+        let Ok(Answer::Frames(frames)) = client.ask(Request::Trace { filter, from: -20, at: None, count: 20 }).wait()
         else {
             panic!("rows")
         };
@@ -212,51 +197,51 @@ fn the_trace_is_filtered_in_the_words_of_the_monitor() {
     assert!(transfers.iter().all(|row| row.service == "SDO transfer" && row.node == Some(5)), "{transfers:?}");
     assert!(transfers.iter().any(|row| row.text.contains("Statusword")), "{transfers:?}");
     let wrong = TraceFilter { services: "sda".to_owned(), ..TraceFilter::default() };
-    assert!(face.ask(Command::Trace { filter: wrong, from: 0, at: None, count: 1 }).wait().is_err());
+    assert!(client.ask(Request::Trace { filter: wrong, from: 0, at: None, count: 1 }).wait().is_err());
     bench.end();
 }
 
 #[test]
 fn values_are_watched_and_plotted() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let address = "6064:00".to_owned();
-    face.ask(Command::Watch { node: 5, address: address.clone(), every_ms: 20 }).wait().unwrap();
-    face.ask(Command::Plot { node: 5, signals: vec![address.clone()], every_ms: 20 }).wait().unwrap();
+    client.ask(Request::Watch { node: 5, address: address.clone(), every_ms: 20 }).wait().unwrap();
+    client.ask(Request::Plot { node: 5, signals: vec![address.clone()], every_ms: 20 }).wait().unwrap();
     let view = until(&bench, |view| view.watched.iter().any(|watched| watched.value.is_some()));
     assert_eq!(view.watched[0].address, address);
     loop {
-        let Ok(Answer::Curves(curves)) = face.ask(Command::Curves { since: 0.0 }).wait() else { panic!("curves") };
+        let Ok(Answer::Curves(curves)) = client.ask(Request::Curves { since: 0.0 }).wait() else { panic!("curves") };
         if curves.first().is_some_and(|curve| curve.points.len() > 3) {
             break;
         }
         yield_now();
     }
-    let Ok(Answer::File { bytes, .. }) = face.ask(Command::ExportPlot { format: "csv".to_owned() }).wait() else {
+    let Ok(Answer::File { bytes, .. }) = client.ask(Request::ExportPlot { format: "csv".to_owned() }).wait() else {
         panic!("a file")
     };
     assert!(String::from_utf8(bytes).unwrap().lines().count() > 3);
-    face.ask(Command::Unwatch { node: 5, address }).wait().unwrap();
+    client.ask(Request::Unwatch { node: 5, address }).wait().unwrap();
     assert!(bench.view().watched.is_empty());
     bench.end();
 }
 
 #[test]
-fn watches_and_curves_end_with_the_last_face_that_wants_them_and_are_bounded() {
+fn watches_and_curves_end_with_the_last_client_that_wants_them_and_are_bounded() {
     let bench = bench();
-    let (one, other) = (face(&bench), bench.open_face());
-    let watch = |address: &str| Command::Watch { node: 5, address: address.to_owned(), every_ms: 100 };
+    let (one, other) = (client(&bench), bench.open_client());
+    let watch = |address: &str| Request::Watch { node: 5, address: address.to_owned(), every_ms: 100 };
     let plot = |signals: &[&str]| {
         let signals = signals.iter().map(|signal| (*signal).to_owned()).collect();
-        Command::Plot { node: 5, signals, every_ms: 100 }
+        Request::Plot { node: 5, signals, every_ms: 100 }
     };
     one.ask(watch("6064:00")).wait().unwrap();
     one.ask(watch("606C:00")).wait().unwrap();
     other.ask(watch("6064:00")).wait().unwrap();
     one.ask(plot(&["6064:00", "606C:00"])).wait().unwrap();
     other.ask(plot(&["606C:00"])).wait().unwrap();
-    let curves = |face: &Face| {
-        let Ok(Answer::Curves(curves)) = face.ask(Command::Curves { since: -1.0 }).wait() else { panic!("curves") };
+    let curves = |client: &Client| {
+        let Ok(Answer::Curves(curves)) = client.ask(Request::Curves { since: -1.0 }).wait() else { panic!("curves") };
         curves.into_iter().map(|curve| curve.address).collect::<Vec<_>>()
     };
     while curves(&other).len() < 2 {
@@ -280,16 +265,16 @@ fn watches_and_curves_end_with_the_last_face_that_wants_them_and_are_bounded() {
 #[test]
 fn values_that_were_seen_before_a_restore_are_read_anew_after_it() {
     let bench = bench();
-    let face = face(&bench);
-    let Ok(Answer::File { bytes, .. }) = face.ask(Command::Backup { node: 5 }).wait() else { panic!("a file") };
+    let client = client(&bench);
+    let Ok(Answer::File { bytes, .. }) = client.ask(Request::Backup { node: 5 }).wait() else { panic!("a file") };
     let seen = || {
-        let asked = Command::Seen { node: 5, addresses: vec!["1000:00".to_owned(), "2410:01".to_owned()] };
-        let Ok(Answer::Values(seen)) = face.ask(asked).wait() else { panic!("values") };
+        let asked = Request::Seen { node: 5, addresses: vec!["1000:00".to_owned(), "2410:01".to_owned()] };
+        let Ok(Answer::Values(seen)) = client.ask(asked).wait() else { panic!("values") };
         seen.into_iter().map(|value| value.at).collect::<Vec<_>>()
     };
-    face.ask(Command::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
+    client.ask(Request::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
     let before = bench.view().time;
-    face.ask(Command::Restore { node: 5, dcf: String::from_utf8(bytes).unwrap() }).wait().unwrap();
+    client.ask(Request::Restore { node: 5, dcf: String::from_utf8(bytes).unwrap() }).wait().unwrap();
     let after = seen();
     assert!(after.len() == 2 && after.iter().all(|at| *at > before), "{after:?}, {before}");
     bench.end();
@@ -298,17 +283,17 @@ fn values_that_were_seen_before_a_restore_are_read_anew_after_it() {
 #[test]
 fn what_is_watched_is_read_while_its_drive_moves() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let address = "1001:00".to_owned();
-    face.ask(Command::Watch { node: 6, address: address.clone(), every_ms: 20 }).wait().unwrap();
-    face.ask(drive(6, Verb::Enable, None)).wait().unwrap();
-    let running = face.ask(drive(6, Verb::Run, Some("100")));
+    client.ask(Request::Watch { node: 6, address: address.clone(), every_ms: 20 }).wait().unwrap();
+    client.ask(drive(6, Verb::Enable, None)).wait().unwrap();
+    let running = client.ask(drive(6, Verb::Run, Some("100")));
     let runs = |view: &View| view.drives[1].velocity.is_some_and(|velocity| velocity != 0.0);
     let began = until(&bench, runs).time;
     let at = |view: &View| view.watched[0].value.as_ref().map_or(0.0, |value| value.at);
     let view = until(&bench, |view| at(view) > began + 0.5);
     assert!(runs(&view) && view.drives[1].order.is_some());
-    face.ask(Command::StopAll).wait().unwrap();
+    client.ask(Request::StopAll).wait().unwrap();
     running.wait().unwrap();
     bench.end();
 }
@@ -316,24 +301,24 @@ fn what_is_watched_is_read_while_its_drive_moves() {
 #[test]
 fn what_was_seen_costs_no_frame() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let addresses = || vec!["2410:01".to_owned(), "6064:00".to_owned()];
-    let Ok(Answer::Values(seen)) = face.ask(Command::Seen { node: 5, addresses: addresses() }).wait() else {
+    let Ok(Answer::Values(seen)) = client.ask(Request::Seen { node: 5, addresses: addresses() }).wait() else {
         panic!("values")
     };
     assert_eq!(seen.iter().map(|value| &*value.address).collect::<Vec<_>>(), ["6064:00"], "the other was not read");
-    face.ask(Command::Read { node: 5, addresses: addresses() }).wait().unwrap();
-    let seen = face.ask(Command::Seen { node: 5, addresses: addresses() }).wait();
+    client.ask(Request::Read { node: 5, addresses: addresses() }).wait().unwrap();
+    let seen = client.ask(Request::Seen { node: 5, addresses: addresses() }).wait();
     assert!(matches!(seen, Ok(Answer::Values(seen)) if seen.len() == 2));
     bench.end();
 }
 
 #[test]
-fn a_scan_ends_with_its_face() {
+fn a_scan_ends_with_its_client() {
     let bench = bench();
-    let face = face(&bench);
-    let scan = face.ask(Command::Scan);
-    face.close();
+    let client = client(&bench);
+    let scan = client.ask(Request::Scan);
+    client.close();
     scan.wait().unwrap_err();
     let job = until(&bench, |view| view.jobs.iter().any(|job| job.is_success.is_some())).jobs.remove(0);
     assert_eq!((&*job.name, job.is_success), ("scan", Some(false)), "{}", job.text);
@@ -343,20 +328,20 @@ fn a_scan_ends_with_its_face() {
 #[test]
 fn a_node_id_that_a_node_has_is_not_given_by_lss() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     for (node, why) in [(5, "a node has the node-ID 5"), (9, "no device without node-ID answers")] {
-        assert_eq!(face.ask(Command::Assign { node }).wait().unwrap_err().why, why);
+        assert_eq!(client.ask(Request::Assign { node }).wait().unwrap_err().why, why);
     }
     bench.end();
 }
 
 #[test]
-fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
+fn whether_a_drive_would_move_is_known_while_somebody_has_the_control() {
     let bench = bench();
-    let face = face(&bench);
+    let client = client(&bench);
     let view = until(&bench, |view| view.drives[0].obstacles.is_some());
     assert_eq!(view.drives[0].obstacles.as_deref(), Some(&["it is not enabled".to_owned()][..]));
-    face.ask(Command::ReleaseHands).wait().unwrap();
+    client.ask(Request::ReleaseControl).wait().unwrap();
     until(&bench, |view| view.drives.iter().all(|drive| drive.obstacles.is_none()));
     bench.end();
 }
@@ -365,12 +350,12 @@ fn whether_a_drive_would_move_is_known_while_somebody_has_the_hands() {
 #[test]
 fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_control() {
     let (bench, _) = bench_and_bus(&PLANT.replace("['1017 = 100']", "['1017 = 100', '1014 = 0x80000086']"));
-    let face = face(&bench);
+    let client = client(&bench);
     let lacks = |view: &View| view.nodes[1].lacks.clone();
     let view = until(&bench, |view| !lacks(view).is_empty());
     let [off] = &lacks(&view)[..] else { panic!("{:?}", lacks(&view)) };
     assert!(!off.is_needed && off.text.starts_with("1014:00 switches emergency messages off: "), "{off:?}");
-    face.ask(Command::ReleaseHands).wait().unwrap();
+    client.ask(Request::ReleaseControl).wait().unwrap();
     until(&bench, |view| lacks(view).is_empty());
     bench.end();
 }
@@ -381,12 +366,12 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     let mapping = "'1A00:00 = 0', '1A00:01 = 0x60FD0020', '1A00:00 = 1', '1800:05 = 20'";
     let plant = format!("[[node]]\nid = 6\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 100', {mapping}]\n");
     let (bench, bus) = bench_and_bus(&plant);
-    // Another manager starts it: for a face with hands the driver would look at the drive, and read its mapping.
+    // Another manager starts it: for a client with control the driver would look at the drive, and read its mapping.
     bus.link().send(&Frame::new(CobId::NMT, &[1, 6]).unwrap()).unwrap();
-    let face = bench.open_face();
+    let client = bench.open_client();
     let seen = || {
-        let asked = Command::Seen { node: 6, addresses: vec!["60FD:00".to_owned()] };
-        let Ok(Answer::Values(seen)) = face.ask(asked).wait() else { panic!("values") };
+        let asked = Request::Seen { node: 6, addresses: vec!["60FD:00".to_owned()] };
+        let Ok(Answer::Values(seen)) = client.ask(asked).wait() else { panic!("values") };
         seen.first().map(|value| value.at)
     };
     // Nobody reads it, and it is seen again and again.
@@ -400,7 +385,7 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
         yield_now();
     }
     let filter = TraceFilter { object: "60FD".to_owned(), ..TraceFilter::default() };
-    let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: 0, at: None, count: 10 }).wait() else {
+    let Ok(Answer::Frames(frames)) = client.ask(Request::Trace { filter, from: 0, at: None, count: 10 }).wait() else {
         panic!("rows")
     };
     let is_mapping = |text: &str| text.starts_with("1A00:01 TPDO1 mapping");
@@ -436,8 +421,8 @@ fn a_bus_whose_thread_panics_is_lost_with_the_drives_on_it() {
     let bench = Bench::live(Box::new(Failing), setup).unwrap();
     let view = until(&bench, |view| !view.bus.is_writable);
     assert!(view.bus.state.contains("has failed"), "{}", view.bus.state);
-    let face = bench.open_face();
-    face.ask(Command::StopAll).wait().unwrap_err();
+    let client = bench.open_client();
+    client.ask(Request::StopAll).wait().unwrap_err();
     assert!(bench.view().drives[0].ending.as_ref().unwrap().may_be_moving);
 }
 
@@ -451,9 +436,9 @@ fn an_order_to_a_drive_whose_data_sheet_lacks_something_says_what() {
     let mut setup = Setup::new(BusInfo { is_writable: true, ..BusInfo::default() });
     setup.nodes.push((NodeId::literal(5), None, Some(sheet)));
     let bench = Bench::live(Box::new(link), setup).unwrap();
-    let face = bench.open_face();
-    face.ask(Command::TakeHands { force: false }).wait().unwrap();
-    let refused = face.ask(drive(5, Verb::Enable, None)).wait().unwrap_err();
+    let client = bench.open_client();
+    client.ask(Request::TakeControl { force: false }).wait().unwrap();
+    let refused = client.ask(drive(5, Verb::Enable, None)).wait().unwrap_err();
     assert!(refused.why.contains("drive 5 cannot be moved by its data sheet: "), "{refused:?}");
     assert!(refused.why.contains("6040h (control word)") && refused.remedy.is_some(), "{refused:?}");
     bench.end();

@@ -55,7 +55,7 @@ fn a_node_is_heard_fails_and_boots_anew() {
     assert_eq!((node.id, node.state.as_deref(), node.boots), (5, Some("OPERATIONAL"), 1));
     let faults = |node: &lexican_bench::view::Node| node.faults.iter().map(|it| it.code.clone()).collect::<Vec<_>>();
     assert_eq!(faults(&node), ["3210", "8100"]);
-    assert_eq!((node.faults[0].at, node.faults[0].row), (0.7, 2), "the row that a face jumps to");
+    assert_eq!((node.faults[0].at, node.faults[0].row), (0.7, 2), "the row that a client jumps to");
     assert!(node.changes[0].contains("PRE-OPERATIONAL at first"), "{:?}", node.changes);
 
     bus.after(100, 0x085, &[0, 0, 0, 0, 0, 0, 0, 0]);

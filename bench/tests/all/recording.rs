@@ -1,11 +1,11 @@
-//! A recorded log: what a bench shows of it, and how a face goes through it.
+//! A recorded log: what a bench shows of it, and how a client goes through it.
 
 use super::until;
-use lexican_bench::command::{Nmt, TraceFilter};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
+use lexican_bench::request::{Nmt, TraceFilter};
 use lexican_bench::view::View;
-use lexican_bench::{Answer, Bench, Command, Face};
+use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 /// When the log was recorded: not at the beginning of all time.
@@ -26,48 +26,48 @@ fn log() -> Vec<(Instant, Frame)> {
     ]
 }
 
-fn bench() -> (Bench, Face) {
+fn bench() -> (Bench, Client) {
     let info = BusInfo { name: "bus.log".to_owned(), ..BusInfo::default() };
     let bench = Bench::replay(log(), Setup::new(info)).unwrap();
-    let face = bench.open_face();
+    let client = bench.open_client();
     until(&bench, |view| position(view) == 10.0);
-    (bench, face)
+    (bench, client)
 }
 
 fn position(view: &View) -> f64 {
     view.log.as_ref().unwrap().position
 }
 
-fn rows(face: &Face) -> Vec<f64> {
-    let trace = Command::Trace { filter: TraceFilter::default(), from: 0, at: None, count: 100 };
-    let Ok(Answer::Frames(frames)) = face.ask(trace).wait() else { panic!("rows") };
+fn rows(client: &Client) -> Vec<f64> {
+    let trace = Request::Trace { filter: TraceFilter::default(), from: 0, at: None, count: 100 };
+    let Ok(Answer::Frames(frames)) = client.ask(trace).wait() else { panic!("rows") };
     frames.rows.iter().map(|row| row.time).collect()
 }
 
 #[test]
 fn all_of_it_is_shown_at_first() {
-    let (bench, face) = bench();
+    let (bench, client) = bench();
     let view = bench.view();
     assert_eq!(view.log.as_ref().map(|log| (log.seconds, log.speed)), Some((10.0, 0.0)));
     assert_eq!(view.time, 10.0);
     assert!(!view.bus.is_writable);
-    assert_eq!(rows(&face), [0.0, 1.0, 2.0, 5.0, 10.0], "in seconds from the first frame");
+    assert_eq!(rows(&client), [0.0, 1.0, 2.0, 5.0, 10.0], "in seconds from the first frame");
     assert_eq!(view.nodes[0].state.as_deref(), Some("OPERATIONAL"));
     assert_eq!(view.nodes[0].faults.iter().map(|fault| (fault.at, &*fault.code)).collect::<Vec<_>>(), [(5.0, "4310")]);
     bench.end();
 }
 
 #[test]
-fn a_face_goes_back_and_on() {
-    let (bench, face) = bench();
-    let seek = |seconds| face.ask(Command::Seek { seconds }).wait();
+fn a_client_goes_back_and_on() {
+    let (bench, client) = bench();
+    let seek = |seconds| client.ask(Request::Seek { seconds }).wait();
     assert_eq!(seek(1.5), Ok(Answer::Done));
     let view = bench.view();
     assert_eq!((position(&view), view.time, view.trace.end), (1.5, 1.5, 2));
     assert_eq!(view.nodes[0].state.as_deref(), Some("PRE-OPERATIONAL"));
     assert!(view.nodes[0].faults.is_empty());
     assert_eq!(seek(5.0), Ok(Answer::Done));
-    assert_eq!(rows(&face), [0.0, 1.0, 2.0, 5.0], "each frame once");
+    assert_eq!(rows(&client), [0.0, 1.0, 2.0, 5.0], "each frame once");
     assert_eq!(bench.view().nodes[0].faults.len(), 1);
     for (wanted, there) in [(-3.0, 0.0), (f64::NAN, 0.0), (1e300, 10.0)] {
         assert_eq!(seek(wanted), Ok(Answer::Done));
@@ -78,23 +78,23 @@ fn a_face_goes_back_and_on() {
 
 #[test]
 fn it_is_played_to_its_end() {
-    let (bench, face) = bench();
-    face.ask(Command::Seek { seconds: 1.0 }).wait().unwrap();
-    assert_eq!(face.ask(Command::Play { speed: 1000.0 }).wait(), Ok(Answer::Done));
+    let (bench, client) = bench();
+    client.ask(Request::Seek { seconds: 1.0 }).wait().unwrap();
+    assert_eq!(client.ask(Request::Play { speed: 1000.0 }).wait(), Ok(Answer::Done));
     let view = until(&bench, |view| view.log.as_ref().is_some_and(|log| log.position == 10.0 && log.speed == 0.0));
     assert_eq!(view.trace.end, 5);
     for speed in [-1.0, f64::NAN, f64::INFINITY] {
-        face.ask(Command::Play { speed }).wait().unwrap_err();
+        client.ask(Request::Play { speed }).wait().unwrap_err();
     }
     bench.end();
 }
 
 #[test]
 fn a_data_sheet_that_is_given_later_holds_for_what_was_shown() {
-    let (bench, face) = bench();
+    let (bench, client) = bench();
     let before = bench.view().nodes[0].faults[0].text.clone();
-    let sheet = Command::SetSheet { node: 5, sheet: "siko/ag03-1".to_owned() };
-    face.ask(sheet).wait().unwrap();
+    let sheet = Request::SetSheet { node: 5, sheet: "siko/ag03-1".to_owned() };
+    client.ask(sheet).wait().unwrap();
     let view = until(&bench, |view| view.nodes[0].faults.first().is_some_and(|fault| fault.text != before));
     assert_eq!((position(&view), view.trace.end), (10.0, 5));
     bench.end();
@@ -102,25 +102,25 @@ fn a_data_sheet_that_is_given_later_holds_for_what_was_shown() {
 
 #[test]
 fn it_takes_no_frames() {
-    let (bench, face) = bench();
-    face.ask(Command::TakeHands { force: false }).wait().unwrap();
+    let (bench, client) = bench();
+    client.ask(Request::TakeControl { force: false }).wait().unwrap();
     let address = || "1000:00".to_owned();
-    let commands = [
-        Command::Nmt { node: None, command: Nmt::Start },
-        Command::Scan,
-        Command::Assign { node: 9 },
-        Command::Read { node: 5, addresses: vec![address()] },
-        Command::Write { node: 5, address: address(), text: "1".to_owned(), force: true },
-        Command::Backup { node: 5 },
-        Command::Pdos { node: 5 },
+    let requests = [
+        Request::Nmt { node: None, command: Nmt::Start },
+        Request::Scan,
+        Request::Assign { node: 9 },
+        Request::Read { node: 5, addresses: vec![address()] },
+        Request::Write { node: 5, address: address(), text: "1".to_owned(), force: true },
+        Request::Backup { node: 5 },
+        Request::Pdos { node: 5 },
     ];
-    for command in commands {
-        let refused = face.ask(command.clone()).wait().unwrap_err();
-        assert_eq!(refused.why, "a log takes no frames", "{command:?}");
+    for request in requests {
+        let refused = client.ask(request.clone()).wait().unwrap_err();
+        assert_eq!(refused.why, "a log takes no frames", "{request:?}");
     }
     assert!(bench.view().jobs.iter().all(|job| job.is_success == Some(false)), "none of them waits");
-    let watch = Command::Watch { node: 5, address: address(), every_ms: 100 };
-    assert_eq!(face.ask(watch).wait(), Ok(Answer::Done), "its value comes from the log");
-    assert_eq!(rows(&face).len(), 5);
+    let watch = Request::Watch { node: 5, address: address(), every_ms: 100 };
+    assert_eq!(client.ask(watch).wait(), Ok(Answer::Done), "its value comes from the log");
+    assert_eq!(rows(&client).len(), 5);
     bench.end();
 }

@@ -1,14 +1,11 @@
-//! What ends what is under way: a stop, a lost face, a node that does not answer.
+//! What ends what is under way: a stop, a lost client, a node that does not answer.
 
 use std::sync::{Arc, Mutex};
 
-use super::{drive, until};
-use lexican_bench::command::{Nmt, Other, Verb};
-use lexican_bench::engine::Setup;
-use lexican_bench::model::BusInfo;
-use lexican_bench::view::View;
-use lexican_bench::{Answer, Bench, Command, Face};
-use lexican_runtime::host::{Fate, Pace, VirtualBus};
+use super::{bench_of, client, drive, moves, until};
+use lexican_bench::request::{Nmt, Other, Verb};
+use lexican_bench::{Answer, Bench, Client, Request};
+use lexican_runtime::host::{Fate, VirtualBus};
 use lexican_runtime::{CobId, Duration};
 use lexican_simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
 
@@ -40,10 +37,7 @@ fn rig(fate: Fate) -> Rig {
     segment.set_fault(0, false);
     let segment = Arc::new(Mutex::new(segment));
     bus.attach(Arc::clone(&segment));
-    let link = bus.link();
-    bus.set_pace(Pace::RealTime);
-    let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
-    Rig { bench: Bench::live(Box::new(link), Setup::new(info)).unwrap(), segment }
+    Rig { bench: bench_of(&bus), segment }
 }
 
 impl Rig {
@@ -51,25 +45,15 @@ impl Rig {
         self.segment.lock().unwrap().set_fault(0, on);
     }
 
-    /// A face with the hands, once both drives are known.
-    fn face(&self) -> Face {
-        until(&self.bench, |view| {
-            view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some() && drive.state.is_some())
-        });
-        let face = self.bench.open_face();
-        face.ask(Command::TakeHands { force: false }).wait().unwrap();
-        face
+    fn client(&self) -> Client {
+        client(&self.bench)
     }
 }
 
-fn moves(view: &View) -> bool {
-    view.drives[0].velocity.is_some_and(|velocity| velocity != 0.0)
-}
-
-fn travel(bench: &Bench, face: &Face) -> lexican_bench::engine::Reply {
-    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
-    let travel = face.ask(drive(5, Verb::MoveTo, Some("100000")));
+fn travel(bench: &Bench, client: &Client) -> lexican_bench::engine::Reply {
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let travel = client.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(bench, moves);
     travel
 }
@@ -77,17 +61,17 @@ fn travel(bench: &Bench, face: &Face) -> lexican_bench::engine::Reply {
 #[test]
 fn a_stop_ends_a_backup_and_what_waits_behind_it() {
     let rig = rig(Fate::Delay(Duration::from_millis(20)));
-    let face = rig.face();
+    let client = rig.client();
     rig.disturb(true);
-    let backup = face.ask(Command::Backup { node: 6 });
-    let read = face.ask(Command::Read { node: 6, addresses: vec!["1000".to_owned()] });
+    let backup = client.ask(Request::Backup { node: 6 });
+    let read = client.ask(Request::Read { node: 6, addresses: vec!["1000".to_owned()] });
     until(&rig.bench, |view| view.jobs.iter().any(|job| job.done.is_some()));
-    assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+    assert_eq!(client.ask(Request::StopAll).wait(), Ok(Answer::Done));
     assert!(backup.wait().unwrap_err().why.contains("stop"));
     assert!(read.wait().unwrap_err().why.contains("stop"));
     let view = rig.bench.view();
     assert!(view.jobs.iter().all(|job| job.is_success == Some(false)), "{:?}", view.jobs);
-    let values = face.ask(Command::Read { node: 6, addresses: vec!["1000:00".to_owned()] }).wait();
+    let values = client.ask(Request::Read { node: 6, addresses: vec!["1000:00".to_owned()] }).wait();
     assert!(matches!(values, Ok(Answer::Values(_))), "its SDO server is free again: {values:?}");
     rig.bench.end();
 }
@@ -95,15 +79,15 @@ fn a_stop_ends_a_backup_and_what_waits_behind_it() {
 #[test]
 fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
+    let client = rig.client();
     rig.disturb(true);
-    face.ask(Command::StopAll).wait().unwrap_err();
+    client.ask(Request::StopAll).wait().unwrap_err();
     let view = rig.bench.view();
     let ending = view.drives[1].ending.as_ref().unwrap();
     assert!(ending.may_be_moving && !ending.is_success && ending.remedy.is_some(), "{ending:?}");
     assert!(!view.drives[0].ending.as_ref().unwrap().may_be_moving);
     rig.disturb(false);
-    assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+    assert_eq!(client.ask(Request::StopAll).wait(), Ok(Answer::Done));
     assert!(!rig.bench.view().drives[1].ending.as_ref().unwrap().may_be_moving);
     rig.bench.end();
 }
@@ -111,13 +95,13 @@ fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
 #[test]
 fn a_stop_is_sent_until_it_is_confirmed_however_often_it_was_pressed() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
+    let client = rig.client();
     rig.disturb(true);
     let requests = || rig.bench.view().bus.ids.iter().find(|rate| rate.id == "606").map_or(0, |rate| rate.frames);
     let before = requests();
-    face.ask(Command::StopAll).wait().unwrap_err();
+    client.ask(Request::StopAll).wait().unwrap_err();
     let of_one = requests() - before;
-    let presses: Vec<_> = (0..16).map(|_| face.ask(Command::StopAll)).collect();
+    let presses: Vec<_> = (0..16).map(|_| client.ask(Request::StopAll)).collect();
     for press in presses {
         let refused = press.wait().unwrap_err();
         assert!(refused.why.contains("drive 6 has not confirmed that it stands"), "{refused:?}");
@@ -127,7 +111,7 @@ fn a_stop_is_sent_until_it_is_confirmed_however_often_it_was_pressed() {
     let unconfirmed = view.drives[1].unconfirmed.clone().expect("it goes on");
     assert!(unconfirmed.since < view.time && unconfirmed.why.is_some(), "{unconfirmed:?}");
     assert_eq!(view.drives[0].unconfirmed, None);
-    let refused = face.ask(drive(6, Verb::MoveTo, Some("5"))).wait().unwrap_err();
+    let refused = client.ask(drive(6, Verb::MoveTo, Some("5"))).wait().unwrap_err();
     assert!(refused.why.contains("is to stand"), "{refused:?}");
     rig.disturb(false);
     let view = until(&rig.bench, |view| view.drives[1].unconfirmed.is_none());
@@ -138,9 +122,9 @@ fn a_stop_is_sent_until_it_is_confirmed_however_often_it_was_pressed() {
 #[test]
 fn the_end_names_the_drive_that_has_not_confirmed_and_does_not_wait_for_ever() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
+    let client = rig.client();
     rig.disturb(true);
-    let presses: Vec<_> = (0..16).map(|_| face.ask(Command::StopAll)).collect();
+    let presses: Vec<_> = (0..16).map(|_| client.ask(Request::StopAll)).collect();
     let began = rig.bench.view().time;
     let unconfirmed = rig.bench.end();
     let took = rig.bench.view().time - began;
@@ -153,11 +137,11 @@ fn the_end_names_the_drive_that_has_not_confirmed_and_does_not_wait_for_ever() {
 #[test]
 fn a_stopped_node_is_said_to_take_no_stop_and_gets_it_when_it_is_started() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    face.ask(Command::Nmt { node: Some(6), command: Nmt::Stop }).wait().unwrap();
-    let refused = face.ask(Command::StopAll).wait().unwrap_err();
+    let client = rig.client();
+    client.ask(Request::Nmt { node: Some(6), command: Nmt::Stop }).wait().unwrap();
+    let refused = client.ask(Request::StopAll).wait().unwrap_err();
     assert!(refused.remedy.as_ref().unwrap().contains("STOPPED (NMT)"), "{refused:?}");
-    face.ask(Command::Nmt { node: Some(6), command: Nmt::PreOperational }).wait().unwrap();
+    client.ask(Request::Nmt { node: Some(6), command: Nmt::PreOperational }).wait().unwrap();
     until(&rig.bench, |view| view.drives[1].unconfirmed.is_none());
     assert_eq!(rig.bench.end(), [""; 0]);
 }
@@ -165,8 +149,8 @@ fn a_stopped_node_is_said_to_take_no_stop_and_gets_it_when_it_is_started() {
 #[test]
 fn a_drive_that_loses_its_power_is_not_shown_as_enabled_and_at_its_target() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let client = rig.client();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     until(&rig.bench, |view| view.drives[0].seen.is_some_and(|seen| !seen.is_old));
     let (node, now) = (lexican_runtime::NodeId::new(5), lexican_runtime::Instant::ZERO);
     let power = |power| {
@@ -182,9 +166,9 @@ fn a_drive_that_loses_its_power_is_not_shown_as_enabled_and_at_its_target() {
 #[test]
 fn a_second_stop_does_not_undo_the_first() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    let travel = travel(&rig.bench, &face);
-    let stops: Vec<_> = (0..4).map(|_| face.ask(Command::StopAll)).collect();
+    let client = rig.client();
+    let travel = travel(&rig.bench, &client);
+    let stops: Vec<_> = (0..4).map(|_| client.ask(Request::StopAll)).collect();
     for stop in stops {
         assert_eq!(stop.wait(), Ok(Answer::Done));
     }
@@ -194,18 +178,18 @@ fn a_second_stop_does_not_undo_the_first() {
 }
 
 #[test]
-fn an_order_that_waits_is_dropped_with_its_face() {
+fn an_order_that_waits_is_dropped_with_its_client() {
     let rig = rig(Fate::Lose);
-    let lost = rig.face();
-    lost.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    let lost = rig.client();
+    lost.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
     lost.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     let at = rig.bench.view().drives[0].position;
-    let backup = lost.ask(Command::Backup { node: 5 });
+    let backup = lost.ask(Request::Backup { node: 5 });
     let travel = lost.ask(drive(5, Verb::MoveTo, Some("100000")));
     drop(lost);
     assert!(backup.wait().is_err() && travel.wait().is_err());
-    let other = rig.bench.open_face();
-    let read = Command::Read { node: 5, addresses: vec!["6064:00".to_owned()] };
+    let other = rig.bench.open_client();
+    let read = Request::Read { node: 5, addresses: vec!["6064:00".to_owned()] };
     let Ok(Answer::Values(values)) = other.ask(read).wait() else { panic!("a value") };
     assert_eq!(values[0].number, at, "it has not moved");
     assert!(rig.bench.view().drives[0].order.is_none());
@@ -215,15 +199,15 @@ fn an_order_that_waits_is_dropped_with_its_face() {
 #[test]
 fn whoever_takes_the_hands_ends_what_was_ordered() {
     let rig = rig(Fate::Lose);
-    let one = rig.face();
+    let one = rig.client();
     let travel = travel(&rig.bench, &one);
     let queued = one.ask(drive(5, Verb::MoveTo, Some("0")));
-    let other = rig.bench.open_face();
-    other.ask(Command::TakeHands { force: true }).wait().unwrap();
+    let other = rig.bench.open_client();
+    other.ask(Request::TakeControl { force: true }).wait().unwrap();
     assert_eq!(travel.wait(), Ok(Answer::Done));
     assert!(queued.wait().is_err());
     let view = until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
-    assert_eq!(view.hands.holder, Some(other.number()));
+    assert_eq!(view.control.holder, Some(other.number()));
     assert_eq!(view.drives[0].ending.as_ref().unwrap().text, "interrupted: it has been stopped");
     one.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
     rig.bench.end();
@@ -232,11 +216,11 @@ fn whoever_takes_the_hands_ends_what_was_ordered() {
 #[test]
 fn a_silent_node_does_not_hold_up_others() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
+    let client = rig.client();
     rig.disturb(true);
-    let silent = face.ask(Command::Read { node: 6, addresses: vec!["1000:00".to_owned()] });
+    let silent = client.ask(Request::Read { node: 6, addresses: vec!["1000:00".to_owned()] });
     for _ in 0..20 {
-        face.ask(Command::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
+        client.ask(Request::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
     }
     let refused = silent.wait().unwrap_err();
     assert!(refused.remedy.is_some(), "{refused:?}");
@@ -246,8 +230,8 @@ fn a_silent_node_does_not_hold_up_others() {
 #[test]
 fn nodes_are_compared_with_each_other_both_ways_at_once() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    let compare = |node, other| face.ask(Command::Compare { node, with: Other::Node(other) });
+    let client = rig.client();
+    let compare = |node, other| client.ask(Request::Compare { node, with: Other::Node(other) });
     let (there, back) = (compare(5, 6), compare(6, 5));
     let (Ok(Answer::Differences(there)), Ok(Answer::Differences(back))) = (there.wait(), back.wait()) else {
         panic!("differences")
@@ -260,14 +244,14 @@ fn nodes_are_compared_with_each_other_both_ways_at_once() {
 #[test]
 fn a_faster_watch_that_ends_leaves_the_slower_one() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    let watch = |every_ms| Command::Watch { node: 5, address: "6064:00".to_owned(), every_ms };
+    let client = rig.client();
+    let watch = |every_ms| Request::Watch { node: 5, address: "6064:00".to_owned(), every_ms };
     for every_ms in [10, 500, 20] {
-        face.ask(watch(every_ms)).wait().unwrap();
+        client.ask(watch(every_ms)).wait().unwrap();
     }
     let view = until(&rig.bench, |view| view.watched.iter().any(|watched| watched.value.is_some()));
     assert_eq!(view.watched.iter().map(|watched| watched.every_ms).collect::<Vec<_>>(), [20]);
-    face.ask(Command::Unwatch { node: 5, address: "6064:00".to_owned() }).wait().unwrap();
+    client.ask(Request::Unwatch { node: 5, address: "6064:00".to_owned() }).wait().unwrap();
     assert!(rig.bench.view().watched.is_empty());
     rig.bench.end();
 }
@@ -275,21 +259,21 @@ fn a_faster_watch_that_ends_leaves_the_slower_one() {
 #[test]
 fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    let client = rig.client();
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     let interrupted = |target: &str| {
-        let travel = face.ask(drive(5, Verb::MoveTo, Some(target)));
+        let travel = client.ask(drive(5, Verb::MoveTo, Some(target)));
         until(&rig.bench, moves);
-        assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+        assert_eq!(client.ask(Request::StopAll).wait(), Ok(Answer::Done));
         travel.wait().unwrap();
         assert!(rig.bench.view().drives[0].orders.contains(&Verb::Resume));
-        let refused = face.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
+        let refused = client.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
         assert!(refused.why.contains("its travel is interrupted"), "{refused:?}");
         assert!(refused.remedy.unwrap().contains("drop the rest of it"));
     };
     interrupted("3000");
-    let resumed = face.ask(drive(5, Verb::Resume, None));
+    let resumed = client.ask(drive(5, Verb::Resume, None));
     let target = until(&rig.bench, |view| view.drives[0].order.is_some() && view.drives[0].target.is_some());
     assert_eq!(target.drives[0].target, Some(3000.0), "as the drive has it");
     resumed.wait().unwrap();
@@ -300,23 +284,23 @@ fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     );
 
     interrupted("100000");
-    face.ask(drive(5, Verb::Drop, None)).wait().unwrap();
+    client.ask(drive(5, Verb::Drop, None)).wait().unwrap();
     assert_eq!(until(&rig.bench, |view| view.drives[0].order.is_none()).drives[0].target, None);
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
-    face.ask(drive(5, Verb::MoveTo, Some("3000"))).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    client.ask(drive(5, Verb::MoveTo, Some("3000"))).wait().unwrap();
     rig.bench.end();
 }
 
 #[test]
 fn a_refused_order_leaves_the_target_of_the_drive() {
     let rig = rig(Fate::Lose);
-    let face = rig.face();
-    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    face.ask(drive(5, Verb::MoveTo, Some("5000"))).wait().unwrap_err();
+    let client = rig.client();
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::MoveTo, Some("5000"))).wait().unwrap_err();
     assert_eq!(rig.bench.view().drives[0].target, None, "it is not enabled");
-    face.ask(drive(5, Verb::Enable, None)).wait().unwrap();
-    face.ask(drive(5, Verb::MoveTo, Some("10"))).wait().unwrap();
-    face.ask(drive(5, Verb::MoveTo, Some("2000000000"))).wait().unwrap_err();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    client.ask(drive(5, Verb::MoveTo, Some("10"))).wait().unwrap();
+    client.ask(drive(5, Verb::MoveTo, Some("2000000000"))).wait().unwrap_err();
     assert_eq!(rig.bench.view().drives[0].target, Some(10.0));
     rig.bench.end();
 }

@@ -1,16 +1,16 @@
-//! The terminal's face: what each room shows (`tests/tui/`, made by `LEXICAN_BLESS=1`), and what keys ask for.
+//! The terminal's client: what each tab shows (`tests/tui/`, made by `LEXICAN_BLESS=1`), and what keys ask for.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use lexican_bench::command::{Nmt, Verb};
+use lexican_bench::request::{Nmt, Verb};
 use lexican_bench::tui::{Action, Language, Purpose, Screen};
 use lexican_bench::view::{
-    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Lack, Log, Node, Object, Pdo, PdoField, Rate, Row,
+    Bus, Control, Curve, Drive, Ending, Fault, Frames, Input, Job, Lack, Log, Node, Object, Pdo, PdoField, Rate, Row,
     Seen, Simulated, Trouble, Unconfirmed, Value, View, Watched,
 };
-use lexican_bench::{Answer, Command, Refused};
+use lexican_bench::{Answer, Refused, Request};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
@@ -129,7 +129,7 @@ fn view() -> View {
             bounds: Some((0.0, 4711.0)),
             changes: 12,
         }],
-        hands: Hands { holder: Some(1), faces: 2 },
+        control: Control { holder: Some(1), clients: 2 },
         ..View::default()
     }
 }
@@ -153,6 +153,7 @@ fn objects() -> Vec<Object> {
         name: name.to_owned(),
         group: "Drive".to_owned(),
         data_type: "UNSIGNED32".to_owned(),
+        bits: Some(32),
         access: "rw".to_owned(),
         mappable: None,
         default: Some(default.to_owned()),
@@ -249,15 +250,15 @@ fn drawn(screen: &mut Screen, view: &View, width: u16, height: u16) -> String {
 }
 
 #[test]
-fn golden_rooms_are_shown_in_both_languages_and_two_sizes() {
+fn golden_tabs_are_shown_in_both_languages_and_two_sizes() {
     let (folder, view) = (Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tui"), view());
     let bless = std::env::var_os("LEXICAN_BLESS").is_some();
     for (name, language) in [("en", Language::English), ("de", Language::German)] {
         for (width, height) in [(80, 24), (140, 40)] {
             let mut screen = screen(language);
             let mut text = String::new();
-            for room in '1'..='8' {
-                screen.handle_key(key(room), &view);
+            for tab in '1'..='8' {
+                screen.handle_key(key(tab), &view);
                 text += &drawn(&mut screen, &view, width, height);
             }
             screen.handle_key(key('?'), &view);
@@ -277,11 +278,11 @@ fn golden_rooms_are_shown_in_both_languages_and_two_sizes() {
 }
 
 #[test]
-fn space_stops_everything_in_every_room() {
+fn space_stops_everything_in_every_tab() {
     let view = view();
-    for room in '1'..='8' {
+    for tab in '1'..='8' {
         let mut screen = screen(Language::English);
-        screen.handle_key(key(room), &view);
+        screen.handle_key(key(tab), &view);
         assert_eq!(screen.handle_key(key(' '), &view), stop());
         screen.handle_key(key('?'), &view);
         assert_eq!(screen.handle_key(key(' '), &view), stop(), "under the help, too");
@@ -289,7 +290,7 @@ fn space_stops_everything_in_every_room() {
 }
 
 fn stop() -> Option<Action> {
-    Some(Action::Ask(Purpose::Stop, Command::StopAll))
+    Some(Action::Ask(Purpose::Stop, Request::StopAll))
 }
 
 #[test]
@@ -312,7 +313,7 @@ fn an_order_goes_to_the_drive_it_was_asked_for() {
     // Another drive is found meanwhile, and takes the row.
     view.drives.insert(0, Drive { node: 3, ..Drive::default() });
     view.nodes.insert(0, Node { id: 3, ..Node::default() });
-    let travel = Command::Drive { node: 5, order: Verb::MoveTo, value: Some("90".to_owned()) };
+    let travel = Request::Drive { node: 5, order: Verb::MoveTo, value: Some("90".to_owned()) };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
 }
 
@@ -323,9 +324,9 @@ fn what_is_selected_stays_selected_when_others_are_found() {
     view.nodes.insert(0, Node { id: 3, ..Node::default() });
     view.drives.insert(0, Drive { node: 3, ..Drive::default() });
     let down = KeyEvent::new(KeyCode::Down, KeyModifiers::NONE);
-    let nmt = |node| Some(Action::Ask(Purpose::Say, Command::Nmt { node: Some(node), command: Nmt::Start }));
+    let nmt = |node| Some(Action::Ask(Purpose::Say, Request::Nmt { node: Some(node), command: Nmt::Start }));
     let enable = |node| {
-        let command = Command::Drive { node, order: Verb::Enable, value: None };
+        let command = Request::Drive { node, order: Verb::Enable, value: None };
         Some(Action::Ask(Purpose::Say, command))
     };
     assert_eq!(press(&mut screen, &view, "o"), nmt(5));
@@ -374,7 +375,7 @@ fn a_file_that_is_there_is_kept_and_one_that_is_not_is_not_restored() {
 fn orders_take_their_values_from_the_last_line() {
     let (view, mut screen) = (view(), screen(Language::English));
     let order = |order, value: Option<&str>| {
-        let command = Command::Drive { node: 5, order, value: value.map(str::to_owned) };
+        let command = Request::Drive { node: 5, order, value: value.map(str::to_owned) };
         Some(Action::Ask(Purpose::Say, command))
     };
     assert_eq!(press(&mut screen, &view, "6e"), order(Verb::Enable, None));
@@ -388,9 +389,9 @@ fn orders_take_their_values_from_the_last_line() {
 #[test]
 fn hands_are_taken_and_given_back() {
     let (mut view, mut screen) = (view(), screen(Language::English));
-    assert_eq!(press(&mut screen, &view, "h"), Some(Action::Ask(Purpose::Say, Command::ReleaseHands)));
-    view.hands.holder = None;
-    let take = |force| Some(Action::Ask(Purpose::Say, Command::TakeHands { force }));
+    assert_eq!(press(&mut screen, &view, "h"), Some(Action::Ask(Purpose::Say, Request::ReleaseControl)));
+    view.control.holder = None;
+    let take = |force| Some(Action::Ask(Purpose::Say, Request::TakeControl { force }));
     assert_eq!(press(&mut screen, &view, "h"), take(false));
     assert_eq!(press(&mut screen, &view, "H"), take(true));
 }
@@ -398,13 +399,13 @@ fn hands_are_taken_and_given_back() {
 #[test]
 fn a_node_is_commanded_and_its_objects_are_searched_and_written() {
     let (view, mut screen) = (view(), screen(Language::English));
-    let start = Command::Nmt { node: Some(7), command: Nmt::Start };
+    let start = Request::Nmt { node: Some(7), command: Nmt::Start };
     screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
     assert_eq!(press(&mut screen, &view, "o"), Some(Action::Ask(Purpose::Say, start)));
     assert_eq!(screen.wants(&view), None);
     press(&mut screen, &view, "[2/velocity\n");
-    assert_eq!(screen.wants(&view), Some((Purpose::Objects(5), Command::Objects { node: 5 })));
-    let write = Command::Write { node: 5, address: "6081:00".to_owned(), text: "60 rpm".to_owned(), force: false };
+    assert_eq!(screen.wants(&view), Some((Purpose::Objects(5), Request::Objects { node: 5 })));
+    let write = Request::Write { node: 5, address: "6081:00".to_owned(), text: "60 rpm".to_owned(), force: false };
     assert_eq!(press(&mut screen, &view, "\n60 rpm\n"), Some(Action::Ask(Purpose::Say, write)));
     let refused = Refused::new("6081:00 Profile Velocity: 999 rpm is too high: the data sheet allows 0 to 200 rpm");
     screen.take(Purpose::Say, Err(refused));
@@ -419,7 +420,7 @@ fn a_mapping_is_made_checked_and_written() {
         let transmission = Some("every:10ms".to_owned());
         Some(Action::Ask(
             Purpose::Mapped(5),
-            Command::MapPdo { node: 5, pdo: "TPDO1".to_owned(), objects, transmission, check },
+            Request::MapPdo { node: 5, pdo: "TPDO1".to_owned(), objects, transmission, check },
         ))
     };
     assert_eq!(press(&mut screen, &view, "3a606C\ntevery:10ms\nc"), map(&["6041:00", "6064:00", "606C"], true));
@@ -437,11 +438,11 @@ fn a_fault_leads_to_its_row_and_the_trace_is_filtered() {
     let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains(" 811 ") && text.contains("▸! 812 "), "with what was before it, and marked:\n{text}");
     press(&mut screen, &view, "ssdo,emcy\nt!");
-    let Some((_, Command::Trace { filter, .. })) = screen.wants(&view) else { panic!("the trace") };
+    let Some((_, Request::Trace { filter, .. })) = screen.wants(&view) else { panic!("the trace") };
     assert_eq!((&*filter.services, filter.transfers, filter.alarming), ("sdo,emcy", true, true));
     let end = KeyEvent::new(KeyCode::End, KeyModifiers::NONE);
     screen.handle_key(end, &view);
-    let Some((_, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    let Some((_, Request::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
     assert!(from < 0, "it follows again");
 }
 
@@ -450,19 +451,19 @@ fn a_log_is_played_and_sought() {
     let mut view = view();
     view.log = Some(Log { seconds: 100.0, position: 50.0, speed: 0.0 });
     let mut screen = screen(Language::English);
-    assert_eq!(press(&mut screen, &view, "l"), Some(Action::Ask(Purpose::Say, Command::Play { speed: 1.0 })));
+    assert_eq!(press(&mut screen, &view, "l"), Some(Action::Ask(Purpose::Say, Request::Play { speed: 1.0 })));
     let right = screen.handle_key(KeyEvent::new(KeyCode::Right, KeyModifiers::NONE), &view);
-    assert_eq!(right, Some(Action::Ask(Purpose::Say, Command::Seek { seconds: 52.0 })));
+    assert_eq!(right, Some(Action::Ask(Purpose::Say, Request::Seek { seconds: 52.0 })));
 }
 
 #[test]
 fn an_input_of_a_simulated_device_is_set() {
     let (view, mut screen) = (view(), screen(Language::English));
-    let set = Command::Input { node: 5, text: "shaft = free".to_owned() };
+    let set = Request::Input { node: 5, text: "shaft = free".to_owned() };
     screen.handle_key(key('8'), &view);
     screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
     assert_eq!(press(&mut screen, &view, "\nfree\n"), Some(Action::Ask(Purpose::Say, set)));
-    let off = Command::Power { node: 5, on: false };
+    let off = Request::Power { node: 5, on: false };
     assert_eq!(press(&mut screen, &view, "p"), Some(Action::Ask(Purpose::Say, off)));
 }
 
@@ -476,7 +477,7 @@ impl Recorded {
     /// Answers what the screen asks.
     fn answer(&self, screen: &mut Screen, view: &mut View) {
         view.trace = lexican_bench::view::Trace { first: self.first, end: self.end };
-        let Some((Purpose::Trace, Command::Trace { filter, from, at, count })) = screen.wants(view) else {
+        let Some((Purpose::Trace, Request::Trace { filter, from, at, count })) = screen.wants(view) else {
             panic!("the trace")
         };
         let matching: Vec<u64> =
@@ -598,7 +599,7 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
         screen.take(purpose, Err(Refused::new("node 5 does not answer")));
         screen.take(Purpose::Say, Ok(Answer::Done));
         screen.take(Purpose::StopDrive, Ok(Answer::Done));
-        screen.take(Purpose::Say, Err(Refused::new("take the hands first")));
+        screen.take(Purpose::Say, Err(Refused::new("take control first")));
         press(&mut screen, &view, "2/x");
         let text = drawn(&mut screen, &view, 80, 24);
         assert!(text.contains("!! NOT STOPPED: node 5 does not answer"), "{text}");
@@ -615,14 +616,14 @@ fn no_later_answer_takes_the_place_of_a_stop_that_has_failed() {
             assert_eq!(drawn(&mut screen, &view, 80, 24).contains("NOT STOPPED"), is_shown);
         }
     }
-    let stop = |order| Some(Action::Ask(Purpose::StopDrive, Command::Drive { node: 5, order, value: None }));
+    let stop = |order| Some(Action::Ask(Purpose::StopDrive, Request::Drive { node: 5, order, value: None }));
     let mut screen = screen(Language::English);
     assert_eq!(press(&mut screen, &view, "6k"), stop(Verb::Stop));
     assert_eq!(press(&mut screen, &view, "K"), stop(Verb::QuickStop));
 }
 
 #[test]
-fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_in_every_room() {
+fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_in_every_tab() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     view.drives[0].seen = Some(Seen { at: 13.0, is_old: false });
     screen.handle_key(key('6'), &view);
@@ -631,10 +632,10 @@ fn a_drive_that_is_gone_is_shown_with_its_age_and_a_stop_that_is_not_confirmed_i
     let text = drawn(&mut screen, &view, 80, 24);
     assert!(text.contains("last seen before 3.2 s") && text.contains("(-3.2 s)"), "{text}");
     view.drives[0].unconfirmed = Some(Unconfirmed { since: 9.8, why: Some("no answer".to_owned()) });
-    for room in '1'..='8' {
-        screen.handle_key(key(room), &view);
+    for tab in '1'..='8' {
+        screen.handle_key(key(tab), &view);
         screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
-        assert!(drawn(&mut screen, &view, 80, 24).contains("!! 5 feeder: STOP NOT CONFIRMED for 4.2 s"), "{room}");
+        assert!(drawn(&mut screen, &view, 80, 24).contains("!! 5 feeder: STOP NOT CONFIRMED for 4.2 s"), "{tab}");
     }
 }
 
@@ -652,14 +653,14 @@ fn a_stop_that_has_failed_is_no_alarm_any_more_once_it_is_confirmed() {
 }
 
 #[test]
-fn a_drive_that_may_be_moving_is_shown_in_every_room() {
+fn a_drive_that_may_be_moving_is_shown_in_every_tab() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     let text = "DRIVE 5 MAY STILL BE MOVING: it could not be told to stop".to_owned();
     view.drives[0].ending = Some(Ending { is_success: false, may_be_moving: true, text, remedy: None });
-    for room in '1'..='8' {
-        screen.handle_key(key(room), &view);
+    for tab in '1'..='8' {
+        screen.handle_key(key(tab), &view);
         screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
-        assert!(drawn(&mut screen, &view, 80, 24).contains("!! DRIVE 5 MAY STILL BE MOVING"), "{room}");
+        assert!(drawn(&mut screen, &view, 80, 24).contains("!! DRIVE 5 MAY STILL BE MOVING"), "{tab}");
     }
 }
 
@@ -670,23 +671,23 @@ fn what_is_wrong_or_selected_is_marked_without_colours() {
     view.bus.state = "bus off".to_owned();
     view.bus.load_percent = Some(91.0);
     view.drives[0].ending.as_mut().unwrap().may_be_moving = true;
-    let room = |screen: &mut Screen, room, marks: &[&str]| {
-        screen.handle_key(key(room), &view);
+    let tab = |screen: &mut Screen, tab, marks: &[&str]| {
+        screen.handle_key(key(tab), &view);
         let text = drawn(screen, &view, 140, 40);
         for mark in marks {
             assert!(text.contains(mark), "{mark:?} is not in\n{text}");
         }
     };
-    room(&mut screen, '1', &["[1 Nodes]", "!bus off", "▸5 ", "!7121", "! 7121h", "!PRE-OPERATIONAL (-2.3 s)"]);
-    room(&mut screen, '2', &["▸6064:00", "≠ 4711"]);
-    room(&mut screen, '3', &["▸TPDO1"]);
-    room(&mut screen, '4', &["! 812"]);
-    room(&mut screen, '5', &["▸a 5 Position Actual Value"]);
-    room(&mut screen, '6', &["▸  5", "!FAULT", "▶FAULT◀", "!! a fault has stopped it", "! it is in fault"]);
-    room(&mut screen, '7', &["!load 91.0 %", "▸! "]);
-    room(&mut screen, '8', &["▸5 feeder"]);
-    screen.take(Purpose::Say, Err(Refused::new("take the hands first")));
-    room(&mut screen, '1', &["! take the hands first"]);
+    tab(&mut screen, '1', &["[1 Nodes]", "!bus off", "▸5 ", "!7121", "! 7121h", "!PRE-OPERATIONAL (-2.3 s)"]);
+    tab(&mut screen, '2', &["▸6064:00", "≠ 4711"]);
+    tab(&mut screen, '3', &["▸TPDO1"]);
+    tab(&mut screen, '4', &["! 812"]);
+    tab(&mut screen, '5', &["▸a 5 Position Actual Value"]);
+    tab(&mut screen, '6', &["▸  5", "!FAULT", "▶FAULT◀", "!! a fault has stopped it", "! it is in fault"]);
+    tab(&mut screen, '7', &["!load 91.0 %", "▸! "]);
+    tab(&mut screen, '8', &["▸5 feeder"]);
+    screen.take(Purpose::Say, Err(Refused::new("take control first")));
+    tab(&mut screen, '1', &["! take control first"]);
 }
 
 #[test]
@@ -694,7 +695,7 @@ fn values_and_rates_of_pdos_are_renewed_without_reading_the_mapping_again() {
     let (mut view, mut screen) = (view(), screen(Language::English));
     press(&mut screen, &view, "3");
     let addresses = vec!["6041:00".to_owned(), "6064:00".to_owned()];
-    assert_eq!(screen.wants(&view), Some((Purpose::Seen(5), Command::Seen { node: 5, addresses })));
+    assert_eq!(screen.wants(&view), Some((Purpose::Seen(5), Request::Seen { node: 5, addresses })));
     screen.take(Purpose::Seen(5), Ok(Answer::Values(vec![value("6064:00", "4812")])));
     view.bus.ids[0].per_second = 20.0;
     let text = drawn(&mut screen, &view, 80, 24);
@@ -713,7 +714,7 @@ fn what_is_pasted_is_text_where_something_is_typed_and_nothing_elsewhere() {
     press(&mut screen, &view, "m");
     screen.paste("9\r\n0 deg\u{1b}");
     assert!(drawn(&mut screen, &view, 80, 24).contains("5 feeder: to which position: 90 deg▏"));
-    let travel = Command::Drive { node: 5, order: Verb::MoveTo, value: Some("90 deg".to_owned()) };
+    let travel = Request::Drive { node: 5, order: Verb::MoveTo, value: Some("90 deg".to_owned()) };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, travel)));
 }
 
@@ -790,7 +791,7 @@ fn the_mouse_selects_and_scrolls_and_gives_no_order() {
     press(&mut screen, &view, "\n60");
     assert!(mouse(&mut screen, click, 12, 3).contains("▸6081:00"));
     assert!(mouse(&mut screen, click, 3, 0).contains("[2 Objects]"));
-    let write = Command::Write { node: 5, address: "6081:00".to_owned(), text: "60".to_owned(), force: false };
+    let write = Request::Write { node: 5, address: "6081:00".to_owned(), text: "60".to_owned(), force: false };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, write)));
     // A row of the trace is held and marked.
     press(&mut screen, &view, "4");

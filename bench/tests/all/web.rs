@@ -80,7 +80,7 @@ impl Served {
         let (socket, answer) = client(self.upgrade(&self.token), TcpStream::connect(self.address).unwrap()).unwrap();
         assert_eq!(answer.headers()["Sec-WebSocket-Protocol"], "lexican-bench", "the token is not sent back");
         let mut page = Page { socket, view: json!({}), views: Vec::new(), number: 0 };
-        page.number = page.receives().unwrap()["hello"]["face"].as_u64().unwrap();
+        page.number = page.receives().unwrap()["hello"]["client"].as_u64().unwrap();
         page
     }
 }
@@ -135,7 +135,7 @@ impl Page {
         }
     }
 
-    /// The answer to a command, with views taken meanwhile.
+    /// The answer to a request, with views taken meanwhile.
     fn asks(&mut self, id: u64, command: &Json) -> Json {
         let mut request = command.clone();
         request["id"] = json!(id);
@@ -252,25 +252,25 @@ fn a_rebound_host_is_refused_and_a_given_name_is_not() {
 fn a_page_is_sent_everything_and_then_what_has_changed() {
     let bench = Served::begin();
     let mut page = bench.opens();
-    page.until(|view| view["hands"]["faces"] == 1);
+    page.until(|view| view["control"]["clients"] == 1);
     assert!(page.views[0].iter().any(|name| name == "nodes"), "{:?}", page.views);
     let mut other = bench.opens();
     assert_ne!(page.number, other.number);
     let before = page.views.len();
-    page.until(|view| view["hands"]["faces"] == 2);
+    page.until(|view| view["control"]["clients"] == 2);
     assert!(page.views[before..].iter().all(|names| !names.iter().any(|name| name == "nodes")), "{:?}", page.views);
-    other.until(|view| view["hands"]["faces"] == 2);
+    other.until(|view| view["control"]["clients"] == 2);
     drop(other);
-    page.until(|view| view["hands"]["faces"] == 1);
+    page.until(|view| view["control"]["clients"] == 1);
 }
 
 #[test]
-fn commands_are_answered_or_refused_by_their_number() {
+fn requests_are_answered_or_refused_by_their_number() {
     let bench = Served::begin();
     let mut page = bench.opens();
     assert_eq!(page.asks(7, &json!({ "do": "stop-all" })), json!({ "id": 7, "answer": "done" }));
     let refused = page.asks(8, &json!({ "do": "explode" }));
-    assert!(refused["refused"]["why"].as_str().unwrap().contains("this is no command"), "{refused}");
+    assert!(refused["refused"]["why"].as_str().unwrap().contains("this is no request"), "{refused}");
     let refused = page.asks(9, &json!({ "do": "nmt", "node": 300, "command": "start" }));
     assert!(refused["refused"]["why"].is_string(), "{refused}");
     // What is no JSON, or has no number, is of no page of ours.
@@ -288,8 +288,8 @@ fn a_page_that_takes_no_view_is_lost() {
     let bench = Served::begin();
     let mut page = bench.opens();
     let mut hanging = bench.opens();
-    page.until(|view| view["hands"]["faces"] == 2);
-    page.until(|view| view["hands"]["faces"] == 1);
+    page.until(|view| view["control"]["clients"] == 2);
+    page.until(|view| view["control"]["clients"] == 1);
     // Its browser takes all, but the page says nothing: it was sent one view and no more.
     let mut views = 0;
     while let Some(message) = hanging.receives() {

@@ -1,4 +1,4 @@
-//! The language of both faces.
+//! The language of page and terminal.
 
 use lexican_bench::tui;
 

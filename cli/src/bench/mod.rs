@@ -28,8 +28,8 @@ use simulation::Devices;
 
 /// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
 ///
-/// Serves a page on this machine, prints its address, and opens it. Several browsers may look at the same bus; one of them has the
-/// hands, and nothing is changed without them. What a page has started is stopped when it is closed or lost. A log is shown as a live
+/// Serves a page on this machine, prints its address, and opens it. Several browsers may look at the same bus; one of them has
+/// control, and nothing is changed without it. What a page has started is stopped when it is closed or lost. A log is shown as a live
 /// bus is, at any of its times. Ctrl-C stops what the bench has started, and ends it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES, override_usage = USAGE)]

@@ -3,7 +3,6 @@
 mod filter;
 mod reader;
 
-use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 
 use anstream::adapter::strip_str;
@@ -13,6 +12,7 @@ use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use lexican_toolbox::bus::changes::Changes;
 use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::bus::transfers::{End, Transfer, Transfers};
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use crate::bus::{Bus, BusArgs, KnownArgs};
@@ -237,8 +237,16 @@ impl<'a, W: Write> Monitor<'a, W> {
             None => Some(decoded),
         };
         let Some(decoded) = decoded else { return Ok(false) };
-        let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
-        self.line(&line)?;
+        if self.json {
+            let detail = Some(&decoded.detail).filter(|detail| **detail != Detail::None);
+            let (id, data, remote) = (frame.id().to_string(), hex(frame.data()), frame.is_remote());
+            let Decoded { alarming, name: service, text, .. } = &decoded;
+            let (node, time) = (decoded.node.map(NodeId::get), seconds(at));
+            let more = FrameFields { data, id, remote, detail };
+            self.object(&Line { alarming: *alarming, node, service, text, time, more })?;
+        } else {
+            self.line(&print::line(at, frame, &decoded))?;
+        }
         Ok(true)
     }
 
@@ -248,15 +256,13 @@ impl<'a, W: Write> Monitor<'a, W> {
         if !is_new || !self.filter.matches_transfer(transfer) {
             return Ok(false);
         }
-        let line = if self.json {
-            let text = transfer.to_string();
-            json!({ "time": seconds(transfer.began), "service": "SDO transfer", "node": transfer.node.get(), "text": text,
-                "alarming": transfer.end != End::Done, "transfer": transfer.json() })
-            .to_string()
+        if self.json {
+            let (alarming, node, text) = (transfer.end != End::Done, Some(transfer.node.get()), transfer.to_string());
+            let (time, more) = (seconds(transfer.began), TransferField { transfer });
+            self.object(&Line { alarming, node, service: "SDO transfer", text: &text, time, more })?;
         } else {
-            print::transfer(transfer)
-        };
-        self.line(&line)?;
+            self.line(&print::transfer(transfer))?;
+        }
         Ok(true)
     }
 
@@ -272,9 +278,15 @@ impl<'a, W: Write> Monitor<'a, W> {
         if !self.json {
             return self.line(&format!("{:>12}  {}", at.to_string(), print::notice(text)));
         }
-        fields["time"] = seconds(at);
+        fields["time"] = json!(seconds(at));
         fields["text"] = json!(text);
         self.line(&fields.to_string())
+    }
+
+    /// Writes a line of JSON, straight into the buffer.
+    fn object(&mut self, object: &impl Serialize) -> Result<(), Failure> {
+        serde_json::to_writer(&mut self.out, object).map_err(std::io::Error::from)?;
+        Ok(self.out.write_all(b"\n")?)
     }
 
     fn line(&mut self, text: &str) -> Result<(), Failure> {
@@ -290,23 +302,34 @@ impl<'a, W: Write> Monitor<'a, W> {
 /// The most bytes of output that wait; they are lost if the command is killed meanwhile.
 const BUFFER: usize = 16 * 1024;
 
-fn to_json(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
-    let mut fields = BTreeMap::from([
-        ("time", seconds(at)),
-        ("id", json!(frame.id().to_string())),
-        ("remote", json!(frame.is_remote())),
-        ("data", json!(hex(frame.data()))),
-        ("service", json!(decoded.name)),
-        ("node", json!(decoded.node.map(NodeId::get))),
-        ("text", json!(decoded.text)),
-        ("alarming", json!(decoded.alarming)),
-    ]);
-    fields.extend(decoded.detail.json());
-    json!(fields).to_string()
+/// A frame or a transfer as a line of JSON; `more` is what the other one has not.
+#[derive(Serialize)]
+struct Line<'a, M> {
+    alarming: bool,
+    node: Option<u8>,
+    service: &'a str,
+    text: &'a str,
+    time: f64,
+    #[serde(flatten)]
+    more: M,
 }
 
-fn seconds(at: Instant) -> Json {
-    json!(at.since(Instant::ZERO).as_secs_f64())
+#[derive(Serialize)]
+struct FrameFields<'a> {
+    data: String,
+    id: String,
+    remote: bool,
+    #[serde(flatten)]
+    detail: Option<&'a Detail>,
+}
+
+#[derive(Serialize)]
+struct TransferField<'a> {
+    transfer: &'a Transfer,
+}
+
+fn seconds(at: Instant) -> f64 {
+    at.since(Instant::ZERO).as_secs_f64()
 }
 
 #[cfg(test)]

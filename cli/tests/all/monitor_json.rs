@@ -70,3 +70,23 @@ fn a_device_is_recognised_when_a_client_reads_its_identity() {
     assert_eq!(lines.len(), frames.len());
     assert_eq!(lines[4]["pdo"]["fields"], json!([]), "the device is given as unknown");
 }
+
+/// What programs read stays as it is: fields may be added (`LEXICAN_BLESS=1`), and their order is nobody's business.
+#[test]
+fn golden_every_protocol_has_the_fields_that_it_had() {
+    let folder_of_cases = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all");
+    let folder = folder("json-every-protocol");
+    std::fs::copy(format!("{folder_of_cases}/every_protocol.log"), folder.join("bus.log")).unwrap();
+    let monitor = ["monitor", "--bus", "log:bus.log", "--json", "--device", "5=siko/ag03-1"];
+    let all = [&[][..], &["--transfers"]].map(|more| lexican_in(&folder, &[&monitor, more].concat()).stdout);
+    let (path, text) = (format!("{folder_of_cases}/every_protocol.jsonl"), all.concat());
+    if std::env::var_os("LEXICAN_BLESS").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(text.lines().count(), golden.lines().count());
+    for (line, expected) in text.lines().zip(golden.lines()) {
+        let [found, wanted] = [line, expected].map(|line| serde_json::from_str::<Value>(line).unwrap());
+        assert_eq!(found, wanted);
+    }
+}

@@ -5,11 +5,11 @@ use std::thread::yield_now;
 
 use crate::common::{folder, lexican_in};
 use crate::recording::record;
-use lexican_bench::command::TraceFilter;
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
+use lexican_bench::request::TraceFilter;
 use lexican_bench::view::Row;
-use lexican_bench::{Answer, Bench, Command};
+use lexican_bench::{Answer, Bench, Request};
 use lexican_toolbox::log::Reader;
 use serde_json::Value as Json;
 
@@ -21,7 +21,7 @@ fn shown(path: &Path, filter: TraceFilter) -> Vec<Row> {
         yield_now();
     }
     let Ok(Answer::Frames(frames)) =
-        bench.open_face().ask(Command::Trace { filter, from: 0, at: None, count: 1000 }).wait()
+        bench.open_client().ask(Request::Trace { filter, from: 0, at: None, count: 1000 }).wait()
     else {
         panic!("rows")
     };

@@ -53,9 +53,9 @@ fn opens(browser: &Browser, bench: &Bench) -> Page {
 }
 
 #[track_caller]
-fn takes_hands(page: &Page) {
-    page.clicks("take-hands");
-    page.until("document.querySelector('[data-test=release-hands]')");
+fn takes_control(page: &Page) {
+    page.clicks("take-control");
+    page.until("document.querySelector('[data-test=release-control]')");
 }
 
 /// Chooses a node and an entry of its dictionary.
@@ -87,7 +87,7 @@ fn the_faulty_node_is_found_and_says_why() {
         page.reads(&format!("node-{node}"), name);
     }
     // Something holds the feeder's shaft half a second after it has set off.
-    takes_hands(&page);
+    takes_control(&page);
     page.clicks("tab-drives");
     page.clicks("drive-5-enable");
     page.reads("drive-5-state", "OPERATION ENABLED");
@@ -113,8 +113,8 @@ fn a_value_is_refused_in_words_then_accepted_and_restored() {
     let page = opens(&browser, &bench);
     chooses_entry(&page, "6", "6081:00");
     let hint = page.part("entry");
-    assert!(hint.contains("Take “Hands on” first"), "{hint}");
-    takes_hands(&page);
+    assert!(hint.contains("Press “Take control” first"), "{hint}");
+    takes_control(&page);
 
     // The data sheet's limit of the feeder's gain.
     chooses_entry(&page, "5", "2410:01");
@@ -161,7 +161,7 @@ fn adds(page: &Page, address: &str) {
 fn a_pdo_is_mapped_and_its_conflicts_are_named_before() {
     let Some((bench, browser)) = start("bench-pdos", &["--demo"]) else { return };
     let page = opens(&browser, &bench);
-    takes_hands(&page);
+    takes_control(&page);
     page.clicks("tab-pdos");
     // The mapping of the feeder's PDOs cannot be changed.
     page.chooses("pick-node", "5");
@@ -189,7 +189,7 @@ fn a_pdo_is_mapped_and_its_conflicts_are_named_before() {
 fn a_travel_is_plotted_and_stopped() {
     let Some((bench, browser)) = start("bench-travel", &["--demo"]) else { return };
     let page = opens(&browser, &bench);
-    takes_hands(&page);
+    takes_control(&page);
     page.clicks("tab-plots");
     page.chooses("plot-node", "6");
     page.clicks("plot-quick-6064:00");
@@ -222,9 +222,9 @@ fn a_travel_is_plotted_and_stopped() {
 fn two_browsers_see_the_same_and_a_lost_page_stops_what_it_started() {
     let Some((bench, browser)) = start("bench-two", &["--demo"]) else { return };
     let (one, other) = (opens(&browser, &bench), opens(&browser, &bench));
-    one.reads("faces", "2");
-    takes_hands(&one);
-    other.until("document.querySelector('.hands').innerText.includes('1')");
+    one.reads("clients", "2");
+    takes_control(&one);
+    other.until("document.querySelector('.control').innerText.includes('1')");
     other.clicks("tab-drives");
     other.until("document.querySelector('[data-test=drive-6-enable]').ariaDisabled === 'true'");
     one.clicks("tab-drives");
@@ -236,19 +236,19 @@ fn two_browsers_see_the_same_and_a_lost_page_stops_what_it_started() {
     other.until(runs);
     // Reloaded, a page is another one, since what it showed is gone; but its browser's tab still has the token.
     one.closes();
-    other.reads("faces", "only this page");
+    other.reads("clients", "only this page");
     other.until(&format!("!({runs})"));
-    other.until("document.querySelector('.hands').innerText.includes('Hands on')");
+    other.until("document.querySelector('.control').innerText.includes('Take control')");
     other.reloads();
     other.reads("connection", "connected");
 
     // A page that hangs is as good as lost, though its browser runs.
     let hanging = opens(&browser, &bench);
-    takes_hands(&hanging);
+    takes_control(&hanging);
     hanging.hangs();
-    other.reads("faces", "2");
-    other.reads("faces", "only this page");
-    takes_hands(&other);
+    other.reads("clients", "2");
+    other.reads("clients", "only this page");
+    takes_control(&other);
     is_in_order(&other, &bench);
 }
 
@@ -313,7 +313,7 @@ fn a_device_gets_its_node_id_and_its_data_sheet() {
     std::fs::write(folder.join("plant.toml"), "[[node]]\nid = 'none'\ndevice = 'sensor.eds'\n").unwrap();
     let Some((bench, browser)) = start_in(&folder, &["--bus", "sim:plant.toml"]) else { return };
     let page = opens(&browser, &bench);
-    takes_hands(&page);
+    takes_control(&page);
     page.types("lss-node", "9");
     page.clicks("lss-assign");
     page.reads("jobs", "is node 9");

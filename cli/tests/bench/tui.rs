@@ -65,7 +65,7 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     let backup = folder.join("node-5.dcf");
     screen.wait_for(&|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
 
-    // What is pasted presses no keys, and a click selects a room.
+    // What is pasted presses no keys, and a click selects a tab.
     screen.press("\u{1b}[200~q\u{1b}[201~");
     screen.press("\u{1b}[<0;14;1M");
     shows(screen, "[2 Objects]");
@@ -74,15 +74,15 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     screen.press("7");
     shows(screen, "node 7 is silent");
 
-    // A limit refuses in words, then lets through. Nothing is written without the hands.
+    // A limit refuses in words, then lets through. Nothing is written without the control.
     screen.press("1\r");
     shows(screen, "1000:00");
     screen.press("/v-pos\r");
     screen.wait_for(&|text| text.contains("v-Pos") && !text.contains("6064:00"));
     screen.press("\r60\r");
-    shows(screen, "take the hands first");
+    shows(screen, "take control first");
     screen.press("h");
-    shows(screen, "HANDS ON");
+    shows(screen, "YOU HAVE CONTROL");
     screen.press("\r250\r");
     shows(screen, "too high");
     screen.press("\r60\r");

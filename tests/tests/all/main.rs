@@ -1,6 +1,5 @@
 //! What crosses crates.
 
-mod akd_frames;
 mod boot_plan;
 mod descriptions;
 mod fuzzed;

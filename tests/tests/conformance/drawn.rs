@@ -12,8 +12,10 @@ use std::ops::Range;
 
 use lexican_conform::{Case, Sheet, Verdict};
 
-use crate::faulty::{Fault, Rule, State, fault, heard, matches, sent};
-use crate::{SUBJECTS, Subject, lss, name, sheet};
+use lexican_runtime::wire::nmt::NmtState;
+
+use crate::faulty::{Fault, commanded, fault, matches};
+use crate::{NONE, SUBJECTS, Subject, lss, name, sheet};
 
 const SEEDS: Range<u64> = 0..200;
 
@@ -61,8 +63,9 @@ struct Reactions {
 
 /// A fault that was drawn.
 struct Drawn {
-    fault: &'static Fault,
-    pattern: &'static str,
+    rules: &'static str,
+    fault: Fault,
+    pattern: String,
     how: How,
 }
 
@@ -83,7 +86,7 @@ enum How {
 
 impl Reactions {
     fn of(subject: &Subject, sheet: &Sheet) -> Self {
-        let plan: Vec<_> = subject.cases().map(|case| (case, subject.run(case, sheet, None).1)).collect();
+        let plan: Vec<_> = subject.cases().map(|case| (case, subject.run(case, sheet, &NONE).1)).collect();
         let cases = plan.iter().filter(|(case, _)| case.id != NONSENSE);
         let kinds: BTreeSet<String> = cases.flat_map(|(_, frames)| frames).map(|text| kind(text)).collect();
         let mut services: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -98,41 +101,31 @@ impl Reactions {
     fn draw(&self, seed: u64) -> Drawn {
         let random = &mut Random(seed);
         let service = random.one(&self.services);
-        let pattern: &'static str = random.one(service).clone().leak();
+        let pattern = random.one(service).clone();
         let places = self.plan.iter().flat_map(|(_, frames)| (0..frames.len()).map(move |at| (frames, at)));
-        let places: Vec<_> = places.filter(|(frames, at)| matches(pattern, &frames[*at])).collect();
+        let places: Vec<_> = places.filter(|(frames, at)| matches(&pattern, &frames[*at])).collect();
         let &(frames, at) = random.one(&places);
         let is_sent = ["585#", "705#", "085#", "185#", "285#", "080#", "7E4#"].iter().any(|id| pattern.starts_with(id))
             && !pattern.contains("#R");
         let how = how(&frames[at], is_sent, random);
-        let rule = altered(if is_sent { sent(pattern) } else { heard(pattern) }, how, pattern);
-        let (rule, when) = match random.below(4) {
-            0 => {
-                let state = state(&frames[..at]);
-                (rule.when(state), format!(" in {state:?}"))
-            }
-            1 if at > 0 => {
-                let before: &'static str = kind(&frames[random.below(at)]).leak();
-                (rule.after(vec![before].leak()), format!(" after {before}"))
-            }
-            _ => (rule, String::new()),
+        let when = match random.below(4) {
+            0 => format!(" in {}", state(&frames[..at])),
+            1 if at > 0 => format!(" after {}", kind(&frames[random.below(at)])),
+            _ => String::new(),
         };
-        let title = format!("{pattern} {how:?}{when}").leak();
-        Drawn { fault: Box::leak(Box::new(fault(title, vec![rule].leak(), ""))), pattern, how }
+        let on = if is_sent { "sent" } else { "heard" };
+        let rules = format!("{on} {pattern}{}{when}", altered(how, &pattern)).leak();
+        Drawn { fault: fault(rules), rules, pattern, how }
     }
 }
 
 /// The NMT state that these frames lead to.
-fn state(frames: &[String]) -> State {
-    let commanded = frames.iter().rev().find_map(|text| match text.strip_prefix("000#")?.split_at_checked(2)? {
-        (command, "05" | "00") => Some(command),
+fn state(frames: &[String]) -> NmtState {
+    let last = frames.iter().rev().find_map(|text| match text.strip_prefix("000#")?.split_at_checked(2)? {
+        (command, "05" | "00") => u8::from_str_radix(command, 16).ok(),
         _ => None,
     });
-    match commanded {
-        Some("01") => State::Operational,
-        Some("02") => State::Stopped,
-        _ => State::PreOperational,
-    }
+    last.map_or(NmtState::PreOperational, commanded)
 }
 
 fn how(text: &str, is_sent: bool, random: &mut Random) -> How {
@@ -157,16 +150,17 @@ fn how(text: &str, is_sent: bool, random: &mut Random) -> How {
     *random.one(&ways)
 }
 
-fn altered(rule: Rule, how: How, pattern: &'static str) -> Rule {
+/// The words of a rule.
+fn altered(how: How, pattern: &str) -> String {
     match how {
-        How::Lost => rule,
-        How::LostEverySecondTime => rule.comes_half_as_often(),
-        How::Twice => rule.brings(pattern),
-        How::WithoutLastByte => rule.lacks_its_last_byte(),
-        How::EverySecondTimeLate => rule.every_second_comes_late(40),
-        How::Pretended => rule.is_answered("585#60......00000000"),
-        How::Refused => rule.is_answered("585#80......22000008"),
-        How::WithOtherBit(byte, bit) => rule.with_other_bits(byte, 1 << bit),
+        How::Lost => String::new(),
+        How::LostEverySecondTime => " halved".to_owned(),
+        How::Twice => format!(" brings {pattern}"),
+        How::WithoutLastByte => " cut".to_owned(),
+        How::EverySecondTimeLate => " late 40".to_owned(),
+        How::Pretended => " answered 585#60......00000000".to_owned(),
+        How::Refused => " answered 585#80......22000008".to_owned(),
+        How::WithOtherBit(byte, bit) => format!(" flipped {byte}:{:02X}", 1 << bit),
     }
 }
 
@@ -222,7 +216,7 @@ fn what_is_altered_by_chance_is_noticed() {
             let drawn = reactions.draw(seed);
             let (mut failed, mut changed) = (None, Vec::new());
             for (case, right) in reactions.plan.iter().filter(|(_, frames)| drawn.fault.concerns(frames)) {
-                let (outcome, frames) = subject.run(case, &sheet, Some(drawn.fault));
+                let (outcome, frames) = subject.run(case, &sheet, &drawn.fault);
                 if matches!(outcome, Err(Verdict::Failed(_))) {
                     failed = Some(case);
                     break;
@@ -235,7 +229,7 @@ fn what_is_altered_by_chance_is_noticed() {
                 (Some(_), _) => noticed += 1,
                 (None, _) if changed.is_empty() => unchanged += 1,
                 (None, Some(_)) => may += 1,
-                (None, None) => unnoticed.push(format!("{seed}: {} ({})", drawn.fault.title, changed.join(" "))),
+                (None, None) => unnoticed.push(format!("{seed}: {} ({})", drawn.rules, changed.join(" "))),
             }
         }
     }

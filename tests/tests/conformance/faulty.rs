@@ -1,23 +1,56 @@
 //! A device that is wrong in one thing: the device under test behind a wrapper that alters the frames which come and go.
+//!
+//! What is altered is said by rules with semicolons between them. A rule begins with what it is about:
+//!
+//! - `heard FRAME`, `sent FRAME`: the device hears or sends a frame, which is lost unless the rule says more;
+//! - `every MS brings FRAME`: the device sends a frame again and again;
+//! - `sheet TEXT becomes TEXT`, `sheet SECTION has KEY=VALUE ...`: it is the data sheet that is wrong.
+//!
+//! Then it says what becomes of the frame: it `becomes FRAME`; the device does not hear it, and it is `answered FRAME`; it
+//! `brings FRAME` besides; it is `cut` by its last byte, `flipped BYTE:BITS`, or every second one is lost (`halved`) or comes
+//! later (`late MS`). Last, when: `in STATE`, which is the one that a manager has commanded; `after FRAME ...`, which have
+//! come one after the other; `until FRAME`, which has not come since.
+//!
+//! Frames are patterns as candump writes them, in which `.` is any character and `*` any rest; where a frame becomes another,
+//! these stand for what was there.
 
 use std::collections::VecDeque;
 
 use lexican_runtime::host::Node;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 /// What is wrong with a device.
+#[derive(Default)]
 pub struct Fault {
     /// In words.
     pub title: &'static str,
-    pub rules: &'static [Rule],
-    /// What the data sheet says instead, where it is the data sheet that is wrong.
-    pub sheet: Option<(&'static str, &'static str)>,
+    rules: Vec<Rule>,
+    /// The rules about the data sheet.
+    sheet: Vec<&'static str>,
     /// The cases that notice.
     pub fails: &'static str,
 }
 
-pub const fn fault(title: &'static str, rules: &'static [Rule], fails: &'static str) -> Fault {
-    Fault { title, rules, sheet: None, fails }
+/// The faults of a table, a line each: title, rules, and the cases that notice. Lines with `#` are headings.
+pub fn table(text: &'static str) -> Vec<Fault> {
+    let rows = text.lines().filter(|line| !line.is_empty() && !line.starts_with("# "));
+    rows.map(|row| {
+        let mut cells = row.split(" | ");
+        let [title, rules, fails] = [(); 3].map(|()| cells.next().unwrap_or_default());
+        named(title, rules, fails)
+    })
+    .collect()
+}
+
+pub fn named(title: &'static str, rules: &'static str, fails: &'static str) -> Fault {
+    Fault { title, fails, ..fault(rules) }
+}
+
+pub fn fault(rules: &'static str) -> Fault {
+    let parts = rules.split(';').map(str::trim).filter(|rule| !rule.is_empty());
+    let (sheet, rules): (Vec<_>, Vec<_>) = parts.partition(|rule| rule.starts_with("sheet "));
+    Fault { rules: rules.into_iter().map(Rule::parse).collect(), sheet, ..Fault::default() }
 }
 
 impl Fault {
@@ -28,23 +61,36 @@ impl Fault {
             On::Heard(pattern) | On::Sent(pattern) => come(pattern),
             On::EveryMs(_) => rule.after.iter().all(|pattern| come(pattern)),
         };
-        self.sheet.is_some() || self.rules.iter().any(begins)
+        !self.sheet.is_empty() || self.rules.iter().any(begins)
     }
 
     pub fn data_sheet(&self, text: &str) -> String {
-        self.sheet.map_or_else(|| text.to_owned(), |(said, says)| text.replace(said, says))
+        self.sheet.iter().fold(text.to_owned(), |text, rule| {
+            let rule = rule.trim_start_matches("sheet ");
+            if let Some((said, says)) = rule.split_once(" becomes ") {
+                return text.replace(said, says);
+            }
+            let (section, keys) = rule.split_once(" has ").expect("a rule about the data sheet");
+            let (before, after) = text.split_once(&format!("[{section}]")).expect("a section");
+            let (keys_before, after) = after.split_once("\n[").expect("it is not the last one");
+            let changed = |line: &str| {
+                let key = line.split('=').next();
+                keys.split(' ').find(|setting| setting.split('=').next() == key).unwrap_or(line).to_owned()
+            };
+            let keys = keys_before.lines().map(changed).collect::<Vec<_>>().join("\n");
+            format!("{before}[{section}]{keys}\n[{after}")
+        })
     }
 }
 
-/// When something happens, and what is done about it. Frames are patterns as candump writes them, in which `.` is any
-/// character and `*` any rest; where a frame becomes another, `.` and `*` stand for what was there.
-#[derive(Clone, Copy)]
-pub struct Rule {
+/// When something happens, and what is done about it.
+#[derive(Clone)]
+struct Rule {
     on: On,
     act: Act,
-    state: Option<State>,
+    state: Option<NmtState>,
     /// Holds only when these frames, heard or sent, have come one after the other,
-    after: &'static [&'static str],
+    after: Vec<&'static str>,
     /// and this one has not come since.
     until: Option<&'static str>,
 }
@@ -58,17 +104,12 @@ enum On {
 
 #[derive(Clone, Copy)]
 enum Act {
-    /// The frame is lost.
     Lose,
-    /// Every second frame is lost.
     LoseEverySecond,
-    /// Every second frame comes later by so many milliseconds.
-    DelayEverySecond(u64),
+    DelayEverySecond(Duration),
     /// A byte of the frame has other bits.
     Flip(usize, u8),
-    /// The frame lacks its last byte.
     Cut,
-    /// The frame becomes another.
     Become(&'static str),
     /// The device does not hear the frame; this is its answer.
     Answer(&'static str),
@@ -76,63 +117,46 @@ enum Act {
     Add(&'static str),
 }
 
-/// The NMT state that a manager has commanded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    PreOperational,
-    Operational,
-    Stopped,
-}
-
-const fn rule(on: On) -> Rule {
-    Rule { on, act: Act::Lose, state: None, after: &[], until: None }
-}
-
-/// The device hears a frame, and does not take note of it unless the rule goes on.
-pub const fn heard(pattern: &'static str) -> Rule {
-    rule(On::Heard(pattern))
-}
-
-/// The device sends a frame, and it is lost unless the rule goes on.
-pub const fn sent(pattern: &'static str) -> Rule {
-    rule(On::Sent(pattern))
-}
-
-/// The device sends a frame again and again.
-pub const fn every_ms(ms: u64, frame: &'static str) -> Rule {
-    Rule { act: Act::Add(frame), ..rule(On::EveryMs(ms)) }
-}
+/// Words of a rule with others behind them.
+const VERBS: [&str; 11] =
+    ["heard", "sent", "every", "becomes", "answered", "brings", "flipped", "late", "in", "after", "until"];
 
 impl Rule {
-    pub const fn becomes(self, frame: &'static str) -> Self {
-        Rule { act: Act::Become(frame), ..self }
-    }
-    pub const fn is_answered(self, frame: &'static str) -> Self {
-        Rule { act: Act::Answer(frame), ..self }
-    }
-    pub const fn brings(self, frame: &'static str) -> Self {
-        Rule { act: Act::Add(frame), ..self }
-    }
-    pub const fn every_second_comes_late(self, ms: u64) -> Self {
-        Rule { act: Act::DelayEverySecond(ms), ..self }
-    }
-    pub const fn with_other_bits(self, byte: usize, bits: u8) -> Self {
-        Rule { act: Act::Flip(byte, bits), ..self }
-    }
-    pub const fn lacks_its_last_byte(self) -> Self {
-        Rule { act: Act::Cut, ..self }
-    }
-    pub const fn comes_half_as_often(self) -> Self {
-        Rule { act: Act::LoseEverySecond, ..self }
-    }
-    pub const fn when(self, state: State) -> Self {
-        Rule { state: Some(state), ..self }
-    }
-    pub const fn after(self, frames: &'static [&'static str]) -> Self {
-        Rule { after: frames, ..self }
-    }
-    pub const fn until(self, frame: &'static str) -> Self {
-        Rule { until: Some(frame), ..self }
+    fn parse(text: &'static str) -> Self {
+        let mut rule = Rule { on: On::Heard(""), act: Act::Lose, state: None, after: Vec::new(), until: None };
+        let mut verb = "";
+        for word in text.split(' ') {
+            let number = || word.parse().unwrap_or_else(|_| panic!("{text}: {word} is no number"));
+            match (verb, word) {
+                (_, "halved") => rule.act = Act::LoseEverySecond,
+                (_, "cut") => rule.act = Act::Cut,
+                _ if VERBS.contains(&word) => verb = word,
+                ("heard", _) => rule.on = On::Heard(word),
+                ("sent", _) => rule.on = On::Sent(word),
+                ("every", _) => rule.on = On::EveryMs(number()),
+                ("becomes", _) => rule.act = Act::Become(word),
+                ("answered", _) => rule.act = Act::Answer(word),
+                ("brings", _) => rule.act = Act::Add(word),
+                ("flipped", _) => {
+                    let flip = word.split_once(':');
+                    let flip = flip.and_then(|(byte, bits)| byte.parse().ok().zip(u8::from_str_radix(bits, 16).ok()));
+                    let (byte, bits) = flip.unwrap_or_else(|| panic!("{text}: {word} is no BYTE:BITS"));
+                    rule.act = Act::Flip(byte, bits);
+                }
+                ("late", _) => rule.act = Act::DelayEverySecond(Duration::from_millis(number())),
+                ("in", "STOPPED") => rule.state = Some(NmtState::Stopped),
+                ("in", "OPERATIONAL") => rule.state = Some(NmtState::Operational),
+                ("in", "PRE-OPERATIONAL") => rule.state = Some(NmtState::PreOperational),
+                ("after", times) if times.starts_with('x') => {
+                    let times = times[1..].parse().unwrap_or_else(|_| panic!("{text}: {word} is no number"));
+                    rule.after = rule.after.repeat(times);
+                }
+                ("after", _) => rule.after.push(word),
+                ("until", _) => rule.until = Some(word),
+                _ => panic!("{text}: {word} is no word of a rule"),
+            }
+        }
+        rule
     }
 }
 
@@ -147,22 +171,30 @@ struct Progress {
     next: Option<Instant>,
 }
 
+/// The state that a command leads to, when the device has booted again.
+pub fn commanded(command: u8) -> NmtState {
+    match NmtCommand::from_code(command).map(NmtCommand::target) {
+        Some(state @ (NmtState::Operational | NmtState::Stopped)) => state,
+        _ => NmtState::PreOperational,
+    }
+}
+
 /// A device with a fault, or without.
 pub struct Faulty<N> {
     inner: N,
-    rules: &'static [Rule],
+    rules: Vec<Rule>,
     progress: Vec<Progress>,
-    state: State,
+    state: NmtState,
     extra: VecDeque<Frame>,
     delayed: VecDeque<(Instant, Frame)>,
 }
 
 impl<N> Faulty<N> {
-    pub fn new(inner: N, fault: Option<&'static Fault>) -> Self {
-        let rules = fault.map_or(&[][..], |fault| fault.rules);
+    pub fn new(inner: N, fault: &Fault) -> Self {
+        let rules = fault.rules.clone();
         let progress = vec![Progress { seen: 0, applied: 0, over: false, next: None }; rules.len()];
         let (extra, delayed) = (VecDeque::new(), VecDeque::new());
-        Faulty { inner, rules, progress, state: State::PreOperational, extra, delayed }
+        Faulty { inner, rules, progress, state: NmtState::PreOperational, extra, delayed }
     }
 
     fn holds(&self, at: usize) -> bool {
@@ -198,8 +230,8 @@ impl<N> Faulty<N> {
             match self.rules[at].act {
                 Act::Lose => return None,
                 Act::LoseEverySecond if is_second => return None,
-                Act::DelayEverySecond(ms) if is_second => {
-                    self.delayed.push_back((now + Duration::from_millis(ms), frame));
+                Act::DelayEverySecond(by) if is_second => {
+                    self.delayed.push_back((now + by, frame));
                     return None;
                 }
                 Act::LoseEverySecond | Act::DelayEverySecond(_) => {}
@@ -231,11 +263,7 @@ impl<N: Node> Node for Faulty<N> {
             && frame.id() == CobId::NMT
             && matches!(node, 0 | 5)
         {
-            self.state = match command {
-                0x01 => State::Operational,
-                0x02 => State::Stopped,
-                _ => State::PreOperational,
-            };
+            self.state = commanded(command);
         }
         if let Some(frame) = altered {
             self.inner.handle_frame(now, &frame);

@@ -1,15 +1,14 @@
 //! A computer that is late accuses no device.
 
 use std::collections::VecDeque;
-use std::sync::atomic::AtomicBool;
 
-use lexican_conform::{Case, HostLateness, Outcome, Tester, Verdict, run as test};
-use lexican_runtime::host::{Incoming, Link, LinkError, Node, VirtualBus, VirtualLink};
+use lexican_conform::{Case, HostLateness, Outcome, Settings, Verdict, run as test};
+use lexican_runtime::host::{Incoming, Link, LinkError, Node, VirtualLink};
 use lexican_runtime::{Duration, Frame, Instant};
 
 use crate::device::DeviceUnderTest;
 use crate::faulty::{Fault, Faulty};
-use crate::{DATA_SHEET, SUBJECTS, lss, name, settings, sheet};
+use crate::{DATA_SHEET, NONE, SUBJECTS, link_to, lss, name, run, settings, sheet};
 
 /// A link whose reader is not woken in time now and then, as on a machine that has other work.
 struct Late {
@@ -41,13 +40,10 @@ impl Link for Late {
     }
 }
 
-fn run(case: &Case, seed: u64, by_ms: u64, fault: Option<&'static Fault>) -> Outcome {
-    let bus = VirtualBus::new();
-    bus.attach(Faulty::new(DeviceUnderTest::new(), fault));
-    let by = Duration::from_millis(by_ms);
-    let mut link = Late { inner: bus.link(), waiting: VecDeque::new(), state: seed, by };
-    let (settings, cancelled, sheet) = (settings(), AtomicBool::new(false), sheet(DATA_SHEET));
-    Tester::new(&mut link, &sheet, &settings, &cancelled).run(case)
+fn run_late(case: &Case, seed: u64, by_ms: u64, fault: &Fault) -> Outcome {
+    let (inner, by) = (link_to(Faulty::new(DeviceUnderTest::new(), fault)), Duration::from_millis(by_ms));
+    let mut link = Late { inner, waiting: VecDeque::new(), state: seed, by };
+    run(case, &sheet(DATA_SHEET), &settings(), &mut link).0
 }
 
 #[test]
@@ -55,7 +51,7 @@ fn what_the_testers_own_lateness_explains_is_not_decided() {
     let (mut passed, mut undecided, mut wrong) = (0, 0, Vec::new());
     for case in SUBJECTS[0].cases().filter(|case| !lss::tests(case)) {
         for seed in 0..3 {
-            match run(case, seed, 30, None) {
+            match run_late(case, seed, 30, &NONE) {
                 Ok(()) => passed += 1,
                 Err(Verdict::NotDecidable(why)) => {
                     assert!(why.contains("this computer was late by up to ") && why.contains(" ms decide"), "{why}");
@@ -81,7 +77,7 @@ fn a_late_tester_notices_what_does_not_depend_on_time() {
     ] {
         let fault = SUBJECTS[0].faults.iter().find(|fault| fault.title == title).unwrap();
         let case = SUBJECTS[0].cases().find(|case| case.plan == plan).unwrap();
-        for outcome in [run(case, 1, 3, Some(fault)), run_sleepy(case, 1, 2, true, Some(fault))] {
+        for outcome in [run_late(case, 1, 3, fault), run_sleepy(case, 1, 2, true, fault)] {
             assert!(matches!(outcome, Err(Verdict::Failed(_))), "{title}: {outcome:?}");
         }
     }
@@ -91,9 +87,9 @@ fn a_late_tester_notices_what_does_not_depend_on_time() {
 #[test]
 fn on_a_quiet_computer_a_late_device_fails() {
     let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();
-    let failed = |seed| matches!(run_sleepy(case, seed, 30, false, None), Err(Verdict::Failed(_)));
+    let failed = |seed| matches!(run_sleepy(case, seed, 30, false, &NONE), Err(Verdict::Failed(_)));
     assert!((0..20).any(failed));
-    let decided = |seed| !matches!(run_sleepy(case, seed, 30, false, None), Err(Verdict::NotDecidable(_)));
+    let decided = |seed| !matches!(run_sleepy(case, seed, 30, false, &NONE), Err(Verdict::NotDecidable(_)));
     assert!((0..20).all(decided));
 }
 
@@ -151,14 +147,18 @@ impl<N: Node> Node for Sleepy<N> {
     }
 }
 
+/// A device that sleeps by so many milliseconds, and says so to the computer that it knows.
+fn sleepy(fault: &Fault, seed: u64, [by_ms, says_ms]: [u64; 2], host: HostLateness) -> VirtualLink {
+    let (inner, waiting, until) = (Faulty::new(DeviceUnderTest::new(), fault), VecDeque::new(), Instant::ZERO);
+    let [by, says] = [by_ms, says_ms].map(Duration::from_millis);
+    link_to(Sleepy { inner, waiting, until, state: seed, by, host, says })
+}
+
 /// `knows` is whether the tester knows how late its computer is.
-fn run_sleepy(case: &Case, seed: u64, by_ms: u64, knows: bool, fault: Option<&'static Fault>) -> Outcome {
-    let (bus, inner, settings) = (VirtualBus::new(), Faulty::new(DeviceUnderTest::new(), fault), settings());
-    let (waiting, until, by) = (VecDeque::new(), Instant::ZERO, Duration::from_millis(by_ms));
+fn run_sleepy(case: &Case, seed: u64, by_ms: u64, knows: bool, fault: &Fault) -> Outcome {
+    let settings: Settings = settings();
     let host = if knows { settings.host.clone() } else { HostLateness::default() };
-    bus.attach(Sleepy { inner, waiting, until, state: seed, by, host, says: by });
-    let (mut link, cancelled, sheet) = (bus.link(), AtomicBool::new(false), sheet(DATA_SHEET));
-    Tester::new(&mut link, &sheet, &settings, &cancelled).run(case)
+    run(case, &sheet(DATA_SHEET), &settings, &mut sleepy(fault, seed, [by_ms; 2], host)).0
 }
 
 /// A device on the tester's own computer is late with it.
@@ -167,7 +167,7 @@ fn what_the_lateness_of_a_devices_computer_explains_is_not_decided() {
     let (mut passed, mut undecided, mut wrong) = (0, 0, Vec::new());
     for case in SUBJECTS[0].cases().filter(|case| !lss::tests(case)) {
         for seed in 0..3 {
-            match run_sleepy(case, seed, 15, true, None) {
+            match run_sleepy(case, seed, 15, true, &NONE) {
                 Ok(()) => passed += 1,
                 Err(Verdict::NotDecidable(_)) => undecided += 1,
                 Err(other) => wrong.push(format!("{} ({seed}): {other}", name(case))),
@@ -183,12 +183,9 @@ fn what_the_lateness_of_a_devices_computer_explains_is_not_decided() {
 fn on_a_late_computer_a_failure_by_time_is_tried_again() {
     let case = SUBJECTS[0].cases().find(|case| case.plan == "7.102").unwrap();
     let has_passed_then = |seed| {
-        let (bus, inner, settings) = (VirtualBus::new(), Faulty::new(DeviceUnderTest::new(), None), settings());
-        let (by, says) = (Duration::from_millis(40), Duration::from_millis(6));
-        let (waiting, until, host) = (VecDeque::new(), Instant::ZERO, settings.host.clone());
-        bus.attach(Sleepy { inner, waiting, until, state: seed, by, host, says });
-        let (mut link, cancelled, sheet) = (bus.link(), AtomicBool::new(false), sheet(DATA_SHEET));
-        let report = test(&mut link, &sheet, &settings, &[case], &cancelled, &mut ());
+        let settings = settings();
+        let mut link = sleepy(&NONE, seed, [40, 6], settings.host.clone());
+        let report = test(&mut link, &sheet(DATA_SHEET), &settings, &[case], &false.into(), &mut ());
         let again = "this computer was late by up to 12.00 ms, and the case was run again";
         report.cases[0].outcome.is_ok() && report.cases[0].notes == [again]
     };

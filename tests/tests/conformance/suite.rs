@@ -15,26 +15,23 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::device::{DeviceUnderTest, NODE};
-use crate::faulty::{Fault, Faulty, Rule, every_ms, fault, heard};
+use crate::faulty::{Faulty, fault};
 use crate::{DATA_SHEET, lss, settings, sheet};
 
 /// A device that keeps its values over a reset.
-const KEEPS: Fault = fault("a reset is answered only", &[NO_RESET[0], NO_RESET[1]], "");
-const NO_RESET: [Rule; 2] = [heard("000#8105").is_answered("705#00"), heard("000#8205").is_answered("705#00")];
+const KEEPS: &str = "heard 000#8105 answered 705#00; heard 000#8205 answered 705#00";
 
 /// The same, and once its event timer is set, it sends for ever.
-const SENDS_FOR_EVER: Fault =
-    Fault { rules: &[NO_RESET[0], every_ms(1, "185#3412").after(&["605#2B00180564*"])], ..KEEPS };
+const SENDS_FOR_EVER: &str = "heard 000#8105 answered 705#00; every 1 brings 185#3412 after 605#2B00180564*";
 
 /// The same, and 1015h is written once.
-const IS_WRITTEN_ONCE: Fault = Fault {
-    rules: &[NO_RESET[0], heard("605#2B151000*").is_answered("585#8015100022000008").after(&["605#2B151000*"])],
-    ..KEEPS
-};
+const IS_WRITTEN_ONCE: &str =
+    "heard 000#8105 answered 705#00; heard 605#2B151000* answered 585#8015100022000008 after 605#2B151000*";
 
-const WRONG: Fault = fault("1000h is another", &[heard("605#40001000*").is_answered("585#4300100000000000")], "");
+/// 1000h is another.
+const WRONG: &str = "heard 605#40001000* answered 585#4300100000000000";
 
-const RIGHT: Fault = fault("none", &[], "");
+const RIGHT: &str = "";
 
 /// What happens to a device once, when 1015h is written.
 enum Event {
@@ -98,15 +95,16 @@ impl Link for Unplugged {
     }
 }
 
-struct Bench {
+struct Rig {
     bus: VirtualBus,
     frames: Arc<Mutex<Vec<String>>>,
     sheet: Sheet,
 }
 
-impl Bench {
-    fn of(fault: &'static Fault) -> Self {
-        Self::with(Faulty::new(DeviceUnderTest::new(), Some(fault)))
+impl Rig {
+    /// Of a device that is wrong by these rules.
+    fn of(rules: &'static str) -> Self {
+        Self::with(Faulty::new(DeviceUnderTest::new(), &fault(rules)))
     }
 
     fn with(node: impl Node + Send + 'static) -> Self {
@@ -114,7 +112,7 @@ impl Bench {
         bus.attach(node);
         let log = Arc::clone(&frames);
         bus.observe(move |_, frame| log.lock().unwrap().push(frame.to_string()));
-        Bench { bus, frames, sheet: sheet(DATA_SHEET) }
+        Rig { bus, frames, sheet: sheet(DATA_SHEET) }
     }
 
     fn values(&self) -> BTreeMap<Address, Vec<u8>> {
@@ -151,36 +149,36 @@ fn without_motion() -> Settings {
 
 #[test]
 fn what_is_not_allowed_is_not_written() {
-    let bench = Bench::of(&RIGHT);
+    let rig = Rig::of(RIGHT);
     let allow = [].into();
     let settings = Settings { allow, ..settings() };
-    let report = bench.test(&settings, &[]);
+    let report = rig.test(&settings, &[]);
     let tally = report.tally();
     assert_eq!((report.cases.len(), tally.failed, tally.unfinished), (cases().count(), 0, 0));
     assert!(tally.not_allowed >= 10, "{tally:?}");
     // Whatever begins to write: at once, in segments, or as a block.
     let begins = ["23", "27", "2B", "2F", "20", "21", "22", "C2", "C6", "C0", "C4"];
-    for frame in bench.frames.lock().unwrap().iter() {
+    for frame in rig.frames.lock().unwrap().iter() {
         let Some(request) =
             frame.strip_prefix("605#").filter(|data| begins.iter().any(|begin| data.starts_with(begin)))
         else {
             continue;
         };
         let index = u16::from_str_radix(&format!("{}{}", &request[4..6], &request[2..4]), 16).unwrap();
-        assert_eq!(Hazard::of_write(&bench.sheet.device, index), None, "{frame}");
+        assert_eq!(Hazard::of_write(&rig.sheet.device, index), None, "{frame}");
     }
 }
 
 #[test]
 fn what_was_written_is_put_back_even_if_no_reset_does_so() {
-    for fault in [&RIGHT, &KEEPS] {
-        let bench = Bench::of(fault);
-        let before = bench.values();
-        let report = bench.test(&without_motion(), &["2", "3", "4", "6", "7"]);
+    for rules in [RIGHT, KEEPS] {
+        let rig = Rig::of(rules);
+        let before = rig.values();
+        let report = rig.test(&without_motion(), &["2", "3", "4", "6", "7"]);
         assert_eq!(report.ended_early, None);
         let notes: Vec<_> = report.cases.iter().flat_map(|case| &case.notes).collect();
         assert_eq!((notes, report.not_put_back), (Vec::new(), Vec::new()));
-        assert_eq!(bench.values(), before);
+        assert_eq!(rig.values(), before);
     }
 }
 
@@ -198,29 +196,29 @@ impl Observer for Impatient<'_> {
 
 #[test]
 fn a_cancelled_test_ends_and_leaves_what_was_there() {
-    let bench = Bench::of(&KEEPS);
-    let (before, stop) = (bench.values(), AtomicBool::new(false));
-    let report = bench.observed(&mut bench.bus.link(), &settings(), &["3.5", "3.6"], &mut Impatient(&stop, 2), &stop);
+    let rig = Rig::of(KEEPS);
+    let (before, stop) = (rig.values(), AtomicBool::new(false));
+    let report = rig.observed(&mut rig.bus.link(), &settings(), &["3.5", "3.6"], &mut Impatient(&stop, 2), &stop);
     assert_eq!(report.cases[1].outcome, Err(Verdict::Unfinished(Ended::Cancelled)));
     assert_eq!(report.ended_early, Some(Ended::Cancelled));
-    assert_eq!(bench.values(), before);
+    assert_eq!(rig.values(), before);
 }
 
 #[test]
 fn what_a_case_has_written_that_took_too_long_is_put_back() {
-    let bench = Bench::of(&SENDS_FOR_EVER);
-    let before = bench.values();
+    let rig = Rig::of(SENDS_FOR_EVER);
+    let before = rig.values();
     let settings = Settings { case: Duration::from_secs(1), ..settings() };
-    let report = bench.test(&settings, &["3.5"]);
+    let report = rig.test(&settings, &["3.5"]);
     assert_eq!(report.cases[0].outcome, Err(Verdict::Failed("the case took longer than 1 s".to_owned())));
     assert_eq!((report.cases[0].notes.len(), report.not_put_back.len()), (0, 0));
-    assert_eq!(bench.values(), before);
+    assert_eq!(rig.values(), before);
 }
 
 #[test]
 fn what_could_not_be_put_back_is_in_the_report() {
-    let bench = Bench::of(&IS_WRITTEN_ONCE);
-    let report = bench.test(&settings(), &["2.2", "2.3"]);
+    let rig = Rig::of(IS_WRITTEN_ONCE);
+    let report = rig.test(&settings(), &["2.2", "2.3"]);
     let sentence = "1015:00 could not be put back to 0";
     assert_eq!((report.not_put_back, report.cases.len()), (vec![sentence.to_owned()], 2));
     assert_eq!(report.cases[0].notes, [sentence]);
@@ -230,23 +228,23 @@ fn what_could_not_be_put_back_is_in_the_report() {
 #[test]
 fn a_device_has_its_node_id_again_wherever_a_test_of_lss_ends() {
     for last in ["", "7E5#117F", "7E5#11FF", "000#8205", "7E5#4C", "7E5#51580000000501", "7E5#130003"] {
-        let bench = Bench { sheet: sheet(lss::DATA_SHEET), ..Bench::with(lss::DeviceWithLss::new()) };
+        let rig = Rig { sheet: sheet(lss::DATA_SHEET), ..Rig::with(lss::DeviceWithLss::new()) };
         let stop = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&stop);
-        bench.bus.observe(move |_, frame| {
+        rig.bus.observe(move |_, frame| {
             if !last.is_empty() && frame.to_string().starts_with(last) {
                 ends.store(true, Ordering::Relaxed);
             }
         });
-        let report = bench.observed(&mut bench.bus.link(), &settings(), &["305"], &mut (), &stop);
+        let report = rig.observed(&mut rig.bus.link(), &settings(), &["305"], &mut (), &stop);
         assert_eq!(report.not_put_back, [""; 0], "{last}");
         assert_eq!((report.tally().failed, report.tally().advised), (0, 0), "{last}");
-        let frames = bench.frames.lock().unwrap().clone();
+        let frames = rig.frames.lock().unwrap().clone();
         for (configures, own) in [("7E5#11", "7E5#1105"), ("7E5#13000", "7E5#130002")] {
             let given = frames.iter().rfind(|frame| frame.starts_with(configures));
             assert!(given.is_none_or(|given| given.starts_with(own)), "{last}: {given:?}");
         }
-        let mut network = Network::new(bench.bus.link());
+        let mut network = Network::new(rig.bus.link());
         network.command(NmtCommand::ResetNode, Some(NODE)).unwrap();
         assert_eq!(network.read_bytes(NODE, Address::new(0x1000, 0)).unwrap(), [0; 4], "{last}");
     }
@@ -254,36 +252,35 @@ fn a_device_has_its_node_id_again_wherever_a_test_of_lss_ends() {
 
 #[test]
 fn a_device_that_does_not_take_its_node_id_back_is_in_the_report() {
-    const LOST: Fault = fault("it is not selected again", &[heard("7E5#40*").after(&["7E5#4C*", "7E5#11FF*"])], "");
-    let node = Faulty::new(lss::DeviceWithLss::new(), Some(&LOST));
-    let bench = Bench { sheet: sheet(lss::DATA_SHEET), ..Bench::with(node) };
-    let report = bench.test(&settings(), &["305/6.6.4/2"]);
+    let is_not_selected_again = fault("heard 7E5#40* after 7E5#4C* 7E5#11FF*");
+    let node = Faulty::new(lss::DeviceWithLss::new(), &is_not_selected_again);
+    let rig = Rig { sheet: sheet(lss::DATA_SHEET), ..Rig::with(node) };
+    let report = rig.test(&settings(), &["305/6.6.4/2"]);
     assert!(report.not_put_back[0].starts_with("node-ID 5 could not be put back: "), "{:?}", report.not_put_back);
 }
 
-const UNKNOWN: &str = "585#80......01000405";
-const NO_BLOCK_DOWNLOADS: Fault =
-    fault("no block downloads", &[heard("605#C2*").is_answered(UNKNOWN), heard("605#C6*").is_answered(UNKNOWN)], "");
-const NO_BLOCK_UPLOADS: Fault =
-    fault("no block uploads", &[heard("605#A0*").is_answered(UNKNOWN), heard("605#A4*").is_answered(UNKNOWN)], "");
-const NO_CHECKSUMS: Fault = fault("no blocks with a checksum", &[heard("605#C6*").is_answered(UNKNOWN)], "");
+const NO_BLOCK_DOWNLOADS: &str =
+    "heard 605#C2* answered 585#80......01000405; heard 605#C6* answered 585#80......01000405";
+const NO_BLOCK_UPLOADS: &str =
+    "heard 605#A0* answered 585#80......01000405; heard 605#A4* answered 585#80......01000405";
+const NO_CHECKSUMS: &str = "heard 605#C6* answered 585#80......01000405";
 
 /// Blocks are optional, in either direction.
 #[test]
 fn a_server_without_blocks_is_not_tested_by_them() {
-    for (fault, excused, failed) in [
-        (&NO_BLOCK_DOWNLOADS, "2.20 2.21 2.24 2.25 301/7.2.4.3.10/1 301/7.2.4.3.9/3", ""),
-        (&NO_BLOCK_UPLOADS, "2.19 2.22 2.23 2.26 2.27 301/7.2.4.3.14/3 301/7.2.4.3.14/4", ""),
-        (&NO_CHECKSUMS, "", "2.24 2.25 301/7.2.4.3.10/1"),
+    for (rules, excused, failed) in [
+        (NO_BLOCK_DOWNLOADS, "2.20 2.21 2.24 2.25 301/7.2.4.3.10/1 301/7.2.4.3.9/3", ""),
+        (NO_BLOCK_UPLOADS, "2.19 2.22 2.23 2.26 2.27 301/7.2.4.3.14/3 301/7.2.4.3.14/4", ""),
+        (NO_CHECKSUMS, "", "2.24 2.25 301/7.2.4.3.10/1"),
     ] {
-        let report = Bench::of(fault).test(&without_motion(), &["2", "301/7.2.4.3"]);
+        let report = Rig::of(rules).test(&without_motion(), &["2", "301/7.2.4.3"]);
         assert_eq!(report.ended_early, None);
         let names = |wanted: fn(&Verdict) -> bool| {
             let cases = report.cases.iter().filter(|case| case.outcome.as_ref().is_err_and(wanted));
             cases.map(|report| crate::name(report.case)).collect::<Vec<_>>().join(" ")
         };
-        assert_eq!(names(|verdict| matches!(verdict, Verdict::Failed(_))), failed, "{}", fault.title);
-        assert_eq!(names(|verdict| matches!(verdict, Verdict::NotApplicable(_))), excused, "{}", fault.title);
+        assert_eq!(names(|verdict| matches!(verdict, Verdict::Failed(_))), failed, "{rules}");
+        assert_eq!(names(|verdict| matches!(verdict, Verdict::NotApplicable(_))), excused, "{rules}");
         for case in report.cases {
             if let Err(Verdict::NotApplicable(why)) = case.outcome {
                 assert!(why.starts_with("the SDO server refuses every block "), "{why}");
@@ -320,7 +317,7 @@ impl Node for Slow {
 #[test]
 fn a_slow_device_passes_all_cases_of_sdo() {
     let slow = Slow { inner: DeviceUnderTest::new(), answers: VecDeque::new() };
-    let report = Bench::with(slow).test(&without_motion(), &["2", "301/7.2.4.3"]);
+    let report = Rig::with(slow).test(&without_motion(), &["2", "301/7.2.4.3"]);
     assert_eq!(report.ended_early, None);
     for case in report.cases {
         let needs = case.case.needs.iter().any(|hazard| !without_motion().allow.contains(hazard));
@@ -330,15 +327,15 @@ fn a_slow_device_passes_all_cases_of_sdo() {
 
 #[test]
 fn what_is_timed_has_figures() {
-    let report = Bench::of(&RIGHT).test(&settings(), &["7.102"]);
+    let report = Rig::of(RIGHT).test(&settings(), &["7.102"]);
     let figures = "705 every 100 ms: 100.00 to 100.00 ms over 10, allowed 90.00 to 110.00";
     assert_eq!(report.cases[0].measured, [figures]);
 }
 
 #[test]
 fn the_first_failure_ends_a_test_that_is_to_end_then() {
-    let bench = Bench::of(&WRONG);
-    let report = bench.test(&Settings { fail_fast: Some(Level::Must), ..settings() }, &["2.1", "2.2"]);
+    let rig = Rig::of(WRONG);
+    let report = rig.test(&Settings { fail_fast: Some(Level::Must), ..settings() }, &["2.1", "2.2"]);
     assert_eq!((report.cases.len(), report.ended_early), (1, Some(Ended::AtFailure)));
 }
 
@@ -347,7 +344,7 @@ fn a_case_that_fails_otherwise_than_known_fails() {
     let seen = |text: &str| {
         let known = Known { seen: text.to_owned(), why: "chapter 1".to_owned() };
         let settings = Settings { known: [("306-1/6.5.2/2".to_owned(), known)].into(), ..settings() };
-        let report = Bench::of(&WRONG).test(&settings, &["4.2"]);
+        let report = Rig::of(WRONG).test(&settings, &["4.2"]);
         (report.cases[0].verdict(), report.cases[0].known.clone(), report.cases[0].notes.clone())
     };
     assert_eq!(seen("1000:00 is 0, by default *"), ("known", Some("chapter 1".to_owned()), Vec::new()));
@@ -362,9 +359,9 @@ fn a_case_in_which_the_device_was_away_is_run_again() {
         (Event::Resets, "the device has booted without being reset, and the case was run again"),
     ] {
         let inner = DeviceUnderTest::new();
-        let bench = Bench::with(Disturbed { inner, event: Some(event), deaf_until: Instant::ZERO });
+        let rig = Rig::with(Disturbed { inner, event: Some(event), deaf_until: Instant::ZERO });
         let settings = Settings { boot: Duration::from_secs(3), ..settings() };
-        let report = bench.test(&settings, &["2.2", "2.3"]);
+        let report = rig.test(&settings, &["2.2", "2.3"]);
         assert_eq!(report.cases[0].notes, [note]);
         assert_eq!(report.tally().passed, 2);
     }
@@ -373,12 +370,12 @@ fn a_case_in_which_the_device_was_away_is_run_again() {
 #[test]
 fn a_bus_that_was_lost_is_waited_for() {
     for (seconds, cases) in [(10, 3), (60, 1)] {
-        let bench = Bench::of(&RIGHT);
+        let rig = Rig::of(RIGHT);
         // The first case begins after two seconds of listening.
         let from = Instant::ZERO + Duration::from_millis(2_200);
         let until = from + Duration::from_secs(seconds);
-        let mut link = Unplugged { inner: bench.bus.link(), bus: bench.bus.clone(), from, until };
-        let report = bench.observed(&mut link, &settings(), &["3.5", "3.6", "3.7"], &mut (), &AtomicBool::new(false));
+        let mut link = Unplugged { inner: rig.bus.link(), bus: rig.bus.clone(), from, until };
+        let report = rig.observed(&mut link, &settings(), &["3.5", "3.6", "3.7"], &mut (), &AtomicBool::new(false));
         assert_eq!(report.cases.len(), cases);
         if cases == 3 {
             let notes = &report.cases[0].notes;
@@ -394,31 +391,24 @@ fn a_bus_that_was_lost_is_waited_for() {
 /// A device that is gone after a request, as after a crash: for ever, or until something brings it back.
 #[test]
 fn a_device_that_does_not_come_back_ends_no_other_chapter() {
-    const CRASHES: Fault = fault("it crashes", &[heard("*").after(&["605#2B151000*"])], "");
-    const ALIVE_BY_RESET: Fault = fault(
-        "it crashes until its communication is reset",
-        &[heard("*").after(&["605#2B15100064*"]).until("000#8205")],
-        "",
-    );
+    const CRASHES: &str = "heard * after 605#2B151000*";
+    const ALIVE_BY_RESET: &str = "heard * after 605#2B15100064* until 000#8205";
     let names = ["2.2", "2.3", "2.4", "7.101", "10.1"];
     let verdicts = |report: &Report| report.cases.iter().map(CaseReport::verdict).collect::<Vec<_>>();
-    let report = Bench::of(&CRASHES).test(&settings(), &names);
+    let report = Rig::of(CRASHES).test(&settings(), &names);
     assert_eq!(verdicts(&report), ["failed", "blocked", "blocked", "blocked", "blocked"]);
     assert_eq!((report.ended_early.as_ref(), report.root_causes().len()), (None, 1));
     assert!(report.findings[0].starts_with("after 301/7.5.2/1 the device did not come back"), "{:?}", report.findings);
     assert!(!report.not_put_back.is_empty());
 
-    let report = Bench::of(&ALIVE_BY_RESET).test(&settings(), &names);
+    let report = Rig::of(ALIVE_BY_RESET).test(&settings(), &names);
     assert_eq!(verdicts(&report), ["failed", "passed", "passed", "passed", "passed"]);
     assert_eq!(report.findings, ["after 301/7.5.2/1 the device answered only when its communication was reset"]);
     assert_eq!(report.not_put_back, [""; 0]);
 
-    let bench = Bench::with(Disturbed {
-        inner: DeviceUnderTest::new(),
-        event: Some(Event::Dozes(4)),
-        deaf_until: Instant::ZERO,
-    });
-    let report = bench.test(&settings(), &names);
+    let rig =
+        Rig::with(Disturbed { inner: DeviceUnderTest::new(), event: Some(Event::Dozes(4)), deaf_until: Instant::ZERO });
+    let report = rig.test(&settings(), &names);
     assert_eq!(verdicts(&report), ["failed", "blocked", "blocked", "blocked", "passed"]);
     assert_eq!(report.findings, ["after 301/7.5.2/1 the device did not answer; with 301/7.2.8.2.1/1 it did again"]);
     assert_eq!(report.not_put_back, [""; 0]);
@@ -427,41 +417,39 @@ fn a_device_that_does_not_come_back_ends_no_other_chapter() {
 /// A device that forgets nothing has its old values by being stored again.
 #[test]
 fn storage_that_has_grown_is_named() {
-    const KEEPS_STORED: Fault =
-        fault("1011h does nothing", &[heard("605#2311100*").is_answered("585#60....0000000000")], "");
-    let bench = Bench::of(&KEEPS_STORED);
-    let before = bench.values();
-    let report = bench.test(&settings(), &["8.2"]);
+    // 1011h does nothing.
+    let rig = Rig::of("heard 605#2311100* answered 585#60....0000000000");
+    let before = rig.values();
+    let report = rig.test(&settings(), &["8.2"]);
     assert_eq!(report.not_put_back, [""; 0]);
     assert!(report.findings[0].starts_with("the storage has grown: "), "{:?}", report.findings);
-    assert_eq!(bench.values(), before);
-    assert_eq!(Bench::of(&RIGHT).test(&settings(), &["8.2"]).findings, [""; 0]);
+    assert_eq!(rig.values(), before);
+    assert_eq!(Rig::of(RIGHT).test(&settings(), &["8.2"]).findings, [""; 0]);
 }
 
 #[test]
 fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
-    let bench = Bench::of(&RIGHT);
+    let rig = Rig::of(RIGHT);
     let (stop, all) = (AtomicBool::new(false), cases().collect::<Vec<_>>());
     let unfit = sheet(&DATA_SHEET.replace("[1000]", "[1F99]"));
     assert!(unfit.is_unfit, "{}", unfit.findings);
-    let report = test(&mut bench.bus.link(), &unfit, &settings(), &all, &stop, &mut ());
+    let report = test(&mut rig.bus.link(), &unfit, &settings(), &all, &stop, &mut ());
     let verdicts: Vec<_> = report.cases.iter().map(|case| (crate::name(case.case), case.verdict())).collect();
     assert_eq!(verdicts, [("1.0", "failed"), ("306-1/6/2", "not applicable")]);
     assert!(matches!(report.ended_early, Some(Ended::Unfit(findings)) if findings.to_string().contains("device.eds:")));
-    assert_eq!(*bench.frames.lock().unwrap(), [""; 0], "not a frame is sent");
+    assert_eq!(*rig.frames.lock().unwrap(), [""; 0], "not a frame is sent");
 
     let settings = Settings { node: NodeId::literal(9), ..settings() };
-    let report = test(&mut bench.bus.link(), &bench.sheet, &settings, &all, &stop, &mut ());
+    let report = test(&mut rig.bus.link(), &rig.sheet, &settings, &all, &stop, &mut ());
     assert_eq!((report.cases.len(), report.ended_early), (0, Some(Ended::Silent(settings.node))));
 }
 
 /// A case that needs what another case is about is not failed by it, whether that one is asked for or not.
 #[test]
 fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
-    const SILENT: Fault =
-        fault("no emergency comes", &[heard("605#23042000*").is_answered("585#6004200000000000")], "");
+    const SENDS_NO_EMERGENCY: &str = "heard 605#23042000* answered 585#6004200000000000";
     let verdicts = |names: &[&str]| {
-        let report = Bench::of(&SILENT).test(&settings(), names);
+        let report = Rig::of(SENDS_NO_EMERGENCY).test(&settings(), names);
         let verdicts = report.cases.iter().map(|case| (case.case.plan, case.verdict())).collect::<Vec<_>>();
         (verdicts, report.root_causes(), report.cases.last().unwrap().outcome.clone())
     };
@@ -472,32 +460,27 @@ fn what_a_failed_case_is_about_blocks_the_cases_that_need_it() {
     let why = "one emergency of eight bytes was expected, nothing came".to_owned();
     assert_eq!((one, outcome), (vec![("5.5", "blocked")], Err(Verdict::Blocked("301/7.2.7/1", why))));
     // The same step fails, and the case that is about it does not.
-    const NO_STATE: Fault =
-        fault("no heartbeat in STOPPED", &[crate::faulty::sent("705#04").when(crate::faulty::State::Stopped)], "");
-    let report = Bench::of(&NO_STATE).test(&settings(), &["10.4"]);
+    let report = Rig::of("sent 705#04 in STOPPED").test(&settings(), &["10.4"]);
     assert_eq!((report.cases[0].verdict(), report.root_causes().len()), ("failed", 0));
 }
 
 /// CiA's tool makes emergencies by an RPDO without bytes: what is wrong with them is found without a stimulus of the device.
 #[test]
 fn emergencies_are_tested_by_a_short_rpdo() {
-    const RIGHT: Fault = fault("none", &[], "");
-    const LACKS: Fault =
-        fault("1003h lacks the error", &[heard("605#40031000*").is_answered("585#4F03100000000000")], "");
-    const KEEPS: Fault =
-        fault("1003h is not cleared", &[heard("605#2F031000*").is_answered("585#6003100000000000")], "");
-    const AT_ONCE: Fault = fault("1015h is ignored", &[heard("605#2B151000B80B*").becomes("605#2B1510000000*")], "");
-    const NONE: Fault = fault("no short RPDO is reported", &[crate::faulty::sent("085#1082*")], "");
     let cases = ["5.4", "5.6", "301/7.5.2.4/3", "301/7.5.2.18/1", "301/7.2.2.1/2"];
-    for (fault, verdicts) in [
-        (&RIGHT, ["passed", "passed", "passed", "passed", "passed"]),
-        (&LACKS, ["passed", "failed", "failed", "passed", "passed"]),
-        (&KEEPS, ["passed", "passed", "failed", "passed", "passed"]),
-        (&AT_ONCE, ["passed", "passed", "passed", "failed", "passed"]),
-        (&NONE, ["not applicable", "not applicable", "not applicable", "not applicable", "advised"]),
+    for (rules, verdicts) in [
+        ("", ["passed"; 5]),
+        // 1003h lacks the error.
+        ("heard 605#40031000* answered 585#4F03100000000000", ["passed", "failed", "failed", "passed", "passed"]),
+        // 1003h is not cleared.
+        ("heard 605#2F031000* answered 585#6003100000000000", ["passed", "passed", "failed", "passed", "passed"]),
+        // 1015h is ignored.
+        ("heard 605#2B151000B80B* becomes 605#2B1510000000*", ["passed", "passed", "passed", "failed", "passed"]),
+        // No short RPDO is reported.
+        ("sent 085#1082*", ["not applicable", "not applicable", "not applicable", "not applicable", "advised"]),
     ] {
         let settings = Settings { stimuli: Default::default(), ..settings() };
-        let seen = cases.map(|name| Bench::of(fault).test(&settings, &[name]).cases[0].verdict());
-        assert_eq!(seen, verdicts, "{}", fault.title);
+        let seen = cases.map(|name| Rig::of(rules).test(&settings, &[name]).cases[0].verdict());
+        assert_eq!(seen, verdicts, "{rules}");
     }
 }

@@ -51,7 +51,7 @@ fn run(case: &Case, sheet: &Sheet, node: impl Node + Send + 'static) -> (Outcome
 }
 
 fn faulty(fault: &'static DriveFault) -> impl Node {
-    Faulty::new(servo(&fault.model), Some(&fault.frames))
+    Faulty::new(servo(&fault.model), &fault.frames)
 }
 
 fn servo(model: &'static simulator::servo::ServoModel) -> SimulatedServo {

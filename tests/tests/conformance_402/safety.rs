@@ -10,31 +10,20 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
 
-use crate::faults::{DriveFault, frames};
-use crate::faulty::heard;
-use crate::{NODE, faulty, settings, sheet};
+use crate::faults::MODEL;
+use crate::faulty::{Faulty, fault};
+use crate::{NODE, servo, settings, sheet};
 
-static RIGHT: DriveFault = frames("nothing", &[], "");
+const RIGHT: &str = "";
 
 /// Does not obey disable voltage once it has a set-point.
-static RUNS_ON: DriveFault = frames(
-    "the drive cannot be disabled",
-    &[
-        heard("205#0000").after(&["205#1F00"]),
-        heard("605#2B4060000000*").is_answered("585#6040600000000000").after(&["205#1F00"]),
-    ],
-    "",
-);
+const RUNS_ON: &str =
+    "heard 205#0000 after 205#1F00; heard 605#2B4060000000* answered 585#6040600000000000 after 205#1F00";
 
-/// Tests a drive; `stop` is set when a set-point has come, if the test is to be cancelled then.
-fn tested(
-    fault: &'static DriveFault,
-    settings: &Settings,
-    names: &[&str],
-    cancel: bool,
-) -> (Report, Vec<String>, State) {
+/// Tests a drive that is wrong by these rules; `stop` is set when a set-point has come, if the test is to be cancelled then.
+fn tested(rules: &'static str, settings: &Settings, names: &[&str], cancel: bool) -> (Report, Vec<String>, State) {
     let (bus, frames) = (VirtualBus::with_bit_rate(500), Arc::new(Mutex::new(Vec::new())));
-    bus.attach(faulty(fault));
+    bus.attach(Faulty::new(servo(&MODEL), &fault(rules)));
     let (log, stop) = (Arc::clone(&frames), Arc::new(AtomicBool::new(false)));
     let cancels = Arc::clone(&stop);
     bus.observe(move |_, frame| {
@@ -62,14 +51,14 @@ fn is_stopped_before_its_reset(frames: &[String]) {
 
 #[test]
 fn a_drive_stands_after_each_case() {
-    let (report, frames, state) = tested(&RIGHT, &settings(), &["402/607Ah/2"], false);
+    let (report, frames, state) = tested(RIGHT, &settings(), &["402/607Ah/2"], false);
     assert_eq!((&report.cases[0].outcome, report.ended_early, state), (&Ok(()), None, State::SwitchOnDisabled));
     is_stopped_before_its_reset(&frames);
 }
 
 #[test]
 fn a_drive_stands_after_ctrl_c() {
-    let (report, frames, state) = tested(&RIGHT, &settings(), &["402/607Ah/2", "402/607Ah/3"], true);
+    let (report, frames, state) = tested(RIGHT, &settings(), &["402/607Ah/2", "402/607Ah/3"], true);
     assert_eq!((report.cases.len(), report.ended_early, state), (1, Some(Ended::Cancelled), State::SwitchOnDisabled));
     is_stopped_before_its_reset(&frames);
 }
@@ -77,7 +66,7 @@ fn a_drive_stands_after_ctrl_c() {
 #[test]
 fn a_drive_stands_after_a_case_that_took_too_long() {
     let settings = Settings { case: Duration::from_millis(500), ..settings() };
-    let (report, frames, state) = tested(&RIGHT, &settings, &["402/607Ah/2"], false);
+    let (report, frames, state) = tested(RIGHT, &settings, &["402/607Ah/2"], false);
     let Err(Verdict::Failed(why)) = &report.cases[0].outcome else { panic!("{:?}", report.cases[0].outcome) };
     assert!(why.contains("took longer"), "{why}");
     assert_eq!(state, State::SwitchOnDisabled);
@@ -86,7 +75,7 @@ fn a_drive_stands_after_a_case_that_took_too_long() {
 
 #[test]
 fn a_drive_that_does_not_stop_ends_the_test() {
-    let (report, ..) = tested(&RUNS_ON, &settings(), &["402/607Ah/2", "402/607Ah/3"], false);
+    let (report, ..) = tested(RUNS_ON, &settings(), &["402/607Ah/2", "402/607Ah/3"], false);
     assert_eq!(report.cases.len(), 1);
     let ended = report.ended_early.expect("the test ends");
     assert!(matches!(ended, Ended::Moving(_)) && ended.to_string().contains("switch off its power"), "{ended}");

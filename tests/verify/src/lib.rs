@@ -7,14 +7,14 @@
 //! is a named one that agrees.
 //!
 //! - `drive`, `manual`, `checker`, `report`: what a drive brings, its tables, which cell was compared with what, the report;
-//! - `bench`, `code`: the simulated drive on a bus, the generated code as data;
+//! - `rig`, `code`: the simulated drive on a bus, the generated code as data;
 //! - `kinds`: comparisons of tables that any manual has: objects, terms, PDOs, frames, NMT, SDO, the states of CiA 402,
 //!   statements of prose checked by behaviour;
+//! - `script`: statements of prose as scripts (`scripts/`), which a drive is asked by;
 //! - `servo`: drives whose simulator is the servo of CiA 402;
 //! - `siko`: what the manuals of SIKO's drives share beyond that, and their other interfaces;
 //! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
 
-mod bench;
 mod checker;
 mod code;
 mod drive;
@@ -24,6 +24,8 @@ mod kinds;
 mod manual;
 mod notation;
 mod report;
+mod rig;
+mod script;
 mod servo;
 mod sheet;
 mod siko;

@@ -11,8 +11,10 @@ use lexican_runtime::{AbortCode, Instant, NodeId};
 use simulator::servo::{Causes, Inputs, Machine, ServoModel};
 use simulator::{SimulatedServo, Storage};
 
-use crate::bench::{Bench, Simulator};
 use crate::kinds::objects::Objects;
+use crate::notation::hex;
+use crate::rig::{Rig, Simulator};
+use crate::script::{Scripted, address, is_in};
 
 /// A drive of this kind.
 pub(crate) trait OfModel: Sized + 'static {
@@ -22,7 +24,10 @@ pub(crate) trait OfModel: Sized + 'static {
 
     fn model() -> &'static ServoModel;
 
-    fn has_default_in_words(_bench: &mut Bench<Servo<Self>>, _words: &str) -> bool {
+    /// The code of a fault or warning, by its label.
+    fn code(label: &str) -> Option<u16>;
+
+    fn has_default_in_words(_rig: &mut Rig<Servo<Self>>, _words: &str) -> bool {
         false
     }
 }
@@ -69,25 +74,142 @@ impl<D: OfModel> Objects for Servo<D> {
         None
     }
 
-    fn variants() -> Vec<(i128, Bench<Self>)> {
-        vec![(0, Bench::new())]
+    fn variants() -> Vec<(i128, Rig<Self>)> {
+        vec![(0, Rig::new())]
     }
 
-    fn has_default_in_words(bench: &mut Bench<Self>, words: &str) -> bool {
-        D::has_default_in_words(bench, words)
+    fn has_default_in_words(rig: &mut Rig<Self>, words: &str) -> bool {
+        D::has_default_in_words(rig, words)
     }
 
     fn is_command(_: u16) -> bool {
         false
     }
 
-    fn power_cycle(bench: &mut Bench<Self>) {
-        bench.see(|drive, now| [false, true].into_iter().for_each(|on| drive.set_power(now, on)));
+    fn power_cycle(rig: &mut Rig<Self>) {
+        rig.see(|drive, now| [false, true].into_iter().for_each(|on| drive.set_power(now, on)));
     }
 
     fn kept(drive: &mut SimulatedServo, _: Instant, index: u16, sub: u8) -> u32 {
         drive.storage().raw(Address::new(index, sub)).unwrap_or_default() as u32
     }
+}
+
+impl<D: OfModel> Scripted for Servo<D> {
+    fn has_feature(_: &str) -> bool {
+        false
+    }
+
+    fn size(rig: &Rig<Self>, index: u16, sub: u8) -> u8 {
+        let entry = rig.see(|drive, _| drive.storage().entry(Address::new(index, sub)).ok());
+        entry.and_then(|entry| entry.data_type.size()).unwrap_or(4) as u8
+    }
+
+    fn value(_: &str) -> Option<i64> {
+        None
+    }
+
+    fn place(rig: &Rig<Self>) -> i64 {
+        rig.position()
+    }
+
+    fn step(rig: &mut Rig<Self>, verb: &str, args: &[&str]) -> Option<bool> {
+        let code = |label: &str| D::code(label).or_else(|| hex(label).map(|code| code as u16));
+        let codes = |labels: &[&str]| labels.iter().map(|label| code(label)).collect::<Option<Vec<u16>>>();
+        // Situations, then orders, and questions.
+        match (verb, args) {
+            ("mode", [mode]) => {
+                rig.nmt(0x01);
+                rig.hear(0);
+                let _ = rig.put(0x6060, 0, mode.parse().ok()?);
+                rig.controls(&[0x06, 0x07, 0x0F]);
+            }
+            ("homing", [method]) => *rig = homing(method.parse().ok()?),
+            ("travel", [target]) => rig.travel(target.parse().ok()?),
+            ("rest", []) => _ = rig.rest(),
+            ("rest", [range]) => return Some(is_in(rig.rest(), range)),
+            ("position", [range]) => return Some(is_in(rig.position(), range)),
+            ("moving", []) => return Some(rig.is_moving()),
+            ("powered", []) => return Some(rig.is_powered()),
+            ("unpowered", []) => return Some(rig.is_unpowered()),
+            ("faults", labels) => {
+                let codes = codes(labels)?;
+                return Some(rig.see(|drive, _| drive.servo().faults() == codes));
+            }
+            ("number", [at, range]) => {
+                let (index, sub) = address(at)?;
+                return Some(is_in(rig.number(index, sub), range));
+            }
+            ("bit", [at, bit, value]) => {
+                let ((index, sub), bit) = (address(at)?, bit.parse::<u32>().ok()?);
+                return Some((rig.number(index, sub) >> bit & 1).to_string() == *value);
+            }
+            // Over these positions, within two seconds.
+            ("slow-at", [range]) => {
+                let is_slow = |rig: &Rig<Self>| {
+                    let speed = rig.see(|drive, now| drive.servo().shaft(now).velocity.abs());
+                    is_in(rig.position(), range) && speed < 500.0
+                };
+                return Some(rig.comes_to(is_slow));
+            }
+            ("passes", [at]) => {
+                let at = at.parse::<i64>().ok()?;
+                return Some(rig.comes_to(|rig| rig.position() >= at));
+            }
+            (verb, args) => {
+                let change: Box<dyn FnOnce(&mut Inputs)> = match (verb, args) {
+                    ("well", []) => Box::new(|inputs| {
+                        (inputs.faults, inputs.warnings, inputs.probes) = (Causes::NONE, Causes::NONE, [false; 2]);
+                    }),
+                    ("causes", labels) => {
+                        let codes = codes(labels)?;
+                        Box::new(move |inputs| codes.iter().for_each(|code| _ = inputs.faults.insert(*code)))
+                    }
+                    ("over", [label]) => {
+                        let code = code(label)?;
+                        Box::new(move |inputs| inputs.faults.remove(code))
+                    }
+                    ("warning", [label]) => {
+                        let code = code(label)?;
+                        Box::new(move |inputs| inputs.warnings = code.into())
+                    }
+                    ("supply", [how]) => {
+                        let on = *how == "on";
+                        Box::new(move |inputs| inputs.supply = on)
+                    }
+                    ("enable-input", ["off"]) => Box::new(|inputs| inputs.enable = false),
+                    ("blocked", []) => Box::new(|inputs| inputs.blocked = true),
+                    ("home-switch", []) => Box::new(|inputs| inputs.machine.home_switch = Some((-1.0, 1.0))),
+                    ("digital", [bit]) => {
+                        let bit: u32 = bit.parse().ok()?;
+                        Box::new(move |inputs| inputs.digital = 1 << bit)
+                    }
+                    ("probe-on", [number]) => {
+                        let at = number.parse::<usize>().ok()?.checked_sub(1).filter(|at| *at < 2)?;
+                        Box::new(move |inputs| inputs.probes[at] = true)
+                    }
+                    _ => return None,
+                };
+                rig.see(|drive, now| drive.set_inputs(now, change));
+            }
+        }
+        Some(true)
+    }
+}
+
+/// Enabled in the homing mode, on a machine with all switches.
+fn homing<D: OfModel>(method: i8) -> Rig<Servo<D>> {
+    let mut rig = Rig::enabled_in(Mode::Homing);
+    rig.world(|inputs| {
+        inputs.machine = Machine {
+            negative_limit: Some(-1000.0),
+            positive_limit: Some(1000.0),
+            home_switch: Some((-200.0, 200.0)),
+            index: Some((50.0, 100.0)),
+        };
+    });
+    let _ = rig.put(0x6098, 0, method.into());
+    rig
 }
 
 /// A dictionary that notes which entries the drive itself looks at or sets.
@@ -153,37 +275,37 @@ pub(crate) fn used<D: OfModel>() -> BTreeSet<Address> {
         methods.iter().map(move |method| (*code, *method))
     });
     for (code, method) in orders {
-        let mut bench = Bench::<Servo<D>>::with(|now| SimulatedServo::new(now, model, D::NODE));
-        bench.world(|inputs| {
+        let mut rig = Rig::<Servo<D>>::with(|now| SimulatedServo::new(now, model, D::NODE));
+        rig.world(|inputs| {
             let home_switch = Some((-2000.0, -1000.0));
             inputs.machine =
                 Machine { negative_limit: Some(-5e3), positive_limit: Some(5e3), home_switch, ..inputs.machine };
         });
         let set = [(0x6060, 0, code.into()), (0x6098, 0, method.into()), (0x6065, 0, 100), (0x1016, 1, 0x007F_03E8)];
-        set.iter().for_each(|(index, sub, value)| _ = bench.put(*index, *sub, *value));
-        bench.send(0x77F, &[5]);
-        bench.nmt(0x01);
-        bench.controls(&[0x06, 0x07, 0x0F]);
+        set.iter().for_each(|(index, sub, value)| _ = rig.put(*index, *sub, *value));
+        rig.send(0x77F, &[5]);
+        rig.nmt(0x01);
+        rig.controls(&[0x06, 0x07, 0x0F]);
         let orders = [(0x607A, 0, 90), (0x60FF, 0, 90), (0x6071, 0, 90), (0x60C1, 1, 90), (0x20A4, 0, 0x1F)];
-        orders.iter().for_each(|(index, sub, value)| _ = bench.put(*index, *sub, *value));
-        bench.control(0x1F);
+        orders.iter().for_each(|(index, sub, value)| _ = rig.put(*index, *sub, *value));
+        rig.control(0x1F);
         for probe in [true, false] {
-            bench.world(|inputs| inputs.probes = [probe; 2]);
-            bench.send(0x080, &[]);
-            bench.hear(100);
+            rig.world(|inputs| inputs.probes = [probe; 2]);
+            rig.send(0x080, &[]);
+            rig.hear(100);
         }
-        bench.controls(&[0x11F, 0x1F]);
-        bench.world(|inputs| inputs.blocked = true);
-        bench.hear(2000);
-        bench.world(|inputs| inputs.blocked = false);
-        bench.controls(&[0x00, 0x80, 0x06, 0x07, 0x0F, 0x1F, 0x0B]);
-        Servo::<D>::power_cycle(&mut bench);
-        bench.hear(100);
+        rig.controls(&[0x11F, 0x1F]);
+        rig.world(|inputs| inputs.blocked = true);
+        rig.hear(2000);
+        rig.world(|inputs| inputs.blocked = false);
+        rig.controls(&[0x00, 0x80, 0x06, 0x07, 0x0F, 0x1F, 0x0B]);
+        Servo::<D>::power_cycle(&mut rig);
+        rig.hear(100);
     }
     NOTED.take()
 }
 
-impl<D: OfModel> Bench<Servo<D>> {
+impl<D: OfModel> Rig<Servo<D>> {
     /// Lets the world change.
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
         self.see(|drive, now| drive.set_inputs(now, change));
@@ -204,17 +326,40 @@ impl<D: OfModel> Bench<Servo<D>> {
 
     /// Enabled in a mode, without halt and with nothing ordered.
     pub(crate) fn enabled_in(mode: Mode) -> Self {
-        let mut bench = Bench::operational();
+        let mut rig = Rig::operational();
         let code = D::model().modes.code(mode).unwrap_or_default();
-        let _ = bench.put(0x6060, 0, code.into());
-        bench.controls(&[0x06, 0x07, 0x0F]);
-        bench
+        let _ = rig.put(0x6060, 0, code.into());
+        rig.controls(&[0x06, 0x07, 0x0F]);
+        rig
     }
 
     /// Travels to a position, relative to 0, with the ramps of the dictionary.
     pub(crate) fn travel(&mut self, target: i64) {
         let _ = self.put(0x607A, 0, target);
         self.controls(&[0x0F, 0x1F]);
+    }
+
+    /// Whether the power stage is enabled: 1002h says so, and nobody can turn the shaft, or it says not, and somebody can. One
+    /// that moves cannot be turned anyway.
+    pub(crate) fn is_powered(&self) -> bool {
+        self.number(0x1002, 0) >> 14 & 1 == 1 && !self.turns()
+    }
+
+    /// Whether it is disabled; not the opposite where 1002h and the shaft do not agree.
+    pub(crate) fn is_unpowered(&self) -> bool {
+        self.number(0x1002, 0) >> 14 & 1 == 0 && (self.turns() || self.is_moving())
+    }
+
+    fn turns(&self) -> bool {
+        self.see(|drive, now| drive.with_servo(now, |servo, od| servo.turn(now, od, 0.0)))
+    }
+
+    /// Whether something is so at some time within two seconds.
+    fn comes_to(&mut self, is_so: impl Fn(&Self) -> bool) -> bool {
+        (0..400).any(|_| {
+            self.hear(5);
+            is_so(self)
+        })
     }
 
     pub(crate) fn is_moving(&self) -> bool {

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
-use serde_json::{Value as Json, json};
+use serde::{Serialize, Serializer};
 
 use crate::decode::{Decoded, Detail, Sdo, Side, Step};
-use crate::text::json::fields;
+use crate::text::json::{abort, access};
 use crate::values::report::ValueReport;
 
 /// A transfer that has been silent for so long is over: no client waits longer.
@@ -113,26 +113,35 @@ impl Transfer {
     pub fn duration(&self) -> Duration {
         self.ended.since(self.began)
     }
+}
 
-    /// The fields in JSON.
-    #[must_use]
-    pub fn json(&self) -> Json {
-        let mut object = fields(json!({
-            "node": self.node.get(),
-            "access": self.writes.map(|writes| if writes { "write" } else { "read" }),
-            "transfer": self.kind,
-            "frames": self.frames,
-            "duration": self.duration().as_secs_f64(),
-            "complete": self.end == End::Done,
-        }));
-        if let End::Aborted { by, code } = self.end {
-            object.extend(fields(json!({
-                "aborted_by": by, "abort_code": format!("{:08X}", code.0), "abort": code.text()
-            })));
+impl Serialize for Transfer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Fields<'a> {
+            #[serde(flatten, serialize_with = "abort")]
+            abort: Option<AbortCode>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            aborted_by: Option<Side>,
+            #[serde(serialize_with = "access", skip_serializing_if = "Option::is_none")]
+            access: Option<bool>,
+            complete: bool,
+            duration: f64,
+            frames: u32,
+            node: u8,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            transfer: Option<&'static str>,
+            #[serde(flatten)]
+            report: &'a Option<ValueReport>,
         }
-        object.retain(|_, field| !field.is_null());
-        object.extend(self.report.as_ref().map(ValueReport::json).unwrap_or_default());
-        Json::Object(object)
+        let (aborted_by, abort) = match self.end {
+            End::Aborted { by, code } => (Some(by), Some(code)),
+            _ => (None, None),
+        };
+        let (complete, duration) = (self.end == End::Done, self.duration().as_secs_f64());
+        let Transfer { writes: access, frames, kind: transfer, ref report, .. } = *self;
+        Fields { abort, aborted_by, access, complete, duration, frames, node: self.node.get(), transfer, report }
+            .serialize(serializer)
     }
 }
 

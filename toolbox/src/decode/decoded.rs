@@ -3,11 +3,11 @@
 use lexican_runtime::wire::lss::{LssRequest, LssResponse};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, Frame, NodeId};
-use serde::Serialize;
-use serde_json::{Value as Json, json};
+use serde::{Serialize, Serializer};
+use serde_json::Value as Json;
 
 use super::lss;
-use crate::text::json::fields;
+use crate::text::json::{abort, access, bytes, digits, fields_of};
 use crate::values::hex;
 use crate::values::report::ValueReport;
 
@@ -79,12 +79,14 @@ impl Decoded {
     }
 }
 
-/// The content of a frame.
-#[derive(Clone, Debug, PartialEq)]
+/// The content of a frame. In JSON it is an object by the name of its service, such as `{"sync": {"counter": 7}}`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Detail {
     /// Nothing is known of it.
     None,
     /// A command to nodes.
+    #[serde(serialize_with = "nmt")]
     Nmt(NmtCommand),
     /// The SYNC message.
     Sync {
@@ -92,6 +94,7 @@ pub enum Detail {
         counter: Option<u8>,
     },
     /// The TIME message.
+    #[serde(rename = "time_of_day")]
     Time {
         /// Since 1984-01-01.
         days: u16,
@@ -101,6 +104,7 @@ pub enum Detail {
     /// An emergency message.
     Emcy(Emcy),
     /// Boot-up, heartbeat, or the answer to guarding.
+    #[serde(serialize_with = "error_control")]
     ErrorControl {
         /// INITIALISING for boot-up.
         state: NmtState,
@@ -108,67 +112,85 @@ pub enum Detail {
         toggle: bool,
     },
     /// The remote frame of node guarding.
+    #[serde(rename = "error_control", serialize_with = "guarding")]
     Guarding,
     /// Process data.
     Pdo(Pdo),
     /// A frame of an SDO transfer.
     Sdo(Box<Sdo>),
     /// A request of the LSS manager.
+    #[serde(rename = "lss", serialize_with = "lss_request")]
     LssRequest(LssRequest),
     /// The answer of a device.
+    #[serde(rename = "lss", serialize_with = "lss_response")]
     LssResponse(LssResponse),
 }
 
 /// An emergency message (CiA 301, 7.2.7).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Emcy {
     /// The error code.
+    #[serde(serialize_with = "digits")]
     pub code: u16,
     /// By the data sheet, else by CiA 301.
     pub meaning: Option<String>,
     /// The error register (1001h).
+    #[serde(serialize_with = "digits")]
     pub register: u8,
     /// The names of its bits.
     pub register_text: String,
     /// The vendor's bytes.
+    #[serde(rename = "msef", serialize_with = "bytes")]
     pub vendor: [u8; 5],
 }
 
 /// A process data object.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pdo {
     /// From 1.
     pub number: u16,
     /// Whether the device receives it.
+    #[serde(rename = "direction", serialize_with = "direction")]
     pub received: bool,
     /// The mapped entries, in order; empty if the device is unknown, and for a remote frame.
     pub fields: Vec<ValueReport>,
 }
 
 /// A frame of an SDO transfer.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Sdo {
     /// Who sends the frame.
+    #[serde(rename = "from")]
     pub side: Side,
     /// What it is in the protocol.
+    #[serde(rename = "command")]
     pub step: Step,
     /// Whether the transfer is a download, if that is known.
+    #[serde(rename = "access", serialize_with = "access", skip_serializing_if = "Option::is_none")]
     pub writes: Option<bool>,
     /// `expedited`, `segmented` or `block`, if that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub transfer: Option<&'static str>,
     /// The entry; with its value when the transfer has carried all of it.
+    #[serde(flatten)]
     pub report: Option<ValueReport>,
     /// The announced number of bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<u32>,
     /// The toggle bit of a segment.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub toggle: Option<bool>,
     /// Whether no segment follows.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub last: Option<bool>,
     /// The number of a segment of a block, or of the last one that is confirmed.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sequence: Option<u8>,
     /// The number of segments of a block.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub block_size: Option<u8>,
     /// Why the transfer ends.
+    #[serde(flatten, serialize_with = "abort")]
     pub abort: Option<AbortCode>,
     /// Whether the transfer ends with this frame.
     pub complete: bool,
@@ -211,70 +233,56 @@ impl Sdo {
     pub(super) fn new(side: Side, step: Step) -> Self {
         Sdo { side, step, ..Sdo::default() }
     }
-
-    fn json(&self) -> Json {
-        let mut object = fields(json!({
-            "from": self.side,
-            "command": self.step,
-            "complete": self.complete,
-            "access": self.writes.map(|writes| if writes { "write" } else { "read" }),
-            "transfer": self.transfer,
-            "size": self.size,
-            "toggle": self.toggle,
-            "last": self.last,
-            "sequence": self.sequence,
-            "block_size": self.block_size,
-            "abort_code": self.abort.map(|code| format!("{:08X}", code.0)),
-            "abort": self.abort.and_then(AbortCode::text),
-        }));
-        object.retain(|_, field| !field.is_null());
-        object.extend(self.report.as_ref().map(ValueReport::json).unwrap_or_default());
-        Json::Object(object)
-    }
 }
 
 impl Detail {
-    /// The name of the service in JSON, and its fields.
-    pub fn json(&self) -> Option<(&'static str, Json)> {
-        let state_name = |state: &NmtState| state.to_string();
-        Some(match self {
-            Detail::None => return None,
-            Detail::Nmt(command) => {
-                let (code, state) = (format!("{:02X}", command.code()), state_name(&command.target()));
-                ("nmt", json!({ "command": command.to_string(), "code": code, "state": state }))
-            }
-            Detail::Sync { counter } => ("sync", json!({ "counter": counter })),
-            Detail::Time { days, ms } => ("time_of_day", json!({ "days": days, "ms": ms })),
-            Detail::Emcy(emcy) => {
-                let fields = json!({
-                    "code": format!("{:04X}", emcy.code),
-                    "meaning": emcy.meaning,
-                    "register": format!("{:02X}", emcy.register),
-                    "register_text": emcy.register_text,
-                    "msef": hex(&emcy.vendor),
-                });
-                ("emcy", fields)
-            }
-            Detail::ErrorControl { state: state @ NmtState::Initialising, .. } => {
-                ("error_control", json!({ "kind": "boot-up", "state": state_name(state) }))
-            }
-            Detail::ErrorControl { state, toggle } => {
-                ("error_control", json!({ "kind": "heartbeat", "state": state_name(state), "toggle": toggle }))
-            }
-            Detail::Guarding => ("error_control", json!({ "kind": "guarding" })),
-            Detail::Pdo(pdo) => {
-                let direction = if pdo.received { "receive" } else { "transmit" };
-                let fields: Vec<_> = pdo.fields.iter().map(ValueReport::json).collect();
-                ("pdo", json!({ "number": pdo.number, "direction": direction, "fields": fields }))
-            }
-            Detail::Sdo(sdo) => ("sdo", sdo.json()),
-            Detail::LssRequest(request) => ("lss", lss::request_json(*request)),
-            Detail::LssResponse(response) => ("lss", lss::response_json(*response)),
-        })
-    }
-
-    /// The fields alone.
+    /// The fields in JSON, without the name of the service; null if nothing is known of the frame.
     pub fn fields(&self) -> Json {
-        self.json().map(|(_, fields)| fields).unwrap_or_default()
+        fields_of(self).into_iter().next().map(|(_, fields)| fields).unwrap_or_default()
     }
+}
+
+fn nmt<S: Serializer>(command: &NmtCommand, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Fields {
+        #[serde(serialize_with = "digits")]
+        code: u8,
+        command: String,
+        state: String,
+    }
+    let state = command.target().to_string();
+    Fields { code: command.code(), command: command.to_string(), state }.serialize(serializer)
+}
+
+#[derive(Serialize)]
+struct ErrorControl {
+    kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    toggle: Option<bool>,
+}
+
+fn error_control<S: Serializer>(state: &NmtState, toggle: &bool, serializer: S) -> Result<S::Ok, S::Error> {
+    let (kind, toggle) = match state {
+        NmtState::Initialising => ("boot-up", None),
+        _ => ("heartbeat", Some(*toggle)),
+    };
+    ErrorControl { kind, state: Some(state.to_string()), toggle }.serialize(serializer)
+}
+
+fn guarding<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+    ErrorControl { kind: "guarding", state: None, toggle: None }.serialize(serializer)
+}
+
+fn lss_request<S: Serializer>(request: &LssRequest, serializer: S) -> Result<S::Ok, S::Error> {
+    lss::request_json(*request).serialize(serializer)
+}
+
+fn lss_response<S: Serializer>(response: &LssResponse, serializer: S) -> Result<S::Ok, S::Error> {
+    lss::response_json(*response).serialize(serializer)
+}
+
+fn direction<S: Serializer>(received: &bool, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(if *received { "receive" } else { "transmit" })
 }

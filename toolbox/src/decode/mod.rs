@@ -417,7 +417,7 @@ mod tests {
             now += lexican_runtime::Duration::from_millis(1);
             let decoded = decoder.decode(frame);
             duplicates.observe(now, &decoded);
-            let _ = decoded.detail.json();
+            let _ = decoded.detail.fields();
         };
         let mut noise = 1_u64;
         for round in 0..40 {

@@ -4,11 +4,12 @@ use lexican_eds::model::{Entry, Meaning, Value};
 use lexican_eds::types::{Class, DataType};
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
-use serde_json::{Map, Value as Json, json};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::{Map, Value as Json};
 
 use super::wire::parse_padded;
 use super::{DeviceValues, hex, plain};
-use crate::text::json::fields;
+use crate::text::json::{add_some, fields_of};
 
 /// An entry of a node, and perhaps its value.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,8 +88,8 @@ impl ValueReport {
     /// The fields of an entry whose read or write was aborted.
     pub fn refusal(&self, code: AbortCode) -> Map<String, Json> {
         let mut fields = self.json();
-        fields.insert("abort_code".to_owned(), json!(format!("{:08X}", code.0)));
-        fields.insert("abort".to_owned(), json!(code.text()));
+        fields.insert("abort_code".to_owned(), format!("{:08X}", code.0).into());
+        fields.insert("abort".to_owned(), code.text().into());
         fields
     }
 
@@ -119,36 +120,40 @@ impl ValueReport {
 
     /// The fields in JSON; those that are unknown are left out.
     pub fn json(&self) -> Map<String, Json> {
-        let mut fields = fields(json!({
-            "address": self.address.to_string(),
-            "index": format!("{:04X}", self.address.index()),
-            "sub": format!("{:02X}", self.address.sub()),
-            "name": self.name,
-            "type": self.data_type.map(DataType::name),
-            "text": self.text,
-            "unit": self.unit.as_ref().map(|(symbol, _)| symbol),
-            "scaled": self.unit.as_ref().map(|(_, scaled)| scaled),
-            "raw": self.raw.as_deref().map(hex),
-        }));
-        fields.retain(|_, field| !field.is_null());
+        fields_of(self)
+    }
+}
+
+/// What is unknown is left out.
+impl Serialize for ValueReport {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("address", &format_args!("{}", self.address))?;
+        map.serialize_entry("index", &format_args!("{:04X}", self.address.index()))?;
+        add_some(&mut map, "name", self.name.as_ref())?;
+        add_some(&mut map, "raw", self.raw.as_deref().map(hex))?;
+        add_some(&mut map, "scaled", self.unit.as_ref().map(|(_, scaled)| scaled))?;
+        map.serialize_entry("sub", &format_args!("{:02X}", self.address.sub()))?;
+        add_some(&mut map, "text", self.text.as_ref())?;
+        add_some(&mut map, "type", self.data_type.map(DataType::name))?;
+        add_some(&mut map, "unit", self.unit.as_ref().map(|(symbol, _)| symbol))?;
         if self.text.is_some() {
-            let value = self.value.as_ref().map_or(Json::Null, |value| number(self.data_type, value));
-            fields.insert("value".to_owned(), value);
+            map.serialize_entry("value", &self.value.as_ref().map(|value| number(self.data_type, value)))?;
         }
-        fields
+        map.end()
     }
 }
 
 /// A value in JSON; `null` for bytes, and for numbers that JSON cannot hold.
 fn number(data_type: Option<DataType>, value: &Value) -> Json {
     match value {
-        Value::Integer(number) if data_type.is_some_and(|it| it.class() == Class::Boolean) => json!(*number != 0),
+        Value::Integer(number) if data_type.is_some_and(|it| it.class() == Class::Boolean) => Json::from(*number != 0),
         Value::Integer(number) => i64::try_from(*number)
             .map(Json::from)
             .or_else(|_| u64::try_from(*number).map(Json::from))
             .unwrap_or(Json::Null),
-        Value::Real(number) => json!(number),
-        Value::Text(text) => json!(text),
+        Value::Real(number) => Json::from(*number),
+        Value::Text(text) => Json::from(text.as_str()),
         Value::Bytes(_) | Value::NodeIdPlus(_) => Json::Null,
     }
 }
@@ -162,6 +167,7 @@ fn is_text(data: &[u8]) -> bool {
 mod tests {
     use super::*;
     use crate::samples;
+    use serde_json::json;
 
     #[test]
     fn a_value_has_a_number_a_unit_and_a_text() {

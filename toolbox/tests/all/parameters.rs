@@ -11,8 +11,6 @@ use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
 use lexican_simulation::VirtualDevice;
-use lexican_simulation::VirtualDevice;
-use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::{Backup, backup};
 use lexican_toolbox::parameters::compare::{Side, compare};

@@ -1,11 +1,18 @@
 // The bus as a whole: how much is on it, what is wrong, and whose frames they are.
-import { order } from '../bench.js'
+import { send } from '../bench.js'
 import { useState } from 'preact/hooks'
 import { clock, ms, number, percent, NONE } from '../format.js'
 import { t } from '../i18n/index.js'
 import { goTo, view } from '../state.js'
 import { Button, Empty, Meter, Panel, RowLink, Rows } from '../ui.jsx'
 import { Fact } from './nodes.jsx'
+
+/** @import * as wire from '../wire' */
+
+/**
+ * @import { ComponentChildren } from 'preact'
+ * @import { Rate } from '../wire'
+ */
 
 export function Bus() {
   const bus = view.bus.value
@@ -47,6 +54,7 @@ export function Bus() {
   )
 }
 
+/** @param {{ troubles: wire.Trouble[] }} props */
 function Troubles({ troubles }) {
   return (
     <ul class="faults" data-test="troubles">
@@ -63,7 +71,7 @@ function Troubles({ troubles }) {
       ))}
       {troubles.some((trouble) => trouble.is_over) && (
         <li>
-          <Button data-test="acknowledge" title={t('bus.acknowledge.help')} run={() => order({ do: 'acknowledge' })}>
+          <Button data-test="acknowledge" title={t('bus.acknowledge.help')} run={() => send({ do: 'acknowledge' })}>
             {t('bus.acknowledge')}
           </Button>
         </li>
@@ -72,6 +80,7 @@ function Troubles({ troubles }) {
   )
 }
 
+/** @param {{ nodes: wire.Node[] }} props */
 function SdoTimes({ nodes }) {
   const most = Math.max(1, ...nodes.map((node) => node.sdo_ms ?? 0))
   return (
@@ -99,6 +108,7 @@ function SdoTimes({ nodes }) {
 }
 
 const ROW = 25 // px
+/** @type {[keyof Rate, (rate: Rate) => ComponentChildren, string?][]} */
 const COLUMNS = [
   ['id', (rate) => <code>{rate.id}</code>, ''],
   ['name', (rate) => rate.name, ''],
@@ -117,7 +127,10 @@ const COLUMNS = [
   ['frames', (rate) => number(rate.frames), 'number'],
 ]
 
-/** Hundreds of COB-IDs, ten times a second: only the rows in sight are made. */
+/**
+ * Hundreds of COB-IDs, ten times a second: only the rows in sight are made.
+ * @param {{ ids: wire.Rate[] }} props
+ */
 function Ids({ ids }) {
   const [sort, setSort] = useState({ by: 'share_percent', down: true })
   const sign = sort.down ? -1 : 1
@@ -155,7 +168,7 @@ function Ids({ ids }) {
       </div>
       <Rows
         role="rowgroup"
-        tabindex="0"
+        tabindex={0}
         aria-label={t('bus.ids', { count: ids.length })}
         count={sorted.length}
         height={ROW}

@@ -9,7 +9,7 @@ import { useResize } from '../ui.jsx'
 
 /** A colour of the style sheet, for a canvas: a property is a text until an element uses it. */
 function color(name) {
-  const probe = document.querySelector('.chart')
+  const probe = /** @type {HTMLElement} */ (document.querySelector('.chart'))
   probe.style.color = `var(${name})`
   const { color } = getComputedStyle(probe)
   probe.style.color = ''
@@ -72,9 +72,9 @@ function options(curves, colors, size, hooks) {
 }
 
 export function Chart({ curves, colors, data, sight, cursors, setRange, setCursor }) {
-  const element = useRef()
+  const element = useRef(null)
   const plot = useRef(null)
-  const latest = useRef()
+  const latest = useRef(null)
   latest.current = { sight, cursors, setRange, setCursor }
   const kind = curves.map((curve) => `${keyOf(curve)} ${scaleOf(curve)}`).join()
 
@@ -141,7 +141,7 @@ export function Chart({ curves, colors, data, sight, cursors, setRange, setCurso
     <div
       ref={element}
       class="chart"
-      tabindex="0"
+      tabindex={0}
       role="img"
       aria-label={`${t('plots.title')}: ${curves.map((curve) => curve.name).join(', ')}`}
       data-test="chart"

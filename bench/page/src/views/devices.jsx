@@ -1,9 +1,11 @@
 // What happens to simulated devices: power, inputs, faults.
 import { useState } from 'preact/hooks'
-import { order } from '../bench.js'
+import { send } from '../bench.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
-import { Act, Empty, HandsHint, Order, Panel } from '../ui.jsx'
+import { Act, Empty, ControlHint, RequestButton, Panel } from '../ui.jsx'
+
+/** @import * as wire from '../wire' */
 
 export function Devices() {
   const devices = view.devices.value
@@ -22,6 +24,7 @@ export function Devices() {
   )
 }
 
+/** @param {{ device: wire.Simulated }} props */
 function Device({ device }) {
   const { node } = device
   return (
@@ -31,13 +34,13 @@ function Device({ device }) {
       tools={
         <>
           <span class={`state ${device.is_on ? 'good' : 'none'}`}>{t(device.is_on ? 'device.on' : 'device.off')}</span>
-          <Order data-test={`device-${node}-power`} command={{ do: 'power', node, on: !device.is_on }}>
+          <RequestButton data-test={`device-${node}-power`} request={{ do: 'power', node, on: !device.is_on }}>
             {t(device.is_on ? 'device.cut' : 'device.supply')}
-          </Order>
+          </RequestButton>
         </>
       }
     >
-      <HandsHint />
+      <ControlHint />
       {device.inputs.length === 0 && <Empty>{t('device.no-inputs')}</Empty>}
       <ul class="inputs">
         {device.inputs.map((input) => (
@@ -51,9 +54,10 @@ function Device({ device }) {
 /** More choices than this go into several lines. */
 const MANY = 3
 
+/** @param {{ node: number, input: wire.Input }} props */
 function Input({ node, input }) {
   const test = `device-${node}-${input.name}`
-  const set = (value) => order({ do: 'input', node, text: `${input.name} = ${value}` })
+  const set = (value) => send({ do: 'input', node, text: `${input.name} = ${value}` })
   return (
     <li data-test={test}>
       <div>
@@ -87,9 +91,9 @@ function NumberInput({ test, value, set }) {
       <input
         data-test={`${test}-value`}
         aria-label={t('entry.new')}
-        size="8"
+        size={8}
         value={text}
-        onInput={(event) => setText(event.target.value)}
+        onInput={(event) => setText(event.currentTarget.value)}
       />
       <Act data-test={`${test}-set`} disabled={text.trim() === ''} run={() => set(text)}>
         {t('device.set')}

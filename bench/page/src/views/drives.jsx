@@ -1,11 +1,22 @@
 // A panel for each drive: its state machine, orders, position and velocity, and why it would refuse.
 import { useState } from 'preact/hooks'
-import { order } from '../bench.js'
+import { send } from '../bench.js'
 import { exact, number } from '../format.js'
-import { t } from '../i18n/index.js'
+import { language, t } from '../i18n/index.js'
 import { goTo, view, whyNot } from '../state.js'
-import { Act, Age, Button, Empty, HandsHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Age, Button, Empty, ControlHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
+import { ORDERS } from '../words.js'
 import { Machine, kindOf } from './machine.jsx'
+
+/**
+ * @import { Verb } from '../wire'
+ * @import * as wire from '../wire'
+ */
+
+/**
+ * Gives an order to a drive.
+ * @typedef {(name: Verb, value?: string | null) => unknown} Give
+ */
 
 export function Drives() {
   const drives = view.drives.value
@@ -24,13 +35,15 @@ export function Drives() {
   )
 }
 
+/** @param {{ drive: wire.Drive }} props */
 function Drive({ drive }) {
   const { node } = drive
   const test = `drive-${node}`
   const [{ refused }, run] = useAsk()
-  const send = (name, value = null) => run({ do: 'drive', node, order: name, value })
+  /** @type {Give} */
+  const give = (name, value = null) => run({ do: 'drive', node, order: name, value })
   const plot = () =>
-    order({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
+    send({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
   return (
     <Panel
       title={`${node} · ${drive.name}`}
@@ -50,14 +63,14 @@ function Drive({ drive }) {
     >
       <Unconfirmed drive={drive} />
       <div class="drive-body">
-        <Machine drive={drive} send={send} />
+        <Machine drive={drive} give={give} />
         <div class="stack">
           <Motion drive={drive} />
-          {/* Nobody looks while nobody has the hands. */}
+          {/* Nobody looks while nobody has control. */}
           {drive.obstacles && <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />}
-          <Orders drive={drive} send={send} />
+          <Orders drive={drive} give={give} />
           {refused?.why !== drive.ending?.text && <Refusal of={refused} test={`${test}-refusal`} />}
-          <HandsHint />
+          <ControlHint />
           <Ending drive={drive} />
         </div>
       </div>
@@ -65,7 +78,10 @@ function Drive({ drive }) {
   )
 }
 
-/** A stop that is sent until the drive has confirmed it. */
+/**
+ * A stop that is sent until the drive has confirmed it.
+ * @param {{ drive: wire.Drive }} props
+ */
 function Unconfirmed({ drive: { node, unconfirmed } }) {
   if (!unconfirmed) return null
   return (
@@ -76,6 +92,7 @@ function Unconfirmed({ drive: { node, unconfirmed } }) {
   )
 }
 
+/** @param {{ drive: wire.Drive }} props */
 function Motion({ drive }) {
   const { node } = drive
   const unit = (unit) => unit ?? t('plots.increments')
@@ -126,45 +143,23 @@ function Obstacles({ obstacles, test }) {
   )
 }
 
-const POWER = ['enable', 'disable', 'reset-fault']
-const MOVES = ['move-to', 'step', 'run']
-/** What to do with a travel that a stop has interrupted. */
-const AFTER = ['resume', 'drop']
-const STOPS = ['stop', 'quick-stop']
-
-function Orders({ drive, send }) {
+/** @param {{ drive: wire.Drive, give: Give }} props */
+function Orders({ drive, give }) {
   const { node, orders } = drive
   const [value, setValue] = useState('')
   const [method, setMethod] = useState(null)
-  const button = (name, value, disabled) =>
-    orders.includes(name) && (
-      <Act
-        key={name}
-        data-test={`drive-${node}-${name}`}
-        disabled={disabled}
-        title={t(`order.${name}.help`)}
-        run={() => send(name, value)}
-      >
-        {t(`order.${name}`)}
-      </Act>
-    )
-  // A stop needs no hands.
-  const stopping = (name) =>
-    orders.includes(name) && (
-      <Button
-        key={name}
-        class="stopping"
-        data-test={`drive-${node}-${name}`}
-        title={t(`order.${name}.help`)}
-        run={() => send(name)}
-      >
-        {t(`order.${name}`)}
-      </Button>
-    )
+  const known = (group) => ORDERS.filter((order) => order.group === group && orders.includes(order.verb))
+  const texts = ({ verb, titles, help }) => {
+    const at = language.value === 'de' ? 1 : 0
+    return { 'data-test': `drive-${node}-${verb}`, title: help[at], children: titles[at] }
+  }
+  const button = (order, value = null, disabled = false) => (
+    <Act key={order.verb} {...texts(order)} disabled={disabled} run={() => give(order.verb, value)} />
+  )
   const homing = method ?? drive.homing_methods[0]
   return (
     <div class="orders">
-      <div class="line">{POWER.map((name) => button(name))}</div>
+      <div class="line">{known('power').map((order) => button(order))}</div>
       <div class="line">
         <label class="field grow">
           <span>{t('drive.value')}</span>
@@ -173,13 +168,13 @@ function Orders({ drive, send }) {
             value={value}
             placeholder={`90 ${drive.position_unit ?? ''}`}
             autocomplete="off"
-            onInput={(event) => setValue(event.target.value)}
+            onInput={(event) => setValue(event.currentTarget.value)}
             onKeyDown={(event) =>
-              event.key === 'Enter' && whyNot.value === null && value.trim() && send('move-to', value)
+              event.key === 'Enter' && whyNot.value === null && value.trim() && give('move-to', value)
             }
           />
         </label>
-        {MOVES.map((name) => button(name, value, value.trim() === ''))}
+        {known('move').map((order) => button(order, value, value.trim() === ''))}
       </div>
       {orders.includes('home') && (
         <div class="line">
@@ -189,7 +184,7 @@ function Orders({ drive, send }) {
               <select
                 data-test={`drive-${node}-method`}
                 value={homing}
-                onChange={(event) => setMethod(Number(event.target.value))}
+                onChange={(event) => setMethod(Number(event.currentTarget.value))}
               >
                 {drive.homing_methods.map((each) => (
                   <option key={each} value={each}>
@@ -199,17 +194,21 @@ function Orders({ drive, send }) {
               </select>
             </label>
           )}
-          {button('home', homing === undefined ? null : String(homing))}
+          {known('home').map((order) => button(order, homing === undefined ? null : String(homing)))}
         </div>
       )}
       <div class="line">
-        {STOPS.map(stopping)}
-        {AFTER.map((name) => button(name))}
+        {/* A stop needs no control. */}
+        {known('stop').map((order) => (
+          <Button key={order.verb} {...texts(order)} class="stopping" run={() => give(order.verb)} />
+        ))}
+        {known('after').map((order) => button(order))}
       </div>
     </div>
   )
 }
 
+/** @param {{ drive: wire.Drive }} props */
 function Ending({ drive }) {
   const { order: present, ending, node } = drive
   return (

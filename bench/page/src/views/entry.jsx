@@ -1,13 +1,16 @@
 // One entry of a dictionary: what it is, what it has, and another value for it.
 import { useEffect, useState } from 'preact/hooks'
-import { order } from '../bench.js'
+import { send } from '../bench.js'
 import { t } from '../i18n/index.js'
 import { goTo, view } from '../state.js'
-import { Act, Button, HandsHint, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Button, ControlHint, Panel, Refusal, useAsk } from '../ui.jsx'
 import { Fact } from './nodes.jsx'
+
+/** @import * as wire from '../wire' */
 
 const EVERY = 250 // ms
 
+/** @param {{ node: number, entry: wire.Object, entries: wire.Object[], take: (values: wire.Value[]) => void }} props */
 export function Entry({ node, entry, entries, take }) {
   const { address } = entry
   const index = address.slice(0, 4)
@@ -39,14 +42,14 @@ export function Entry({ node, entry, entries, take }) {
             data-test="watch"
             aria-pressed={isWatched}
             run={() =>
-              order(isWatched ? { do: 'unwatch', node, address } : { do: 'watch', node, address, every_ms: EVERY })
+              send(isWatched ? { do: 'unwatch', node, address } : { do: 'watch', node, address, every_ms: EVERY })
             }
           >
             {t(isWatched ? 'entry.unwatch' : 'entry.watch')}
           </Button>
           <Button
             data-test="plot-object"
-            run={() => order({ do: 'plot', node, signals: [address], every_ms: 100 }).then(() => goTo('plots'))}
+            run={() => send({ do: 'plot', node, signals: [address], every_ms: 100 }).then(() => goTo('plots'))}
           >
             {t('entry.plot')}
           </Button>
@@ -86,6 +89,7 @@ export function Entry({ node, entry, entries, take }) {
   )
 }
 
+/** @param {{ node: number, entry: wire.Object, after: () => void }} props */
 function Write({ node, entry, after }) {
   const [text, setText] = useState('')
   const [asked, run] = useAsk()
@@ -104,7 +108,7 @@ function Write({ node, entry, after }) {
           placeholder={entry.value?.is_error ? '' : entry.value?.text}
           autocomplete="off"
           spellcheck={false}
-          onInput={(event) => setText(event.target.value)}
+          onInput={(event) => setText(event.currentTarget.value)}
         />
         {hasList && (
           <datalist id="choices">
@@ -142,7 +146,7 @@ function Write({ node, entry, after }) {
           ))}
         </div>
       )}
-      <HandsHint />
+      <ControlHint />
       {asked.done && (
         <p class="done" role="status" data-test="object-written">
           {t('entry.written')}
@@ -160,6 +164,7 @@ function Write({ node, entry, after }) {
   )
 }
 
+/** @param {{ members: wire.Object[], title: string }} props */
 function Record({ members, title }) {
   return (
     <>

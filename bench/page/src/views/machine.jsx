@@ -1,15 +1,23 @@
 // The state machine of a drive as a picture: where it is, where it may go, and what can be ordered.
 import { t } from '../i18n/index.js'
-import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
+import { BOX, PICTURE, PLACES, STATES, arrow, lines, orderTo } from '../machine.js'
+import { TRANSITIONS } from '../words.js'
 import { whyNot } from '../state.js'
 import { isOld } from '../ui.jsx'
+
+/**
+ * @import { SVGAttributes } from 'preact'
+ * @import { Drive, State } from '../wire'
+ * @import { Give } from './drives.jsx'
+ */
 
 /** How a state is marked. */
 export const kindOf = (state) =>
   ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ??
   'none'
 
-export function Machine({ drive, send }) {
+/** @param {{ drive: Drive, give: Give }} props */
+export function Machine({ drive, give }) {
   const state = drive.state ?? t('unknown')
   return (
     <svg
@@ -32,21 +40,22 @@ export function Machine({ drive, send }) {
           <path d="M0 0L8 4L0 8z" fill="context-stroke" />
         </marker>
       </defs>
-      {TRANSITIONS.map((transition) => (
+      {TRANSITIONS.filter(([number]) => number in PLACES).map((transition) => (
         <Transition key={transition[0]} drive={drive} transition={transition} />
       ))}
       {Object.entries(STATES).map(([name, corner]) => (
-        <MachineState key={name} drive={drive} name={name} corner={corner} send={send} />
+        <MachineState key={name} drive={drive} name={/** @type {State} */ (name)} corner={corner} give={give} />
       ))}
     </svg>
   )
 }
 
-function Transition({ drive, transition: [number, from, to, beside] }) {
+/** @param {{ drive: Drive, transition: [number, State, State] }} props */
+function Transition({ drive, transition: [number, from, to] }) {
   const {
     line: [x1, y1, x2, y2],
     label: [x, y],
-  } = arrow(from, to, beside)
+  } = arrow(from, to, PLACES[number])
   const isNext = drive.state === from && drive.allowed.includes(to)
   return (
     <g class={isNext ? 'transition next' : 'transition'}>
@@ -58,13 +67,17 @@ function Transition({ drive, transition: [number, from, to, beside] }) {
   )
 }
 
-/** A state that can be ordered is a button. */
-function MachineState({ drive, name, corner: [x, y], send }) {
+/**
+ * A state that can be ordered is a button.
+ * @param {{ drive: Drive, name: State, corner: number[], give: Give }} props
+ */
+function MachineState({ drive, name, corner: [x, y], give }) {
   const isHere = drive.state === name
   const isAllowed = drive.allowed.includes(name)
-  const wanted = orderTo(name, drive.state)
+  const wanted = orderTo(name, /** @type {State | null} */ (drive.state))
   const orderName = drive.orders.includes(wanted) ? wanted : null
-  const press = () => whyNot.value === null && send(orderName)
+  const press = () => whyNot.value === null && give(orderName)
+  /** @type {SVGAttributes<SVGGElement> | null} */
   const button = orderName && {
     role: 'button',
     tabindex: 0,

@@ -1,10 +1,12 @@
 // Another mapping for a PDO: put together by drag or by keys, judged by the bench before anything is written.
 import { useEffect, useRef, useState } from 'preact/hooks'
-import { bitsOf, FRAME_BITS, insert, move, place, placeOfBit, remove, usedBits } from '../bits.js'
+import { FRAME_BITS, insert, move, place, placeOfBit, remove, usedBits } from '../bits.js'
 import { ask } from '../bench.js'
 import { t } from '../i18n/index.js'
-import { Act, Button, HandsHint, Refusal, useAsk } from '../ui.jsx'
+import { Act, Button, ControlHint, Refusal, useAsk } from '../ui.jsx'
 import { Bits, where } from './bits.jsx'
+
+/** @import * as wire from '../wire' */
 
 const PATIENCE = 300 // ms from the last change to its check
 const TRANSMISSIONS = ['event', 'sync', 'sync:2', 'sync:4', 'every:10ms', 'every:100ms']
@@ -15,15 +17,18 @@ function bitOf(event) {
   return ((event.clientX - left) / width) * FRAME_BITS
 }
 
-/** What the bench has against a mapping; null while it is asked. */
-function useObjections(command) {
+/**
+ * What the bench has against a mapping; null while it is asked.
+ * @param {Extract<wire.Request, { do: 'map-pdo' }>} request
+ */
+function useObjections(request) {
   const [objections, setObjections] = useState(null)
-  const key = JSON.stringify(command)
+  const key = JSON.stringify(request)
   useEffect(() => {
     let isCurrent = true
     setObjections(null)
     const timer = setTimeout(() => {
-      ask({ ...command, check: true }).then(
+      ask({ ...request, check: true }).then(
         (found) => isCurrent && setObjections(found),
         (refused) => isCurrent && setObjections([refused.why]),
       )
@@ -36,22 +41,25 @@ function useObjections(command) {
   return objections
 }
 
+/** @param {{ node: number, pdo: wire.Pdo, entries: Map<string, wire.Object>, close: () => void }} props */
 export function MapEditor({ node, pdo, entries, close }) {
   const [fields, setFields] = useState(pdo.fields)
   const [transmission, setTransmission] = useState('')
   const [asked, run] = useAsk()
   /** How many bits an entry has, by the data sheet. */
-  const sizeOf = (address) => bitsOf(entries.get(address)?.data_type)
-  const list = useRef()
+  const sizeOf = (address) => entries.get(address)?.bits
+  const list = useRef(null)
   const [over, setOver] = useState(null)
-  const command = {
+  /** @type {Extract<wire.Request, { do: 'map-pdo' }>} */
+  const request = {
     do: 'map-pdo',
     node,
     pdo: pdo.name.toLowerCase(),
     objects: fields.map((field) => field.address),
     transmission: transmission || null,
+    check: false,
   }
-  const objections = useObjections(command)
+  const objections = useObjections(request)
   const isChanged =
     transmission !== '' ||
     fields.map((field) => field.address).join() !== pdo.fields.map((field) => field.address).join()
@@ -85,7 +93,7 @@ export function MapEditor({ node, pdo, entries, close }) {
     event.preventDefault()
   }
   const apply = async () => {
-    if (await run({ ...command, check: false })) close()
+    if (await run(request)) close()
   }
   const used = usedBits(fields)
   return (
@@ -102,7 +110,7 @@ export function MapEditor({ node, pdo, entries, close }) {
             <li
               key={`${at} ${field.address}`}
               class={`mapped tint-${at % 8} ${over === at ? 'over' : ''}`}
-              tabindex="0"
+              tabindex={0}
               draggable
               data-test={`mapped-${field.address}`}
               aria-keyshortcuts="Alt+ArrowLeft Alt+ArrowRight Delete"
@@ -164,7 +172,7 @@ export function MapEditor({ node, pdo, entries, close }) {
               data-test="pdo-transmission"
               value={transmission}
               placeholder={pdo.transmission}
-              onInput={(event) => setTransmission(event.target.value)}
+              onInput={(event) => setTransmission(event.currentTarget.value)}
             />
             <datalist id="transmissions">
               {TRANSMISSIONS.map((each) => (
@@ -190,7 +198,7 @@ export function MapEditor({ node, pdo, entries, close }) {
           >
             {t('map.revert')}
           </Button>
-          <HandsHint />
+          <ControlHint />
         </div>
         <Refusal of={asked.refused} test="pdo-refusal" />
       </div>
@@ -198,6 +206,7 @@ export function MapEditor({ node, pdo, entries, close }) {
   )
 }
 
+/** @param {{ pdo: wire.Pdo, sizeOf: (address: string) => number | null, add: (address: string) => void }} props */
 function Mappable({ pdo, sizeOf, add }) {
   const [query, setQuery] = useState('')
   const wanted = query.toLowerCase()
@@ -212,14 +221,14 @@ function Mappable({ pdo, sizeOf, add }) {
           type="search"
           data-test="pdo-search"
           value={query}
-          onInput={(event) => setQuery(event.target.value)}
+          onInput={(event) => setQuery(event.currentTarget.value)}
           onKeyDown={(event) => event.key === 'Enter' && address && add(address)}
         />
       </label>
       <ul
         role="listbox"
         aria-label={t('map.mappable')}
-        tabindex="0"
+        tabindex={0}
         onKeyDown={(event) => {
           const at = found.findIndex(([each]) => each === address)
           const next = { ArrowDown: found[at + 1], ArrowUp: found[at - 1] }[event.key]

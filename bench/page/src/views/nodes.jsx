@@ -3,7 +3,24 @@ import { useState } from 'preact/hooks'
 import { clock, hex, ms, NONE, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { chosenNode, goTo, node, nodeId, view } from '../state.js'
-import { Act, Button, Empty, HandsHint, Order, Panel, Refusal, RowLink, State, roving, useAsk } from '../ui.jsx'
+import {
+  Act,
+  Button,
+  Empty,
+  ControlHint,
+  RequestButton,
+  Panel,
+  Refusal,
+  RowLink,
+  State,
+  roving,
+  useAsk,
+} from '../ui.jsx'
+
+/**
+ * @import { Fault, Nmt } from '../wire'
+ * @import * as wire from '../wire'
+ */
 
 export function Nodes() {
   const nodes = view.nodes.value
@@ -23,33 +40,36 @@ export function Nodes() {
 function BusOrders() {
   return (
     <>
-      <Order data-test="scan" command={{ do: 'scan' }}>
+      <RequestButton data-test="scan" request={{ do: 'scan' }}>
         {t('nodes.scan')}
-      </Order>
+      </RequestButton>
       <NmtButtons node={null} test="nmt-all" />
     </>
   )
 }
 
+/** @type {Nmt[]} */
 const NMT = ['start', 'pre-operational', 'stop', 'reset-node', 'reset-communication']
 
+/** @param {{ node: number | null, test: string }} props */
 function NmtButtons({ node, test }) {
   return (
     <div class="choice" role="group" aria-label={node === null ? t('nmt.all') : t('nmt.node', { node })}>
       {NMT.map((command) => (
-        <Order
+        <RequestButton
           key={command}
           data-test={`${test}-${command}`}
           title={t(`nmt.${command}.help`)}
-          command={{ do: 'nmt', node, command }}
+          request={{ do: 'nmt', node, command }}
         >
           {t(`nmt.${command}`)}
-        </Order>
+        </RequestButton>
       ))}
     </div>
   )
 }
 
+/** @param {{ nodes: wire.Node[] }} props */
 function NodeTable({ nodes }) {
   return (
     <div class="scroll">
@@ -75,6 +95,7 @@ function NodeTable({ nodes }) {
   )
 }
 
+/** @param {{ node: wire.Node }} props */
 function NodeRow({ node }) {
   const isChosen = node.id === nodeId.value
   const choose = () => (chosenNode.value = node.id)
@@ -114,6 +135,7 @@ function NodeRow({ node }) {
   )
 }
 
+/** @param {{ node: wire.Node }} props */
 function NodeDetails({ node }) {
   return (
     <Panel
@@ -121,7 +143,7 @@ function NodeDetails({ node }) {
       data-test="node-details"
       tools={<NmtButtons node={node.id} test={`node-${node.id}-nmt`} />}
     >
-      <HandsHint />
+      <ControlHint />
       <dl class="facts">
         <Fact name={t('node.state')}>
           <State state={node.state} seen={node.seen} />
@@ -192,6 +214,7 @@ export function Fact({ name, children }) {
   )
 }
 
+/** @param {{ faults: Fault[], none?: string, test: string }} props */
 function Faults({ faults, none, test }) {
   if (faults.length === 0) return <Empty>{none}</Empty>
   return (
@@ -206,6 +229,7 @@ function Faults({ faults, none, test }) {
   )
 }
 
+/** @param {{ node: wire.Node }} props */
 function SetSheet({ node }) {
   const [sheet, setSheet] = useState(node.sheet ?? '')
   const [asked, run] = useAsk()
@@ -218,7 +242,7 @@ function SetSheet({ node }) {
           value={sheet}
           placeholder="siko/ag03-1"
           spellcheck={false}
-          onInput={(event) => setSheet(event.target.value)}
+          onInput={(event) => setSheet(event.currentTarget.value)}
         />
       </label>
       <Button
@@ -251,7 +275,7 @@ function Lss() {
             min="1"
             max="127"
             value={id}
-            onInput={(event) => setId(event.target.value)}
+            onInput={(event) => setId(event.currentTarget.value)}
           />
         </label>
         <Act data-test="lss-assign" disabled={!isValid} run={() => run({ do: 'assign', node: Number(id) })}>

@@ -57,7 +57,7 @@ export function Objects() {
               data-test="object-search"
               value={query.value}
               placeholder={t('objects.search')}
-              onInput={(event) => (query.value = event.target.value)}
+              onInput={(event) => (query.value = event.currentTarget.value)}
             />
           </label>
           <Button
@@ -91,7 +91,7 @@ export function Objects() {
 
 function Tree({ rows }) {
   const at = rows.findIndex((row) => row.key === chosen.value)
-  const list = useRef()
+  const list = useRef(null)
   const choose = (row) => row && (chosen.value = row.key)
   const fold = (key, isOpen) => {
     const next = new Set(closed.value)
@@ -113,7 +113,8 @@ function Tree({ rows }) {
     else if (event.key === 'ArrowRight' && row && row.kind !== 'entry') fold(row.key, true)
     else if (event.key === 'ArrowLeft' && row && row.kind !== 'entry' && row.isOpen) fold(row.key, false)
     else if (event.key === 'ArrowLeft' && row) choose(rows.slice(0, at).findLast((each) => each.level < row.level))
-    else if (event.key === 'Enter') document.querySelector('[data-test=object-value]')?.focus()
+    else if (event.key === 'Enter')
+      /** @type {HTMLElement | null} */ (document.querySelector('[data-test=object-value]'))?.focus()
     else return
     event.preventDefault()
   }
@@ -128,7 +129,7 @@ function Tree({ rows }) {
       <Rows
         role="tree"
         aria-label={t('objects.title')}
-        tabindex="0"
+        tabindex={0}
         aria-activedescendant={at >= 0 ? `row-${rows[at].key}` : undefined}
         onKeyDown={keys}
         count={rows.length}
@@ -154,7 +155,7 @@ function Tree({ rows }) {
 function TreeRow({ row, style, isChosen, choose }) {
   const common = {
     id: `row-${row.key}`,
-    role: 'treeitem',
+    role: /** @type {'treeitem'} */ ('treeitem'),
     style,
     onClick: choose,
     'aria-level': row.level,

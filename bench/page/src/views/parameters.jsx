@@ -5,6 +5,8 @@ import { t } from '../i18n/index.js'
 import { view } from '../state.js'
 import { Act, Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
 
+/** @import * as wire from '../wire' */
+
 export function Parameters({ node, show }) {
   const [asked, run] = useAsk()
   const [differences, setDifferences] = useState(null)
@@ -37,7 +39,7 @@ export function Parameters({ node, show }) {
           <select
             data-test="compare-node"
             value=""
-            onChange={(event) => event.target.value && compare({ node: Number(event.target.value) })}
+            onChange={(event) => event.currentTarget.value && compare({ node: Number(event.currentTarget.value) })}
           >
             <option value="">…</option>
             {others.map((each) => (
@@ -78,6 +80,7 @@ export function Parameters({ node, show }) {
   )
 }
 
+/** @param {{ differences: wire.Difference[], show: (address: string) => void }} props */
 function Differences({ differences, show }) {
   return (
     <div class="scroll low">

@@ -1,7 +1,7 @@
 // What the PDOs of a node carry, as pictures of their bits.
 import { useEffect, useRef, useState } from 'preact/hooks'
 import { FRAME_BITS, usedBits } from '../bits.js'
-import { ask, order } from '../bench.js'
+import { ask, send } from '../bench.js'
 import { number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, goTo, nodeId, view } from '../state.js'
@@ -9,13 +9,15 @@ import { Age, Button, Empty, NodePicker, Panel, Refusal, useAsk } from '../ui.js
 import { Bits, where } from './bits.jsx'
 import { MapEditor } from './map-editor.jsx'
 
+/** @import * as wire from '../wire' */
+
 const EVERY = 1000 // ms from look to look at the values that are known
 
 /** The PDOs of a node: read from it once, and when `read` is called. */
 function usePdos(node) {
   const [pdos, setPdos] = useState(null)
   const [asked, run] = useAsk()
-  const latest = useRef()
+  const latest = useRef(null)
   latest.current = node
   const read = async () => {
     const found = await run({ do: 'pdos', node })
@@ -36,7 +38,7 @@ function useEntries(node) {
     let isCurrent = true
     let timer
     const look = async () => {
-      const found = await ask({ do: 'objects', node }).catch(() => [])
+      const found = await ask({ do: 'objects', node }).catch(() => /** @type {wire.Object[]} */ ([]))
       if (!isCurrent) return
       setEntries(new Map(found.map((entry) => [entry.address, entry])))
       timer = setTimeout(look, EVERY)
@@ -103,6 +105,7 @@ export function Pdos() {
   )
 }
 
+/** @param {{ node: number, pdo: wire.Pdo, entries: Map<string, wire.Object>, isEdited: boolean, edit: () => void, close: () => void }} props */
 function Pdo({ node, pdo, entries, isEdited, edit, close }) {
   const rate = view.bus.value.ids.find((each) => each.id === pdo.id)?.per_second ?? 0
   return (
@@ -121,7 +124,7 @@ function Pdo({ node, pdo, entries, isEdited, edit, close }) {
             data-test={`pdo-${pdo.name}-plot`}
             disabled={pdo.fields.length === 0}
             run={() =>
-              order({ do: 'plot', node, signals: [pdo.name.toLowerCase()], every_ms: 100 }).then(() => goTo('plots'))
+              send({ do: 'plot', node, signals: [pdo.name.toLowerCase()], every_ms: 100 }).then(() => goTo('plots'))
             }
           >
             {t('entry.plot')}

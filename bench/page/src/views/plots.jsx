@@ -1,13 +1,15 @@
 // Curves of objects and PDO signals over time.
 import { signal } from '@preact/signals'
 import { useEffect, useState } from 'preact/hooks'
-import { ask, order, orderFile } from '../bench.js'
+import { ask, send, sendForFile } from '../bench.js'
 import { bounds, columns, crossing, extended, inSight, keyOf, newest, numberAt, thinned } from '../curves.js'
 import { NONE, measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, view } from '../state.js'
 import { Age, Button, Empty, Panel, Refusal, isOld, useAsk } from '../ui.jsx'
 import { Chart } from './chart.jsx'
+
+/** @import * as wire from '../wire' */
 
 const EVERY = 100 // ms from look to look
 const MOST = 100_000 // points of a curve that are kept
@@ -111,7 +113,7 @@ function Tools({ sight }) {
           data-test="plot-span"
           value={span.value}
           onChange={(event) => {
-            span.value = Number(event.target.value)
+            span.value = Number(event.currentTarget.value)
             range.value = null
           }}
         >
@@ -129,13 +131,13 @@ function Tools({ sight }) {
       >
         {t('plots.follow')}
       </Button>
-      <Button data-test="plot-csv" run={() => orderFile({ do: 'export-plot', format: 'csv' })}>
+      <Button data-test="plot-csv" run={() => sendForFile({ do: 'export-plot', format: 'csv' })}>
         CSV
       </Button>
-      <Button data-test="plot-svg" run={() => orderFile({ do: 'export-plot', format: 'svg' })}>
+      <Button data-test="plot-svg" run={() => sendForFile({ do: 'export-plot', format: 'svg' })}>
         SVG
       </Button>
-      <Button data-test="plot-clear" run={() => order({ do: 'clear-plot', node: null })}>
+      <Button data-test="plot-clear" run={() => send({ do: 'clear-plot', node: null })}>
         {t('plots.clear')}
       </Button>
     </>
@@ -170,7 +172,7 @@ function Add() {
     >
       <label class="field">
         <span>{t('node')}</span>
-        <select data-test="plot-node" value={id ?? ''} onChange={(event) => setNode(Number(event.target.value))}>
+        <select data-test="plot-node" value={id ?? ''} onChange={(event) => setNode(Number(event.currentTarget.value))}>
           {view.nodes.value.map((each) => (
             <option key={each.id} value={each.id}>
               {each.id} · {each.name}
@@ -186,7 +188,7 @@ function Add() {
           value={text}
           placeholder="6064:00, tpdo1"
           spellcheck={false}
-          onInput={(event) => setText(event.target.value)}
+          onInput={(event) => setText(event.currentTarget.value)}
         />
         <datalist id="signals">
           {entries.map((entry) => (
@@ -198,7 +200,7 @@ function Add() {
       </label>
       <label class="field">
         <span>{t('plots.every')}</span>
-        <select data-test="plot-every" value={every} onChange={(event) => setEvery(Number(event.target.value))}>
+        <select data-test="plot-every" value={every} onChange={(event) => setEvery(Number(event.currentTarget.value))}>
           {[10, 20, 50, 100, 500, 1000].map((each) => (
             <option key={each} value={each}>
               {each} ms
@@ -231,7 +233,7 @@ function Trigger() {
   const set = (change) => (trigger.value = { ...trigger.value, ...change })
   const isArmed = armed !== null
   const arm = async () => {
-    const level = await order({ do: 'number', text })
+    const level = await send({ do: 'number', text })
     if (level === null) return
     range.value = null
     set({ level, armed: newest(curves.value), key: key || keyOf(curves.value[0]) })
@@ -243,7 +245,7 @@ function Trigger() {
         <select
           data-test="trigger-curve"
           value={key || keyOf(curves.value[0])}
-          onChange={(event) => set({ key: event.target.value })}
+          onChange={(event) => set({ key: event.currentTarget.value })}
         >
           {curves.value.map((curve) => (
             <option key={keyOf(curve)} value={keyOf(curve)}>
@@ -257,7 +259,7 @@ function Trigger() {
         <select
           data-test="trigger-edge"
           value={String(rising)}
-          onChange={(event) => set({ rising: event.target.value === 'true' })}
+          onChange={(event) => set({ rising: event.currentTarget.value === 'true' })}
         >
           <option value="true">{t('trigger.rising')}</option>
           <option value="false">{t('trigger.falling')}</option>
@@ -266,10 +268,10 @@ function Trigger() {
       <label class="field">
         <span>{t('trigger.level')}</span>
         <input
-          size="8"
+          size={8}
           data-test="trigger-level"
           value={text}
-          onInput={(event) => set({ text: event.target.value, armed: null })}
+          onInput={(event) => set({ text: event.currentTarget.value, armed: null })}
         />
       </label>
       <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>
@@ -318,6 +320,7 @@ function Legend({ sight }) {
   )
 }
 
+/** @param {{ curve: wire.Curve, place: number, sight: [number, number], isHidden: boolean, toggle: (key: string) => void }} props */
 function LegendRow({ curve, place, sight, isHidden, toggle }) {
   const [a, b] = cursors.value.map((time) => (time === null ? null : numberAt(curve, time)))
   const [low, high] = bounds(inSight(curve.points, sight)) ?? [null, null]

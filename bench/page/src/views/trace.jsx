@@ -1,22 +1,36 @@
 // Every frame in words: filtered, followed or held, a million of them scrolled.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks'
-import { ask, orderFile } from '../bench.js'
-import { NO_FILTER, SERVICES, asOptions, has, isFiltering, toggled } from '../filters.js'
+import { ask, sendForFile } from '../bench.js'
+import { SERVICES, asOptions, has, isFiltering, toggled } from '../filters.js'
 import { clock, number } from '../format.js'
-import { t } from '../i18n/index.js'
+import { language, t } from '../i18n/index.js'
 import { scale, scrollTopOf, topRow } from '../scroll.js'
 import { connection, view, wantedRow } from '../state.js'
 import { TraceWindow } from '../trace-window.js'
 import { Button, Panel, Refusal, useResize } from '../ui.jsx'
+import { FORMATS, NO_FILTER, TRACE_COLUMNS } from '../words.js'
+
+/** @import { Row, TraceFilter } from '../wire' */
 
 const ROW = 21 // px
 const EVERY = 500 // ms from look to look when nothing calls for one
-const FORMATS = ['candump', 'pcap', 'pcapng', 'asc', 'trc', 'blf']
 
 const PATIENCE = 250 // ms from the last key to the filter
 /** The fields of the filter that are texts, and how many characters are in sight. */
 const FIELDS = { text: 16, nodes: 6, object: 10, ids: 8, without: 12 }
-const COLUMNS = ['number', 'time', 'id', 'service', 'data', 'text']
+const COLUMNS = TRACE_COLUMNS.filter(({ page }) => page !== null)
+const GRID = COLUMNS.map(({ page }) => page).join(' ')
+
+/** Cells that are more than their field. */
+const CELLS = {
+  time: (row) => clock(row.time, 4),
+  text: (row) => (
+    <>
+      {row.node !== null && <b>{row.node} </b>}
+      {row.text}
+    </>
+  ),
+}
 
 /** It stays where it is while other tabs are looked at. */
 const trace = new TraceWindow(ask)
@@ -41,13 +55,16 @@ export function Trace() {
             aria-label={t('trace.format')}
             data-test="trace-format"
             value={format}
-            onChange={(event) => setFormat(event.target.value)}
+            onChange={(event) => setFormat(event.currentTarget.value)}
           >
             {FORMATS.map((each) => (
               <option key={each}>{each}</option>
             ))}
           </select>
-          <Button data-test="trace-export" run={() => orderFile({ do: 'export', format, filter: trace.filter.value })}>
+          <Button
+            data-test="trace-export"
+            run={() => sendForFile({ do: 'export', format, filter: trace.filter.value })}
+          >
             {t('export')}
           </Button>
         </>
@@ -68,7 +85,7 @@ function Filter() {
         type="checkbox"
         data-test={`filter-${key}`}
         checked={filter[key]}
-        onChange={(event) => set({ [key]: event.target.checked })}
+        onChange={(event) => set({ [key]: event.currentTarget.checked })}
       />
       {t(`filter.${key}`)}
     </label>
@@ -105,7 +122,10 @@ function Filter() {
   )
 }
 
-/** What is typed becomes the filter when nothing is typed for a moment: each filter has the bench go through all rows. */
+/**
+ * What is typed becomes the filter when nothing is typed for a moment: each filter has the bench go through all rows.
+ * @param {{ name: string, size: number, value: string, set: (change: Partial<TraceFilter>) => void }} props
+ */
 function FilterField({ name, size, value, set }) {
   const [typed, setTyped] = useState(null)
   useEffect(() => {
@@ -121,19 +141,19 @@ function FilterField({ name, size, value, set }) {
       <span>{t(`filter.${name}`)}</span>
       <input
         data-test={`filter-${name}`}
-        type={name === 'text' ? 'search' : 'text'}
+        type={/** @type {'search'} */ (name === 'text' ? 'search' : 'text')}
         size={size}
         spellcheck={false}
         value={typed ?? value}
         placeholder={t(`filter.${name}.example`)}
-        onInput={(event) => setTyped(event.target.value)}
+        onInput={(event) => setTyped(event.currentTarget.value)}
       />
     </label>
   )
 }
 
 function Frames() {
-  const element = useRef()
+  const element = useRef(null)
   const placed = useRef({ wanted: 0, is: 0 })
   const [size, setSize] = useState(600)
   const { top, frames } = trace
@@ -190,11 +210,11 @@ function Frames() {
     return () => target.removeEventListener('wheel', wheel)
   }, [])
   return (
-    <div class="frames">
+    <div class="frames" style={{ '--columns': GRID }}>
       <Refusal of={trace.refused.value} test="trace-refusal" />
       <div class="frame-row head" aria-hidden="true">
-        {COLUMNS.map((column) => (
-          <span key={column}>{t(`trace.${column}`)}</span>
+        {COLUMNS.map(({ name, titles }) => (
+          <span key={name}>{language.value === 'de' ? titles[1] : titles[0]}</span>
         ))}
       </div>
       <div
@@ -203,7 +223,7 @@ function Frames() {
         role="table"
         aria-label={t('trace.title')}
         aria-rowcount={frames.value.matching}
-        tabindex="0"
+        tabindex={0}
         data-test="trace"
         onKeyDown={keys}
         onScroll={scrolled}
@@ -223,6 +243,10 @@ function Frames() {
   )
 }
 
+/** The service without its number, for its colour: `tpdo`. */
+const kindOf = (row) => `service ${row.service.toLowerCase().replace(/\W.*|\d+/g, '')}`
+
+/** @param {{ row: Row, place: number }} props */
 function FrameRow({ row, place }) {
   return (
     <div
@@ -232,17 +256,16 @@ function FrameRow({ row, place }) {
       data-test={`row-${row.number}`}
       onClick={() => (trace.chosen.value = row.number)}
     >
-      <span role="cell">{row.number}</span>
-      <span role="cell">{clock(row.time, 4)}</span>
-      <span role="cell">{row.id}</span>
-      <span role="cell" class={`service ${row.service.toLowerCase().replace(/\W.*|\d+/g, '')}`}>
-        {row.service}
-      </span>
-      <span role="cell">{row.data}</span>
-      <span role="cell" title={row.text}>
-        {row.node !== null && <b>{row.node} </b>}
-        {row.text}
-      </span>
+      {COLUMNS.map(({ name }) => (
+        <span
+          key={name}
+          role="cell"
+          class={name === 'service' ? kindOf(row) : ''}
+          title={name === 'text' ? row.text : null}
+        >
+          {CELLS[name]?.(row) ?? row[name]}
+        </span>
+      ))}
     </div>
   )
 }

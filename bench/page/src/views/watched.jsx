@@ -1,5 +1,5 @@
 // Values that are read again and again.
-import { order } from '../bench.js'
+import { send } from '../bench.js'
 import { measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
@@ -41,7 +41,7 @@ export function Watched() {
                       class="quiet"
                       title={t('entry.unwatch')}
                       aria-label={t('entry.unwatch')}
-                      run={() => order({ do: 'unwatch', node: each.node, address: each.address })}
+                      run={() => send({ do: 'unwatch', node: each.node, address: each.address })}
                     >
                       ×
                     </Button>

@@ -3,7 +3,6 @@
 mod behaviour;
 mod examples;
 mod simulated;
-mod statements;
 mod words;
 
 use kollmorgen_akd::fault;
@@ -12,7 +11,6 @@ use lexican_runtime::NodeId;
 
 use self::examples::Drives;
 use self::simulated::{Akd, Simulated};
-use crate::bench::once;
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
 use crate::exempt::Exempt;
@@ -21,6 +19,7 @@ use crate::kinds::{
     cia402, descriptions, emcy, formats, frames, homing, network, pdo, prose, sheet, simulation, terms, values,
 };
 use crate::manual::Keys;
+use crate::rig::once;
 use crate::servo::{self, OfModel};
 
 const TABLES: Keys = &[
@@ -98,7 +97,7 @@ pub(super) const DRIVE: Drive = Drive {
             simulation::entries(checker, case, |address| used.contains(&address));
             simulation::bits(checker, case, |index, bit| behaviour::shown(index, bit).is_some());
         },
-        |checker, case| prose::statements::<Simulated>(checker, case, statements::ALL, str::to_owned),
+        |checker, case| prose::statements::<Simulated>(checker, case, &behaviour::SCRIPT, str::to_owned),
         |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
         |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),
     ],

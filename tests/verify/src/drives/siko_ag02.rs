@@ -8,8 +8,8 @@ use siko_ag02::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
-use crate::siko::bench::{EMCY, NODE, Siko, V_INCH, V_POS, Write, one};
 use crate::siko::checks::Checks;
+use crate::siko::rig::{EMCY, NODE, Siko, V_INCH, V_POS, Write, one};
 use crate::siko::tables;
 
 /// The drive.
@@ -23,9 +23,6 @@ impl Siko for Ag02 {
     const FILES: &'static str = r#"names = ["SIKOAG02.EDS"]"#;
     const LASTING: &'static [(u8, u16)] = &[(22, 0x2101), (23, 0x2100)];
     const CHAPTERS: [&'static str; 2] = ["8", "10"];
-    const READY: [&'static str; 2] = ["enable input active", "enable input not active"];
-    const LIMITS: [&'static str; 2] = ["position above upper limit", "position below lower limit"];
-    const ACKNOWLEDGE: &'static str = "acknowledge by S11103";
     const RESERVED: &'static str = "reserviert";
     const IS_TRANSLATED: bool = true;
     const NAMES: &'static [(u8, &'static str)] = &[

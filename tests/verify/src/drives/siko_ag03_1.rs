@@ -8,8 +8,8 @@ use siko_ag03_1::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
-use crate::siko::bench::{NODE, Siko, Write};
 use crate::siko::checks::Checks;
+use crate::siko::rig::{NODE, Siko, Write};
 use crate::siko::tables;
 
 /// The drive.
@@ -23,9 +23,6 @@ impl Siko for Ag031 {
     const FILES: &'static str = r#"names = ["SIKOAG03/1.EDS", "SIKOAG03.EDS"]"#;
     const LASTING: &'static [(u8, u16)] = &[];
     const CHAPTERS: [&'static str; 2] = ["6", "7"];
-    const READY: [&'static str; 2] = ["output stage supply applied", "output stage supply not applied"];
-    const LIMITS: [&'static str; 2] = ["position above higher of limits 1+2", "position below lower of limits 1+2"];
-    const ACKNOWLEDGE: &'static str = "acknowledge by an edge of CW.7";
     const RESERVED: &'static str = "reserved";
     const IS_TRANSLATED: bool = false;
     const NAMES: &'static [(u8, &'static str)] = &[

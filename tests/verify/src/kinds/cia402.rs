@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use lexican_eds::model::Meaning;
 use lexican_runtime::profile::cia402::{Cause, Command, Mode, Modes, State, Transition};
 
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::prose::{Clauses, said};
 use crate::manual::Row;
+use crate::rig::{Rig, Simulator, once};
 
 /// The states as manuals write them.
 pub(crate) const STATES: &[(State, &str)] = &[
@@ -28,7 +28,7 @@ pub(crate) fn name_of(state: State) -> &'static str {
 }
 
 /// A drive in a state; `None` for the state that it has left when it is heard first.
-pub(crate) fn bring_to<S: Simulator>(state: State) -> Option<Bench<S>> {
+pub(crate) fn bring_to<S: Simulator>(state: State) -> Option<Rig<S>> {
     let words: &[u16] = match state {
         State::SwitchOnDisabled => &[],
         State::ReadyToSwitchOn | State::Fault => &[0x0106],
@@ -37,17 +37,17 @@ pub(crate) fn bring_to<S: Simulator>(state: State) -> Option<Bench<S>> {
         State::QuickStopActive => &[0x0106, 0x0107, 0x010F, 0x0102],
         _ => return None,
     };
-    let mut bench = Bench::operational();
-    bench.controls(words);
+    let mut rig = Rig::operational();
+    rig.controls(words);
     if state == State::Fault {
-        fail(&mut bench);
+        fail(&mut rig);
     }
-    Some(bench)
+    Some(rig)
 }
 
-fn fail<S: Simulator>(bench: &mut Bench<S>) {
-    bench.see(S::fail);
-    bench.hear(0);
+fn fail<S: Simulator>(rig: &mut Rig<S>) {
+    rig.see(S::fail);
+    rig.hear(0);
 }
 
 /// Whether a word is as in `x01x0111`, from the highest bit down, or in seven bits.
@@ -74,14 +74,14 @@ pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     let brought = STATES.iter().filter_map(|(state, _)| Some((*state, bring_to::<S>(*state)?)));
     let is_open = |state, word: u16| State::from_status_word(word ^ 1 << bit) == Some(state);
     let shows = |state, word: u16| word >> bit & 1 == of(state) || is_open(state, word);
-    values.len() == 2 && brought.into_iter().all(|(state, bench)| shows(state, bench.status()))
+    values.len() == 2 && brought.into_iter().all(|(state, rig)| shows(state, rig.status()))
 }
 
 /// Compares `states.csv`: the bits of the status word, eight or seven of them. `beyond` compares the drive's own columns, with the drive in the
 /// state if it can be brought there.
 pub(crate) fn states<S: Simulator>(
     checker: &mut Checker<'_>,
-    beyond: fn(&mut Checker<'_>, &Row, State, Option<Bench<S>>),
+    beyond: fn(&mut Checker<'_>, &Row, State, Option<Rig<S>>),
 ) {
     let reached = |state: State| S::transitions().0.iter().any(|change| [change.from, change.to].contains(&state));
     for (state, name) in STATES.iter().filter(|(state, _)| reached(*state)) {
@@ -90,12 +90,12 @@ pub(crate) fn states<S: Simulator>(
         let pattern = row.get(column);
         let decoded = is_least(|word| State::from_status_word(word) == Some(*state), pattern);
         checker.that(row, column, Against::Code, decoded, "decoded otherwise");
-        let bench = bring_to::<S>(*state);
-        if let Some(bench) = &bench {
-            let status = bench.status();
+        let rig = bring_to::<S>(*state);
+        if let Some(rig) = &rig {
+            let status = rig.status();
             checker.that(row, column, Against::Drive, is_as(status, pattern), format!("{status:016b}"));
         }
-        beyond(checker, row, *state, bench);
+        beyond(checker, row, *state, rig);
     }
 }
 
@@ -183,12 +183,12 @@ pub(crate) fn events<S: Simulator>(checker: &mut Checker<'_>, action: fn(u8) -> 
 }
 
 /// The state that a controlword leads to, with an edge of bit 7 if it is set.
-fn after<S: Simulator>(mut bench: Bench<S>, word: u16) -> State {
+fn after<S: Simulator>(mut rig: Rig<S>, word: u16) -> State {
     if word & 0x80 != 0 {
-        bench.control(word & !0x80);
+        rig.control(word & !0x80);
     }
-    bench.control(word);
-    bench.state()
+    rig.control(word);
+    rig.state()
 }
 
 /// Compares `transitions.csv`.
@@ -271,19 +271,19 @@ fn asked<S: Simulator>(row: &Row, word: Option<u16>) -> String {
     match (row.get("from"), word) {
         // Power on leads through 0 and 1 before the drive is heard.
         ("Start" | "Not Ready to Switch On", _) => {
-            let arrived = Bench::<S>::new().state() == State::SwitchOnDisabled;
+            let arrived = Rig::<S>::new().state() == State::SwitchOnDisabled;
             let passed =
                 ["Not Ready to Switch On", "Switch On Disabled"].into_iter().find(|name| *name == row.get("to"));
             passed.filter(|_| arrived).unwrap_or_default().to_owned()
         }
         ("any", _) => {
-            let faulty = STATES.iter().filter_map(|(state, _)| bring_to::<S>(*state)).map(|mut bench| {
-                fail(&mut bench);
-                name_of(bench.state())
+            let faulty = STATES.iter().filter_map(|(state, _)| bring_to::<S>(*state)).map(|mut rig| {
+                fail(&mut rig);
+                name_of(rig.state())
             });
             faulty.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(" or ")
         }
-        (_, Some(word)) => from.and_then(bring_to).map_or("", |bench| name_of(after::<S>(bench, word))).to_owned(),
+        (_, Some(word)) => from.and_then(bring_to).map_or("", |rig| name_of(after::<S>(rig, word))).to_owned(),
         _ => String::new(),
     }
 }

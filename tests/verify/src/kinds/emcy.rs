@@ -2,10 +2,10 @@
 
 use lexican_driver::{Cause, Codes};
 
-use crate::bench::{Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
+use crate::rig::{Simulator, once};
 
 /// Compares the code of a row of `emergency.csv` with the data of the frame that the drive sends, high byte first, and
 /// its meaning with what `terms.csv` has for the overlay's `EmergencyCode`. `heard` is `None` where the drive cannot send.

@@ -6,17 +6,17 @@ use lexican_conform::{Asked, Step, StepReport, Verdict, ask};
 use lexican_runtime::wire::sdo::{ClientRequest, ServerResponse};
 use lexican_runtime::{Duration, Frame};
 
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::{Row, cells};
 use crate::notation::{bytes, hex, print};
+use crate::rig::{Rig, Simulator, once};
 
 /// Sends each frame to the drive, and compares what it answers with the rows that follow. The columns `cob_id`, `data`
 /// and `direction` are compared; what the rows mean is not.
-pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], bench: &mut Bench<S>) {
+pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], rig: &mut Rig<S>) {
     let mut answers: VecDeque<Frame> = VecDeque::new();
-    bench.hear(0);
+    rig.hear(0);
     for (row, next) in rows.iter().zip(rows.iter().skip(1).map(Some).chain([None])) {
         checker.key(row);
         let answer = answers.pop_front();
@@ -27,11 +27,11 @@ pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], be
             None => {
                 let (id, mut data) = (hex(row.get("cob_id")).unwrap_or(0), bytes(row.get("data")).unwrap_or_default());
                 // An SDO has eight bytes.
-                if id == u32::from(Bench::<S>::own(0x600)) {
+                if id == u32::from(Rig::<S>::own(0x600)) {
                     data.resize(8, 0);
                 }
-                bench.send(id as u16, &data);
-                answers.extend(bench.hear(0));
+                rig.send(id as u16, &data);
+                answers.extend(rig.hear(0));
                 let is_answered = next.is_some_and(|next| next.get("direction") == "from drive");
                 (if answers.is_empty() == is_answered { 0 } else { id }, data)
             }
@@ -136,7 +136,7 @@ fn is_any_value(row: &Row) -> bool {
     row.get("condition") == "any value"
 }
 
-/// A row as it is asked; what cannot be read is a wait for what no bench knows.
+/// A row as it is asked; what cannot be read is a wait for what no rig knows.
 fn step(row: &Row, made: &[(&'static str, Frame)]) -> Step {
     // Here the simulated drive answers, and errata say why it has another value.
     let cell = |column: &str| if column == "condition" && is_any_value(row) { "" } else { row.get(column) };

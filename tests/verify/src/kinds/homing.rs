@@ -2,11 +2,11 @@
 
 use lexican_eds::model::Named;
 
-use crate::bench::{Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::{number, range};
+use crate::rig::{Simulator, once};
 
 /// The methods that CiA 402 has a description of.
 const DEFINED: [std::ops::RangeInclusive<i128>; 3] = [1..=14, 17..=30, 33..=35];

@@ -8,18 +8,18 @@ use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 
 use super::pdo::name_of;
 use super::prose::{Clauses, said};
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::{hex, number, print, yes};
+use crate::rig::{Rig, Simulator, once};
 
 /// States that a command leads to.
 const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];
 const INITIALISATION: &str = "INITIALISATION";
 
-fn state_name<S: Simulator>(bench: &Bench<S>) -> &'static str {
-    match bench.nmt_state() {
+fn state_name<S: Simulator>(rig: &Rig<S>) -> &'static str {
+    match rig.nmt_state() {
         NmtState::Operational => "OPERATIONAL",
         NmtState::PreOperational => "PRE-OPERATIONAL",
         NmtState::Stopped => "STOPPED",
@@ -59,12 +59,12 @@ fn followed<S: Simulator>(command: u8) -> Followed {
     let (mut to, mut from, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
     for (name, enter) in STATES {
         for (node, said) in [(S::NODE.get(), "node"), (0, "0"), (S::NODE.get() + 1, "another node")] {
-            let mut bench = Bench::<S>::new();
-            bench.nmt(*enter);
-            bench.hear(0);
-            bench.send(0x000, &[command, node]);
-            let reset = bench.hear_from(Bench::<S>::own(0x700), 0) == [[0]];
-            let after = if reset { INITIALISATION } else { state_name(&bench) };
+            let mut rig = Rig::<S>::new();
+            rig.nmt(*enter);
+            rig.hear(0);
+            rig.send(0x000, &[command, node]);
+            let reset = rig.hear_from(Rig::<S>::own(0x700), 0) == [[0]];
+            let after = if reset { INITIALISATION } else { state_name(&rig) };
             if after != *name {
                 to.push(after);
                 from.push(*name);
@@ -80,7 +80,7 @@ fn followed<S: Simulator>(command: u8) -> Followed {
 }
 
 /// Compares `nmt_states.csv`: what goes over the bus in each state. `beyond` compares the drive's own columns.
-pub(crate) fn states<S: Simulator>(checker: &mut Checker<'_>, beyond: fn(&mut Checker<'_>, &Row, Bench<S>)) {
+pub(crate) fn states<S: Simulator>(checker: &mut Checker<'_>, beyond: fn(&mut Checker<'_>, &Row, Rig<S>)) {
     if let Some(row) = checker.row("nmt_states.csv", INITIALISATION) {
         initialisation::<S>(checker, row);
     }
@@ -93,22 +93,22 @@ pub(crate) fn states<S: Simulator>(checker: &mut Checker<'_>, beyond: fn(&mut Ch
 
 /// It ends with the boot-up message: what is sent in it comes before that.
 fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
-    let boot_up = u32::from(Bench::<S>::own(0x700));
-    let mut bench = Bench::<S>::as_delivered();
-    let passed = !bench.hear(0).is_empty() && state_name(&bench) != INITIALISATION;
-    bench.see(S::fail);
-    bench.hear(0);
-    bench.send(0x000, &[0x81, S::NODE.get()]);
-    bench.send(Bench::<S>::own(0x600), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
-    bench.request(Bench::<S>::own(0x180));
+    let boot_up = u32::from(Rig::<S>::own(0x700));
+    let mut rig = Rig::<S>::as_delivered();
+    let passed = !rig.hear(0).is_empty() && state_name(&rig) != INITIALISATION;
+    rig.see(S::fail);
+    rig.hear(0);
+    rig.send(0x000, &[0x81, S::NODE.get()]);
+    rig.send(Rig::<S>::own(0x600), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+    rig.request(Rig::<S>::own(0x180));
     let frames: Vec<(u32, Vec<u8>)> =
-        bench.hear(1000).iter().map(|frame| (frame.id().raw(), frame.data().to_vec())).collect();
+        rig.hear(1000).iter().map(|frame| (frame.id().raw(), frame.data().to_vec())).collect();
     let end = frames.iter().position(|(id, data)| *id == boot_up && *data == [0]).unwrap_or(frames.len());
     let during = &frames[..end];
     let status = frames.get(end).and_then(|(_, data)| data.first().copied()).unwrap_or(255);
     checker.cell(row, "heartbeat_status", Against::Drive, status);
     for (column, base) in [("sdo", 0x580), ("pdo", 0x180), ("emcy", 0x080), ("heartbeat", 0x700)] {
-        let sent = during.iter().any(|(id, _)| *id == u32::from(Bench::<S>::own(base)));
+        let sent = during.iter().any(|(id, _)| *id == u32::from(Rig::<S>::own(base)));
         checker.cell(row, column, Against::Drive, yes(sent));
     }
     // It has passed before anything else of the drive can be seen.
@@ -120,34 +120,34 @@ fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
 const COMPARED: &[&str] = &["chapter", "state", "heartbeat_status", "sdo", "pdo", "emcy", "heartbeat"];
 
 /// A drive with heartbeats that has been enabled before it comes into a state.
-fn entered<S: Simulator>(enter: u8) -> Bench<S> {
-    let mut bench = Bench::<S>::new();
-    bench.hear(0);
+fn entered<S: Simulator>(enter: u8) -> Rig<S> {
+    let mut rig = Rig::<S>::new();
+    rig.hear(0);
     // 1017h while it can be written.
-    if bench.write(0x1017, 0, 100, 2).is_ok() && enter != 0x80 {
-        bench.nmt(0x01);
-        bench.enable();
-        bench.nmt(enter);
+    if rig.write(0x1017, 0, 100, 2).is_ok() && enter != 0x80 {
+        rig.nmt(0x01);
+        rig.enable();
+        rig.nmt(enter);
     }
-    bench.hear(0);
-    bench
+    rig.hear(0);
+    rig
 }
 
 fn state<S: Simulator>(checker: &mut Checker<'_>, row: &Row, enter: u8) {
     use Against::Drive as D;
-    let mut bench = entered::<S>(enter);
-    let beat = bench.hear_from(Bench::<S>::own(0x700), 100).pop().and_then(|data| data.first().copied());
+    let mut rig = entered::<S>(enter);
+    let beat = rig.hear_from(Rig::<S>::own(0x700), 100).pop().and_then(|data| data.first().copied());
     checker.cell(row, "heartbeat", D, yes(beat.is_some()));
     checker.cell(row, "heartbeat_status", D, beat.unwrap_or(0));
-    checker.cell(row, "sdo", D, yes(bench.read(0x1000, 0).is_ok()));
-    let pdo = bench.requested(Bench::<S>::own(0x180), 200);
+    checker.cell(row, "sdo", D, yes(rig.read(0x1000, 0).is_ok()));
+    let pdo = rig.requested(Rig::<S>::own(0x180), 200);
     checker.cell(row, "pdo", D, yes(!pdo.is_empty()));
-    bench.see(S::fail);
-    checker.cell(row, "emcy", D, yes(!bench.hear_from(Bench::<S>::own(0x080), 0).is_empty()));
-    let before = state_name(&bench);
-    bench.nmt(if enter == 0x01 { 0x80 } else { 0x01 });
-    bench.hear(0);
-    checker.cell(row, "nmt", D, yes(state_name(&bench) != before));
+    rig.see(S::fail);
+    checker.cell(row, "emcy", D, yes(!rig.hear_from(Rig::<S>::own(0x080), 0).is_empty()));
+    let before = state_name(&rig);
+    rig.nmt(if enter == 0x01 { 0x80 } else { 0x01 });
+    rig.hear(0);
+    checker.cell(row, "nmt", D, yes(state_name(&rig) != before));
 }
 
 /// Compares `sdo_commands.csv`. `objects` can be written with zero: size and index; `readable` are of each size, too.
@@ -159,7 +159,7 @@ pub(crate) fn sdo_commands<S: Simulator>(
 ) {
     let answer = |command: u8, index: u16| {
         let [low, high] = index.to_le_bytes();
-        let answer = Bench::<S>::new().sdo(&[command, low, high, 0, 0, 0, 0, 0]);
+        let answer = Rig::<S>::new().sdo(&[command, low, high, 0, 0, 0, 0, 0]);
         answer.map_or(String::new(), |answer| print(&answer[..1]))
     };
     for row in case.manual.rows("sdo_commands.csv") {
@@ -338,43 +338,43 @@ pub(crate) fn identifiers<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
 
 /// Whether the drive uses the identifier for what the name says.
 fn used<S: Simulator>(name: &str, base: u16) -> bool {
-    let (own, sdo) = (base + u16::from(S::NODE.get()), [Bench::<S>::own(0x600), Bench::<S>::own(0x580)]);
-    let mut bench = Bench::<S>::as_delivered();
-    let boot_up = bench.hear_from(own, 0);
-    S::prepare(&mut bench);
+    let (own, sdo) = (base + u16::from(S::NODE.get()), [Rig::<S>::own(0x600), Rig::<S>::own(0x580)]);
+    let mut rig = Rig::<S>::as_delivered();
+    let boot_up = rig.hear_from(own, 0);
+    S::prepare(&mut rig);
     match name {
         "NMT" => {
-            bench.send(base, &[0x02, S::NODE.get()]);
-            bench.hear(0);
-            bench.nmt_state() == NmtState::Stopped
+            rig.send(base, &[0x02, S::NODE.get()]);
+            rig.hear(0);
+            rig.nmt_state() == NmtState::Stopped
         }
         "SYNC" => {
-            let set = bench.write(0x1800, 2, 1, 1).is_ok();
-            bench.nmt(0x01);
-            bench.send(base, &[]);
-            set && !bench.hear_from(Bench::<S>::own(0x180), 0).is_empty()
+            let set = rig.write(0x1800, 2, 1, 1).is_ok();
+            rig.nmt(0x01);
+            rig.send(base, &[]);
+            set && !rig.hear_from(Rig::<S>::own(0x180), 0).is_empty()
         }
         "EMCY" => {
-            bench.see(S::fail);
-            !bench.hear_from(own, 0).is_empty()
+            rig.see(S::fail);
+            !rig.hear_from(own, 0).is_empty()
         }
         "Heartbeat" => boot_up == [[0]],
-        "Node guard" => bench.requested(own, 0) == [[0x7F]],
+        "Node guard" => rig.requested(own, 0) == [[0x7F]],
         "SDO rx" | "SDO tx" => {
             let [request, answer] = if name == "SDO rx" { [own, sdo[1]] } else { [sdo[0], own] };
-            bench.send(request, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
-            !bench.hear_from(answer, 0).is_empty()
+            rig.send(request, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+            !rig.hear_from(answer, 0).is_empty()
         }
         name if name.starts_with("TPDO") => {
-            bench.nmt(0x01);
-            !bench.requested(own, 200).is_empty()
+            rig.nmt(0x01);
+            !rig.requested(own, 200).is_empty()
         }
         name if name.starts_with("RPDO") => {
-            bench.nmt(0x01);
+            rig.nmt(0x01);
             let data = [0x06, 0x01, 0, 0, 0, 0];
-            bench.send(own, if name == "RPDO1" { &data[..2] } else { &data });
-            bench.hear(0);
-            bench.status() & 0x6F == 0x21
+            rig.send(own, if name == "RPDO1" { &data[..2] } else { &data });
+            rig.hear(0);
+            rig.status() & 0x6F == 0x21
         }
         _ => false,
     }

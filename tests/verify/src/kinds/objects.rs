@@ -5,12 +5,12 @@ use lexican_eds::types::DataType;
 use lexican_runtime::Instant;
 use lexican_runtime::object::Address;
 
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Answers, Checker};
 use crate::code::{Handle, signed};
 use crate::drive::Case;
 use crate::manual::{Row, cells};
 use crate::notation::{self, Default, hex, yes};
+use crate::rig::{Rig, Simulator, once};
 use crate::sheet::{Sheet, address};
 
 /// Lowest and highest value.
@@ -24,14 +24,14 @@ pub(crate) trait Objects: Simulator {
     /// The value of that object for what is printed before a range: `24:1` in `24:1 1..200`.
     fn variant(printed: &str) -> Option<i128>;
     /// A drive of each variant, with limits of others as wide as they can be.
-    fn variants() -> Vec<(i128, Bench<Self>)>;
+    fn variants() -> Vec<(i128, Rig<Self>)>;
     /// Whether a drive that has been delivered has the default that is printed in words.
-    fn has_default_in_words(_bench: &mut Bench<Self>, _words: &str) -> bool {
+    fn has_default_in_words(_rig: &mut Rig<Self>, _words: &str) -> bool {
         false
     }
     /// Whether it cannot be written in PRE-OPERATIONAL either.
     fn is_command(index: u16) -> bool;
-    fn power_cycle(bench: &mut Bench<Self>);
+    fn power_cycle(rig: &mut Rig<Self>);
     /// What the drive holds in an entry, which may be its own address: read beside the bus.
     fn kept(drive: &mut Self::Drive, now: Instant, index: u16, sub: u8) -> u32;
 }
@@ -267,12 +267,12 @@ impl Asked<'_> {
         notation::access(self.row.get("access")).starts_with("rw")
     }
 
-    fn read<S: Simulator>(&self, bench: &mut Bench<S>) -> Result<u32, u32> {
-        bench.read(self.index, self.sub)
+    fn read<S: Simulator>(&self, rig: &mut Rig<S>) -> Result<u32, u32> {
+        rig.read(self.index, self.sub)
     }
 
-    fn write<S: Simulator>(&self, bench: &mut Bench<S>, value: i64) -> Result<(), u32> {
-        bench.write(self.index, self.sub, value, self.size)
+    fn write<S: Simulator>(&self, rig: &mut Rig<S>, value: i64) -> Result<(), u32> {
+        rig.write(self.index, self.sub, value, self.size)
     }
 }
 
@@ -294,13 +294,13 @@ fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
     let code = &case.sheet.code;
     let asked = |row| address_of(row).map(|(index, sub)| Asked { row, index, sub, size: code.size(index, sub) });
     let rows: Vec<Asked<'_>> = rows.iter().filter_map(asked).collect();
-    let mut bench = Bench::<S>::new();
+    let mut rig = Rig::<S>::new();
     for asked in &rows {
-        let read = asked.read(&mut bench);
+        let read = asked.read(&mut rig);
         let readable = read != Err(0x0601_0001);
         // A list of errors may be empty.
         let answered = read.is_ok() || asked.index == 0x1003 && read == Err(0x0800_0024);
-        let denied = asked.write(&mut bench, i64::from(read.unwrap_or(0)));
+        let denied = asked.write(&mut rig, i64::from(read.unwrap_or(0)));
         let writable = denied != Err(0x0601_0002);
         let expected = match notation::access(asked.row.get("access")) {
             "ro" | "const" => readable && answered && !writable,
@@ -314,7 +314,7 @@ fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
             continue;
         }
         let other = if asked.size == 4 || S::WRITES_FOUR_BYTES { 2 } else { 4 };
-        let exact = bench.write_exactly(asked.index, asked.sub, 0, other);
+        let exact = rig.write_exactly(asked.index, asked.sub, 0, other);
         let refused = !writable || exact.is_err_and(|code| OF_SIZES.contains(&code));
         answers.that(asked.row, "data_type", refused, format!("a value of another size: {exact:08X?}"));
     }
@@ -328,14 +328,14 @@ fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
 }
 
 fn defaults<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>) {
-    let mut bench = Bench::<S>::as_delivered();
+    let mut rig = Rig::<S>::as_delivered();
     for asked in rows {
         let printed = asked.row.get("default");
         let expected = match notation::default(printed) {
             Some(Default::Value(value)) => value,
             Some(Default::NodeIdPlus(base)) => base + i128::from(S::NODE.get()),
             None if printed.contains(' ') => {
-                let agrees = S::has_default_in_words(&mut bench, printed);
+                let agrees = S::has_default_in_words(&mut rig, printed);
                 answers.that(asked.row, "default", agrees, "another one");
                 continue;
             }
@@ -345,13 +345,13 @@ fn defaults<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'
             continue;
         }
         let Some(data_type) = case.sheet.code.data_type(Address::new(asked.index, asked.sub)) else { continue };
-        let found = asked.read(&mut bench).map(|raw| signed(raw.into(), data_type));
+        let found = asked.read(&mut rig).map(|raw| signed(raw.into(), data_type));
         answers.that(asked.row, "default", found == Ok(expected), format!("{found:?}"));
     }
 }
 
 fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>) {
-    for (variant, mut bench) in S::variants() {
+    for (variant, mut rig) in S::variants() {
         for asked in rows.iter().filter(|asked| asked.is_writable()) {
             let printed = asked.row.get("range");
             let range = if printed.contains(';') {
@@ -367,7 +367,7 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>
             let Some(limits) = entry.data_type.range() else { continue };
             // 607Dh is a pair in order: what is beyond the other limit is beyond it first.
             let is_pair = asked.index == 0x607D;
-            let mut write = |value: i128| asked.write(&mut bench, value as i64);
+            let mut write = |value: i128| asked.write(&mut rig, value as i64);
             let refused = |written: Result<(), u32>| {
                 written.is_err_and(|code| OF_RANGES.contains(&code) || is_pair && code == 0x0609_0036)
             };
@@ -390,12 +390,12 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>
 
 /// A write that the state forbids is refused with 0800 0022h.
 fn states<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
-    let mut bench = Bench::<S>::new();
+    let mut rig = Rig::<S>::new();
     for command in [0x80, 0x01] {
-        bench.nmt(command);
+        rig.nmt(command);
         for asked in rows.iter().filter(|asked| asked.is_writable() && asked.row.has("restriction")) {
-            let Ok(value) = asked.read(&mut bench) else { continue };
-            let refused = asked.write(&mut bench, value.into()) == Err(0x0800_0022);
+            let Ok(value) = asked.read(&mut rig) else { continue };
+            let refused = asked.write(&mut rig, value.into()) == Err(0x0800_0022);
             let printed = [asked.row.get("restriction"), asked.row.get("notice")].join("");
             let only_before = printed.contains("PRE-OPERATIONAL") && !printed.ends_with(" OPERATIONAL");
             let expected = only_before && command == 0x01 || S::is_command(asked.index) && command == 0x80;
@@ -406,25 +406,25 @@ fn states<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
 }
 
 /// Another value than the present one that the drive takes: it is written.
-pub(crate) fn changed<S: Simulator>(bench: &mut Bench<S>, index: u16, sub: u8, size: u8) -> Option<(u32, u32)> {
-    let before = bench.read(index, sub).ok()?;
+pub(crate) fn changed<S: Simulator>(rig: &mut Rig<S>, index: u16, sub: u8, size: u8) -> Option<(u32, u32)> {
+    let before = rig.read(index, sub).ok()?;
     let others = [before.wrapping_add(1), before.wrapping_sub(1)];
-    let taken = others.into_iter().find(|value| bench.write(index, sub, (*value).into(), size).is_ok());
+    let taken = others.into_iter().find(|value| rig.write(index, sub, (*value).into(), size).is_ok());
     taken.map(|value| (before, value))
 }
 
 /// What has a range and can be written keeps its value over a power cycle, or it does not.
 fn eeprom<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
-    let mut bench = Bench::<S>::new();
+    let mut rig = Rig::<S>::new();
     let mut written = Vec::new();
     let printed = |asked: &&Asked<'_>| asked.is_writable() && !asked.row.get("eeprom").is_empty();
     for asked in rows.iter().filter(|asked| printed(asked) && asked.index >= 0x2000) {
-        let value = changed(&mut bench, asked.index, asked.sub, asked.size);
+        let value = changed(&mut rig, asked.index, asked.sub, asked.size);
         written.extend(value.map(|(_, value)| (asked, value)));
     }
-    S::power_cycle(&mut bench);
+    S::power_cycle(&mut rig);
     for (asked, value) in written {
-        let found = yes(bench.see(|drive, now| S::kept(drive, now, asked.index, asked.sub)) == value);
+        let found = yes(rig.see(|drive, now| S::kept(drive, now, asked.index, asked.sub)) == value);
         answers.that(asked.row, "eeprom", asked.row.get("eeprom") == found, found);
     }
 }

@@ -3,10 +3,10 @@
 use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::object::Mapped;
 
-use crate::bench::{Bench, Simulator};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::notation::yes;
+use crate::rig::{Rig, Simulator};
 
 /// The PDOs of the generated code, with what the data sheet says of them.
 fn described<'a>(checker: &mut Checker<'_>, case: &Case<'a>) -> Vec<(&'a str, &'a [Mapped], u32, &'a Pdo)> {
@@ -34,7 +34,7 @@ pub(crate) fn mapping_index(pdo: &Pdo) -> u16 {
 /// Compares `pdo_mappings.csv`, which has bytes or bits.
 pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (name, generated, _, pdo) in described(checker, case) {
-        let mut bench = Bench::<S>::new();
+        let mut rig = Rig::<S>::new();
         let index = mapping_index(pdo);
         let mut bit = 0;
         for (position, mapped) in (1_u8..).zip(&pdo.mapping) {
@@ -51,12 +51,12 @@ pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>)
             let code = generated.get(usize::from(position) - 1).copied();
             let same = Some(Mapped::new(mapped.index, mapped.sub, mapped.bits)) == code;
             checker.that(row, "object", Against::Code, same, format!("{code:?}"));
-            let read = bench.read(index, position);
+            let read = rig.read(index, position);
             let agrees = code.is_some_and(|code| read == Ok(code.to_parameter()));
             checker.that(row, "object", Against::Entry, agrees, format!("{read:08X?}"));
             if row.has("static") {
                 checker.cell(row, "static", Against::Sheet, yes(!pdo.dynamic));
-                let fixed = bench.write(index, position, 0, 4) == Err(0x0601_0002);
+                let fixed = rig.write(index, position, 0, 4) == Err(0x0601_0002);
                 checker.cell(row, "static", Against::Drive, yes(fixed));
             }
         }
@@ -67,13 +67,13 @@ pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>)
 pub(crate) fn layouts<S: Simulator>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
-    prepare: fn(&mut Bench<S>) -> bool,
+    prepare: fn(&mut Rig<S>) -> bool,
     sample: fn(u16) -> u32,
 ) {
     for (name, generated, cob_id, pdo) in described(checker, case) {
-        let mut bench = Bench::<S>::new();
-        checker.require(prepare(&mut bench), || format!("{name}: the drive cannot be prepared"));
-        let served = served(&mut bench, pdo.direction, cob_id, generated, sample);
+        let mut rig = Rig::<S>::new();
+        checker.require(prepare(&mut rig), || format!("{name}: the drive cannot be prepared"));
+        let served = served(&mut rig, pdo.direction, cob_id, generated, sample);
         let bytes = pdo.mapping.iter().flat_map(|mapped| {
             let last = mapped.bits / 8 - 1;
             (0..=last).map(move |at| (mapped, at, last))
@@ -103,30 +103,30 @@ pub(crate) fn layouts<S: Simulator>(
 
 /// What the bytes of a PDO of the drive are: object, and which byte of it.
 fn served<S: Simulator>(
-    bench: &mut Bench<S>,
+    rig: &mut Rig<S>,
     direction: Direction,
     cob_id: u32,
     objects: &[Mapped],
     sample: fn(u16) -> u32,
 ) -> Vec<(u16, u8)> {
-    bench.nmt(0x01);
+    rig.nmt(0x01);
     let (id, part) = (cob_id as u16, |mapped: &Mapped| (mapped.address.index(), usize::from(mapped.bits / 8)));
     let data = if direction == Direction::Transmit {
-        bench.requested(id, 200).pop().unwrap_or_default()
+        rig.requested(id, 200).pop().unwrap_or_default()
     } else {
         let sent: Vec<u8> = objects
             .iter()
             .map(part)
             .flat_map(|(index, size)| sample(index).to_le_bytes().into_iter().take(size))
             .collect();
-        bench.send(id, &sent);
-        bench.hear(0);
+        rig.send(id, &sent);
+        rig.hear(0);
         sent
     };
     let mut rest = data.as_slice();
     let mut places = Vec::new();
     for (object, size) in objects.iter().map(part) {
-        let raw = bench.read(object, 0).unwrap_or(0).to_le_bytes();
+        let raw = rig.read(object, 0).unwrap_or(0).to_le_bytes();
         let Some((part, behind)) = rest.split_at_checked(size) else { break };
         let same = raw.get(..size) == Some(part);
         places.extend((0_u8..).take(size).filter(|_| same).map(|at| (object, at)));

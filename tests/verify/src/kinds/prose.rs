@@ -1,9 +1,10 @@
 //! Prose, clause by clause: a clause stands in the place of a cell only if the drive, asked for it, does what it says.
 //! So words in tables are compared like numbers.
 
-use crate::bench::{Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::rig::once;
+use crate::script::{Script, Scripted};
 
 /// Clauses, and whether the drive is so.
 pub(crate) type Clauses = Vec<(&'static str, bool)>;
@@ -17,17 +18,19 @@ pub(crate) fn said(clauses: &Clauses) -> String {
 /// A statement: its key, and the clauses that it has.
 pub(crate) type Statement = (&'static str, fn() -> Clauses);
 
-/// Compares `statements.csv`. `known` makes of a row's key the one that its statement has here.
-pub(crate) fn statements<S: Simulator>(
+/// Compares `statements.csv` with a script. `known` makes of a row's key the one of its paragraph.
+pub(crate) fn statements<S: Scripted>(
     checker: &mut Checker<'_>,
     case: &Case<'_>,
-    all: &[Statement],
+    script: &Script,
     known: fn(&str) -> String,
 ) {
     for row in case.manual.rows("statements.csv") {
         let key = known(&row.key);
-        let Some((key, clauses)) = all.iter().find(|(of, _)| *of == key) else { continue };
+        let Some(found) = once::<S, _>(&key, || script.clauses::<S>(&key).map(|clauses| said(&clauses))) else {
+            continue;
+        };
         checker.key(row);
-        checker.cell(row, "statement", Against::Drive, once::<S, _>(key, || said(&clauses())));
+        checker.cell(row, "statement", Against::Drive, found);
     }
 }

@@ -8,10 +8,10 @@ use lexican_eds::types::DataType;
 use lexican_runtime::object::Condition;
 
 use super::objects::Described;
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::Checker;
 use crate::drive::Case;
 use crate::notation::snake;
+use crate::rig::{Rig, Simulator, once};
 use crate::sheet::{Sheet, address};
 
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
@@ -124,35 +124,35 @@ struct Observed {
 }
 
 fn observed<S: Simulator>() -> Observed {
-    let mut bench = Bench::<S>::as_delivered();
-    let heard = bench.hear(1000);
-    let boot_up = heard.first().is_some_and(|frame| frame.id().raw() == u32::from(Bench::<S>::own(0x700)));
-    let mut count = |first: u16| (first..first + 0x200).filter(|index| bench.read(*index, 1).is_ok()).count() as u16;
+    let mut rig = Rig::<S>::as_delivered();
+    let heard = rig.hear(1000);
+    let boot_up = heard.first().is_some_and(|frame| frame.id().raw() == u32::from(Rig::<S>::own(0x700)));
+    let mut count = |first: u16| (first..first + 0x200).filter(|index| rig.read(*index, 1).is_ok()).count() as u16;
     let pdos = [count(0x1400), count(0x1800)];
     let mapping = (0..4).flat_map(|at| [0x1600 + at, 0x1A00 + at]);
-    let lengths: Vec<u32> = mapping.clone().map(|index| bench.read(index, 0).unwrap_or(0)).collect();
-    let maps_nothing_else = mapping.clone().all(|index| bench.write(index, 0, 0, 1).is_err());
+    let lengths: Vec<u32> = mapping.clone().map(|index| rig.read(index, 0).unwrap_or(0)).collect();
+    let maps_nothing_else = mapping.clone().all(|index| rig.write(index, 0, 0, 1).is_err());
     let mut fills = |(dummy, bits): &(u16, u8)| {
         let mapped = i64::from(*dummy) << 16 | i64::from(*bits);
-        bench.write(0x1600, 1, mapped, 4).is_ok()
+        rig.write(0x1600, 1, mapped, 4).is_ok()
     };
     let dummies = (1..).zip(DUMMY_BITS).filter(|dummy| fills(dummy)).map(|(dummy, _)| dummy).collect();
     let mut observed = Observed {
-        profile: bench.read(0x1000, 0).ok().map(|word| word as u16),
-        boots: boot_up && bench.nmt_state().code() == 127,
+        profile: rig.read(0x1000, 0).ok().map(|word| word as u16),
+        boots: boot_up && rig.nmt_state().code() == 127,
         commands: heard.iter().any(|frame| frame.id().raw() == 0),
-        identity: [1, 2, 3].map(|sub| bench.read(0x1018, sub).ok()),
+        identity: [1, 2, 3].map(|sub| rig.read(0x1018, sub).ok()),
         pdos,
         multiplexes: lengths.iter().any(|length| *length >= 254),
         maps_nothing_else,
         dummies,
-        is_programmable: (0xA000_u16..0xA900).step_by(0x40).any(|index| bench.read(index, 0).is_ok()),
+        is_programmable: (0xA000_u16..0xA900).step_by(0x40).any(|index| rig.read(index, 0).is_ok()),
         answers_lss: false,
     };
-    bench.nmt(0x02);
-    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
-    bench.send(0x7E5, &[94, 0, 0, 0, 0, 0, 0, 0]);
-    observed.answers_lss = !bench.hear_from(0x7E4, 100).is_empty();
+    rig.nmt(0x02);
+    rig.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
+    rig.send(0x7E5, &[94, 0, 0, 0, 0, 0, 0, 0]);
+    observed.answers_lss = !rig.hear_from(0x7E4, 100).is_empty();
     observed
 }
 

@@ -2,11 +2,11 @@
 
 use lexican_runtime::wire::pdo::TransmissionType;
 
-use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::hex;
+use crate::rig::{Rig, Simulator, once};
 
 /// Compares `transmission_types.csv`, whose rows are about one object or, as `14xx`, about all of `indices`.
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, indices: &[u16]) {
@@ -84,44 +84,44 @@ const RANGES: &[(u8, u8)] = &[(0, 0), (1, 240), (241, 251), (252, 252), (253, 25
 /// The default identifier of the PDO whose parameter has this index.
 pub(crate) fn cob_id<S: Simulator>(index: u16) -> u16 {
     let first = if index < 0x1800 { 0x200 } else { 0x180 };
-    Bench::<S>::own(first + 0x100 * (index & 3))
+    Rig::<S>::own(first + 0x100 * (index & 3))
 }
 
 fn received<S: Simulator>(index: u16, code: u8) -> &'static str {
-    let mut bench = Bench::<S>::new();
-    if bench.write(index, 2, code.into(), 1).is_err() {
+    let mut rig = Rig::<S>::new();
+    if rig.write(index, 2, code.into(), 1).is_err() {
         return "refused";
     }
-    bench.nmt(0x01);
+    rig.nmt(0x01);
     let data = [0x06, 0x01, 0, 0, 0, 0];
-    bench.send(cob_id::<S>(index), if index == 0x1400 { &data[..2] } else { &data });
-    bench.hear(10);
-    let is_ready = |bench: &Bench<S>| bench.status() & 0x6F == 0x21;
-    if is_ready(&bench) {
+    rig.send(cob_id::<S>(index), if index == 0x1400 { &data[..2] } else { &data });
+    rig.hear(10);
+    let is_ready = |rig: &Rig<S>| rig.status() & 0x6F == 0x21;
+    if is_ready(&rig) {
         return "at once";
     }
-    bench.send(0x080, &[]);
-    bench.hear(0);
-    if is_ready(&bench) { "after SYNC" } else { "never" }
+    rig.send(0x080, &[]);
+    rig.hear(0);
+    if is_ready(&rig) { "after SYNC" } else { "never" }
 }
 
 fn sent<S: Simulator>(index: u16, code: u8) -> &'static str {
     let id = cob_id::<S>(index);
-    let mut bench = Bench::<S>::new();
-    if bench.write(index, 2, code.into(), 1).is_err() || bench.write(index, 5, 100, 2).is_err() {
+    let mut rig = Rig::<S>::new();
+    if rig.write(index, 2, code.into(), 1).is_err() || rig.write(index, 5, 100, 2).is_err() {
         return "refused";
     }
     // Where there is no inhibit time, none holds.
-    let _ = bench.write(index, 3, 0, 2);
-    bench.nmt(0x01);
-    bench.hear_from(id, 10);
-    bench.send(Bench::<S>::own(0x200), &[0x06, 0x01]);
-    let by_change = bench.hear_from(id, 20).len();
-    let by_timer = bench.hear_from(id, 1000).len();
-    let by_request = bench.requested(id, 0).len();
+    let _ = rig.write(index, 3, 0, 2);
+    rig.nmt(0x01);
+    rig.hear_from(id, 10);
+    rig.send(Rig::<S>::own(0x200), &[0x06, 0x01]);
+    let by_change = rig.hear_from(id, 20).len();
+    let by_timer = rig.hear_from(id, 1000).len();
+    let by_request = rig.requested(id, 0).len();
     let syncs = (1..=240).find(|_| {
-        bench.send(0x080, &[]);
-        !bench.hear_from(id, 0).is_empty()
+        rig.send(0x080, &[]);
+        !rig.hear_from(id, 0).is_empty()
     });
     match (by_change, by_timer, by_request, syncs) {
         (0, 0, _, Some(1)) => "SYNC",

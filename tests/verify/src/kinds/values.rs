@@ -3,17 +3,17 @@
 use lexican_eds::model::{Entry, Meaning};
 
 use super::objects::address_in;
-use crate::bench::{Bench, Simulator};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::cells;
 use crate::notation::number;
+use crate::rig::{Rig, Simulator};
 
 /// Compares `values.csv`: a value is one of the entry's enumeration, its meaning is what `terms.csv` has for it, and the
 /// drive takes it. An entry that only shows values shows those that are written to its counterpart, of the same type.
 pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let rows = case.manual.rows("values.csv");
-    let taken = crate::bench::once::<S, _>(cells(rows), || {
+    let taken = crate::rig::once::<S, _>(cells(rows), || {
         rows.iter()
             .map(|row| Some(is_taken::<S>(case, address_in(row)?, number(row.get("value"))?)))
             .collect::<Vec<_>>()
@@ -44,11 +44,11 @@ fn is_taken<S: Simulator>(case: &Case<'_>, (index, sub): (u16, u8), value: i128)
     let Some(shown) = device.entry(index, sub) else { return false };
     let same = |entry: &&Entry| entry.meaning == shown.meaning && entry.access.writable();
     let Some(taken) = Some(shown).filter(same).or_else(|| device.entries().find(same)) else { return false };
-    let mut bench = Bench::<S>::new();
+    let mut rig = Rig::<S>::new();
     let size = taken.data_type.bits().map_or(4, |bits| bits / 8);
-    let read = |bench: &mut Bench<S>| bench.read(index, sub).map(i128::from) == Ok(value);
-    let was_there = read(&mut bench);
+    let read = |rig: &mut Rig<S>| rig.read(index, sub).map(i128::from) == Ok(value);
+    let was_there = read(&mut rig);
     // A command is taken, and not kept.
-    let done = bench.write(taken.index, taken.sub, value as i64, size).is_ok();
-    was_there || done && (read(&mut bench) || (taken.index, taken.sub) == (index, sub))
+    let done = rig.write(taken.index, taken.sub, value as i64, size).is_ok();
+    was_there || done && (read(&mut rig) || (taken.index, taken.sub) == (index, sub))
 }

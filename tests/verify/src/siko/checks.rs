@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::bench::Siko;
+use super::rig::Siko;
 use crate::drive::Check;
 use crate::kinds::{cia402, network, objects, pdo, sheet, transmission};
 

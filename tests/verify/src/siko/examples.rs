@@ -2,13 +2,13 @@
 
 use siko::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 
-use super::bench::{Bench, Siko};
-use crate::bench::once;
+use super::rig::{Rig, Siko};
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::Case;
 use crate::kinds::cia402::name_of;
 use crate::manual::{Row, cells};
 use crate::notation::{bytes, hex, print};
+use crate::rig::once;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     example::<D>(checker, case, "example_position.csv", &POSITIONING);
@@ -45,24 +45,24 @@ fn example<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static s
 /// Replays the rows, one after the other.
 fn replay<D: Siko>(operating_mode: u8, rows: &[Row]) -> Answers {
     let mut answers = Answers::default();
-    let mut bench = Bench::<D>::new();
-    let set = bench.write(0x6060, 0, operating_mode.into(), 1);
+    let mut rig = Rig::<D>::new();
+    let set = rig.write(0x6060, 0, operating_mode.into(), 1);
     answers.require(set.is_ok(), || format!("6060:00: {set:08X?}"));
     for row in rows {
-        let (agrees, found) = step(&mut bench, rows, row);
+        let (agrees, found) = step(&mut rig, rows, row);
         answers.that(row, "meaning", agrees, found);
     }
     answers
 }
 
 /// Does what the row says: whether the drive does too, and what it does.
-fn step<D: Siko>(bench: &mut Bench<D>, rows: &[Row], row: &Row) -> (bool, String) {
+fn step<D: Siko>(rig: &mut Rig<D>, rows: &[Row], row: &Row) -> (bool, String) {
     let meaning = row.get("meaning");
     let Some(id) = hex(row.get("cob_id")) else {
-        bench.hear(30_000);
+        rig.hear(30_000);
         let target = rows.iter().take_while(|other| other.key != row.key).filter_map(target).last();
-        let (position, velocity) = (bench.position(), bench.velocity());
-        let reached = bench.status() >> 10 & 1 == 1;
+        let (position, velocity) = (rig.position(), rig.velocity());
+        let reached = rig.status() >> 10 & 1 == 1;
         let (found, expected) = match meaning {
             "target position reached" => (position, target),
             "target speed reached" => (velocity, target),
@@ -71,20 +71,20 @@ fn step<D: Siko>(bench: &mut Bench<D>, rows: &[Row], row: &Row) -> (bool, String
         return (reached && expected == Some(found), found.to_string());
     };
     // The table sends the next command while the drive is still on its way.
-    bench.hear(500);
-    let was_running = bench.velocity() != 0;
-    bench.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
-    bench.hear(100);
-    let (position, velocity) = (bench.position(), bench.velocity());
-    let (state, moving) = (name_of(bench.state()), velocity != 0);
+    rig.hear(500);
+    let was_running = rig.velocity() != 0;
+    rig.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
+    rig.hear(100);
+    let (position, velocity) = (rig.position(), rig.velocity());
+    let (state, moving) = (name_of(rig.state()), velocity != 0);
     let expected = match meaning {
         "enter OPERATIONAL" | "enter PRE-OPERATIONAL" | "Disable Voltage" => state == "Switch On Disabled",
         "Shutdown" => state == "Ready to Switch On",
         "Switch On" | "Disable Operation" => state == "Switched On",
         "Enable Operation" | "clear New Setpoint" => state == "Operation Enabled" && !moving,
         "intermediate stop" | "stop" => {
-            bench.hear(20_000);
-            let stands = bench.velocity() == 0;
+            rig.hear(20_000);
+            let stands = rig.velocity() == 0;
             state == "Operation Enabled" && stands && target(row).is_none()
         }
         "continue positioning" => moving,
@@ -94,12 +94,12 @@ fn step<D: Siko>(bench: &mut Bench<D>, rows: &[Row], row: &Row) -> (bool, String
             }
             Some(target) => {
                 let verb = if was_running { "change to" } else { "start at" };
-                bench.read(0x60FF, 0) == Ok(target as u32) && meaning == format!("{verb} {target:+} rev/min")
+                rig.read(0x60FF, 0) == Ok(target as u32) && meaning == format!("{verb} {target:+} rev/min")
             }
             None => false,
         },
     };
-    let remote = bench.nmt_state().code();
+    let remote = rig.nmt_state().code();
     let operational = (remote == 5) == (meaning != "enter PRE-OPERATIONAL");
     (expected && operational, format!("{state}, {velocity} rev/min"))
 }

@@ -3,13 +3,13 @@
 use lexican_eds::model::Direction::{self, Receive, Transmit};
 use lexican_eds::model::Value;
 
-use super::bench::{Bench, LOAD, Siko, enabled_with, faulty, moving_to, running_at};
 use super::bits::example_word;
-use crate::bench::{Simulator as _, once};
+use super::rig::{LOAD, Rig, Siko, enabled_with, faulty, moving_to, running_at};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::cia402;
 use crate::kinds::pdo::name_of;
+use crate::rig::{Simulator as _, once};
 use crate::sheet::Sheet;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
@@ -83,39 +83,39 @@ fn by_sheet<D: Siko>(key: &str, sheet: &Sheet) -> Option<String> {
 }
 
 fn by_drive<D: Siko>(key: &str) -> Option<String> {
-    let mut bench = Bench::<D>::as_delivered();
-    let boot_up = bench.hear(0).first().copied();
-    D::prepare(&mut bench);
+    let mut rig = Rig::<D>::as_delivered();
+    let boot_up = rig.hear(0).first().copied();
+    D::prepare(&mut rig);
     let found = match key {
         "2.1:example word" => format!("{:X}", example_word::<D>()),
         "7.10:factory bit rate" => {
-            let name = D::bit_rate(u8::try_from(bench.read(0x2100, 0).ok()?).ok()?)?;
+            let name = D::bit_rate(u8::try_from(rig.read(0x2100, 0).ok()?).ok()?)?;
             name.split(' ').nth(1)?.to_owned()
         }
         "2.1:standstill below" => standstill::<D>()?.to_string(),
         "2.1:overcurrent becomes a fault after" => overcurrent::<D>()?.to_string(),
-        "3:calibration by" => if calibrates(&mut bench, 0x1011, 4, LOAD) { "1011:04" } else { "" }.into(),
+        "3:calibration by" => if calibrates(&mut rig, 0x1011, 4, LOAD) { "1011:04" } else { "" }.into(),
         "6:acceleration at 100 %" => {
-            let mut bench = enabled_with::<D>(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
-            bench.travel(100_000);
+            let mut rig = enabled_with::<D>(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
+            rig.travel(100_000);
             // Of revolutions per minute, a quarter of a second makes so many in a second.
-            (bench.velocities(&[250]).first()? / 15).to_string()
+            (rig.velocities(&[250]).first()? / 15).to_string()
         }
-        "6:calibration by" => if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(),
+        "6:calibration by" => if calibrates(&mut rig, 0x607C, 0, 500) { "607C" } else { "" }.into(),
         "2.2.1.1:loop beyond by" => {
-            let mut bench = enabled_with::<D>(&[(0x2413, 0, 1, 1)]);
-            bench.travel(-1000);
-            (-1000 - bench.way(20_000).into_iter().min()?).to_string()
+            let mut rig = enabled_with::<D>(&[(0x2413, 0, 1, 1)]);
+            rig.travel(-1000);
+            (-1000 - rig.way(20_000).into_iter().min()?).to_string()
         }
         "4:gear ratio 5:1" => ratio::<D>(5, 1),
         "4:gear ratio 3.78:1" => ratio::<D>(378, 100),
-        "6:increments per revolution" => per_revolution(&mut bench, 0).to_string(),
-        "6:spindle pitch of 2 mm" => per_revolution(&mut bench, 200).to_string(),
+        "6:increments per revolution" => per_revolution(&mut rig, 0).to_string(),
+        "6:spindle pitch of 2 mm" => per_revolution(&mut rig, 200).to_string(),
         "7.2.2.2:INITIALISATION by" => {
             let resets = ["81", "82"].into_iter().filter(|code| {
-                let mut bench = Bench::<D>::operational();
-                bench.nmt(u8::from_str_radix(code, 16).unwrap_or(0));
-                bench.hear_from(0x705, 0) == [[0]]
+                let mut rig = Rig::<D>::operational();
+                rig.nmt(u8::from_str_radix(code, 16).unwrap_or(0));
+                rig.hear_from(0x705, 0) == [[0]]
             });
             resets.collect::<Vec<_>>().join(", ")
         }
@@ -125,18 +125,18 @@ fn by_drive<D: Siko>(key: &str) -> Option<String> {
         "7.2.2.3:FAULT becomes" => fault_becomes::<D>(0x80),
         "7.2.2.5:FAULT becomes" => fault_becomes::<D>(0x02),
         "7.2.9:emergency length" => {
-            bench.world(|inputs| inputs.sensor_fails = true);
-            bench.hear_from(0x085, 0).first()?.len().to_string()
+            rig.world(|inputs| inputs.sensor_fails = true);
+            rig.hear_from(0x085, 0).first()?.len().to_string()
         }
         "7.2.10:heartbeat identifier plus node-ID" => {
-            bench.write(0x1017, 0, 100, 2).ok()?;
-            (bench.hear(100).first()?.id().raw() - 5).to_string()
+            rig.write(0x1017, 0, 100, 2).ok()?;
+            (rig.hear(100).first()?.id().raw() - 5).to_string()
         }
         "7.2.11:node guarding identifier plus node-ID" => {
-            bench.request(0x705);
-            (bench.hear(0).first()?.id().raw() - 5).to_string()
+            rig.request(0x705);
+            (rig.hear(0).first()?.id().raw() - 5).to_string()
         }
-        "7.2.11:first toggle bit" => (bench.requested(0x705, 0).first()?.first()? >> 7).to_string(),
+        "7.2.11:first toggle bit" => (rig.requested(0x705, 0).first()?.first()? >> 7).to_string(),
         "7.2.11:expired life time leads to" => expired::<D>(),
         "7.12.2:inhibit time only with" => inhibited::<D>().join(", "),
         _ => return None,
@@ -150,39 +150,39 @@ fn standstill<D: Siko>() -> Option<i32> {
 }
 
 fn overcurrent<D: Siko>() -> Option<u64> {
-    let mut bench = moving_to::<D>(900_000, 1000);
-    bench.world(|inputs| inputs.load_ma = 2500);
+    let mut rig = moving_to::<D>(900_000, 1000);
+    rig.world(|inputs| inputs.load_ma = 2500);
     (1..12).find(|_| {
-        bench.hear(1000);
-        bench.is_fault()
+        rig.hear(1000);
+        rig.is_fault()
     })
 }
 
-fn calibrates<D: Siko>(bench: &mut Bench<D>, index: u16, sub: u8, value: i64) -> bool {
-    bench.set(&[(0x607C, 0, 500, 4), (index, sub, value, 4)]) && bench.read(0x6064, 0) == Ok(500)
+fn calibrates<D: Siko>(rig: &mut Rig<D>, index: u16, sub: u8, value: i64) -> bool {
+    rig.set(&[(0x607C, 0, 500, 4), (index, sub, value, 4)]) && rig.read(0x6064, 0) == Ok(500)
 }
 
 /// The ratio with which so many revolutions outside are so many inside.
 fn ratio<D: Siko>(numerator: i64, denominator: i64) -> String {
-    let mut bench = Bench::<D>::new();
-    let set = bench.set(&[(0x6091, 1, numerator, 2), (0x6091, 2, denominator, 2)]);
-    bench.nmt(0x01);
-    bench.enable();
-    bench.travel(1600);
-    bench.hear(60_000);
-    let shaft = bench.shaft();
+    let mut rig = Rig::<D>::new();
+    let set = rig.set(&[(0x6091, 1, numerator, 2), (0x6091, 2, denominator, 2)]);
+    rig.nmt(0x01);
+    rig.enable();
+    rig.travel(1600);
+    rig.hear(60_000);
+    let shaft = rig.shaft();
     let expected = 1600.0 * numerator as f64 / denominator as f64;
     if set && (shaft - expected).abs() < 1.0 { format!("{numerator}/{denominator}") } else { format!("{shaft}") }
 }
 
 /// What a revolution of the shaft changes the position by.
-fn per_revolution<D: Siko>(bench: &mut Bench<D>, spindle_pitch: i64) -> i32 {
-    let set = bench.write(0x2412, 0, spindle_pitch, 2);
-    bench.nmt(0x01);
-    bench.enable();
-    bench.travel(5000);
-    bench.hear(100_000);
-    let (position, shaft) = (bench.position(), bench.shaft());
+fn per_revolution<D: Siko>(rig: &mut Rig<D>, spindle_pitch: i64) -> i32 {
+    let set = rig.write(0x2412, 0, spindle_pitch, 2);
+    rig.nmt(0x01);
+    rig.enable();
+    rig.travel(5000);
+    rig.hear(100_000);
+    let (position, shaft) = (rig.position(), rig.shaft());
     // 1600 steps are one revolution of the model's shaft.
     let revolutions = shaft / 1600.0;
     if set.is_ok() { (f64::from(position) / revolutions).round() as i32 } else { 0 }
@@ -190,44 +190,44 @@ fn per_revolution<D: Siko>(bench: &mut Bench<D>, spindle_pitch: i64) -> i32 {
 
 fn sent_at_start<D: Siko>() -> String {
     let types = [0, 1, 253, 254, 255].into_iter().filter(|code| {
-        let mut bench = Bench::<D>::new();
-        let set = bench.write(0x1800, 2, *code, 1);
-        bench.nmt(0x01);
-        set.is_ok() && !bench.hear_from(0x185, 0).is_empty()
+        let mut rig = Rig::<D>::new();
+        let set = rig.write(0x1800, 2, *code, 1);
+        rig.nmt(0x01);
+        set.is_ok() && !rig.hear_from(0x185, 0).is_empty()
     });
     types.map(|code: i64| code.to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// The state of a drive in FAULT after an NMT command.
 fn fault_becomes<D: Siko>(command: u8) -> String {
-    let mut bench = faulty::<D>();
-    bench.nmt(command);
-    bench.hear(0);
-    cia402::name_of(bench.state()).to_ascii_uppercase()
+    let mut rig = faulty::<D>();
+    rig.nmt(command);
+    rig.hear(0);
+    cia402::name_of(rig.state()).to_ascii_uppercase()
 }
 
 fn expired<D: Siko>() -> String {
-    let mut bench = Bench::<D>::new();
-    let set = bench.set(&[(0x100C, 0, 100, 2), (0x100D, 0, 3, 1)]);
-    bench.nmt(0x01);
-    bench.enable();
-    bench.request(0x705);
-    bench.hear(1000);
-    let name = cia402::name_of(bench.state()).to_ascii_uppercase();
+    let mut rig = Rig::<D>::new();
+    let set = rig.set(&[(0x100C, 0, 100, 2), (0x100D, 0, 3, 1)]);
+    rig.nmt(0x01);
+    rig.enable();
+    rig.request(0x705);
+    rig.hear(1000);
+    let name = cia402::name_of(rig.state()).to_ascii_uppercase();
     if set { name } else { String::new() }
 }
 
 /// The transmission types with which two changes in a row are kept apart.
 fn inhibited<D: Siko>() -> Vec<String> {
     let kept = |code: &i64, inhibit: i64| {
-        let mut bench = Bench::<D>::new();
-        let set = bench.set(&[(0x1800, 2, *code, 1), (0x1800, 5, 100, 2), (0x1800, 3, inhibit, 2)]);
-        bench.nmt(0x01);
-        bench.hear(450);
+        let mut rig = Rig::<D>::new();
+        let set = rig.set(&[(0x1800, 2, *code, 1), (0x1800, 5, 100, 2), (0x1800, 3, inhibit, 2)]);
+        rig.nmt(0x01);
+        rig.hear(450);
         for word in [0x06, 0x07] {
-            bench.send(0x205, &[word, 0x01]);
+            rig.send(0x205, &[word, 0x01]);
         }
-        if set { bench.hear_from(0x185, 1000).len() } else { 0 }
+        if set { rig.hear_from(0x185, 1000).len() } else { 0 }
     };
     // 300 ms: longer than the event timer.
     let types = [254_i64, 255].into_iter().filter(|code| kept(code, 3000) < kept(code, 0));

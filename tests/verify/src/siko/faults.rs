@@ -7,15 +7,15 @@ use siko::fault::{ERROR_PASSIVE, Fault, FaultKind, NO_ERROR, RECOVERED_FROM_BUS_
 use siko::sim::Setup;
 use siko::sim::inputs::{BusError, BusState, Inputs, Shaft};
 
-use super::bench::{Bench, NODE, Siko, running_at};
 use super::leds::blinks;
-use crate::bench::{Simulator as _, once};
+use super::rig::{NODE, Rig, Siko, running_at};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::emcy;
 use crate::kinds::prose::said;
 use crate::manual::Row;
 use crate::notation::yes;
+use crate::rig::{Simulator as _, once};
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for fault in D::MODEL.faults {
@@ -65,25 +65,25 @@ fn causes(kind: FaultKind) -> [fn(&mut Inputs); 2] {
 }
 
 /// A drive on its way, whose EMCY codes are as printed: high byte first.
-fn travelling<D: Siko>() -> Bench<D> {
+fn travelling<D: Siko>() -> Rig<D> {
     let mut setup = Setup::new(D::MODEL, NODE);
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
-    let mut bench = Bench::<D>::set_up(setup);
-    D::prepare(&mut bench);
-    bench.nmt(0x01);
-    bench.enable();
-    bench.travel(900_000);
-    bench.hear(1000);
-    bench
+    let mut rig = Rig::<D>::set_up(setup);
+    D::prepare(&mut rig);
+    rig.nmt(0x01);
+    rig.enable();
+    rig.travel(900_000);
+    rig.hear(1000);
+    rig
 }
 
-fn fails<D: Siko>(bench: &Bench<D>, kind: FaultKind) -> bool {
-    bench.see(|drive, _| drive.controller().faults().iter().any(|fault| fault.kind == kind))
+fn fails<D: Siko>(rig: &Rig<D>, kind: FaultKind) -> bool {
+    rig.see(|drive, _| drive.controller().faults().iter().any(|fault| fault.kind == kind))
 }
 
 /// The letters of the faults that a drive has.
-fn letters<D: Siko>(bench: &Bench<D>) -> String {
-    bench.see(|drive, _| drive.controller().faults().iter().map(Fault::letter).collect())
+fn letters<D: Siko>(rig: &Rig<D>) -> String {
+    rig.see(|drive, _| drive.controller().faults().iter().map(Fault::letter).collect())
 }
 
 fn table_2<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault: &Fault) {
@@ -120,12 +120,12 @@ fn condition<D: Siko>(kind: FaultKind) -> String {
         FaultKind::ShaftBlocked => {
             let slow = comes(&mut travelling::<D>(), FaultKind::ShaftBlocked, |inputs| inputs.attainable_rpm = Some(1));
             let at_rest =
-                comes(&mut Bench::<D>::enabled(), FaultKind::ShaftBlocked, |inputs| inputs.shaft = Shaft::Blocked);
-            let mut bench = travelling::<D>();
-            bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-            let lags = bench.system() >> 15 & 1 == 1;
-            bench.hear(5000);
-            let both = fails(&bench, FaultKind::ShaftBlocked) && !slow && !at_rest;
+                comes(&mut Rig::<D>::enabled(), FaultKind::ShaftBlocked, |inputs| inputs.shaft = Shaft::Blocked);
+            let mut rig = travelling::<D>();
+            rig.world(|inputs| inputs.shaft = Shaft::Blocked);
+            let lags = rig.system() >> 15 & 1 == 1;
+            rig.hear(5000);
+            let both = fails(&rig, FaultKind::ShaftBlocked) && !slow && !at_rest;
             said(&vec![("contouring error", lags && both), ("and the shaft stands", both)]).replace("; ", ", ")
         }
         FaultKind::Overcurrent => {
@@ -143,15 +143,14 @@ fn condition<D: Siko>(kind: FaultKind) -> String {
         FaultKind::BusPassive => {
             let passive = |inputs: &mut Inputs| inputs.bus = BusState::Passive;
             let moving = comes(&mut travelling::<D>(), FaultKind::BusPassive, passive);
-            let others = [Bench::<D>::enabled(), running_at::<D>(30, 1000)];
-            let only = others.into_iter().all(|mut bench| !comes(&mut bench, FaultKind::BusPassive, passive));
+            let others = [Rig::<D>::enabled(), running_at::<D>(30, 1000)];
+            let only = others.into_iter().all(|mut rig| !comes(&mut rig, FaultKind::BusPassive, passive));
             said(&vec![("error passive during running positioning", moving && only)])
         }
         FaultKind::BusOff => {
             let off = |inputs: &mut Inputs| inputs.bus = BusState::Off;
-            let both = [travelling::<D>(), Bench::<D>::new()]
-                .into_iter()
-                .all(|mut bench| comes(&mut bench, FaultKind::BusOff, off));
+            let both =
+                [travelling::<D>(), Rig::<D>::new()].into_iter().all(|mut rig| comes(&mut rig, FaultKind::BusOff, off));
             said(&vec![("bus off", both)])
         }
         FaultKind::Battery => {
@@ -163,20 +162,20 @@ fn condition<D: Siko>(kind: FaultKind) -> String {
 }
 
 /// Whether a fault comes within five seconds.
-fn comes<D: Siko>(bench: &mut Bench<D>, kind: FaultKind, change: impl FnOnce(&mut Inputs)) -> bool {
-    bench.world(change);
-    bench.hear(5000);
-    fails(bench, kind)
+fn comes<D: Siko>(rig: &mut Rig<D>, kind: FaultKind, change: impl FnOnce(&mut Inputs)) -> bool {
+    rig.world(change);
+    rig.hear(5000);
+    fails(rig, kind)
 }
 
 /// The last number without a fault on a travel, between one without and one with.
 fn bound<D: Siko>([mut without, mut with]: [i64; 2], set: fn(&mut Inputs, i64)) -> i64 {
     while (with - without).abs() > 1 {
         let middle = without + (with - without) / 2;
-        let mut bench = travelling::<D>();
-        bench.world(|inputs| set(inputs, middle));
-        bench.hear(5000);
-        *(if letters(&bench).is_empty() { &mut without } else { &mut with }) = middle;
+        let mut rig = travelling::<D>();
+        rig.world(|inputs| set(inputs, middle));
+        rig.hear(5000);
+        *(if letters(&rig).is_empty() { &mut without } else { &mut with }) = middle;
     }
     without
 }
@@ -195,20 +194,20 @@ struct Fall {
 fn fall<D: Siko>(kind: FaultKind, letter: char) -> Fall {
     once::<D, _>(kind, || {
         let [before, after] = causes(kind);
-        let mut bench = travelling::<D>();
-        bench.world(before);
-        bench.hear(5000);
-        let spared = letters(&bench);
-        bench.world(after);
+        let mut rig = travelling::<D>();
+        rig.world(before);
+        rig.hear(5000);
+        let spared = letters(&rig);
+        rig.world(after);
         let seconds = (0..=11).find(|_| {
-            let there = letters(&bench) == letter.to_string();
+            let there = letters(&rig) == letter.to_string();
             if !there {
-                bench.hear(1000);
+                rig.hear(1000);
             }
             there
         });
-        let fallen = letters(&bench);
-        Fall { spared, fallen, seconds, blinks: blinks(&mut bench, |lights| lights.status) }
+        let fallen = letters(&rig);
+        Fall { spared, fallen, seconds, blinks: blinks(&mut rig, |lights| lights.status) }
     })
 }
 
@@ -261,56 +260,52 @@ struct Emergency {
 
 fn emergency<D: Siko>(code: u16) -> Emergency {
     once::<D, _>(code, || {
-        let mut bench = travelling::<D>();
-        let heard = provoke(&mut bench, code);
-        let ends = matches!(bench.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
+        let mut rig = travelling::<D>();
+        let heard = provoke(&mut rig, code);
+        let ends = matches!(rig.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
         let first = Object::<u16, Rw>::new(0x1003, 1);
         Emergency {
             heard,
-            communication_ends: ends && bench.read(0x1000, 0) == Err(0),
-            state_fault: bench.is_fault(),
-            newest: bench.see(|drive, _| drive.stored(first)),
+            communication_ends: ends && rig.read(0x1000, 0) == Err(0),
+            state_fault: rig.is_fault(),
+            newest: rig.see(|drive, _| drive.stored(first)),
         }
     })
 }
 
 /// Brings the emergency about; its data.
-fn provoke<D: Siko>(bench: &mut Bench<D>, code: u16) -> Vec<u8> {
-    let wait = |bench: &mut Bench<D>| bench.hear_from(0x085, 12_000).pop().unwrap_or_default();
+fn provoke<D: Siko>(rig: &mut Rig<D>, code: u16) -> Vec<u8> {
+    let wait = |rig: &mut Rig<D>| rig.hear_from(0x085, 12_000).pop().unwrap_or_default();
     if let Some(fault) = fault_of::<D>(code) {
         let [_, cause] = causes(fault.kind);
-        bench.world(cause);
-        return wait(bench);
+        rig.world(cause);
+        return wait(rig);
     }
     match code {
         NO_ERROR => {
-            bench.see(D::fail);
-            bench.hear(0);
-            bench.send(0x205, &[0x00, 0x00]);
-            bench.send(0x205, &[0x80, 0x00]);
-            wait(bench)
+            rig.see(D::fail);
+            rig.hear(0);
+            rig.send(0x205, &[0x00, 0x00]);
+            rig.send(0x205, &[0x80, 0x00]);
+            wait(rig)
         }
         ERROR_PASSIVE => {
             // Not during a positioning: that may be a fault.
-            bench.control(0x0100);
-            bench.hear(10_000);
-            bench.world(|inputs| inputs.bus = BusState::Passive);
-            wait(bench)
+            rig.control(0x0100);
+            rig.hear(10_000);
+            rig.world(|inputs| inputs.bus = BusState::Passive);
+            wait(rig)
         }
         RECOVERED_FROM_BUS_OFF => {
-            bench.world(|inputs| inputs.bus = BusState::Off);
-            bench.hear(100);
-            bench.world(|inputs| inputs.bus = BusState::Active);
-            bench
-                .hear_from(0x085, 100)
-                .into_iter()
-                .find(|data| data.starts_with(&code.to_be_bytes()))
-                .unwrap_or_default()
+            rig.world(|inputs| inputs.bus = BusState::Off);
+            rig.hear(100);
+            rig.world(|inputs| inputs.bus = BusState::Active);
+            rig.hear_from(0x085, 100).into_iter().find(|data| data.starts_with(&code.to_be_bytes())).unwrap_or_default()
         }
         _ => {
             let error = BusError::ALL.iter().find(|(error, _)| error.code() == code);
-            bench.world(|inputs| inputs.bus_error = error.map(|(error, _)| *error));
-            wait(bench)
+            rig.world(|inputs| inputs.bus_error = error.map(|(error, _)| *error));
+            wait(rig)
         }
     }
 }

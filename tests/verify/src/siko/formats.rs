@@ -7,7 +7,7 @@ use lexican_runtime::CobId;
 use lexican_runtime::object::Mapped;
 use lexican_runtime::wire::pdo::PdoCobId;
 
-use super::bench::{Bench, LOAD, Siko};
+use super::rig::{LOAD, Rig, Siko};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::objects::address_in;
@@ -17,13 +17,13 @@ use crate::sheet::Sheet;
 
 /// Compares `formats.csv`.
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
-    let mut bench = Bench::<D>::new();
+    let mut rig = Rig::<D>::new();
     for row in case.manual.rows("formats.csv") {
-        format(checker, case, row, &mut bench);
+        format(checker, case, row, &mut rig);
     }
 }
 
-fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench: &mut Bench<D>) {
+fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, rig: &mut Rig<D>) {
     let (manual, sheet) = (case.manual, case.sheet);
     let Some(((index, sub), (low, high))) = address_in(row).zip(bits(row.get("bits"))) else { return };
     let last = row.get("address").split("..").nth(1).and_then(|sub| u8::from_str_radix(sub, 16).ok());
@@ -37,7 +37,7 @@ fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench:
     // The rows of an object say what each of its bits is, and none of them twice.
     checker.that(row, "bits", Against::Manual, are_whole(manual, row.get("address")), "a gap or an overlap");
     let taken = |raw: u32| u32::try_from(u64::from(raw) >> low & ((1 << (high - low + 1)) - 1)).unwrap_or(0);
-    let mut drive = || bench.read(index, sub).ok().map(taken);
+    let mut drive = || rig.read(index, sub).ok().map(taken);
     let value = row.get("value");
     let (found, against) = match index {
         0x1000 if low == 0 => (if drive() == Some(402) { "device profile number" } else { "" }.into(), Against::Drive),

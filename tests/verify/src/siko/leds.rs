@@ -3,10 +3,10 @@
 use siko::sim::Lights;
 use siko::sim::inputs::Inputs;
 
-use super::bench::{Bench, Siko};
-use crate::bench::once;
+use super::rig::{Rig, Siko};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::rig::once;
 
 /// From one look to the next.
 const LOOK_MS: u64 = 50;
@@ -24,15 +24,15 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
 fn in_words<D: Siko>(led: &str, meaning: &str) -> String {
     once::<D, _>((led, meaning), || {
         let with = |change: fn(&mut Inputs)| {
-            let mut bench = Bench::<D>::new();
-            bench.world(change);
-            shown(&mut bench, |lights| lights.status)
+            let mut rig = Rig::<D>::new();
+            rig.world(change);
+            shown(&mut rig, |lights| lights.status)
         };
         let after = |command: u8| {
-            let mut bench = Bench::<D>::new();
-            bench.nmt(command);
-            bench.hear(0);
-            shown(&mut bench, |lights| lights.bus)
+            let mut rig = Rig::<D>::new();
+            rig.nmt(command);
+            rig.hear(0);
+            shown(&mut rig, |lights| lights.bus)
         };
         match (led, meaning) {
             ("status green", "fault; number of blinks in table 2") => {
@@ -53,15 +53,15 @@ fn in_words<D: Siko>(led: &str, meaning: &str) -> String {
 
 /// When an LED goes on and off within some seconds: how many looks each lasts, beginning with the first one that
 /// was seen from its beginning.
-fn spans<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
+fn spans<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
     let mut spans: Vec<(bool, u64)> = Vec::new();
     for _ in 0..240 {
-        let lit = bench.see(|drive, now| look(drive.lights(now)));
+        let lit = rig.see(|drive, now| look(drive.lights(now)));
         match spans.last_mut().filter(|(last, _)| *last == lit) {
             Some((_, looks)) => *looks += 1,
             None => spans.push((lit, 1)),
         }
-        bench.hear(LOOK_MS);
+        rig.hear(LOOK_MS);
     }
     if spans.len() > 2 {
         // Neither the first nor the last was seen in whole.
@@ -72,8 +72,8 @@ fn spans<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> Vec<(bool, 
 }
 
 /// `on`, `off`, `blinking 2.5 Hz` when light and dark last equally long, or `blinking 1:5`.
-pub(super) fn shown<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> String {
-    let spans = spans(bench, look);
+pub(super) fn shown<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> String {
+    let spans = spans(rig, look);
     let longest = |of: bool| spans.iter().filter(|(lit, _)| *lit == of).map(|(_, looks)| *looks).max();
     match (longest(true), longest(false)) {
         (Some(_), None) => "on".into(),
@@ -86,8 +86,8 @@ pub(super) fn shown<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> 
 }
 
 /// How often an LED flashes from one pause to the next.
-pub(super) fn blinks<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> usize {
-    let spans = spans(bench, look);
+pub(super) fn blinks<D: Siko>(rig: &mut Rig<D>, look: fn(Lights) -> bool) -> usize {
+    let spans = spans(rig, look);
     let pause = spans.iter().map(|(_, looks)| *looks).max().unwrap_or(0);
     let mut codes = spans.split(|span| *span == (false, pause)).skip(1);
     codes.next().map_or(0, |code| code.iter().filter(|(lit, _)| *lit).count())

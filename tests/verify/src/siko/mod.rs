@@ -1,6 +1,5 @@
 //! What the manuals of SIKO's drives share beyond what any manual has: tables and their behaviour.
 
-pub(crate) mod bench;
 pub(crate) mod bits;
 pub(crate) mod checks;
 pub(crate) mod examples;
@@ -12,13 +11,14 @@ pub(crate) mod network;
 pub(crate) mod objects;
 pub(crate) mod parameters;
 pub(crate) mod profibus;
+pub(crate) mod rig;
 pub(crate) mod serial;
 pub(crate) mod statements;
 pub(crate) mod states;
 pub(crate) mod tables;
 pub(crate) mod values;
 
-use bench::Siko;
+use rig::Siko;
 
 /// The key of a row as it would be in the AG03/1's manual, where parameters are in chapter 6, CANopen is in 7, and the
 /// objects are described in 7.12.2: of these, the number of the chapter is left out.

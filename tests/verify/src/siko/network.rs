@@ -3,8 +3,8 @@
 use siko::sim::inputs::Key;
 use siko::sim::{DipSwitches, Setup, Termination};
 
-use super::bench::{Bench, NODE, Siko};
 use super::leds::shown;
+use super::rig::{NODE, Rig, Siko};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::frames;
@@ -14,25 +14,25 @@ use crate::sheet::Sheet;
 
 /// Whether a command does what power-on does: what the EEPROM does not keep is as it was in the beginning.
 pub(crate) fn starts_cold<D: Siko>(command: u8) -> bool {
-    let mut bench = Bench::<D>::new();
-    let set = bench.set(&[(0x1017, 0, 5000, 2), (0x2410, 4, 51, 1)]);
-    bench.nmt(command);
-    bench.hear(0);
-    set && (bench.read(0x1017, 0), bench.read(0x2410, 4)) == (Ok(0), Ok(51))
+    let mut rig = Rig::<D>::new();
+    let set = rig.set(&[(0x1017, 0, 5000, 2), (0x2410, 4, 51, 1)]);
+    rig.nmt(command);
+    rig.hear(0);
+    set && (rig.read(0x1017, 0), rig.read(0x2410, 4)) == (Ok(0), Ok(51))
 }
 
 /// The columns about LED, keys, state machine and motor in an NMT state.
-pub(crate) fn in_nmt_state<D: Siko>(checker: &mut Checker<'_>, row: &Row, mut bench: Bench<D>) {
+pub(crate) fn in_nmt_state<D: Siko>(checker: &mut Checker<'_>, row: &Row, mut rig: Rig<D>) {
     use Against::Drive as D;
     // In OPERATIONAL, the NMT state decides neither of them: the drive stays as it is commanded.
-    let [before, after] = [bench.status(), {
-        bench.controls(&[0x0106]);
-        bench.status()
+    let [before, after] = [rig.status(), {
+        rig.controls(&[0x0106]);
+        rig.status()
     }];
     let (machine, motor) = if before == after {
         (
-            if bench.is_disabled() { "SWITCH ON DISABLED" } else { "" },
-            if bench.is_released() { "released" } else { "in control" },
+            if rig.is_disabled() { "SWITCH ON DISABLED" } else { "" },
+            if rig.is_released() { "released" } else { "in control" },
         )
     } else {
         ("", "")
@@ -40,32 +40,30 @@ pub(crate) fn in_nmt_state<D: Siko>(checker: &mut Checker<'_>, row: &Row, mut be
     checker.cell(row, "state_machine", D, machine);
     checker.cell(row, "motor", D, motor);
     if row.has("bus_led") {
-        checker.cell(row, "bus_led", D, shown(&mut bench, |lights| lights.bus));
+        checker.cell(row, "bus_led", D, shown(&mut rig, |lights| lights.bus));
     }
     if row.has("keys") {
-        bench.world(|inputs| inputs.key = Some(Key::Clockwise));
-        bench.hear(500);
-        checker.cell(row, "keys", D, yes(bench.position() != 0));
+        rig.world(|inputs| inputs.key = Some(Key::Clockwise));
+        rig.hear(500);
+        checker.cell(row, "keys", D, yes(rig.position() != 0));
     }
 }
 
 /// The code with which the drive refuses what `meaning` describes.
 pub(crate) fn refused<D: Siko>(meaning: &str) -> Option<u32> {
-    let mut bench = Bench::<D>::new();
+    let mut rig = Rig::<D>::new();
     match meaning {
-        "sub-index does not exist" => bench.read(0x2410, 0x07).err(),
-        "write of a read-only object" => bench.write(0x1000, 0, 0, 4).err(),
-        "read of a write-only object" => bench.read(0x1011, 1).err(),
-        "value range exceeded" => bench.write(0x2410, 4, 101, 1).err(),
+        "sub-index does not exist" => rig.read(0x2410, 0x07).err(),
+        "write of a read-only object" => rig.write(0x1000, 0, 0, 4).err(),
+        "read of a write-only object" => rig.read(0x1011, 1).err(),
+        "value range exceeded" => rig.write(0x2410, 4, 101, 1).err(),
         "maximum less than minimum" => {
-            let both = [bench.write(0x607D, 2, -1_000_001, 4), bench.write(0x607D, 1, 1_000_001, 4)];
+            let both = [rig.write(0x607D, 2, -1_000_001, 4), rig.write(0x607D, 1, 1_000_001, 4)];
             both[0].err().filter(|_| both[0] == both[1])
         }
-        "object does not exist" => bench.read(0x2411, 0).err(),
-        "unsupported access" => {
-            bench.write_exactly(0x2410, 4, 50, if D::MODEL.writes_four_bytes { 1 } else { 4 }).err()
-        }
-        "not possible in the present device state" => bench.write(0x6040, 0, 6, 2).err(),
+        "object does not exist" => rig.read(0x2411, 0).err(),
+        "unsupported access" => rig.write_exactly(0x2410, 4, 50, if D::MODEL.writes_four_bytes { 1 } else { 4 }).err(),
+        "not possible in the present device state" => rig.write(0x6040, 0, 6, 2).err(),
         _ => None,
     }
 }
@@ -73,10 +71,10 @@ pub(crate) fn refused<D: Siko>(meaning: &str) -> Option<u32> {
 /// Compares `sdo_examples.csv`, which reads a calibration value of 2500 and writes a limit.
 pub(crate) fn sdo_examples<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let rows = case.manual.rows("sdo_examples.csv");
-    let mut bench = Bench::<D>::new();
-    checker.require(bench.set(&[(0x607C, 0, 2500, 4)]), || "607C:00 cannot be written".into());
-    frames::exchange(checker, rows, &mut bench);
-    let read: Vec<_> = [(0x607C, 0), (0x607D, 2)].map(|(index, sub)| bench.read(index, sub).unwrap_or(0)).into();
+    let mut rig = Rig::<D>::new();
+    checker.require(rig.set(&[(0x607C, 0, 2500, 4)]), || "607C:00 cannot be written".into());
+    frames::exchange(checker, rows, &mut rig);
+    let read: Vec<_> = [(0x607C, 0), (0x607D, 2)].map(|(index, sub)| rig.read(index, sub).unwrap_or(0)).into();
     for (row, at) in rows.iter().zip(1..) {
         checker.cell(row, "row", Against::Manual, at);
         let data = bytes(row.get("data")).unwrap_or_default();
@@ -118,8 +116,8 @@ pub(crate) fn node_address<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) 
         let switches = DipSwitches::new(switches);
         let node = switches.node();
         checker.key(row);
-        let mut bench = Bench::<D>::set_up(Setup { switches, ..Setup::new(D::MODEL, NODE) });
-        let boot_up = bench.hear_from(0x700 + u16::from(node.get()), 0) == [[0]];
+        let mut rig = Rig::<D>::set_up(Setup { switches, ..Setup::new(D::MODEL, NODE) });
+        let boot_up = rig.hear_from(0x700 + u16::from(node.get()), 0) == [[0]];
         checker.cell(row, "address", Against::Drive, if boot_up { node.get() } else { 0 });
         checker.cell(row, "address", Against::Manual, address);
     }
@@ -147,8 +145,8 @@ pub(crate) fn bus_termination(checker: &mut Checker<'_>, case: &Case<'_>) {
 }
 
 /// What `pdo_layouts.csv` needs: a position whose bytes differ.
-pub(crate) fn prepare_layouts<D: Siko>(bench: &mut Bench<D>) -> bool {
-    bench.set(&[(0x607C, 0, 0x0A_BCDE, 4)])
+pub(crate) fn prepare_layouts<D: Siko>(rig: &mut Rig<D>) -> bool {
+    rig.set(&[(0x607C, 0, 0x0A_BCDE, 4)])
 }
 
 /// Values whose bytes differ: a word that commands nothing, a position, a velocity.

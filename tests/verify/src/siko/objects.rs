@@ -2,7 +2,7 @@
 
 use lexican_eds::model::{Direction, Entry, Unit};
 
-use super::bench::Siko;
+use super::rig::Siko;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::pdo::mapping_index;

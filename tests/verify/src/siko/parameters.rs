@@ -4,14 +4,14 @@ use lexican_driver::ParameterSet;
 use lexican_eds::model::{ConditionalRange, Entry, Meaning};
 use siko::order::Braking;
 
-use super::bench::{Bench, LOAD, Siko};
 use super::objects::in_words as unit_in_words;
-use crate::bench::once;
+use super::rig::{LOAD, Rig, Siko};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::objects::{address_of, by_variant, changed};
 use crate::manual::{Manual, Row};
 use crate::notation::{self, yes};
+use crate::rig::once;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let (manual, sheet) = (case.manual, case.sheet);
@@ -87,11 +87,11 @@ fn lasting<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index
     let unit = if matches!(entry.meaning, Meaning::Enumeration(_)) { "kBaud" } else { "" };
     checker.cell(row, "unit", Against::Sheet, unit);
     let restored = once::<D, _>(index, || {
-        let mut bench = Bench::<D>::new();
-        let changed = changed(&mut bench, index, 0, 1);
+        let mut rig = Rig::<D>::new();
+        let changed = changed(&mut rig, index, 0, 1);
         [1, 2, 3].into_iter().any(|sub| {
-            bench.set(&[(0x1011, sub, LOAD, 4)]);
-            changed.is_none_or(|(_, value)| bench.read(index, 0) != Ok(value))
+            rig.set(&[(0x1011, sub, LOAD, 4)]);
+            changed.is_none_or(|(_, value)| rig.read(index, 0) != Ok(value))
         })
     });
     checker.cell(row, "kind", Against::Drive, if restored { "restored" } else { "" });
@@ -115,10 +115,10 @@ fn of_other_interfaces<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row:
         checker.cell(row, "default", Against::Sheet, entry.default.as_ref().map_or("", |_| "a default"));
     }
     for (sub, kind) in [(2, "standard"), (3, "controller")] {
-        let mut bench = Bench::<D>::as_delivered();
-        bench.see(|drive, now| drive.set_inching_stop(now, Braking::Programmed));
-        checker.require(bench.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
-        let restored = bench.see(|drive, now| drive.non_volatile(now).inching_stop == 0);
+        let mut rig = Rig::<D>::as_delivered();
+        rig.see(|drive, now| drive.set_inching_stop(now, Braking::Programmed));
+        checker.require(rig.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
+        let restored = rig.see(|drive, now| drive.non_volatile(now).inching_stop == 0);
         let agrees = restored == (row.get("kind") == kind);
         checker.that(row, "kind", Against::Drive, agrees, if restored { "restored" } else { "not restored" });
     }
@@ -148,9 +148,9 @@ fn setpoint<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
         [position, velocity].map(|entry| entry.map_or(String::new(), |entry| units(case, entry)));
     checker.cell(row, "unit", Against::Sheet, format!("positioning: {position_unit}; velocity: {velocity_unit}"));
     checker.cell(row, "object", Against::Manual, "");
-    let mut bench = Bench::<D>::new();
+    let mut rig = Rig::<D>::new();
     for index in [0x607A, 0x60FF] {
-        let found = bench.read(index, 0);
+        let found = rig.read(index, 0);
         let agrees = row.number::<u32>("default").is_some_and(|default| found == Ok(default));
         checker.that(row, "default", Against::Drive, agrees, format!("{found:?}"));
     }
@@ -217,18 +217,18 @@ fn unit(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
 /// 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and neither touches the other's.
 fn restored<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (sub, kind) in [(2, "standard"), (3, "controller")] {
-        let mut bench = Bench::<D>::as_delivered();
+        let mut rig = Rig::<D>::as_delivered();
         let mut altered = Vec::new();
         for row in case.manual.rows("parameters.csv").iter().filter(|row| !row.get("object").is_empty()) {
             let number = row.number::<u8>("number");
             let parameter = D::MODEL.parameters.iter().find(|parameter| Some(parameter.number) == number);
             let Some((index, sub)) = parameter.map(|of| (of.address.index(), of.address.sub())) else { continue };
-            let values = changed(&mut bench, index, sub, case.sheet.code.size(index, sub));
+            let values = changed(&mut rig, index, sub, case.sheet.code.size(index, sub));
             altered.extend(values.map(|(before, _)| (row, index, sub, before)));
         }
-        checker.require(bench.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
+        checker.require(rig.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
         for (row, index, sub, before) in altered {
-            let restored = bench.read(index, sub) == Ok(before);
+            let restored = rig.read(index, sub) == Ok(before);
             let agrees = restored == (row.get("kind") == kind);
             checker.that(row, "kind", Against::Drive, agrees, if restored { "restored" } else { "not restored" });
         }

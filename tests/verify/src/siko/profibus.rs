@@ -17,12 +17,12 @@ use siko_profibus::table::{self, Content};
 use siko_profibus::{Model, bus};
 
 use self::rig::Rig;
-use crate::bench::once;
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::{Case, Check};
 use crate::exempt::Exempt;
 use crate::manual::{Keys, Row};
 use crate::notation::{fits, hex};
+use crate::rig::once;
 
 /// A drive on PROFIBUS.
 pub(crate) trait Dp: 'static {

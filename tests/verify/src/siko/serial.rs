@@ -15,13 +15,13 @@ use siko_serial::parameter::{MODE, POS_TYPE, SENSE_OF_ROTATION};
 use siko_serial::sim::SerialDrive;
 
 use self::raw::{Raw, whole};
-use crate::bench::once;
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::{Case, Check};
 use crate::exempt::Exempt;
 use crate::kinds::prose::{Statement, said};
 use crate::manual::{Keys, Row};
 use crate::notation::fits;
+use crate::rig::once;
 
 /// The tables and their keys.
 pub(crate) const TABLES: Keys = &[

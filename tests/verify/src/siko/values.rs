@@ -4,8 +4,7 @@ use lexican_eds::model::Meaning;
 use siko::sim::inputs::Key;
 use siko::sim::{BIT_RATES, Setup};
 
-use super::bench::{Bench, LOAD, NODE, Siko, enabled_with, moving_to};
-use crate::bench::once;
+use super::rig::{LOAD, NODE, Rig, Siko, enabled_with, moving_to};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::objects::address_in;
@@ -13,6 +12,7 @@ use crate::kinds::terms::{self, Place};
 use crate::kinds::transmission::cob_id;
 use crate::manual::Row;
 use crate::notation::hex;
+use crate::rig::once;
 use crate::sheet::Sheet;
 
 /// Compares `terms.csv`, `baud_rates.csv`, `gears.csv` and `values.csv`.
@@ -61,13 +61,13 @@ pub(super) fn file<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let listed = &case.sheet.device.info.bit_rates_kbit;
     let device = &case.sheet.device;
     let four = once::<D, _>((), || {
-        let mut bench = Bench::<D>::new();
-        [1, 4].map(|size| bench.write_exactly(0x6060, 0, 2, size).is_ok())
+        let mut rig = Rig::<D>::new();
+        [1, 4].map(|size| rig.write_exactly(0x6060, 0, 2, size).is_ok())
     });
     let written = if device.sdo_writes_four_bytes { [false, true] } else { [true, false] };
     checker.require(four == written, || format!("6060h is written {four:?} by one and four bytes"));
     // Of a version such as 1.00, the second character is a dot.
-    let version = once::<D, _>((), || Bench::<D>::new().read(0x100A, 0).map(u32::to_be_bytes));
+    let version = once::<D, _>((), || Rig::<D>::new().read(0x100A, 0).map(u32::to_be_bytes));
     let high = device.entry(0x100A, 0).is_some_and(|entry| entry.first_character_high);
     let dot = version.is_ok_and(|bytes| bytes[if high { 1 } else { 2 }] == b'.');
     checker.require(dot, || format!("100Ah: {version:02X?}, and its first character is high: {high}"));
@@ -75,7 +75,7 @@ pub(super) fn file<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
 }
 
 fn bit_rates<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
-    let mut bench = Bench::<D>::new();
+    let mut rig = Rig::<D>::new();
     let values = sheet.device.enumerations.get("CanBitRate").map_or(&[][..], |rates| &rates.values);
     for value in values {
         let Some(row) = checker.row("baud_rates.csv", &value.value.to_string()) else { continue };
@@ -89,7 +89,7 @@ fn bit_rates<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
         let at = usize::try_from(value.value).unwrap_or(usize::MAX);
         let rate = BIT_RATES.get(at).map_or(0.0, |rate| f64::from(*rate) / 1e3);
         checker.cell(row, "kbit", Against::Drive, rate);
-        let written = bench.write(0x2100, 0, value.value as i64, 1);
+        let written = rig.write(0x2100, 0, value.value as i64, 1);
         checker.that(row, "value", Against::Drive, written.is_ok(), format!("{written:08X?}"));
     }
 }
@@ -108,11 +108,11 @@ fn gears<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
         });
         let max = row.number::<i128>("max_rev_per_min");
         checker.that(row, "max_rev_per_min", Against::Sheet, ranges == [max; 3], format!("{ranges:?}"));
-        let mut bench = Bench::<D>::set_up(Setup { gear, ..Setup::new(D::MODEL, NODE) });
-        let read = bench.read(0x2102, 0).ok();
+        let mut rig = Rig::<D>::set_up(Setup { gear, ..Setup::new(D::MODEL, NODE) });
+        let read = rig.read(0x2102, 0).ok();
         checker.that(row, "value", Against::Drive, read == row.number("value"), format!("{read:?}"));
         let limit = i64::try_from(max.unwrap_or(0)).unwrap_or(0);
-        let found = [bench.write(0x2410, 5, limit, 1), bench.write(0x2410, 5, limit + 1, 1)];
+        let found = [rig.write(0x2410, 5, limit, 1), rig.write(0x2410, 5, limit + 1, 1)];
         let agrees = found == [Ok(()), Err(0x0609_0030)];
         checker.that(row, "max_rev_per_min", Against::Drive, agrees, format!("{found:08X?}"));
     }
@@ -165,11 +165,11 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
     let found = match address {
         "2416:00" => {
             let way = |a_inch| {
-                let mut bench = enabled_with::<D>(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
-                bench.control(0x400F);
-                bench.hear(2000);
-                bench.control(0x000F);
-                bench.way_to_rest()
+                let mut rig = enabled_with::<D>(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
+                rig.control(0x400F);
+                rig.hear(2000);
+                rig.control(0x000F);
+                rig.way_to_rest()
             };
             match (way(50), way(25)) {
                 (50, 50) => "stop with maximum delay",
@@ -178,11 +178,11 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
             }
         }
         "2417:00" => {
-            let mut bench = enabled_with::<D>(&[(0x2417, 0, value, 1)]);
-            bench.travel(100);
-            bench.hear(10_000);
-            let current = bench.read(0x241E, 0).is_ok_and(|current| current > 0);
-            match (current, bench.turn(10), bench.system() >> 7 & 1) {
+            let mut rig = enabled_with::<D>(&[(0x2417, 0, value, 1)]);
+            rig.travel(100);
+            rig.hear(10_000);
+            let current = rig.read(0x241E, 0).is_ok_and(|current| current > 0);
+            match (current, rig.turn(10), rig.system() >> 7 & 1) {
                 (true, false, 0) => "position control to setpoint",
                 (false, false, 0) => "position control off; motor windings shorted",
                 (false, true, 1) => "position control off; drive released",
@@ -191,11 +191,11 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
         }
         "2413:00" => {
             let beyond = |target: i32| {
-                let mut bench = enabled_with::<D>(&[(0x2413, 0, value, 1)]);
-                bench.travel(target);
+                let mut rig = enabled_with::<D>(&[(0x2413, 0, value, 1)]);
+                rig.travel(target);
                 (0..200).any(|_| {
-                    bench.hear(50);
-                    bench.position().abs() > target.abs()
+                    rig.hear(50);
+                    rig.position().abs() > target.abs()
                 })
             };
             match (beyond(1000), beyond(-1000)) {
@@ -206,40 +206,40 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
             }
         }
         "2412:00" => {
-            let mut bench = enabled_with::<D>(&[(0x2412, 0, value, 2)]);
-            bench.travel(1600);
-            bench.hear(10_000);
-            let turned = bench.shaft();
+            let mut rig = enabled_with::<D>(&[(0x2412, 0, value, 2)]);
+            rig.travel(1600);
+            rig.hear(10_000);
+            let turned = rig.shaft();
             if turned == 1600.0 { "positions in increments" } else { "" }
         }
         "2421:00" => {
             let stops = |threshold| {
-                let mut bench = enabled_with::<D>(&[(0x2421, 0, threshold, 1)]);
-                bench.travel(100_000);
-                bench.world(|inputs| inputs.load_ma = 2400);
-                bench.hear(2000);
-                bench.read(0x2422, 0) == Ok(1)
+                let mut rig = enabled_with::<D>(&[(0x2421, 0, threshold, 1)]);
+                rig.travel(100_000);
+                rig.world(|inputs| inputs.load_ma = 2400);
+                rig.hear(2000);
+                rig.read(0x2422, 0) == Ok(1)
             };
             if !stops(value) && stops(110) { "torque deactivation off" } else { "" }
         }
         "2410:0A" => {
             let way = |a_pos, d_pos| {
-                let mut bench = enabled_with::<D>(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
-                bench.travel(100_000);
-                bench.hear(3000);
-                bench.control(0x011F);
-                bench.way_to_rest()
+                let mut rig = enabled_with::<D>(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
+                rig.travel(100_000);
+                rig.hear(3000);
+                rig.control(0x011F);
+                rig.way_to_rest()
             };
             let ways = [way(50, value), way(25, value), way(25, 100)];
             if ways == [100, 200, 50] { "delay by parameter 4" } else { "" }
         }
         "6060:00" => {
             let runs = |id, word, target| {
-                let mut bench = enabled_with::<D>(&[(0x6060, 0, value, 1)]);
-                bench.control(0x010F);
-                bench.command(id, word, target);
-                bench.hear(20_000);
-                (bench.position(), bench.velocity())
+                let mut rig = enabled_with::<D>(&[(0x6060, 0, value, 1)]);
+                rig.control(0x010F);
+                rig.command(id, word, target);
+                rig.hear(20_000);
+                (rig.position(), rig.velocity())
             };
             match (runs(0x405, 0x001F, 500), runs(0x505, 0x000F, 20)) {
                 ((500, 0), (0, 0)) => "profile position",
@@ -248,18 +248,18 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
             }
         }
         "607E:00" => {
-            let mut bench = Bench::<D>::new();
+            let mut rig = Rig::<D>::new();
             if D::MODEL.keys {
-                bench.set(&[(0x607E, 0, value, 1)]);
-                bench.hear(0);
-                bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
-                bench.hear(1000);
+                rig.set(&[(0x607E, 0, value, 1)]);
+                rig.hear(0);
+                rig.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+                rig.hear(1000);
             } else {
                 // Counter-clockwise as it is delivered, where i counts up.
-                bench = moving_to::<D>(1000, 10_000);
-                bench.set(&[(0x607E, 0, value, 1)]);
+                rig = moving_to::<D>(1000, 10_000);
+                rig.set(&[(0x607E, 0, value, 1)]);
             }
-            match (bench.position() > 0, key.ends_with(char::is_alphabetic)) {
+            match (rig.position() > 0, key.ends_with(char::is_alphabetic)) {
                 (true, true) => "counter-clockwise counts positive",
                 (false, true) => "counter-clockwise counts negative",
                 (true, false) => "sense of rotation i",
@@ -273,45 +273,45 @@ fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
 
 /// Values outside of enumerations: what the drive does with them, in the words of the table.
 fn special<D: Siko>(key: &str) -> Option<&'static str> {
-    let mut bench = Bench::<D>::operational();
+    let mut rig = Rig::<D>::operational();
     match key {
         "1003:00:0" => {
-            bench.world(|inputs| inputs.sensor_fails = true);
-            let before = bench.read(0x1003, 0);
-            let cleared = bench.write(0x1003, 0, 0, 1).is_ok() && bench.read(0x1003, 0) == Ok(0);
+            rig.world(|inputs| inputs.sensor_fails = true);
+            let before = rig.read(0x1003, 0);
+            let cleared = rig.write(0x1003, 0, 0, 1).is_ok() && rig.read(0x1003, 0) == Ok(0);
             (before == Ok(1) && cleared).then_some("written: clears the fault buffer")
         }
-        "100C:00:0" => stays_enabled(&mut bench, 0, 3).then_some("node guarding off"),
-        "100D:00:0" => stays_enabled(&mut bench, 100, 0).then_some("life guarding off"),
+        "100C:00:0" => stays_enabled(&mut rig, 0, 3).then_some("node guarding off"),
+        "100D:00:0" => stays_enabled(&mut rig, 100, 0).then_some("life guarding off"),
         "1017:00:0" => {
-            let on = bench.write(0x1017, 0, 100, 2).is_ok() && !bench.hear_from(0x705, 1000).is_empty();
-            let off = bench.write(0x1017, 0, 0, 2).is_ok() && bench.hear_from(0x705, 1000).is_empty();
+            let on = rig.write(0x1017, 0, 100, 2).is_ok() && !rig.hear_from(0x705, 1000).is_empty();
+            let off = rig.write(0x1017, 0, 0, 2).is_ok() && rig.hear_from(0x705, 1000).is_empty();
             (on && off).then_some("heartbeat off")
         }
-        "1011:01:load" | "1011:02:load" | "1011:03:load" => Some(restored_set(&mut bench, key)),
+        "1011:01:load" | "1011:02:load" | "1011:03:load" => Some(restored_set(&mut rig, key)),
         "1011:04:load" => {
-            let set = bench.set(&[(0x607C, 0, 500, 4), (0x1011, 4, LOAD, 4)]);
-            (set && bench.read(0x6064, 0) == Ok(500)).then_some("calibrate")
+            let set = rig.set(&[(0x607C, 0, 500, 4), (0x1011, 4, LOAD, 4)]);
+            (set && rig.read(0x6064, 0) == Ok(500)).then_some("calibrate")
         }
         "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off::<D>(key).then_some("event timer off"),
         _ => None,
     }
 }
 
-fn stays_enabled<D: Siko>(bench: &mut Bench<D>, guard_time_ms: i64, life_time_factor: i64) -> bool {
-    bench.enable();
-    let set = bench.set(&[(0x100C, 0, guard_time_ms, 2), (0x100D, 0, life_time_factor, 1)]);
-    bench.request(0x705);
-    bench.hear(5000);
-    set && bench.status() & 0x6F == 0x27
+fn stays_enabled<D: Siko>(rig: &mut Rig<D>, guard_time_ms: i64, life_time_factor: i64) -> bool {
+    rig.enable();
+    let set = rig.set(&[(0x100C, 0, guard_time_ms, 2), (0x100D, 0, life_time_factor, 1)]);
+    rig.request(0x705);
+    rig.hear(5000);
+    set && rig.status() & 0x6F == 0x27
 }
 
-fn restored_set<D: Siko>(bench: &mut Bench<D>, key: &str) -> &'static str {
+fn restored_set<D: Siko>(rig: &mut Rig<D>, key: &str) -> &'static str {
     // One parameter of each set: the window (standard), and a-Pos (controller).
-    let changed = bench.set(&[(0x6067, 0, 11, 2), (0x2410, 4, 51, 1)]);
+    let changed = rig.set(&[(0x6067, 0, 11, 2), (0x2410, 4, 51, 1)]);
     let sub = key.get(6..7).and_then(|digit| digit.parse().ok()).unwrap_or(0);
-    let loaded = bench.write(0x1011, sub, LOAD, 4).is_ok();
-    match (changed && loaded, bench.read(0x6067, 0), bench.read(0x2410, 4)) {
+    let loaded = rig.write(0x1011, sub, LOAD, 4).is_ok();
+    match (changed && loaded, rig.read(0x6067, 0), rig.read(0x2410, 4)) {
         (true, Ok(10), Ok(50)) => "all parameters to default",
         (true, Ok(10), Ok(51)) => "standard parameters to default",
         (true, Ok(11), Ok(50)) => "controller parameters to default",
@@ -323,10 +323,10 @@ fn event_timer_off<D: Siko>(key: &str) -> bool {
     let Some(index) = key.get(..4).and_then(hex).and_then(|index| u16::try_from(index).ok()) else { return false };
     let id = cob_id::<D>(index);
     let count = |timer| {
-        let mut bench = Bench::<D>::new();
-        let set = bench.set(&[(index, 2, 255, 1), (index, 5, timer, 2)]);
-        bench.nmt(0x01);
-        if set { bench.hear_from(id, 1000).len() } else { usize::MAX }
+        let mut rig = Rig::<D>::new();
+        let set = rig.set(&[(index, 2, 255, 1), (index, 5, timer, 2)]);
+        rig.nmt(0x01);
+        if set { rig.hear_from(id, 1000).len() } else { usize::MAX }
     };
     (count(100), count(0)) == (10, 0)
 }

@@ -1,10 +1,11 @@
 //! The simulated AKD, as the comparisons of any servo look at it.
 
+use kollmorgen_akd::fault;
 use kollmorgen_akd::sim::MODEL;
 use lexican_runtime::NodeId;
 use simulator::servo::ServoModel;
 
-use crate::bench::Bench;
+use crate::rig::Rig;
 use crate::servo::{OfModel, Servo};
 
 /// The speed of homing.
@@ -24,8 +25,12 @@ impl OfModel for Akd {
         &MODEL
     }
 
-    fn has_default_in_words(bench: &mut Bench<Simulated>, words: &str) -> bool {
-        let [fast, slow] = [1, 2].map(|sub| bench.read(0x6099, sub).unwrap_or(0));
+    fn code(label: &str) -> Option<u16> {
+        fault::find(label).map(|code| code.number)
+    }
+
+    fn has_default_in_words(rig: &mut Rig<Simulated>, words: &str) -> bool {
+        let [fast, slow] = [1, 2].map(|sub| rig.read(0x6099, sub).unwrap_or(0));
         match words {
             SPEED => fast == 1000,
             "1/8 * Object 6099 sub 1" => slow == fast / 8,

@@ -6,11 +6,11 @@ use lexican_runtime::AbortCode;
 use lexican_runtime::wire::pdo::PdoCobId;
 
 use super::simulated::{SPEED, Simulated};
-use crate::bench::Bench;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::number;
+use crate::rig::Rig;
 
 pub(super) const COLUMNS: &[(&str, &[&str], &str)] = &[
     ("chapter", PLACES, "where the row stands in the manual"),
@@ -165,7 +165,7 @@ pub(super) fn bit_rates(checker: &mut Checker<'_>, case: &Case<'_>) {
         checker.cell(row, "kbit", Against::Sheet, &kbit);
         let listed = device.info.bit_rates_kbit.iter().any(|rate| rate.to_string() == kbit) || named.value == 0;
         checker.that(row, "kbit", Against::Sheet, listed, "no BaudRate key");
-        let taken = Bench::<Simulated>::new().put(0x36E5, 0, named.value as i64);
+        let taken = Rig::<Simulated>::new().put(0x36E5, 0, named.value as i64);
         checker.that(row, "value", Against::Entry, taken.is_ok(), format!("{taken:08X?}"));
     }
     let rates = device.info.bit_rates_kbit.len();

@@ -15,23 +15,23 @@ use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 use super::hub::{Port, Ports};
 use super::lock::lock;
 use super::reply::Waiter;
-use crate::command::{Answer, Refused, Verb};
 use crate::model::{Braking, Model};
+use crate::request::{Answer, Refused, Verb};
 
 /// Something to do with a node.
-pub(super) type Task = Box<dyn FnOnce(&Station) + Send>;
+pub(super) type Task = Box<dyn FnOnce(&Worker) + Send>;
 
 /// How often a node is looked at that has nothing to do, so that the end of the bench is noticed.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The bench itself, among the faces for which something is done.
+/// The bench itself, among the clients for which something is done.
 pub(super) const NOBODY: u32 = 0;
 
 /// What carries an order out.
-pub(super) type Carry = fn(&Station, Verb, Option<&str>) -> Result<Answer, Refused>;
+pub(super) type Carry = fn(&Worker, Verb, Option<&str>) -> Result<Answer, Refused>;
 
 /// A node, and what is to be done with it.
-pub(super) struct Station {
+pub(super) struct Worker {
     pub(super) node: NodeId,
     pub(super) ports: Ports,
     pub(super) model: Arc<Mutex<Model>>,
@@ -53,7 +53,7 @@ struct Queue {
 
 /// What the thread of the node does.
 struct UnderWay {
-    face: u32,
+    client: u32,
     kind: Kind,
     /// It is to end as soon as it can.
     is_interrupted: bool,
@@ -84,7 +84,7 @@ enum Next {
     End,
 }
 
-impl Station {
+impl Worker {
     /// Begins to talk to a node; a drive is stopped by `stop_by`.
     pub(super) fn begin(
         node: NodeId,
@@ -92,20 +92,19 @@ impl Station {
         model: Arc<Mutex<Model>>,
         stop_by: Carry,
     ) -> std::io::Result<Arc<Self>> {
-        let station =
-            Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new(), stop_by });
-        let worker = Arc::clone(&station);
-        std::thread::Builder::new().name(format!("node {node}")).spawn(move || worker.run())?;
-        Ok(station)
+        let worker = Arc::new(Worker { node, ports, model, queue: Mutex::default(), changed: Condvar::new(), stop_by });
+        let runs = Arc::clone(&worker);
+        std::thread::Builder::new().name(format!("node {node}")).spawn(move || runs.run())?;
+        Ok(worker)
     }
 
-    /// Does something for a face when what was asked before is done.
-    pub(super) fn ask(&self, face: u32, task: impl FnOnce(&Station) + Send + 'static) {
+    /// Does something for a client when what was asked before is done.
+    pub(super) fn ask(&self, client: u32, task: impl FnOnce(&Worker) + Send + 'static) {
         let mut queue = lock(&self.queue);
         if queue.is_over {
             return;
         }
-        queue.tasks.push_back((face, Box::new(task)));
+        queue.tasks.push_back((client, Box::new(task)));
         drop(queue);
         self.changed.notify_all();
     }
@@ -122,7 +121,7 @@ impl Station {
         queue.waiters.push(Box::new(waiter));
         self.interrupt(&mut queue);
         drop(queue);
-        // A face whose task is dropped gets its answer here, and may look at this station.
+        // A client whose task is dropped gets its answer here, and may look at this worker.
         drop(dropped);
         self.changed.notify_all();
     }
@@ -166,12 +165,12 @@ impl Station {
         waiters.into_iter().for_each(|waiter| waiter(result.clone()));
     }
 
-    /// Ends what a face has asked for, whether it waits or is under way.
-    pub(super) fn leave(&self, face: u32) {
+    /// Ends what a client has asked for, whether it waits or is under way.
+    pub(super) fn leave(&self, client: u32) {
         let mut queue = lock(&self.queue);
-        let (dropped, kept) = std::mem::take(&mut queue.tasks).into_iter().partition(|(asker, _)| *asker == face);
+        let (dropped, kept) = std::mem::take(&mut queue.tasks).into_iter().partition(|(asker, _)| *asker == client);
         queue.tasks = kept;
-        if queue.under_way.as_ref().is_some_and(|under_way| under_way.face == face) {
+        if queue.under_way.as_ref().is_some_and(|under_way| under_way.client == client) {
             self.interrupt(&mut queue);
         }
         drop(queue);
@@ -320,7 +319,7 @@ impl Station {
         let mut queue = lock(&self.queue);
         loop {
             if self.ports.is_over() {
-                // The faces that wait for an answer get the one that the bench has ended.
+                // The clients that wait for an answer get the one that the bench has ended.
                 queue.is_over = true;
                 let (waiters, tasks) = (std::mem::take(&mut queue.waiters), std::mem::take(&mut queue.tasks));
                 drop(queue);
@@ -334,8 +333,8 @@ impl Station {
                 queue.under_way = Some(UnderWay::new(NOBODY, Kind::Stop));
                 return Next::Stop(braking);
             }
-            if let Some((face, task)) = queue.tasks.pop_front() {
-                queue.under_way = Some(UnderWay::new(face, Kind::Task));
+            if let Some((client, task)) = queue.tasks.pop_front() {
+                queue.under_way = Some(UnderWay::new(client, Kind::Task));
                 return Next::Task(task);
             }
             let wait = match queue.due(now) {
@@ -364,8 +363,8 @@ impl Queue {
 }
 
 impl UnderWay {
-    fn new(face: u32, kind: Kind) -> Self {
-        UnderWay { face, kind, is_interrupted: false, ports: Vec::new(), cancel: None }
+    fn new(client: u32, kind: Kind) -> Self {
+        UnderWay { client, kind, is_interrupted: false, ports: Vec::new(), cancel: None }
     }
 }
 
@@ -379,7 +378,7 @@ mod tests {
 
     static ATTEMPTS: AtomicU32 = AtomicU32::new(0);
 
-    fn stop(_: &Station, _: Verb, _: Option<&str>) -> Result<Answer, Refused> {
+    fn stop(_: &Worker, _: Verb, _: Option<&str>) -> Result<Answer, Refused> {
         assert!(ATTEMPTS.fetch_add(1, Ordering::Relaxed) > 0, "the first attempt fails");
         Ok(Answer::Done)
     }
@@ -388,19 +387,19 @@ mod tests {
     fn a_panic_in_an_order_leaves_a_thread_that_stops_the_drive() {
         let model = Arc::new(Mutex::new(Model::new(Instant::ZERO, BusInfo::default())));
         let ports = hub::nowhere(Instant::ZERO);
-        let station = Station::begin(NodeId::literal(5), ports, Arc::clone(&model), stop).unwrap();
-        station.ask(NOBODY, |station| {
-            lock(&station.model).drive(station.node).order = Some("travels".to_owned());
+        let worker = Worker::begin(NodeId::literal(5), ports, Arc::clone(&model), stop).unwrap();
+        worker.ask(NOBODY, |worker| {
+            lock(&worker.model).drive(worker.node).order = Some("travels".to_owned());
             panic!("in an order");
         });
         let stands = || {
             let mut model = lock(&model);
-            let drive = model.drive(station.node);
+            let drive = model.drive(worker.node);
             drive.order.is_none() && drive.standstill.unconfirmed().is_none()
         };
         while ATTEMPTS.load(Ordering::Relaxed) < 2 || !stands() {
             std::thread::yield_now();
         }
-        station.ports.end();
+        worker.ports.end();
     }
 }

@@ -1,29 +1,29 @@
-//! What all rooms share: which one is shown, what is selected, and what is asked for in the last line.
+//! What all tabs share: which one is shown, what is selected, and what is asked for in the last line.
 
 use super::action::Action;
 use super::list::Listed;
 use super::prompt::{Field, Prompt, Then};
-use super::room::Room;
+use super::tab::Tab;
 use super::text::{Language, Text};
 use crate::view::{Node, View};
 
 #[derive(Default)]
-pub(super) struct Desk {
+pub(super) struct Ui {
     pub(super) language: Language,
-    /// The number of this face.
-    pub(super) face: u32,
-    pub(super) room: Room,
+    /// The number of this client.
+    pub(super) client: u32,
+    pub(super) tab: Tab,
     /// The selected node and the selected drive: their rows change when others are found.
     pub(super) node: Option<u8>,
     pub(super) drive: Option<u8>,
-    /// The selected row of each room.
+    /// The selected row of each tab.
     pub(super) rows: [usize; 8],
     pub(super) prompt: Option<Prompt>,
-    /// Where the rows of the room were drawn.
+    /// Where the rows of the tab were drawn.
     pub(super) listed: Vec<Listed>,
 }
 
-impl Desk {
+impl Ui {
     pub(super) fn text(&self, text: Text) -> &'static str {
         text.of(self.language)
     }
@@ -34,13 +34,13 @@ impl Desk {
         selected.or_else(|| view.nodes.first())
     }
 
-    /// The selected row of the room.
+    /// The selected row of the tab.
     pub(super) fn row(&self) -> usize {
-        self.rows[self.room as usize]
+        self.rows[self.tab as usize]
     }
 
     pub(super) fn set_row(&mut self, row: usize) {
-        self.rows[self.room as usize] = row;
+        self.rows[self.tab as usize] = row;
     }
 
     /// Finds the rows of the selected node and drive among those that there are now: a key means the one that was shown.
@@ -49,14 +49,14 @@ impl Desk {
         self.drive = self.drive.or_else(|| view.drives.first().map(|drive| drive.node));
         let node = view.nodes.iter().position(|node| Some(node.id) == self.node);
         let drive = view.drives.iter().position(|drive| Some(drive.node) == self.drive);
-        self.rows[Room::Nodes as usize] = node.unwrap_or_default();
-        self.rows[Room::Drives as usize] = drive.unwrap_or_default();
+        self.rows[Tab::Nodes as usize] = node.unwrap_or_default();
+        self.rows[Tab::Drives as usize] = drive.unwrap_or_default();
     }
 
     /// Selects another node, and no row of it.
     pub(super) fn select_node(&mut self, view: &View, by: isize) {
         let count = view.nodes.len().max(1) as isize;
-        let place = (self.rows[Room::Nodes as usize] as isize + by).rem_euclid(count) as usize;
+        let place = (self.rows[Tab::Nodes as usize] as isize + by).rem_euclid(count) as usize;
         self.node = view.nodes.get(place).map(|node| node.id);
         self.rows = [0; 8];
         self.follow(view);
@@ -67,10 +67,20 @@ impl Desk {
         self.listed.last().map_or(1, |listed| usize::from(listed.area.height).max(1))
     }
 
-    /// Asks in the last line for what a command about something needs.
+    /// Asks in the last line for what a request about something needs.
     pub(super) fn ask(
         &mut self,
         title: Text,
+        of: String,
+        then: impl FnOnce(String) -> Result<Action, String> + 'static,
+    ) -> Option<Action> {
+        self.ask_in_words(self.text(title), of, then)
+    }
+
+    /// The same, for a question that is no text of the terminal's own.
+    pub(super) fn ask_in_words(
+        &mut self,
+        title: &'static str,
         of: String,
         then: impl FnOnce(String) -> Result<Action, String> + 'static,
     ) -> Option<Action> {
@@ -80,7 +90,7 @@ impl Desk {
 
     /// Asks in the last line for what changes the screen alone.
     pub(super) fn ask_for(&mut self, field: Field) -> Option<Action> {
-        let (title, of, typed) = (field.title(), String::new(), String::new());
+        let (title, of, typed) = (self.text(field.title()), String::new(), String::new());
         self.prompt = Some(Prompt { title, of, typed, then: Then::Set(field) });
         None
     }

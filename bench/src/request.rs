@@ -1,34 +1,34 @@
-//! What a face asks for, and what it gets back.
+//! What a client asks for, and what it gets back.
 
 pub use lexican_toolbox::drive::Verb;
 use serde::{Deserialize, Serialize};
 
 use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
 
-/// A request of a face. What changes something on the bus needs the hands ([`Command::TakeHands`]), but for
-/// [`Command::StopAll`].
+/// A request of a client. What changes something on the bus needs control ([`Request::TakeControl`]), but for
+/// [`Request::StopAll`].
 ///
 /// In JSON: `{"do": "write", "node": 5, "address": "6081:00", "text": "100 rpm"}`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(tag = "do", rename_all = "kebab-case")]
 #[allow(missing_docs, reason = "the names say what it is")]
-pub enum Command {
-    /// Asks for the hands: one face at a time may change something. Refused while another one has them, unless `force` is given.
-    TakeHands {
-        /// Take them from the face that has them; what it started is stopped.
+pub enum Request {
+    /// Asks for control: one client at a time may change something. Refused while another one has it, unless `force` is given.
+    TakeControl {
+        /// Take it from the client that has it; what it started is stopped.
         #[serde(default)]
         force: bool,
     },
-    /// Gives the hands back; what was started goes on.
-    ReleaseHands,
-    /// Stops every drive, and cancels what was ordered. Needs no hands, and waits for nothing.
+    /// Gives control back; what was started goes on.
+    ReleaseControl,
+    /// Stops every drive, and cancels what was ordered. Needs no control, and waits for nothing.
     StopAll,
 
     /// A command of network management to a node, or to all.
     Nmt {
         /// `None` for all.
         node: Option<u8>,
-        /// What to do.
         command: Nmt,
     },
     /// What has happened to nodes and is over was seen by somebody: it is shown no longer.
@@ -42,10 +42,7 @@ pub enum Command {
         sheet: String,
     },
     /// Looks for one device without node-ID by LSS fastscan, and gives it this node-ID.
-    Assign {
-        /// The node-ID that it gets.
-        node: u8,
-    },
+    Assign { node: u8 },
 
     /// The entries of a node's data sheet, with the values that are known. [`Answer::Objects`].
     Objects { node: u8 },
@@ -56,15 +53,10 @@ pub enum Command {
         addresses: Vec<String>,
     },
     /// The values of entries that were seen last on the bus: nothing is read. [`Answer::Values`] of those that were seen.
-    Seen {
-        node: u8,
-        /// `6064:00`.
-        addresses: Vec<String>,
-    },
+    Seen { node: u8, addresses: Vec<String> },
     /// Writes an entry, after the data sheet's limits were checked.
     Write {
         node: u8,
-        /// `6081:00`.
         address: String,
         /// As `lexican write` takes it: `100 rpm`, `profile position`, `0x1F`.
         text: String,
@@ -75,31 +67,18 @@ pub enum Command {
     /// Reads an entry again and again; its value is among [`View::watched`](crate::View::watched).
     Watch {
         node: u8,
-        /// `6064:00`.
         address: String,
         /// How often, at least every 10 ms.
         every_ms: u32,
     },
     /// Ends that.
-    Unwatch {
-        node: u8,
-        /// `6064:00`.
-        address: String,
-    },
+    Unwatch { node: u8, address: String },
     /// Compares the parameters of a node: [`Answer::Differences`].
-    Compare {
-        node: u8,
-        /// With what.
-        with: Other,
-    },
+    Compare { node: u8, with: Other },
     /// Reads all parameters of a node: [`Answer::File`], a DCF.
     Backup { node: u8 },
     /// Writes what differs from a DCF into a node.
-    Restore {
-        node: u8,
-        /// The text of the DCF.
-        dcf: String,
-    },
+    Restore { node: u8, dcf: String },
 
     /// How the PDOs of a node are configured, read from it: [`Answer::Pdos`].
     Pdos { node: u8 },
@@ -108,11 +87,9 @@ pub enum Command {
         node: u8,
         /// `tpdo1`.
         pdo: String,
-        /// The objects in their order.
         objects: Vec<String>,
         /// `event`, `sync`, `sync:4`, `every:10ms`; as it is without it.
         transmission: Option<String>,
-        /// Write nothing.
         #[serde(default)]
         check: bool,
     },
@@ -127,6 +104,7 @@ pub enum Command {
         /// Counted from the first row that matches and has this number or a higher one: so rows stay where they are when
         /// older ones are forgotten.
         #[serde(default)]
+        #[cfg_attr(test, ts(optional = nullable))]
         at: Option<u64>,
         /// How many, at most 1,000.
         count: u32,
@@ -135,7 +113,6 @@ pub enum Command {
     Export {
         /// `candump`, `pcap`, `pcapng`, `asc`, `trc`, `blf`.
         format: String,
-        /// Which frames.
         #[serde(default)]
         filter: TraceFilter,
     },
@@ -172,24 +149,16 @@ pub enum Command {
     /// An order to a drive; what becomes of it is in [`view::Drive`](crate::view::Drive).
     Drive {
         node: u8,
-        /// What to do.
+        #[cfg_attr(test, ts(type = "Verb"))]
         order: Verb,
         /// A position, a distance or a velocity with or without unit (`90 deg`), or a homing method.
         value: Option<String>,
     },
 
     /// An input of a simulated device, in the words of `lexican simulate`: `blocked = true`.
-    Input {
-        node: u8,
-        /// The input and its value.
-        text: String,
-    },
+    Input { node: u8, text: String },
     /// Switches a simulated device on or off.
-    Power {
-        node: u8,
-        /// Whether it has power.
-        on: bool,
-    },
+    Power { node: u8, on: bool },
 
     /// Goes to a time of a recorded log, and stands there.
     Seek {
@@ -203,31 +172,32 @@ pub enum Command {
     },
 }
 
-impl Command {
+impl Request {
     /// Whether it only reads what the bench has, so that its order among others does not matter.
     #[must_use]
     pub const fn only_asks(&self) -> bool {
         matches!(
             self,
-            Command::Objects { .. }
-                | Command::Seen { .. }
-                | Command::Trace { .. }
-                | Command::Export { .. }
-                | Command::Curves { .. }
-                | Command::ExportPlot { .. }
-                | Command::Number { .. }
+            Request::Objects { .. }
+                | Request::Seen { .. }
+                | Request::Trace { .. }
+                | Request::Export { .. }
+                | Request::Curves { .. }
+                | Request::ExportPlot { .. }
+                | Request::Number { .. }
         )
     }
 
     /// Whether it stops something, and waits for nothing.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
-        matches!(self, Command::StopAll) || matches!(self, Command::Drive { order, .. } if order.is_stop())
+        matches!(self, Request::StopAll) || matches!(self, Request::Drive { order, .. } if order.is_stop())
     }
 }
 
 /// A command of network management (CiA 301, 7.2.8.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub enum Nmt {
     /// To OPERATIONAL.
@@ -244,6 +214,7 @@ pub enum Nmt {
 
 /// What to compare parameters with.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub enum Other {
     /// The defaults of the data sheet.
@@ -256,6 +227,7 @@ pub enum Other {
 
 /// Which frames of the trace, in the words of `lexican monitor`'s options.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(default)]
 pub struct TraceFilter {
     /// `5`, `3,5-9`.
@@ -276,39 +248,36 @@ pub struct TraceFilter {
     pub transfers: bool,
 }
 
-/// What a command brings.
+/// What a request brings.
+#[allow(missing_docs, reason = "the names say what it is")]
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub enum Answer {
     /// It was done, or has begun and is among [`View::jobs`](crate::View::jobs).
     Done,
-    /// The entries of a data sheet.
     Objects(Vec<Object>),
     /// Values, in the order of the request.
     Values(Vec<Value>),
-    /// Where parameters differ.
     Differences(Vec<Difference>),
     /// PDOs, receive PDOs first.
     Pdos(Vec<Pdo>),
     /// What speaks against a mapping; nothing if it can be written.
     Objections(Vec<String>),
-    /// Rows of the trace.
     Frames(Frames),
-    /// Points of the curves.
     Curves(Vec<Curve>),
-    /// A number.
     Number(f64),
-    /// A file to keep.
+    /// A file to keep. A page gets its address instead.
+    #[cfg_attr(test, ts(skip))]
     File {
-        /// A name for it.
         name: String,
-        /// Its content.
         bytes: Vec<u8>,
     },
 }
 
-/// Why a command was not carried out.
+/// Why a request was not carried out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refused {
     /// What is wrong, with node, index and value.
     pub why: String,

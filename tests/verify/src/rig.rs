@@ -24,7 +24,7 @@ pub(crate) trait Simulator: Sized + 'static {
     fn transitions() -> Transitions;
     fn start(now: Instant) -> Self::Drive;
     /// Sets what most comparisons need and a drive that has just been delivered does not do.
-    fn prepare(_bench: &mut Bench<Self>) {}
+    fn prepare(_rig: &mut Rig<Self>) {}
     fn nmt(drive: &Self::Drive) -> NmtState;
     fn state(drive: &Self::Drive) -> State;
     fn status_word(drive: &mut Self::Drive, now: Instant) -> u16;
@@ -48,22 +48,22 @@ pub(crate) fn once<S, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOn
 }
 
 /// A drive that has booted, and a link to it. A frame takes no time here.
-pub(crate) struct Bench<S: Simulator> {
+pub(crate) struct Rig<S: Simulator> {
     bus: VirtualBus,
     link: VirtualLink,
     drive: Arc<Mutex<S::Drive>>,
 }
 
-impl<S: Simulator> Bench<S> {
+impl<S: Simulator> Rig<S> {
     /// Prepared for comparisons.
     pub(crate) fn new() -> Self {
-        let mut bench = Bench::as_delivered();
-        S::prepare(&mut bench);
-        bench
+        let mut rig = Rig::as_delivered();
+        S::prepare(&mut rig);
+        rig
     }
 
     pub(crate) fn as_delivered() -> Self {
-        Bench::with(S::start)
+        Rig::with(S::start)
     }
 
     pub(crate) fn with(start: impl FnOnce(Instant) -> S::Drive) -> Self {
@@ -71,22 +71,22 @@ impl<S: Simulator> Bench<S> {
         let drive = Arc::new(Mutex::new(start(bus.now())));
         bus.attach(Arc::clone(&drive));
         let link = bus.link();
-        Bench { bus, link, drive }
+        Rig { bus, link, drive }
     }
 
     /// In OPERATIONAL.
     pub(crate) fn operational() -> Self {
-        let mut bench = Bench::new();
-        bench.nmt(0x01);
-        bench.hear(0);
-        bench
+        let mut rig = Rig::new();
+        rig.nmt(0x01);
+        rig.hear(0);
+        rig
     }
 
     /// In OPERATION ENABLED, by the control words of the examples.
     pub(crate) fn enabled() -> Self {
-        let mut bench = Bench::operational();
-        bench.enable();
-        bench
+        let mut rig = Rig::operational();
+        rig.enable();
+        rig
     }
 
     pub(crate) fn enable(&mut self) {

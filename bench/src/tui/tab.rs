@@ -1,0 +1,52 @@
+//! The tabs of the bench.
+
+use super::text::Text;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Tab {
+    #[default]
+    Nodes,
+    Objects,
+    Pdos,
+    Trace,
+    Plots,
+    Drives,
+    Bus,
+    Devices,
+}
+
+impl Tab {
+    pub(super) const ALL: [Tab; 8] =
+        [Tab::Nodes, Tab::Objects, Tab::Pdos, Tab::Trace, Tab::Plots, Tab::Drives, Tab::Bus, Tab::Devices];
+
+    /// The tab `by` places further on.
+    pub(super) const fn further(self, by: usize) -> Self {
+        Tab::ALL[(self as usize + by) % Tab::ALL.len()]
+    }
+
+    pub(super) const fn title(self) -> Text {
+        match self {
+            Tab::Nodes => Text::Nodes,
+            Tab::Objects => Text::Objects,
+            Tab::Pdos => Text::Pdos,
+            Tab::Trace => Text::Trace,
+            Tab::Plots => Text::Plots,
+            Tab::Drives => Text::Drives,
+            Tab::Bus => Text::Bus,
+            Tab::Devices => Text::Devices,
+        }
+    }
+
+    pub(super) const fn help(self) -> Text {
+        match self {
+            Tab::Nodes => Text::HelpNodes,
+            Tab::Objects => Text::HelpObjects,
+            Tab::Pdos => Text::HelpPdos,
+            Tab::Trace => Text::HelpTrace,
+            Tab::Plots => Text::HelpPlots,
+            Tab::Drives => Text::HelpDrives,
+            Tab::Bus => Text::HelpBus,
+            Tab::Devices => Text::HelpDevices,
+        }
+    }
+}
