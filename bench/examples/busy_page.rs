@@ -19,7 +19,7 @@ use lexican_bench::web::Server;
 use lexican_bench::{Bench, Request};
 use lexican_runtime::host::{Link, Node, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
-use lexican_toolbox::simulation::{Files, Plant};
+use lexican_simulation::{Files, Plant};
 
 /// How many drives there are.
 const DRIVES: u8 = 12;

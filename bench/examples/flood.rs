@@ -8,8 +8,8 @@ use std::time::{Duration as Wall, Instant as Clock};
 use lexican_bench::model::{BusInfo, Model, Which};
 use lexican_bench::sheet::Sheet;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::filter::Filter;
 
 /// In a second of the bus.
 const RATE: u64 = 10_000;

@@ -5,7 +5,7 @@ use lexican_eds::model::Device;
 use lexican_eds::{Input, library};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::drive::{Fact, Verdict, explain_sheet};
-use lexican_toolbox::identity::Shipped;
+use lexican_toolbox::node::identity::Shipped;
 
 use crate::view::Lack;
 

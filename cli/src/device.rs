@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lexican_eds::Input;
 use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, with_overlays};
-use lexican_toolbox::files::Existing;
+use lexican_toolbox::text::files::Existing;
 
 use crate::output::{Failure, plural, warn};
 

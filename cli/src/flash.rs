@@ -6,13 +6,13 @@ use std::sync::atomic::Ordering;
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::AccessError;
-use lexican_toolbox::flash::{Cause, FlashError, Held, Loader, Progress, Stage, flash, held};
+use lexican_toolbox::node::flash::{Cause, FlashError, Held, Loader, Progress, Stage, flash, held};
 use serde_json::json;
 
 use crate::bus::{Connected, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, ctrl_c, note, print_result, progress, warn};
 use crate::toml_text::parse;
-use lexican_toolbox::files::read_up_to;
+use lexican_toolbox::text::files::read_up_to;
 
 /// Transfer a program to a node, and start it (CiA 302-3)
 ///

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::bus::{BusArgs, NodeIds, let_leave};
 use crate::duration::{in_milliseconds, milliseconds};
-use lexican_toolbox::sdo_channel::{request_frame, responder};
+use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
 
 use crate::output::{self, Failure, Outcome, print_result, warn};
 
@@ -285,7 +285,7 @@ mod tests {
     use lexican_runtime::cia301::connection;
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
-    use lexican_toolbox::sdo_channel::response_id;
+    use lexican_toolbox::bus::sdo_channel::response_id;
     use std::collections::VecDeque;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};

@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 
 use clap::{Arg, Command};
-use lexican_toolbox::node_id::node_ids;
+use lexican_toolbox::text::node_id::node_ids;
 
 /// The arguments with the node where the command has it. What cannot be understood is left for clap to complain about.
 pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {

@@ -12,10 +12,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::kept::replace;
 use lexican_runtime::host::{AccessError, BusState, LinkError};
 use lexican_runtime::service::sdo_client::SdoError;
-pub(crate) use lexican_toolbox::files::reason;
-use lexican_toolbox::files::{Existing, ReadError};
-pub(crate) use lexican_toolbox::json::fields;
-use lexican_toolbox::object::ObjectError;
+pub(crate) use lexican_toolbox::text::files::reason;
+use lexican_toolbox::text::files::{Existing, ReadError};
+pub(crate) use lexican_toolbox::text::json::fields;
+use lexican_toolbox::values::lookup::ObjectError;
 use serde_json::Value as Json;
 
 /// The result of a command that has done its work.

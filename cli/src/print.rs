@@ -6,8 +6,8 @@ use anstyle::{AnsiColor, Style};
 use lexican_runtime::{Frame, Instant};
 
 use crate::output::styled;
+use lexican_toolbox::bus::transfers::{End, Transfer};
 use lexican_toolbox::decode::{Decoded, Service};
-use lexican_toolbox::transfers::{End, Transfer};
 use lexican_toolbox::values::hex;
 
 /// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.

@@ -16,10 +16,10 @@ use serde_json::json;
 use crate::bus::BusArgs;
 use crate::duration::milliseconds;
 use crate::output::{self, Failure, Outcome, progress, styled};
+use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::decode::duplicates::{DuplicateNodes, Evidence};
-use lexican_toolbox::identity::{recognise, words};
-use lexican_toolbox::sdo_channel::{request_frame, responder};
+use lexican_toolbox::node::identity::{recognise, words};
 
 /// Find the nodes of a bus
 ///
@@ -283,7 +283,7 @@ mod tests {
     use lexican_eds::model::{Device, Value};
     use lexican_runtime::host::{Incoming, LinkError, VirtualBus};
     use lexican_runtime::{CobId, Instant};
-    use lexican_toolbox::simulation::VirtualDevice;
+    use lexican_simulation::VirtualDevice;
 
     /// A data sheet with this serial number.
     fn sheet(serial: i128) -> Device {

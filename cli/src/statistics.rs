@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 
 use lexican_runtime::host::{LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Instant};
+use lexican_toolbox::bus::statistics::{NodeReport, Report, Spans, Statistics};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::statistics::{NodeReport, Report, Spans, Statistics};
 use ratatui::style::{Modifier, Stylize};
 use ratatui::text::Line;
 use serde_json::json;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, library};
 
-use crate::files::{ReadError, read};
+use crate::text::files::{ReadError, read};
 
 /// A device as its data sheet describes it, and the findings about that.
 #[derive(Clone, Debug)]
@@ -82,7 +82,7 @@ impl DataSheet {
     }
 
     /// The data sheet of this name, which is that of a file or else of a device of the library, with overlays from files.
-    /// [`recognise`](crate::identity::recognise) has the names of devices that are known by their identity.
+    /// [`recognise`](crate::node::identity::recognise) has the names of devices that are known by their identity.
     pub fn load(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
         let (input, library) = find_known(name)?;
         let sheet = DataSheet::new(with_overlays(input, overlays)?)?;
@@ -101,7 +101,7 @@ pub fn find(name: &str) -> Result<Input, DataSheetError> {
 }
 
 /// [`find`], and which device of the library it is, if it is one.
-pub(crate) fn find_known(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
+pub fn find_known(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
     let path = Path::new(name);
     if path.is_file() {
         return Ok((Input::new(read(path)?), None));
@@ -116,7 +116,7 @@ pub(crate) fn find_known(name: &str) -> Result<(Input, Option<&'static str>), Da
 }
 
 /// The texts of a device of the library.
-pub(crate) fn find_shipped(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
+pub fn find_shipped(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
     let shipped = library::find(name).ok_or_else(|| DataSheetError::Unknown { name: name.to_owned() })?;
     Ok((shipped.input(), Some(shipped.id)))
 }

@@ -20,8 +20,9 @@ lexican-runtime: cia
 lexican-profibus: runtime
 lexican-pictures:
 lexican-conform: eds runtime
-lexican-toolbox: driver eds pictures runtime simulator kollmorgen-akd siko-ag02 siko-ag03-1 profibus siko-profibus \
-    siko-serial
+lexican-toolbox: driver eds pictures registry runtime
+lexican-registry: driver runtime simulator kollmorgen-akd siko-ag02 siko-ag03-1
+lexican-simulation: eds profibus registry runtime siko-ag03-1 siko-profibus siko-serial simulator toolbox
 lexican-bench: driver eds pictures runtime toolbox
 lexican-driver: eds runtime
 lexican-simulator: runtime
@@ -31,8 +32,8 @@ lexican-siko-ag03-1: siko driver runtime codegen
 lexican-siko-serial: siko siko-ag02 driver runtime
 lexican-siko-profibus: driver profibus siko siko-ag02 siko-ag03-1 runtime
 lexican-kollmorgen-akd: driver runtime simulator codegen
-lexican: bench eds codegen conform driver pictures runtime profibus simulator kollmorgen-akd siko-ag02 siko-ag03-1 \
-    siko-profibus siko-serial toolbox
+lexican: bench eds codegen conform driver pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
+    siko-ag03-1 siko-profibus siko-serial toolbox
 changeover: driver pictures profibus runtime kollmorgen-akd siko-ag02 siko-ag03-1 siko-profibus siko-serial
 circle: driver runtime kollmorgen-akd pictures
 doors: pictures profibus runtime siko-ag02 siko-profibus siko-serial
@@ -193,8 +194,21 @@ fn names_simulator(text: &str) -> bool {
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
     for room in [
-        "eds", "codegen", "runtime", "profibus", "drives", "pictures", "toolbox", "bench", "conform", "cli",
-        "examples", "tests", "xtask", "fuzz",
+        "eds",
+        "codegen",
+        "runtime",
+        "profibus",
+        "drives",
+        "pictures",
+        "toolbox",
+        "simulation",
+        "bench",
+        "conform",
+        "cli",
+        "examples",
+        "tests",
+        "xtask",
+        "fuzz",
     ] {
         collect(root, &root.join(room), &mut sources)?;
     }
@@ -256,7 +270,7 @@ mod tests {
             ("drives/siko/src/sim/node.rs", 0),
             ("drives/siko-profibus/src/drive.rs", 0),
             ("drives/siko-serial/tests/door.rs", 0),
-            ("toolbox/src/simulation/device.rs", 0),
+            ("simulation/src/device.rs", 0),
         ] {
             assert_eq!(findings(path, text).len(), count, "{path}");
         }

@@ -6,7 +6,7 @@ use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_toolbox::object::{resolve, resolve_all};
+use lexican_toolbox::values::lookup::{resolve, resolve_all};
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, written};
 

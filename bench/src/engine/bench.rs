@@ -8,7 +8,7 @@ use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
-use lexican_toolbox::sampler::Signal;
+use lexican_toolbox::trace::sampler::Signal;
 
 use super::hub::{self, Port, Ports};
 use super::lock::lock;

@@ -6,8 +6,8 @@ use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::Format;
-use lexican_toolbox::object::resolve;
-use lexican_toolbox::sampler::Signal;
+use lexican_toolbox::trace::sampler::Signal;
+use lexican_toolbox::values::lookup::resolve;
 use tokio::sync::oneshot;
 
 use super::bench::{Bench, Simulation, get_to_know};

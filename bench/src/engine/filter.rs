@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lexican_runtime::{Duration, Frame, Instant};
-use lexican_toolbox::cob_ids::CobIds;
-use lexican_toolbox::filter::Filter;
+use lexican_toolbox::bus::cob_ids::CobIds;
+use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
-use lexican_toolbox::node_id::node_ids;
+use lexican_toolbox::text::node_id::node_ids;
 
 use super::lock::lock;
 use crate::model::{Model, Which};

@@ -11,9 +11,9 @@ use lexican_runtime::wire::lss::{LssRequest, LssState};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::bus::sdo_channel::request_frame;
 use lexican_toolbox::decode::lss::response_text;
 use lexican_toolbox::lss::{Selected, Session, Target, Times, Trouble};
-use lexican_toolbox::sdo_channel::request_frame;
 
 use super::hub::{Port, Ports};
 use super::jobs::Job;

@@ -41,7 +41,7 @@ pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<
     // A stop has no number, and waits for none.
     if !verb.is_stop() {
         let mut network = worker.network()?;
-        let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
+        let mut remote = lexican_toolbox::node::remote::RemoteNode::new(&mut network, node);
         for object in scales.objects() {
             let values = scales.values();
             let conditions = values.entry(object).map(|entry| values.conditions(entry)).unwrap_or_default();

@@ -8,11 +8,11 @@ use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::parameters::compare::{Difference, Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, check_identity, configured, restore};
 use lexican_toolbox::parameters::{Ended, Progress};
-use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::report::ValueReport;
 
 use super::hub::Port;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
-use lexican_toolbox::sampler::Signal;
+use lexican_toolbox::trace::sampler::Signal;
 
 use crate::request::Refused;
 

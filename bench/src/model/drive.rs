@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Cause, State};
 use lexican_runtime::{Duration, Instant, Measured, NodeId};
 use lexican_toolbox::drive::Look;
-use lexican_toolbox::series;
+use lexican_toolbox::trace::series;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 

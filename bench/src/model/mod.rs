@@ -18,13 +18,13 @@ use lexican_runtime::host::BusState;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{Duration, Frame, Instant, Measured, NodeId};
+use lexican_toolbox::bus::statistics::Statistics;
+use lexican_toolbox::bus::transfers::{End, Transfer, Transfers};
 use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail};
 use lexican_toolbox::drive::Look;
-use lexican_toolbox::identity::{PRODUCT, recognise};
-use lexican_toolbox::sampler::Signal;
-use lexican_toolbox::statistics::Statistics;
-use lexican_toolbox::transfers::{End, Transfer, Transfers};
+use lexican_toolbox::node::identity::{PRODUCT, recognise};
+use lexican_toolbox::trace::sampler::Signal;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 

@@ -214,7 +214,7 @@ pub(crate) fn value(at: f64, report: &ValueReport) -> view::Value {
     view::Value {
         address: report.address.to_string(),
         text: report.text().to_owned(),
-        number: lexican_toolbox::series::number(report),
+        number: lexican_toolbox::trace::series::number(report),
         raw: report.raw.clone().or_else(encoded).map(|raw| hex(&raw)).unwrap_or_default(),
         at,
         is_error: false,

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_runtime::NodeId;
+use lexican_toolbox::bus::statistics::Report;
 use lexican_toolbox::decode::{Decoded, Detail};
-use lexican_toolbox::statistics::Report;
 
 /// What the bench itself sends.
 #[derive(Default)]

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use lexican_pictures::{self as pictures, Picture};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, Instant, Measured, NodeId};
-use lexican_toolbox::sampler::Signal;
-use lexican_toolbox::series::{Recording, number};
+use lexican_toolbox::trace::sampler::Signal;
+use lexican_toolbox::trace::series::{Recording, number};
 use lexican_toolbox::values::report::ValueReport;
 
 use super::age::{DRIVE, old_after, shown, time};
@@ -107,7 +107,7 @@ impl Plot {
     /// The points after a time; a curve whose last point should have been followed by another one is old `now`.
     pub(crate) fn since(&self, seconds: f64, now: Instant, latency: Duration) -> Vec<view::Curve> {
         let of_node = |(node, curves): (&NodeId, &Curves)| {
-            let of_series = |series: &lexican_toolbox::series::Series| {
+            let of_series = |series: &lexican_toolbox::trace::series::Series| {
                 let first = series.points.partition_point(|(at, _)| *at <= seconds);
                 let every = curves.signals.iter().find(|(signal, _)| *signal == Signal::Object(series.address));
                 // A PDO does not say when it comes again.

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::object::Address;
 use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::decode::{Decoded, Detail, Service, Step};
-use lexican_toolbox::filter::Filter;
 use lexican_toolbox::values::hex;
 
 use crate::view::Row;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::BusState;
+use lexican_toolbox::bus::statistics::Report;
 use lexican_toolbox::decode::duplicates::Evidence;
-use lexican_toolbox::statistics::Report;
 
 use super::node::Event;
 use crate::view;

@@ -12,8 +12,8 @@ use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
 use lexican_runtime::{CobId, Frame, NodeId};
+use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
 [[node]]

@@ -6,8 +6,8 @@ use lexican_bench::view::View;
 use lexican_eds::{Input, Source, library};
 use lexican_runtime::host::BusState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::filter::Filter;
 
 /// A bus that is heard from some time on, which is no zero.
 struct Bus {
@@ -240,7 +240,7 @@ fn a_storm_of_boot_ups_makes_no_storm_of_reads() {
 fn the_last_number_of_a_curve_grows_old() {
     let mut bus = Bus::new();
     bus.introduce_drive();
-    let position = lexican_toolbox::sampler::Signal::Object(lexican_runtime::object::Address::new(0x6064, 0));
+    let position = lexican_toolbox::trace::sampler::Signal::Object(lexican_runtime::object::Address::new(0x6064, 0));
     bus.model.plot(NodeId::literal(5), [position], 50);
     answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
     let mut seen = |ms| {
@@ -297,7 +297,7 @@ fn behind_a_latency_values_grow_old_so_much_later() {
     bus.model.set_latency(lexican_runtime::Duration::from_secs(5));
     let (node, position) = (NodeId::literal(5), lexican_runtime::object::Address::new(0x6064, 0));
     bus.model.watch(node, position, 250);
-    bus.model.plot(node, [lexican_toolbox::sampler::Signal::Object(position)], 250);
+    bus.model.plot(node, [lexican_toolbox::trace::sampler::Signal::Object(position)], 250);
     answer(&mut bus, 0, 0x6041, [0x37, 0x02, 0, 0]);
     answer(&mut bus, 0, 0x6064, [0x67, 0x12, 0, 0]);
     for (ms, is_old) in [(11_000, false), (1000, true)] {

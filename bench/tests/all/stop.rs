@@ -7,7 +7,7 @@ use lexican_bench::request::{Nmt, Other, Verb};
 use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_runtime::host::{Fate, VirtualBus};
 use lexican_runtime::{CobId, Duration};
-use lexican_toolbox::simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
+use lexican_simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
 
 const PLANT: &str = "
 [[node]]

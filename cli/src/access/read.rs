@@ -11,8 +11,8 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Bytes};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_toolbox::object::resolve_all;
 use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::lookup::resolve_all;
 use lexican_toolbox::values::report::ValueReport;
 
 use super::{Printer, follow, is_answer, read_conditions};

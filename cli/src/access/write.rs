@@ -10,8 +10,8 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
-use lexican_toolbox::object::resolve;
 use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::text::parse_as;
 use lexican_toolbox::values::wire::{encode, written};
@@ -21,7 +21,7 @@ use super::{Printer, follow, is_answer, read_conditions};
 use crate::bus::{BoxedLink, NODES, NetworkArgs, NodeIds};
 use crate::completions::objects;
 use crate::output::{Failure, Outcome, ctrl_c, note, warn};
-use lexican_toolbox::files::read_up_to;
+use lexican_toolbox::text::files::read_up_to;
 
 /// Write an object of nodes by SDO
 ///

@@ -17,8 +17,8 @@ use lexican_bench::tui;
 use lexican_bench::web::Server;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
+use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
-use lexican_toolbox::simulation::{Files, Plant};
 
 use crate::bus::{Bus, BusArgs, KnownArgs, kinds, simulate};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};

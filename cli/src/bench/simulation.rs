@@ -5,7 +5,7 @@ use std::sync::{MutexGuard, PoisonError};
 use lexican_bench::engine;
 use lexican_bench::view;
 use lexican_runtime::NodeId;
-use lexican_toolbox::simulation::{Input, Power, Segment, SimulatedDevice, Takes};
+use lexican_simulation::{Input, Power, Segment, SimulatedDevice, Takes};
 
 use crate::bus::Simulation;
 

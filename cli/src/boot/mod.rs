@@ -13,7 +13,7 @@ use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
 use lexican_runtime::object::{Object, Ro};
 use lexican_runtime::procedure::BootError;
 use lexican_runtime::{Duration, NodeId, cia301};
-use lexican_toolbox::identity::{recognise, words};
+use lexican_toolbox::node::identity::{recognise, words};
 use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};

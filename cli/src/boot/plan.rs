@@ -17,12 +17,12 @@ use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, note};
 use crate::toml_text::parse;
 use lexican_toolbox::data_sheet::beside;
-use lexican_toolbox::files::{read, read_up_to};
-use lexican_toolbox::identity::{PRODUCT, VENDOR};
-use lexican_toolbox::object::resolve;
+use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::order::in_order;
 use lexican_toolbox::parameters::restore::{configured, not_restored};
+use lexican_toolbox::text::files::{read, read_up_to};
+use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::wire::written;
 use lexican_toolbox::values::{DeviceValues, given, resolved};
 

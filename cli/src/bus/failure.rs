@@ -3,9 +3,9 @@
 use lexican_runtime::host::slcan;
 use lexican_runtime::host::url::OpenError;
 
+use lexican_simulation::plant::Problem;
+use lexican_simulation::{PlantError, SimulationError};
 use lexican_toolbox::data_sheet::DataSheetError;
-use lexican_toolbox::simulation::plant::Problem;
-use lexican_toolbox::simulation::{PlantError, SimulationError};
 
 use crate::device::in_full;
 use crate::output::{Failure, reason};

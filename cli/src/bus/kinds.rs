@@ -7,8 +7,8 @@ use clap_complete::engine::CompletionCandidate;
 use lexican_runtime::Instant;
 use lexican_runtime::host::url::{LOG, SLCAN, SOCKETCAN, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, BusUrlError, Pace, Replay};
+use lexican_simulation::{Plant, SimulatedDevice};
 use lexican_toolbox::log::Reader;
-use lexican_toolbox::simulation::{Plant, SimulatedDevice};
 
 use super::failure::open_failure;
 use super::{Bus, profibus, serial, simulation};

@@ -26,7 +26,7 @@ use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use crate::output::{Failure, reason};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
-pub(crate) use lexican_toolbox::node_id::node_id;
+pub(crate) use lexican_toolbox::text::node_id::node_id;
 pub(crate) use node::{
     BoxedLink, Connected, Identity, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };

@@ -10,9 +10,9 @@ use lexican_runtime::host::{AccessError, Link, Pace};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
+use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::restore::check_identity;
-use lexican_toolbox::remote::RemoteNode;
 
 use super::{Bus, BusArgs, NodeIds, SheetName, network};
 use crate::completions::devices;

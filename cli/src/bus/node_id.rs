@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::str::FromStr;
 
 use lexican_runtime::NodeId;
-use lexican_toolbox::node_id::{NodeIdError, node_id, node_ids};
+use lexican_toolbox::text::node_id::{NodeIdError, node_id, node_ids};
 
 /// A node-ID, or `none`.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use lexican_profibus::serial_line::{self, SerialSegment};
 use lexican_runtime::Duration;
 use lexican_runtime::host::url::{Parameter, Scheme, Takes, anything, elsewhere};
 use lexican_runtime::host::{BusUrl, Pace};
-use lexican_toolbox::simulation::PlantDevice;
+use lexican_simulation::PlantDevice;
 use profirust::Baudrate;
 use siko_profibus::{AG02, AG03_1, Model, PPO, bus, line};
 

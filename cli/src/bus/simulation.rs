@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes, anything, elsewhere};
 use lexican_runtime::host::{BusUrl, Pace, VirtualBus};
-use lexican_toolbox::node_id::node_id;
-use lexican_toolbox::simulation::plant::is_plant;
-use lexican_toolbox::simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
+use lexican_simulation::plant::is_plant;
+use lexican_simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
+use lexican_toolbox::text::node_id::node_id;
 
 use super::Bus;
 use super::kinds::{Kind, Simulated};

@@ -10,9 +10,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lexican_conform::{About, Case, CaseReport, Ended, Level, Record, Report, Verdict};
 use lexican_runtime::host::{BusUrl, Link, Pace, Participant};
 use lexican_runtime::{Duration, Instant};
-use lexican_toolbox::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Trial, judge_file};
+use lexican_simulation::Plant;
+use lexican_simulation::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Trial, judge_file};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::simulation::Plant;
 
 use crate::bus::kinds::{Kind, Simulated};
 use crate::bus::pty::Ptys;

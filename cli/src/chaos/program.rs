@@ -6,7 +6,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration as StdDuration;
 
-use lexican_toolbox::chaos::{End, Signal};
+use lexican_simulation::chaos::{End, Signal};
 use nix::sys::signal::{Signal as Unix, killpg};
 use nix::unistd::Pid;
 

@@ -16,9 +16,9 @@ use serde_json::json;
 
 use crate::bus::{Connected, Identity, NODE, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
-use lexican_toolbox::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
+use lexican_toolbox::node::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
+use lexican_toolbox::node::remote::{Refusal, RemoteNode};
 use lexican_toolbox::parameters::order::in_order;
-use lexican_toolbox::remote::{Refusal, RemoteNode};
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{fitting, parse_padded, written};
 use lexican_toolbox::values::{DeviceValues, address};

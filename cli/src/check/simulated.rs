@@ -20,7 +20,7 @@ use lexican_runtime::{Duration, Instant};
 use simulator::servo;
 
 use super::*;
-use lexican_toolbox::simulation::VirtualDevice;
+use lexican_simulation::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
 /// The longest heartbeat and a second, because a heartbeat producer does not respond to guarding.

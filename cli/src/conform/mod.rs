@@ -25,7 +25,7 @@ use crate::duration::time;
 use crate::output::{Failure, Outcome, ctrl_c, plural};
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
-use lexican_toolbox::object::resolve;
+use lexican_toolbox::values::lookup::resolve;
 use print::Screen;
 use reports::{ReportArgs, about};
 

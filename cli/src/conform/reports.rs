@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use lexican_conform::{About, Document};
-use lexican_toolbox::time_of_day;
+use lexican_toolbox::text::time_of_day;
 
 use crate::output::{Failure, ForceArgs};
 use crate::send::time::now;

@@ -9,7 +9,7 @@ use siko_ag03_1::worked_examples::{Action, Example, NODE, Row, Until};
 
 use super::bench::{Bench, DriveStatus, Poll, Sample, Truth};
 use crate::output::Failure;
-use lexican_toolbox::identity::VENDOR;
+use lexican_toolbox::node::identity::VENDOR;
 
 /// How long a controller waits for the drive to report its state, which it does every 100 ms (1800h:05).
 const HANDSHAKE: Duration = Duration::from_millis(150);

@@ -9,8 +9,8 @@ use lexican_eds::patch::Patch;
 use lexican_eds::types::DataType;
 use lexican_eds::{Diagnostic, Input, Severity, Source, Span, diff, standard};
 use lexican_runtime::object::Address;
-use lexican_toolbox::object::{resolve, same_name};
 use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::lookup::{resolve, same_name};
 use serde_json::json;
 
 use super::file;

@@ -8,7 +8,7 @@ use similar::{ChangeTag, TextDiff};
 
 use crate::output::{Failure, styled, write_whole};
 use lexican_toolbox::data_sheet::find;
-use lexican_toolbox::files::read_up_to;
+use lexican_toolbox::text::files::read_up_to;
 
 /// Refuses the names of the library, and files that do not exist.
 pub(super) fn must_be_file(name: &str) -> Result<(), Failure> {

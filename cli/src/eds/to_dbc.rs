@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use lexican_runtime::NodeId;
-use lexican_toolbox::dbc::Database;
+use lexican_toolbox::pdo::dbc::Database;
 
 use crate::bus::NodeIds;
 use crate::device::{DeviceArgs, show_errors};

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use lexican_eds::model::Device;
 use lexican_runtime::host::{LinkError, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Instant, NodeId};
-use lexican_toolbox::sampler::{Sampled, Sampler, Signal};
+use lexican_toolbox::trace::sampler::{Sampled, Sampler, Signal};
 use lexican_toolbox::values::report::ValueReport;
 
 use crate::bus::{Connected, NODE, NetworkArgs, node_id};

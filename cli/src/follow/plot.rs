@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lexican_pictures as pictures;
 use lexican_runtime::{Duration, Instant};
-use lexican_toolbox::series::{Recording, Series, number};
+use lexican_toolbox::trace::series::{Recording, Series, number};
 use lexican_toolbox::values::report::ValueReport;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use lexican_runtime::Instant;
-use lexican_toolbox::series::{Recording, Series};
+use lexican_toolbox::trace::series::{Recording, Series};
 use lexican_toolbox::values::report::ValueReport;
 use ratatui::style::Stylize;
 use ratatui::text::Line;

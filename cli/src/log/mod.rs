@@ -10,7 +10,7 @@ use std::io;
 use std::path::Path;
 
 use lexican_runtime::Duration;
-use lexican_toolbox::cob_ids::CobIds;
+use lexican_toolbox::bus::cob_ids::CobIds;
 use lexican_toolbox::log::{Format, LogError, Reader, Selection, Skipped, WriteError};
 
 use crate::duration::time;

@@ -9,9 +9,9 @@ use std::time::UNIX_EPOCH;
 use indicatif::{DecimalBytes, ProgressBar};
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant};
-use lexican_toolbox::cob_ids::CobIds;
-use lexican_toolbox::files::Existing;
+use lexican_toolbox::bus::cob_ids::CobIds;
 use lexican_toolbox::log::{Direction, Files, Format, Limits, Record, Writer};
+use lexican_toolbox::text::files::Existing;
 use serde_json::json;
 
 use super::{format_of, frames, is_pipe, size, write_failure};

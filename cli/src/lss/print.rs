@@ -6,8 +6,8 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::output::{Failure, Outcome, fields, print_result, warn};
 use lexican_toolbox::decode::lss::{response_json, response_text};
-use lexican_toolbox::identity::{self, recognise};
 use lexican_toolbox::lss::Selected;
+use lexican_toolbox::node::identity::{self, recognise};
 
 /// The device of a line of output.
 pub(super) fn title(selected: Option<Selected>) -> String {

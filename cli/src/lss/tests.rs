@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex};
 use crate::bus::testing::Flood;
 use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
 use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
-use lexican_toolbox::simulation::VirtualDevice;
+use lexican_simulation::VirtualDevice;
 
 const TIMES: Times = Times { response: Duration::from_millis(500), step: Duration::from_millis(25) };
 

@@ -1,7 +1,7 @@
 //! Which frames to print.
 
-use lexican_toolbox::cob_ids::CobIds;
-use lexican_toolbox::filter::{Filter, ServiceFilter};
+use lexican_toolbox::bus::cob_ids::CobIds;
+use lexican_toolbox::bus::filter::{Filter, ServiceFilter};
 
 use crate::bus::NodeIds;
 

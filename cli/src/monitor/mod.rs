@@ -9,9 +9,9 @@ use anstream::adapter::strip_str;
 use lexican_eds::model::Device;
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
-use lexican_toolbox::changes::Changes;
-use lexican_toolbox::filter::Filter;
-use lexican_toolbox::transfers::{End, Transfer, Transfers};
+use lexican_toolbox::bus::changes::Changes;
+use lexican_toolbox::bus::filter::Filter;
+use lexican_toolbox::bus::transfers::{End, Transfer, Transfers};
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 

@@ -8,9 +8,9 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 
+use lexican_toolbox::bus::sdo_channel::request_frame;
 use lexican_toolbox::decode::{Decoded, Detail, Side};
-use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
-use lexican_toolbox::sdo_channel::request_frame;
+use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::values::address;
 
 /// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::LeftOuts;
 use lexican_toolbox::parameters::restore::Settings;
 use lexican_toolbox::parameters::settings::{Section, conditions, parse};
-use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ use super::writing::{Wanted, WriteArgs};
 use super::{Watch, known};
 use crate::bus::{NetworkArgs, NodeIds, Nodes};
 use crate::output::{Failure, Outcome, note, print_result, warn};
-use lexican_toolbox::files::read;
+use lexican_toolbox::text::files::read;
 
 /// Apply settings from a file (TOML) to nodes
 ///

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use lexican_runtime::NodeId;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::backup::backup;
-use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 

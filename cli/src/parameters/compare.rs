@@ -6,8 +6,8 @@ use anstyle::AnsiColor;
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Pace};
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::compare::{Difference, Side, compare};
-use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Value as Json, json};
 

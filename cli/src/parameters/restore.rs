@@ -4,8 +4,8 @@ use std::path::Path;
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::restore::{check_identity, configured, domains, not_restored};
-use lexican_toolbox::remote::RemoteNode;
 
 use super::writing::{Wanted, WriteArgs};
 use super::{LeftOutArgs, Watch};

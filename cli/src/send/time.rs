@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use lexican_runtime::object::TimeOfDay;
 use lexican_runtime::{CobId, Duration, wire};
-use lexican_toolbox::time_of_day;
+use lexican_toolbox::text::time_of_day;
 
 use super::schedule::Schedule;
 use super::session::Session;

@@ -5,9 +5,9 @@ use std::str::FromStr;
 
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::{Duration, NodeId};
-use lexican_toolbox::files::read;
-use lexican_toolbox::simulation::plant::{ScriptText, is_plant};
-use lexican_toolbox::simulation::{Plant, PlantDevice};
+use lexican_simulation::plant::{ScriptText, is_plant};
+use lexican_simulation::{Plant, PlantDevice};
+use lexican_toolbox::text::files::read;
 
 use crate::bus::kinds::{KINDS, Simulated, Terminal, url};
 use crate::bus::{NodeOrNone, read_plant};

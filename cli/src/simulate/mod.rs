@@ -7,7 +7,7 @@ mod session;
 mod station;
 
 use lexican_runtime::host::{Link, Pace};
-use lexican_toolbox::simulation::Plant;
+use lexican_simulation::Plant;
 
 use crate::bus::BusArgs;
 use crate::bus::kinds::{Kind, Simulated, Terminal};

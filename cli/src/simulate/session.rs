@@ -6,8 +6,8 @@ use std::sync::mpsc::Receiver;
 
 use lexican_runtime::host::{Link, LinkError, Notice, Participant};
 use lexican_runtime::{Duration, Instant};
-use lexican_toolbox::simulation::Segment;
-use lexican_toolbox::simulation::command::{self, Command, CommandError, addressee};
+use lexican_simulation::Segment;
+use lexican_simulation::command::{self, Command, CommandError, addressee};
 use serde_json::{Value as Json, json};
 
 use super::args::{Args, Place};

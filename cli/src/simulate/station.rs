@@ -4,7 +4,7 @@ use std::io;
 
 use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Frame, Instant};
-use lexican_toolbox::simulation::{Command, PlantDevice, SimulatedDevice};
+use lexican_simulation::{Command, PlantDevice, SimulatedDevice};
 use serde_json::json;
 
 use super::report::Report;

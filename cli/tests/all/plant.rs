@@ -8,7 +8,7 @@ use crate::common::{Run, folder, lexican_in};
 use crate::simulation::Simulation;
 use lexican_runtime::Duration;
 use lexican_runtime::host::VirtualBus;
-use lexican_toolbox::simulation::{Files, Plant, SimulatedDevice, command};
+use lexican_simulation::{Files, Plant, SimulatedDevice, command};
 use serde_json::{Value, json};
 
 /// A drive and two sensors of a data sheet that the library does not have.

@@ -13,7 +13,7 @@ use lexican_runtime::host::{Link, VirtualBus};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
-use lexican_toolbox::simulation::Plant;
+use lexican_simulation::Plant;
 use serde_json::Value;
 
 const NODE: NodeId = NodeId::literal(5);

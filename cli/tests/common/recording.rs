@@ -7,8 +7,8 @@ use lexican_runtime::host::{Incoming, Link, VirtualBus};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use lexican_simulation::{Files, Plant};
 use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
-use lexican_toolbox::simulation::{Files, Plant};
 
 const PLANT: &str = "
 [[node]]

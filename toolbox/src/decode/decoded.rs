@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value as Json;
 
 use super::lss;
-use crate::json::{abort, access, bytes, digits, fields_of};
+use crate::text::json::{abort, access, bytes, digits, fields_of};
 use crate::values::hex;
 use crate::values::report::ValueReport;
 

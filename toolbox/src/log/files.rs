@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::codec::WriteError;
 use super::{Format, Record, Writer};
-use crate::files::Existing;
+use crate::text::files::Existing;
 
 /// How large the files of a recording become; without limits it has one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

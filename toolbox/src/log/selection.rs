@@ -3,7 +3,7 @@
 use lexican_runtime::{Duration, Instant};
 
 use super::Record;
-use crate::cob_ids::CobIds;
+use crate::bus::cob_ids::CobIds;
 
 /// Which frames of a log are wanted: those that meet all conditions given here.
 #[derive(Clone, Debug, Default)]

@@ -8,7 +8,7 @@ use lexican_runtime::host::kept::Replacement;
 
 use super::codec::{Encode, WriteError};
 use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
-use crate::files::Existing;
+use crate::text::files::Existing;
 
 enum Output {
     File(BufWriter<LogFile>),

@@ -10,8 +10,8 @@ use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
 
 use super::trouble::Trouble;
+use crate::bus::sdo_channel::{request_frame, response_id};
 use crate::decode::lss::refuses;
-use crate::sdo_channel::{request_frame, response_id};
 
 /// How much later a second device may respond.
 const GRACE: Duration = Duration::from_millis(50);

@@ -9,7 +9,7 @@ use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 
 use super::{Ended, LeftOut, LeftOuts, OnProgress, Parameters, read_entry, read_parameters};
-use crate::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Refusal, RemoteNode};
 use crate::values::{address, resolved};
 
 /// What was read of a device.

@@ -8,7 +8,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, NodeId};
 
 use super::{Ended, LeftOuts, OnProgress, Parameters, is_beyond_mapping, read_parameters};
-use crate::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Refusal, RemoteNode};
 use crate::values::report::ValueReport;
 use crate::values::wire::encode;
 use crate::values::{DeviceValues, address, resolved};

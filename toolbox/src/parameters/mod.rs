@@ -18,8 +18,8 @@ use lexican_runtime::cia301::is_pdo_mapping;
 use lexican_runtime::host::{AccessError, Bytes, Link};
 use lexican_runtime::object::Address;
 
-use crate::followed::Followed;
-use crate::remote::{Refusal, RemoteNode};
+use crate::node::followed::Followed;
+use crate::node::remote::{Refusal, RemoteNode};
 use crate::values::address;
 use crate::values::wire::parse_padded;
 

@@ -11,8 +11,8 @@ use lexican_runtime::{NodeId, cia301};
 
 use super::order::{Write, in_order, switches};
 use super::{Ended, LONGEST, LeftOut, LeftOuts, OnProgress, Parameters, Progress, read, read_entry, write_entry};
-use crate::files::{ReadError, read_up_to};
-use crate::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Refusal, RemoteNode};
+use crate::text::files::{ReadError, read_up_to};
 use crate::values::wire::{encode, parse_padded, written};
 use crate::values::{address, given, resolved};
 

@@ -16,9 +16,9 @@ use lexican_runtime::object::Address;
 use serde::Deserialize;
 
 use super::restore::Settings;
-use crate::object::resolve;
-use crate::toml_text::{self, TomlError};
+use crate::text::toml_text::{self, TomlError};
 use crate::values::DeviceValues;
+use crate::values::lookup::resolve;
 use crate::values::permission::WriteRefusal;
 use crate::values::wire::encode;
 

@@ -3,6 +3,7 @@
 //! Nothing in here has a bus: what is read comes from a function, and what is to be written are
 //! [`Settings`](lexican_runtime::host::Settings) for a network.
 
+pub mod dbc;
 mod plan;
 mod words;
 

@@ -8,7 +8,7 @@ use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
 use lexican_runtime::{CobId, NodeId};
 
 use super::{PdoName, PdoState};
-use crate::object::{ObjectError, describe, resolve};
+use crate::values::lookup::{ObjectError, describe, resolve};
 
 /// What a PDO is to become; what is `None` stays as it is.
 #[derive(Clone, Debug, Default)]

@@ -10,7 +10,7 @@ use lexican_runtime::wire::pdo::TransmissionType;
 use serde_json::{Map, Value as Json, json};
 
 use super::{PdoState, transmission};
-use crate::json::fields;
+use crate::text::json::fields;
 use crate::values::name;
 use crate::values::report::ValueReport;
 

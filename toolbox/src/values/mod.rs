@@ -1,5 +1,6 @@
 //! Values of entries: as bytes ([`wire`]), as text, and as typed by people ([`text`]); whether they may be written ([`permission`]).
 
+pub mod lookup;
 pub mod permission;
 pub mod report;
 mod special;

@@ -9,7 +9,7 @@ use serde_json::{Map, Value as Json};
 
 use super::wire::parse_padded;
 use super::{DeviceValues, hex, plain};
-use crate::json::{add_some, fields_of};
+use crate::text::json::{add_some, fields_of};
 
 /// An entry of a node, and perhaps its value.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use std::{env, fs};
 
 use lexican_eds::{Input, Source, load};
 use lexican_runtime::NodeId;
-use lexican_toolbox::dbc::Database;
+use lexican_toolbox::pdo::dbc::Database;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dbc")

@@ -6,8 +6,8 @@ use lexican_runtime::host::{Link as _, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant, NodeId};
+use lexican_simulation::{Files, Plant};
 use lexican_toolbox::drive::{Ending, Look, Order, Times, carry_out, has_ended};
-use lexican_toolbox::simulation::{Files, Plant};
 use siko_ag03_1::driver::AG03_1;
 
 const NODE: NodeId = NodeId::literal(5);

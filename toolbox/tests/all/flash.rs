@@ -10,7 +10,7 @@ use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Tab
 use lexican_runtime::service::program::{Order, Program, Programming};
 use lexican_runtime::service::snapshot::{Flash, FlashError as BrokenFlash};
 use lexican_runtime::{Frame, Instant, NodeId};
-use lexican_toolbox::flash::{Cause, FlashError, Held, Identification, Loader, Progress, Stage, flash, held};
+use lexican_toolbox::node::flash::{Cause, FlashError, Held, Identification, Loader, Progress, Stage, flash, held};
 
 const NODE: NodeId = NodeId::literal(5);
 const SIZE: usize = 4096;

@@ -2,13 +2,10 @@
 
 #[path = "../../../eds/tests/all/cases.rs"]
 mod cases;
-mod chaos;
 #[path = "../../../eds/tests/all/corpus_files.rs"]
 mod corpus_files;
 mod data_sheets;
 mod dbc;
-mod dead_man;
-mod declared;
 mod drive;
 mod flash;
 mod logs;

@@ -10,12 +10,12 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
+use lexican_simulation::VirtualDevice;
+use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::{Backup, backup};
 use lexican_toolbox::parameters::compare::{Side, compare};
 use lexican_toolbox::parameters::restore::{Options, Outcome, configured, not_restored, restore};
 use lexican_toolbox::parameters::{Ended, LeftOut, Parameters, Progress};
-use lexican_toolbox::remote::RemoteNode;
-use lexican_toolbox::simulation::VirtualDevice;
 use lexican_toolbox::values::address;
 use lexican_toolbox::values::wire::written;
 

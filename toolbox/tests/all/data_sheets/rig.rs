@@ -3,10 +3,10 @@
 use lexican_driver::{Any, Drive, Error, Protection, Supervision};
 use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::{Duration, NodeId};
+use lexican_simulation::plant::ScriptText;
+use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::drive::{Ending, Order, Times, carry_out, describe, prepare, set_profile};
-use lexican_toolbox::simulation::plant::ScriptText;
-use lexican_toolbox::simulation::{Plant, PlantDevice};
 
 pub(crate) struct Rig {
     pub(crate) bus: VirtualBus,

@@ -1,0 +1,86 @@
+//! What is new on a bus: frames that only repeat the one before are left out.
+
+use std::collections::BTreeMap;
+
+use lexican_runtime::object::Address;
+use lexican_runtime::{CobId, Frame, NodeId};
+
+use crate::bus::transfers::Transfer;
+use crate::decode::{Decoded, Detail};
+use crate::values::report::ValueReport;
+
+/// Remembers the last frame of each COB-ID, and the last value of each entry that a transfer carried.
+#[derive(Debug, Default)]
+pub struct Changes {
+    frames: BTreeMap<CobId, Last>,
+    transfers: BTreeMap<(NodeId, Address, Option<bool>), String>,
+}
+
+#[derive(Debug)]
+struct Last {
+    frame: Frame,
+    fields: Vec<ValueReport>,
+}
+
+impl Changes {
+    /// Handles a frame; returns what is new in it: of a PDO the values that differ from those of the one before, of other
+    /// frames all or nothing.
+    pub fn observe(&mut self, frame: &Frame, decoded: Decoded) -> Option<Decoded> {
+        let fields = match &decoded.detail {
+            Detail::Pdo(pdo) => pdo.fields.clone(),
+            _ => Vec::new(),
+        };
+        let before = self.frames.insert(frame.id(), Last { frame: *frame, fields });
+        let Some(before) = before else { return Some(decoded) };
+        if before.frame == *frame {
+            return None;
+        }
+        match decoded.detail {
+            Detail::Pdo(mut pdo) if !pdo.fields.is_empty() && !before.fields.is_empty() => {
+                pdo.fields.retain(|field| !before.fields.contains(field));
+                let text = pdo.fields.iter().map(ValueReport::brief).collect::<Vec<_>>().join(", ");
+                // Bits that belong to no entry may differ.
+                (!pdo.fields.is_empty()).then_some(Decoded { text, detail: Detail::Pdo(pdo), ..decoded })
+            }
+            _ => Some(decoded),
+        }
+    }
+
+    /// Handles a transfer; returns whether it carried another value, or ended otherwise, than the one before of the entry.
+    pub fn observe_transfer(&mut self, transfer: &Transfer) -> bool {
+        let Some(report) = &transfer.report else { return true };
+        let outcome = format!("{:?} {:?}", transfer.end, report.text);
+        let key = (transfer.node, report.address, transfer.writes);
+        self.transfers.insert(key, outcome.clone()).is_none_or(|before| before != outcome)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::Decoder;
+    use crate::samples;
+    use lexican_runtime::host::candump::Line;
+
+    #[test]
+    fn of_a_pdo_only_the_values_that_differ_are_new() {
+        let device = samples::drive();
+        let (mut decoder, mut changes) = (Decoder::new(), Changes::default());
+        decoder.introduce(NodeId::literal(5), &device);
+        let mut check = |text: &str, expected: Option<&str>| {
+            let frame = format!("(0.000000) can0 {text}").parse::<Line>().unwrap().frame;
+            let new = changes.observe(&frame, decoder.decode(&frame));
+            assert_eq!(new.map(|it| it.text).as_deref(), expected, "{text}");
+        };
+        check(
+            "385#370200000000",
+            Some("Statusword = OPERATION ENABLED + voltage enabled + remote, Position Actual Value = 0 increments"),
+        );
+        check("385#370200000000", None);
+        check("385#370205000000", Some("Position Actual Value = +5 increments"));
+        check("705#05", Some("OPERATIONAL"));
+        check("705#05", None);
+        check("706#05", Some("OPERATIONAL"));
+        check("705#7F", Some("PRE-OPERATIONAL"));
+    }
+}
