@@ -1,9 +1,9 @@
 //! What CiA 301 and CiA 402-2 define: the kind and the data types of their objects, and what their numbers mean.
 
-use crate::cia301;
-use crate::cia402::Mode;
 use crate::model::{Device, ObjectKind};
 use crate::types::DataType;
+use lexican_cia::cia301;
+use lexican_cia::cia402::Mode;
 
 /// An object of a standard.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,9 @@
 //! What a device starts with: the bytes of each entry before it is first written.
 
-use crate::cia301;
 use crate::model::number::{Number, fits_every_node, fitting, raw};
 use crate::model::{AccessType, Condition, Device, Entry, Value};
 use crate::types::DataType;
+use lexican_cia::cia301;
 
 /// The value that an entry starts with, as the wire has it.
 #[derive(Clone, Debug, PartialEq, Eq)]

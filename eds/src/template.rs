@@ -1,9 +1,9 @@
 //! A new data sheet to begin from: what CiA 301 demands, the objects of a device profile, and PDOs that map them.
 
-use crate::cia301;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, DeviceInfo, Direction, Entry, FileInfo, Object, ObjectKind, ObjectList, Value};
 use crate::text::Span;
+use lexican_cia::cia301;
 
 /// What a new data sheet says.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -793,7 +793,6 @@ fn the_mouse_selects_and_scrolls_and_gives_no_order() {
     assert!(mouse(&mut screen, click, 3, 0).contains("[2 Objects]"));
     let write = Request::Write { node: 5, address: "6081:00".to_owned(), text: "60".to_owned(), force: false };
     assert_eq!(press(&mut screen, &view, "\n"), Some(Action::Ask(Purpose::Say, write)));
-    // A row of the trace is held and marked.
     press(&mut screen, &view, "4");
     drawn(&mut screen, &view, 80, 24);
     let text = mouse(&mut screen, click, 12, 4);

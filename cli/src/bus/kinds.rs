@@ -4,47 +4,15 @@ use std::ffi::OsStr;
 use std::fmt::Write as _;
 
 use clap_complete::engine::CompletionCandidate;
-use lexican_runtime::Instant;
-use lexican_runtime::host::url::{LOG, SLCAN, SOCKETCAN, Scheme, Takes};
+use lexican_runtime::host::schemes::{LOG, SLCAN, SOCKETCAN};
+use lexican_runtime::host::url::{Scheme, Takes};
 use lexican_runtime::host::{BusUrl, BusUrlError, Pace, Replay};
-use lexican_simulation::{Plant, SimulatedDevice};
 use lexican_toolbox::log::Reader;
 
 use super::failure::open_failure;
-use super::{Bus, profibus, serial, simulation};
+use super::kind::{Bus, Kind, Simulated};
+use super::{profibus, serial, simulation};
 use crate::output::Failure;
-
-/// A kind of bus, as this command has it.
-pub(crate) struct Kind {
-    pub(crate) scheme: &'static Scheme,
-    /// Opens it; simulated time passes at the pace unless the URL says otherwise.
-    pub(super) open: fn(&BusUrl, Pace) -> Result<Bus, Failure>,
-    pub(crate) simulated: Simulated,
-}
-
-/// How simulated devices get onto a kind of bus.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Simulated {
-    /// As any program does: by opening it.
-    Shared,
-    /// As any program, and no other one can open it meanwhile.
-    Alone,
-    /// One drive, by the protocol of its other interface, at a terminal that it makes itself.
-    AtTerminal(Terminal),
-    /// Not at all: why, and what to do.
-    Never(&'static str, Option<&'static str>),
-}
-
-/// What is at a terminal that a simulated drive makes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Terminal {
-    /// The word of `simulate --bus`.
-    pub(crate) name: &'static str,
-    /// The parameters of the URL by which others open it.
-    pub(crate) parameters: fn(&Plant) -> Result<String, Failure>,
-    /// Connects the interface of the drive, whose data sheet has this name.
-    pub(crate) connect: fn(SimulatedDevice, &str, Instant) -> Result<SimulatedDevice, Failure>,
-}
 
 /// All kinds of bus. Another one is a row here, and a file of its own.
 pub(crate) static KINDS: [Kind; 6] = [
@@ -129,7 +97,7 @@ fn log(url: &BusUrl, _: Pace) -> Result<Bus, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lexican_runtime::host::url::SCHEMES;
+    use lexican_runtime::host::schemes::SCHEMES;
 
     #[test]
     fn every_link_of_the_runtime_is_a_kind_of_bus() {

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use lexican_runtime::NodeId;
 use lexican_toolbox::data_sheet::DataSheet;
 
-use super::{NO_DEVICE, of_node};
+use super::node::NO_DEVICE;
+use super::of_node;
 use crate::device::{load, load_input};
 use crate::output::Failure;
 

@@ -1,6 +1,7 @@
 //! The bus of a command: opening it, and the nodes on it.
 
 pub(crate) mod failure;
+pub(crate) mod kind;
 pub(crate) mod kinds;
 mod known;
 mod node;
@@ -19,26 +20,24 @@ use std::path::Path;
 
 use clap_complete::engine::ArgValueCompleter;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::url::{LOG, SOCKETCAN};
-use lexican_runtime::host::{BusUrl, Link, Pace, Pump};
-use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use lexican_runtime::host::schemes::{LOG, SOCKETCAN};
+use lexican_runtime::host::{BusUrl, Link, Pace};
+use lexican_runtime::{Duration, Frame, Instant};
 
 use crate::output::{Failure, reason};
-use lexican_toolbox::data_sheet::DataSheet;
+pub(crate) use kind::{Bus, Simulation};
 use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::text::node_id::node_id;
 pub(crate) use node::{
     BoxedLink, Connected, Identity, NODE, NODES, NetworkArgs, Nodes, SheetArgs, identify, which_node,
 };
 pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
-pub(crate) use simulation::Simulation;
 
 pub(crate) use kinds::url;
 pub(crate) use known::KnownArgs;
 pub(crate) use simulation::{read_plant, simulate};
 
-use kinds::Kind;
-use node::NO_DEVICE;
+use kind::{Kind, listen};
 
 /// The environment variable that stands for `--bus`.
 pub(crate) const BUS: &str = "LEXICAN_BUS";
@@ -48,14 +47,6 @@ pub(crate) struct BusArgs {
     #[arg(long, value_name = "URL", env = BUS, value_parser = url, help = kinds::examples(), long_help = kinds::help(),
         add = ArgValueCompleter::new(kinds::complete))]
     bus: BusUrl,
-}
-
-pub(crate) struct Bus {
-    pub(crate) link: Box<dyn Link + Send>,
-    /// The nodes, where the URL says what they are.
-    pub(crate) nodes: Vec<(NodeId, DataSheet)>,
-    /// The devices, where they are simulated in this process.
-    pub(crate) simulation: Option<Simulation>,
 }
 
 impl BusArgs {
@@ -97,22 +88,6 @@ impl BusArgs {
     }
 }
 
-impl Bus {
-    /// One that is not simulated here.
-    fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
-        Bus { link, nodes, simulation: None }
-    }
-
-    /// Waits until the nodes of a URL have booted.
-    pub(crate) fn settled(mut self) -> Result<Self, Failure> {
-        const BOOTING: Duration = Duration::from_millis(100);
-        if !self.nodes.is_empty() {
-            listen(&mut self.link, BOOTING)?;
-        }
-        Ok(self)
-    }
-}
-
 /// A network that receives only the responses to its requests, so that other frames cost nothing.
 pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
     let mut network = Network::new(link);
@@ -124,11 +99,4 @@ pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
 pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
     const LEAVING: Duration = Duration::from_millis(20);
     listen(link, LEAVING)
-}
-
-/// Lets `span` pass, and drops the frames.
-fn listen(link: &mut impl Link, span: Duration) -> Result<(), Failure> {
-    let (mut pump, until) = (Pump::new(), link.now() + span);
-    while pump.receive_frame(link, until)?.is_some() {}
-    Ok(())
 }

@@ -7,14 +7,15 @@ use lexican_profibus::gsd::{Configuration, GsdError};
 use lexican_profibus::master::Segment;
 use lexican_profibus::serial_line::{self, SerialSegment};
 use lexican_runtime::Duration;
-use lexican_runtime::host::url::{Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::schemes::{anything, elsewhere};
+use lexican_runtime::host::url::{Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_simulation::PlantDevice;
 use profirust::Baudrate;
 use siko_profibus::{AG02, AG03_1, Model, PPO, bus, line};
 
-use super::kinds::{Kind, Simulated, Terminal};
-use super::{Bus, node_id};
+use super::kind::{Bus, Kind, Simulated, Terminal};
+use super::node_id;
 use crate::device::load;
 use crate::output::{Failure, reason};
 

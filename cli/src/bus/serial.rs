@@ -1,12 +1,13 @@
 //! A drive behind its own serial interface, as the only node of a bus.
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::url::{Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::schemes::{anything, elsewhere};
+use lexican_runtime::host::url::{Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace};
 use siko_serial::{Settings, gateway};
 
-use super::kinds::{Kind, Simulated, Terminal};
-use super::{Bus, node_id};
+use super::kind::{Bus, Kind, Simulated, Terminal};
+use super::node_id;
 use crate::device::load;
 use crate::output::{Failure, reason};
 

@@ -4,28 +4,19 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes, anything, elsewhere};
+use lexican_runtime::host::schemes::{anything, elsewhere};
+use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace, VirtualBus};
 use lexican_simulation::plant::is_plant;
-use lexican_simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
+use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::text::node_id::node_id;
 
-use super::Bus;
-use super::kinds::{Kind, Simulated};
+use super::kind::{Bus, Kind, Simulated, Simulation};
 use crate::device::{load, warn_of_errors};
 use crate::output::Failure;
 
 /// The node-ID of a simulation whose URL names none.
 const NODE: NodeId = NodeId::literal(1);
-
-/// Simulated devices, and their bus.
-pub(crate) struct Simulation {
-    pub(crate) bus: VirtualBus,
-    /// In bits per second.
-    pub(crate) bit_rate: u32,
-    /// Not to be held while the bus is asked for something.
-    pub(crate) devices: Arc<Mutex<Segment<SimulatedDevice>>>,
-}
 
 pub(super) const KIND: Kind = Kind {
     scheme: &Scheme {

@@ -14,7 +14,7 @@ use lexican_simulation::Plant;
 use lexican_simulation::chaos::{self, Act, Finding, Plan, Reference, Running, Settings, Trial, judge_file};
 use lexican_toolbox::decode::Decoder;
 
-use crate::bus::kinds::{Kind, Simulated};
+use crate::bus::kind::{Kind, Simulated};
 use crate::bus::pty::Ptys;
 use crate::bus::{BusArgs, url};
 use crate::conform::print;

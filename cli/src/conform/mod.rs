@@ -13,7 +13,7 @@ use lexican_conform::{
     Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
-use lexican_runtime::host::url::SOCKETCAN;
+use lexican_runtime::host::schemes::SOCKETCAN;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};

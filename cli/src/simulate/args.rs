@@ -9,7 +9,8 @@ use lexican_simulation::plant::{ScriptText, is_plant};
 use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::text::files::read;
 
-use crate::bus::kinds::{KINDS, Simulated, Terminal, url};
+use crate::bus::kind::{Simulated, Terminal};
+use crate::bus::kinds::{KINDS, url};
 use crate::bus::{NodeOrNone, read_plant};
 use crate::device::DeviceArgs;
 use crate::duration::time;

@@ -10,7 +10,7 @@ use lexican_runtime::host::{Link, Pace};
 use lexican_simulation::Plant;
 
 use crate::bus::BusArgs;
-use crate::bus::kinds::{Kind, Simulated, Terminal};
+use crate::bus::kind::{Kind, Simulated, Terminal};
 #[cfg(unix)]
 use crate::bus::serial_terminal::Alone;
 use crate::bus::serial_terminal::SerialTerminal;

@@ -14,7 +14,7 @@ use super::args::{Args, Place};
 use super::input::is_listening;
 use super::report::print;
 use super::station::Station;
-use crate::bus::kinds::{Kind, Simulated};
+use crate::bus::kind::{Kind, Simulated};
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, fields, missing_frames, warn};
 

@@ -1,7 +1,7 @@
 //! A drive of CiA 402, as a data sheet describes it.
 
-pub use crate::cia402::Signal;
 use crate::model::types::DataType;
+pub use lexican_cia::cia402::Signal;
 
 /// What a driver has to know, as far as a data sheet says it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -13,12 +13,12 @@ mod pdo;
 pub use data::{Code, Drive, Homing, Identity, Number, Outputs, Pdo, Profile, Signal, Torque};
 pub use finding::{FINDINGS, Finding};
 
-use crate::cia301;
-use crate::cia402::Modes;
 use crate::diagnostic::Diagnostics;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
 use crate::model::{Device, Meaning, Named, Value};
+use lexican_cia::cia301;
+use lexican_cia::cia402::Modes;
 use objects::{Need, Reader};
 
 /// Reads what a driver has to know.

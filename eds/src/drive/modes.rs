@@ -2,9 +2,9 @@
 
 use super::data::Homing;
 use super::objects::{Need, Reader};
-use crate::cia402::Modes;
 use crate::model::pdo::held;
 use crate::model::{Device, Entry, Meaning, Value};
+use lexican_cia::cia402::Modes;
 
 /// The homing methods that CiA 402-2 reserves, up to its last one, and 0, which is none.
 const RESERVED: &[i8] = &[0, 15, 16, 31, 32, 36];

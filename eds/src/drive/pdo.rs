@@ -2,8 +2,8 @@
 
 use super::data::{Drive, Number, Outputs, Pdo, Signal};
 use super::objects::Reader;
-use crate::cia301;
 use crate::model::{self, Direction, Mapped, Value};
+use lexican_cia::cia301;
 
 /// Event-driven, by the manufacturer and by the profile (CiA 301, 7.5.2.35): the drive waits for no SYNC.
 const EVENT_DRIVEN: [u8; 2] = [254, 255];

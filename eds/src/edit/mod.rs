@@ -19,7 +19,6 @@ use std::ops::RangeInclusive;
 
 use thiserror::Error;
 
-use crate::cia301;
 use crate::finding::Findings;
 use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO, KEYS, Key};
 use crate::model::{Entry, Object};
@@ -29,6 +28,7 @@ use crate::parse::{number, position};
 use crate::patch::{Change, Patch};
 use crate::text::Source;
 use crate::write;
+use lexican_cia::cia301;
 
 /// What a key belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,9 +12,9 @@ use std::ops::{Deref, DerefMut};
 
 pub use info::{Commissioning, DeviceInfo, FileInfo, Tool};
 
-use crate::cia301;
 use crate::model::types::DataType;
 use crate::text::Span;
+use lexican_cia::cia301;
 
 /// A device: everything a data sheet and its overlay say.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! The PDOs that the communication and mapping parameters describe (CiA 301, 7.5.2.35 to 7.5.2.38).
 
-use crate::cia301::{self, connection};
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
+use lexican_cia::cia301::{self, connection};
 
 /// The most PDOs of each direction: their parameters have no more indices.
 pub(crate) const MAX_PDOS: u16 = 512;

@@ -69,11 +69,11 @@ mod value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::cia301;
 use crate::finding::{Findings, Kind};
 use crate::model::keys::Key;
 use crate::model::{Condition, Device, Meaning, Pdo};
 use crate::text::{Source, Span};
+use lexican_cia::cia301;
 
 /// The newest format that is known.
 const FORMAT: i128 = 1;

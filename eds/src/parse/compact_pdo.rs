@@ -5,7 +5,6 @@
 //! communication parameters have sub-index n + 1. Their mappings are empty and can be written, with as many entries
 //! as pieces of `Granularity` fit into a frame; of bytes, which most devices map, where the file does not say.
 
-use crate::cia301;
 use crate::finding::{Findings, Kind};
 use crate::model::pdo::MAX_PDOS;
 use crate::model::types::DataType;
@@ -13,6 +12,7 @@ use crate::model::{AccessType, Device, Direction, Entry, Object, ObjectKind, Val
 use crate::parse::facts::{Facts, ObjectFacts};
 use crate::parse::section::SectionKind;
 use crate::text::Span;
+use lexican_cia::cia301;
 
 /// The bits of `CompactPDO` that CiA 306-1 defines, one for each of sub-indices 1 to 6.
 pub(crate) const DEFINED_BITS: u32 = 0x3F;

@@ -3,13 +3,13 @@
 use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, listed, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
 use super::rule::{Out, note};
-use crate::cia301::{self, *};
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
 use crate::model::{Entry, ObjectKind, ObjectList, Value};
 use crate::standard;
 use crate::text::Span;
+use lexican_cia::cia301::{self, *};
 
 pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
     if cx.device.objects.is_empty() {

@@ -1,6 +1,5 @@
 //! What rules look at, where it is written, and the words that they share.
 
-use crate::cia301;
 use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
@@ -9,6 +8,7 @@ use crate::parse::facts::{Facts, ObjectFacts};
 use crate::parse::section::{ObjectPart, SectionKind};
 use crate::patch::Patch;
 use crate::text::Span;
+use lexican_cia::cia301;
 
 /// What a rule looks at.
 pub(super) struct Context<'a> {

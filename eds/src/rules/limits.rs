@@ -3,7 +3,6 @@
 use super::context::{Context, place};
 use super::remedy::toml;
 use super::rule::{Out, note};
-use crate::cia301;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated};
 use crate::model::keys::Key;
@@ -13,6 +12,7 @@ use crate::parse::facts::Unlimited;
 use crate::parse::number;
 use crate::patch::{Change, Patch};
 use crate::standard;
+use lexican_cia::cia301;
 
 /// Whether one number is above another.
 fn above(a: &Value, b: &Value) -> bool {

@@ -3,7 +3,6 @@
 use super::context::{Context, are, listed, place};
 use super::remedy::{MAX_STEPS, overlay, overlays, quoted};
 use super::rule::{Out, note};
-use crate::cia301;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::keys::Key;
@@ -12,6 +11,7 @@ use crate::model::{Device, Entry, Object, ObjectKind, Value};
 use crate::patch::{Change, Patch};
 use crate::standard;
 use crate::text::Span;
+use lexican_cia::cia301;
 
 pub(super) fn reserved_index(cx: &Context<'_>, out: &mut Out<'_>) {
     for object in cx.device.objects.iter().filter(|object| matches!(object.index, 0 | 0x260..=0xFFF | 0xC000..)) {

@@ -6,13 +6,13 @@ use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID};
 use super::context::{are, held_by, is_dummy, listed, pdo_name, place, plural};
 use super::remedy::overlay;
 use super::rule::{Out, note};
-use crate::cia301;
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Direction, Entry, Mapped, Pdo, Value};
 use crate::parse::section::SectionKind;
 use crate::patch::{Change, Patch};
+use lexican_cia::cia301;
 
 pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
     let mut missing: BTreeMap<(u16, u8), Vec<(&Pdo, u8)>> = BTreeMap::new();

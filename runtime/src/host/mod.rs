@@ -16,11 +16,11 @@ mod main_error;
 mod mapped;
 mod named;
 mod node;
-mod open;
 mod participant;
 mod pump;
 mod remote_node;
 mod replay;
+pub mod schemes;
 mod settings;
 #[cfg(feature = "slcan")]
 pub mod slcan;

@@ -1,6 +1,6 @@
 //! The names of buses, in all commands and configurations: `scheme:place?key=value&key=value`.
 //!
-//! A [`Scheme`] says what the URLs of one kind of link mean, and opens them. This crate has [`SCHEMES`]:
+//! A [`Scheme`] says what the URLs of one kind of link mean, and opens them. This crate has [`SCHEMES`](super::schemes::SCHEMES):
 //!
 //! | URL | what it is |
 //! | --- | --- |
@@ -11,15 +11,17 @@
 //! A program that has links of its own, such as a simulation, parses by its own list ([`BusUrl::among`]).
 
 use core::fmt;
-use core::str::FromStr;
 use std::borrow::ToOwned;
 use std::boxed::Box;
+use std::error::Error;
 use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-pub use super::open::{LOG, OpenError, SCHEMES, SLCAN, SOCKETCAN, anything, elsewhere};
-use super::{Link, Pace};
+use super::{Link, Pace, ReplayError};
+
+/// The scheme of a text without one.
+pub(super) const INTERFACE: &str = "socketcan";
 
 /// A kind of link: what its URLs mean, and how a bus is opened by one.
 #[derive(Debug)]
@@ -80,19 +82,10 @@ impl PartialEq for BusUrl {
 
 impl Eq for BusUrl {}
 
-/// Of the schemes that this crate has.
-impl FromStr for BusUrl {
-    type Err = BusUrlError;
-
-    fn from_str(text: &str) -> Result<Self, BusUrlError> {
-        BusUrl::among(SCHEMES, text)
-    }
-}
-
 impl BusUrl {
     /// Parses the name of a bus of these schemes. A text without a scheme names an interface of SocketCAN.
     pub fn among(schemes: &[&'static Scheme], text: &str) -> Result<Self, BusUrlError> {
-        let (name, rest) = text.split_once(':').unwrap_or((SOCKETCAN.name, text));
+        let (name, rest) = text.split_once(':').unwrap_or((INTERFACE, text));
         let Some(&scheme) = schemes.iter().find(|scheme| scheme.name == name) else {
             return Err(BusUrlError::Scheme {
                 scheme: name.to_owned(),
@@ -217,8 +210,38 @@ fn list(words: &[&str], last: &str) -> String {
     }
 }
 
+/// Why a bus cannot be opened, with a remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the names say what it is")]
+pub enum OpenError {
+    /// A CAN interface.
+    #[cfg(all(feature = "socketcan", target_os = "linux"))]
+    #[error(transparent)]
+    SocketCan(#[from] super::socketcan::SocketCanError),
+    /// A serial adapter.
+    #[cfg(feature = "slcan")]
+    #[error(transparent)]
+    Slcan(#[from] super::slcan::SlcanError),
+    #[error(transparent)]
+    Log(#[from] ReplayError),
+    /// The feature for it is off.
+    #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
+    NotBuilt { bus: String, feature: &'static str },
+    /// Only Linux has SocketCAN.
+    #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
+    NotLinux { bus: String },
+    /// A bus that is more than a link.
+    #[error("{bus} cannot be opened as a link: it is opened by the program that knows what is there")]
+    Elsewhere { bus: String },
+    /// A link of another crate.
+    #[error(transparent)]
+    Other(Box<dyn Error + Send + Sync>),
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::schemes::{LOG, SCHEMES};
     use super::*;
     use std::string::ToString;
 
@@ -281,7 +304,7 @@ mod tests {
     fn errors_of_open_have_a_remedy() {
         let error = |url: BusUrl| url.open().err().unwrap().to_string();
         assert!(error("log:/no/such.log".parse().unwrap()).starts_with("/no/such.log: "));
-        static OTHER: Scheme = Scheme { name: "sim", example: "sim:a", open: super::super::open::elsewhere, ..LOG };
+        static OTHER: Scheme = Scheme { name: "sim", example: "sim:a", open: super::super::schemes::elsewhere, ..LOG };
         let other = BusUrl::among(&[&OTHER], "sim:vendor/device").unwrap();
         assert!(error(other).contains("opened by the program that knows what is there"));
     }

@@ -29,6 +29,7 @@ mod script;
 mod servo;
 mod sheet;
 mod siko;
+mod states;
 
 pub use checker::Against;
 pub use drive::{Drive, Inputs, Interface};

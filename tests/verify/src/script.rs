@@ -20,10 +20,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::kinds::cia402::name_of;
-use crate::kinds::prose::Clauses;
 use crate::notation::{hex, number};
 use crate::rig::{Rig, Simulator};
+use crate::states::state_name;
+
+/// Clauses, and whether the drive is so.
+pub(crate) type Clauses = Vec<(&'static str, bool)>;
 
 /// A drive that scripts can be about.
 pub(crate) trait Scripted: Simulator {
@@ -163,7 +165,7 @@ fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bo
         ("wait", [span]) => _ = rig.hear(ms(span)?),
         ("nmt", [command]) => rig.nmt(hex(command)? as u8),
         ("send", [to, data @ ..]) => {
-            rig.send(id(to)?, &data.iter().map(|byte| Some(hex(byte)? as u8)).collect::<Option<Vec<_>>>()?)
+            rig.send(id(to)?, &data.iter().map(|byte| Some(hex(byte)? as u8)).collect::<Option<Vec<_>>>()?);
         }
         ("request", [of]) => rig.request(id(of)?),
         ("control", words) => words.iter().try_for_each(|word| id(word).map(|word| rig.control(word)))?,
@@ -210,7 +212,7 @@ fn common<S: Scripted>(rig: &mut Rig<S>, verb: &str, args: &[&str]) -> Option<bo
             );
         }
         ("status", args) => return is_word(rig.status(), args),
-        ("state", words) => return Some(name_of(rig.state()).eq_ignore_ascii_case(&words.join(" "))),
+        ("state", words) => return Some(state_name(rig.state()).eq_ignore_ascii_case(&words.join(" "))),
         ("nmt-state", [state]) => return Some(rig.nmt_state().code().to_string() == *state),
         ("heard", [of, span, range]) => return Some(is_in(count(rig.hear_from(id(of)?, ms(span)?)), range)),
         ("hears", [of, span, patterns @ ..]) => {

@@ -7,5 +7,5 @@ mod session;
 mod trouble;
 
 pub use search::SCAN_STEPS;
-pub use session::{Done, Selected, Session, Target, Times};
-pub use trouble::Trouble;
+pub use session::{Done, Selected, Session, Target};
+pub use trouble::{Times, Trouble};

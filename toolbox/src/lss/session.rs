@@ -9,7 +9,7 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
 
-use super::trouble::Trouble;
+use super::trouble::{Times, Trouble};
 use crate::bus::sdo_channel::{request_frame, response_id};
 use crate::decode::lss::refuses;
 
@@ -24,15 +24,6 @@ const BOOTING: Duration = Duration::from_secs(2);
 
 /// How long the last request may take to leave the buffers.
 const LEAVING: Duration = Duration::from_millis(20);
-
-/// How long to wait for responses.
-#[derive(Clone, Copy, Debug)]
-pub struct Times {
-    /// After a request.
-    pub response: Duration,
-    /// In each step of a fastscan.
-    pub step: Duration,
-}
 
 /// Which device is meant.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,8 @@
 //! Why a session has not led to what was wanted.
 
+use lexican_runtime::Duration;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::service::lss_manager::{Event, LssError};
-
-use super::session::Times;
 
 /// Why a session has not led to what was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -40,4 +39,13 @@ pub enum Trouble {
     /// The bus is gone.
     #[error(transparent)]
     Link(#[from] LinkError),
+}
+
+/// How long to wait for responses.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    /// After a request.
+    pub response: Duration,
+    /// In each step of a fastscan.
+    pub step: Duration,
 }

@@ -1,7 +1,7 @@
 //! The driver when things go wrong: a fault at every frame, a lost frame at every frame, any frame at all.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use lexican_runtime::host::{Fate, Link, Node, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
@@ -281,7 +281,7 @@ fn inching_that_does_not_begin_is_not_told_as_done() {
 
 #[test]
 fn the_smallest_step_is_seen_and_none_is_no_error() {
-    let Rig { bus, mut drive, .. } = Rig::new();
+    let Rig { mut drive, .. } = Rig::new();
     drive.enable().unwrap();
     for (width, position) in [(1, 1), (-1, 0), (0, 0)] {
         drive.write(od::DELTA_JOG, od::Position(width)).unwrap();
@@ -338,7 +338,7 @@ proptest! {
         targets in proptest::collection::vec(-20_000_i32..20_000, 1..4), a_pos in 1_u8..=100, d_pos in 1_u8..=101,
         v_pos in 1_u8..=200, pitch in prop_oneof![Just(0_u16), 1_u16..1000],
     ) {
-        let Rig { bus, mut drive, .. } = Rig::new();
+        let Rig { mut drive, .. } = Rig::new();
         drive.set_patience(Duration::from_secs(100_000));
         let set = od::MOTOR_PARAMETER_SET;
         drive.write(set.a_pos(), od::Acceleration(a_pos)).unwrap();

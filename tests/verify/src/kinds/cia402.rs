@@ -7,25 +7,11 @@ use lexican_runtime::profile::cia402::{Cause, Command, Mode, Modes, State, Trans
 
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
-use crate::kinds::prose::{Clauses, said};
+use crate::kinds::prose::said;
 use crate::manual::Row;
 use crate::rig::{Rig, Simulator, once};
-
-/// The states as manuals write them.
-pub(crate) const STATES: &[(State, &str)] = &[
-    (State::NotReadyToSwitchOn, "Not Ready to Switch On"),
-    (State::SwitchOnDisabled, "Switch On Disabled"),
-    (State::ReadyToSwitchOn, "Ready to Switch On"),
-    (State::SwitchedOn, "Switched On"),
-    (State::OperationEnabled, "Operation Enabled"),
-    (State::QuickStopActive, "Quick Stop Active"),
-    (State::FaultReactionActive, "Fault Reaction Active"),
-    (State::Fault, "Fault"),
-];
-
-pub(crate) fn name_of(state: State) -> &'static str {
-    STATES.iter().find(|(known, _)| *known == state).map_or("", |(_, name)| name)
-}
+use crate::script::Clauses;
+use crate::states::{STATES, state_name};
 
 /// A drive in a state; `None` for the state that it has left when it is heard first.
 pub(crate) fn bring_to<S: Simulator>(state: State) -> Option<Rig<S>> {
@@ -136,7 +122,7 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
         };
         let to = S::transitions().follow(from, command).map(|change| change.to);
         let followed = words.iter().all(|word| {
-            let reached = once::<S, _>((name_of(from), word), || Some(after(bring_to::<S>(from)?, *word)));
+            let reached = once::<S, _>((state_name(from), word), || Some(after(bring_to::<S>(from)?, *word)));
             reached.is_some() && reached == to
         });
         checker.that(row, "bits_7_0", Against::Drive, followed, "the drive does otherwise");
@@ -207,8 +193,8 @@ pub(crate) fn transitions<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
         checker.that(row, "by", Against::Manual, named == word.is_some(), "no command of the table of commands");
         let (from, to) = match listed.as_slice() {
             [] => ("Start", "Not Ready to Switch On"),
-            [one] => (name_of(one.from), name_of(one.to)),
-            [first, ..] => ("any", name_of(first.to)),
+            [one] => (state_name(one.from), state_name(one.to)),
+            [first, ..] => ("any", state_name(first.to)),
         };
         checker.cell(row, "from", Against::Code, from);
         checker.cell(row, "to", Against::Code, to);
@@ -279,11 +265,11 @@ fn asked<S: Simulator>(row: &Row, word: Option<u16>) -> String {
         ("any", _) => {
             let faulty = STATES.iter().filter_map(|(state, _)| bring_to::<S>(*state)).map(|mut rig| {
                 fail(&mut rig);
-                name_of(rig.state())
+                state_name(rig.state())
             });
             faulty.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(" or ")
         }
-        (_, Some(word)) => from.and_then(bring_to).map_or("", |rig| name_of(after::<S>(rig, word))).to_owned(),
+        (_, Some(word)) => from.and_then(bring_to).map_or("", |rig| state_name(after::<S>(rig, word))).to_owned(),
         _ => String::new(),
     }
 }

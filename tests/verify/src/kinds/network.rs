@@ -7,12 +7,13 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 
 use super::pdo::name_of;
-use super::prose::{Clauses, said};
+use super::prose::said;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::{hex, number, print, yes};
 use crate::rig::{Rig, Simulator, once};
+use crate::script::Clauses;
 
 /// States that a command leads to.
 const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];

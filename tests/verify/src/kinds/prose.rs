@@ -4,10 +4,7 @@
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::rig::once;
-use crate::script::{Script, Scripted};
-
-/// Clauses, and whether the drive is so.
-pub(crate) type Clauses = Vec<(&'static str, bool)>;
+use crate::script::{Clauses, Script, Scripted};
 
 /// The clauses that hold, one after another; each of the others as one that does not, which no table has.
 pub(crate) fn said(clauses: &Clauses) -> String {

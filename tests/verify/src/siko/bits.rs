@@ -9,9 +9,10 @@ use super::statements::SCRIPT;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::cia402::distinguishes_states;
-use crate::kinds::prose::{Clauses, said};
+use crate::kinds::prose::said;
 use crate::manual::Row;
 use crate::rig::once;
+use crate::script::Clauses;
 
 /// A clause that no drive can be asked for.
 pub(super) const BATTERY_LIFE: &str = "replace within half a year";

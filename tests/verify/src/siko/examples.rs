@@ -5,10 +5,10 @@ use siko::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 use super::rig::{Rig, Siko};
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::Case;
-use crate::kinds::cia402::name_of;
 use crate::manual::{Row, cells};
 use crate::notation::{bytes, hex, print};
 use crate::rig::once;
+use crate::states::state_name;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     example::<D>(checker, case, "example_position.csv", &POSITIONING);
@@ -76,7 +76,7 @@ fn step<D: Siko>(rig: &mut Rig<D>, rows: &[Row], row: &Row) -> (bool, String) {
     rig.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
     rig.hear(100);
     let (position, velocity) = (rig.position(), rig.velocity());
-    let (state, moving) = (name_of(rig.state()), velocity != 0);
+    let (state, moving) = (state_name(rig.state()), velocity != 0);
     let expected = match meaning {
         "enter OPERATIONAL" | "enter PRE-OPERATIONAL" | "Disable Voltage" => state == "Switch On Disabled",
         "Shutdown" => state == "Ready to Switch On",

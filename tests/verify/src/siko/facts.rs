@@ -7,10 +7,11 @@ use super::bits::example_word;
 use super::rig::{LOAD, Rig, Siko, enabled_with, faulty, moving_to, running_at};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
-use crate::kinds::cia402;
+
 use crate::kinds::pdo::name_of;
 use crate::rig::{Simulator as _, once};
 use crate::sheet::Sheet;
+use crate::states::state_name;
 
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for row in case.manual.rows("facts.csv") {
@@ -203,7 +204,7 @@ fn fault_becomes<D: Siko>(command: u8) -> String {
     let mut rig = faulty::<D>();
     rig.nmt(command);
     rig.hear(0);
-    cia402::name_of(rig.state()).to_ascii_uppercase()
+    state_name(rig.state()).to_ascii_uppercase()
 }
 
 fn expired<D: Siko>() -> String {
@@ -213,7 +214,7 @@ fn expired<D: Siko>() -> String {
     rig.enable();
     rig.request(0x705);
     rig.hear(1000);
-    let name = cia402::name_of(rig.state()).to_ascii_uppercase();
+    let name = state_name(rig.state()).to_ascii_uppercase();
     if set { name } else { String::new() }
 }
 

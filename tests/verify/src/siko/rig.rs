@@ -306,7 +306,7 @@ impl<D: Siko> Scripted for D {
                 return Some(seen.into_iter().eq([(false, true), (true, false)]));
             }
             (verb, args) => {
-                let mut inputs = rig.see(|drive, _| drive.inputs().clone());
+                let mut inputs = rig.see(|drive, _| *drive.inputs());
                 change::<D>(&mut inputs, verb, args)?;
                 rig.world(|world| *world = inputs);
             }

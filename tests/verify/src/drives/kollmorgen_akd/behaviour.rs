@@ -7,8 +7,8 @@ use lexican_runtime::profile::cia402::{Mode, State};
 
 use super::simulated::Simulated;
 use crate::kinds::cia402::{bring_to, distinguishes_states};
-use crate::kinds::prose::Clauses;
 use crate::rig::{Rig as OnBus, once};
+use crate::script::Clauses;
 use crate::script::Script;
 
 type Rig = OnBus<Simulated>;

@@ -1,12 +1,12 @@
 //! The links of this crate, as URLs name them.
 
+use core::str::FromStr;
 use std::borrow::ToOwned;
 use std::boxed::Box;
-use std::error::Error;
-use std::string::{String, ToString};
+use std::string::ToString;
 
-use super::url::{PACE, Parameter, Scheme, Takes};
-use super::{BusUrl, BusUrlError, Link, Replay, ReplayError};
+use super::url::{INTERFACE, OpenError, PACE, Parameter, Scheme, Takes};
+use super::{BusUrl, BusUrlError, Link, Replay};
 
 type Opened = Result<Box<dyn Link + Send>, OpenError>;
 
@@ -15,7 +15,7 @@ pub const SCHEMES: &[&Scheme] = &[&SOCKETCAN, &SLCAN, &LOG];
 
 /// An interface of the kernel.
 pub const SOCKETCAN: Scheme = Scheme {
-    name: "socketcan",
+    name: INTERFACE,
     example: "can0",
     what: "an interface of a Linux kernel",
     parameters: &[],
@@ -49,6 +49,15 @@ pub const LOG: Scheme = Scheme {
     check: anything,
     open: |url| Ok(Box::new(Replay::open(url.place().as_ref(), url.get("interface"), url.pace().unwrap_or_default())?)),
 };
+
+/// Of the schemes that this crate has.
+impl FromStr for BusUrl {
+    type Err = BusUrlError;
+
+    fn from_str(text: &str) -> Result<Self, BusUrlError> {
+        BusUrl::among(SCHEMES, text)
+    }
+}
 
 /// For a [`Scheme`] whose places need no check.
 pub const fn anything(_: &str) -> Result<(), BusUrlError> {
@@ -97,33 +106,4 @@ fn open_slcan(url: &BusUrl) -> Opened {
 #[cfg(not(feature = "slcan"))]
 fn open_slcan(url: &BusUrl) -> Opened {
     Err(OpenError::NotBuilt { bus: url.place().to_owned(), feature: "slcan" })
-}
-
-/// Why a bus cannot be opened, with a remedy.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the names say what it is")]
-pub enum OpenError {
-    /// A CAN interface.
-    #[cfg(all(feature = "socketcan", target_os = "linux"))]
-    #[error(transparent)]
-    SocketCan(#[from] super::socketcan::SocketCanError),
-    /// A serial adapter.
-    #[cfg(feature = "slcan")]
-    #[error(transparent)]
-    Slcan(#[from] super::slcan::SlcanError),
-    #[error(transparent)]
-    Log(#[from] ReplayError),
-    /// The feature for it is off.
-    #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
-    NotBuilt { bus: String, feature: &'static str },
-    /// Only Linux has SocketCAN.
-    #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
-    NotLinux { bus: String },
-    /// A bus that is more than a link.
-    #[error("{bus} cannot be opened as a link: it is opened by the program that knows what is there")]
-    Elsewhere { bus: String },
-    /// A link of another crate.
-    #[error(transparent)]
-    Other(Box<dyn Error + Send + Sync>),
 }
