@@ -234,7 +234,10 @@ impl<'a> Crate<'a> {
             named.find_map(|import| self.resolve(module, &import.path, depth + 1))
         })
         .or_else(|| {
-            let mut globs = found.imports.iter().filter(|import| import.name == "*");
+            // What begins with the name would ask for it again.
+            let is_glob =
+                |import: &&Import| import.name == "*" && import.path.first().is_none_or(|first| first != name);
+            let mut globs = found.imports.iter().filter(is_glob);
             globs.find_map(|import| match self.resolve(module, &import.path, depth + 1)? {
                 Place::Module(other) if other != module => self.named(other, name, is_module, depth + 1),
                 _ => None,

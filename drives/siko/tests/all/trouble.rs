@@ -1,7 +1,7 @@
 //! The driver when things go wrong: a fault at every frame, a lost frame at every frame, any frame at all.
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use lexican_runtime::host::{Fate, Link, Node, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
