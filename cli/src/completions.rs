@@ -20,8 +20,8 @@ const ASK: &str = "LEXICAN_COMPLETE";
 
 /// Print completions for a shell
 ///
-/// They complete commands, options and devices, and the names of objects by the data sheet that --device, or the URL of the
-/// bus (also in LEXICAN_BUS), names. The shell asks the command itself for them, so they need not be made anew for a new version.
+/// They complete commands, options, devices and object names; these come from the data sheet that is named by --device or by
+/// the URL of the bus (also in LEXICAN_BUS). The shell asks the command itself for them, so they need not be made anew for a new version.
 #[derive(clap::Args, Debug)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
 pub(crate) struct CompletionsArgs {

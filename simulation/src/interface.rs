@@ -9,7 +9,7 @@ use siko_serial::sim::SerialDrive;
 /// Bit rate of the slave, which a terminal does not have: the silence before an answer is made of it.
 const BIT_RATE: BitRate = BitRate(500_000);
 
-/// The pause that ends a telegram: longer than those within one that comes through an operating system.
+/// The pause that ends a telegram. An operating system delivers a telegram in pieces; this is longer than the gaps between them.
 const IDLE: Duration = Duration::from_millis(2);
 
 /// Nothing is connected to it while the drive is on CAN.

@@ -7,7 +7,7 @@ use crate::view;
 /// How often state, position and velocity of a drive are read.
 pub(crate) const DRIVE: Duration = Duration::from_millis(250);
 
-/// How long a node may take to answer a request, as the SDO client waits for it, where the link has no latency.
+/// How long the SDO client waits for an answer on a link without latency.
 const ANSWER: Duration = Duration::from_secs(1);
 
 /// After how long a value is old that is read every so often over a link of this latency: one reading has failed, and the next one

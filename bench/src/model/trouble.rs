@@ -13,7 +13,7 @@ use crate::view;
 /// From which load on a bus is full: then frames of low priority wait for long.
 const FULL_PERCENT: f64 = 70.0;
 
-/// From which part of the bits on a COB-ID is who fills it.
+/// A COB-ID with more than this share of all bits is named as what fills the bus.
 const SHARE_PERCENT: f64 = 40.0;
 
 /// How many refused transfers of a node are more than a question or two.

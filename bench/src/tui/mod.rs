@@ -40,7 +40,7 @@ pub use text::Language;
 /// How often the screen is drawn.
 const DRAW: Duration = Duration::from_millis(100);
 
-/// Takes the terminal, with its mouse, and so that it says what is pasted. A panic gives it back.
+/// Takes the terminal, with mouse events and bracketed paste. A panic restores the terminal.
 pub fn take_terminal() -> io::Result<DefaultTerminal> {
     let terminal = ratatui::try_init()?;
     IS_TAKEN.store(true, Ordering::Relaxed);

@@ -19,7 +19,7 @@ use crate::view::{Frames, View};
 /// How many rows are asked for: some above those in sight, and as many as the largest terminal has.
 const PAGE: u32 = 300;
 
-/// How many of them are above, so that a scroll finds its rows.
+/// How many of these rows lie above the screen, so that scrolling up finds them loaded.
 const ABOVE: u32 = 100;
 
 /// How many rows before the one that somebody wants to see are shown with it.

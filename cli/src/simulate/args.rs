@@ -39,9 +39,9 @@ pub(crate) struct Args {
 
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
-    /// pty makes two, one for a monitor and one for another command; pty:4 makes four. serial makes one at which the
-    /// drive speaks the protocol of its own serial interface, if it has one: siko/ag02 does. profibus makes one at which
-    /// siko/ag02 or siko/ag03-1 is a PROFIBUS-DP slave, whose address is the node-ID.
+    /// pty makes two pseudo-terminals, one for a monitor and one for another command; pty:4 makes four. serial makes one, on
+    /// which siko/ag02 speaks the protocol of its own serial port. profibus makes one, on which siko/ag02 or siko/ag03-1 is a
+    /// PROFIBUS-DP slave; its address is the node-ID.
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
 

@@ -34,7 +34,7 @@ pub struct SimulatedServo {
     following: Following<Change>,
 }
 
-/// The default SDO server answers with this, and the node-ID.
+/// The default SDO server answers on this COB-ID plus the node-ID.
 const SDO_ANSWERS: u16 = 0x580;
 /// The command of an answer that ends a transfer.
 const ABORT: u8 = 0x80;

@@ -59,9 +59,10 @@ struct Stated<'a> {
 fn stated(device: &Device) -> Option<Stated<'_>> {
     let supported = device.entry(0x6502, 0).and_then(|entry| {
         // Bit 0 is mode 1.
-        let word = held(entry)?.as_integer().filter(|word| word & 0x3FF != 0)?;
-        let modes = (0..10).filter(|bit| word >> bit & 1 != 0).map(|bit| bit + 1).collect();
-        Some(Stated { modes, entry, one_by_one: true })
+        let word = held(entry)?.as_integer()?;
+        let known = Modes::CIA_402.0.iter().map(|(mode, _)| *mode);
+        let modes: Vec<i8> = known.filter(|mode| word >> (mode - 1) & 1 != 0).collect();
+        (!modes.is_empty()).then_some(Stated { modes, entry, one_by_one: true })
     });
     let chosen = device.entry(0x6060, 0)?;
     let named = || Some(Stated { modes: enumerated(device, chosen)?, entry: chosen, one_by_one: true });

@@ -23,7 +23,7 @@ const NODE: NodeId = NodeId::literal(5);
 pub(crate) struct Run {
     pub(crate) door: &'static str,
     pub(crate) outcome: Outcome,
-    /// Positions over seconds since the order.
+    /// Seconds since the order, and the position then.
     pub(crate) positions: Vec<(f64, f64)>,
     /// What went over the line in all.
     pub(crate) traffic: String,

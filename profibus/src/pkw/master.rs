@@ -17,7 +17,7 @@ pub struct PkwMaster {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// "No task" is sent, and something is still answered; a task may wait, with its deadline.
+    /// "No task" is sent, and the slave has not yet answered it. The task that waits for that, if any, and its deadline.
     Clearing(Option<(Task, Instant)>),
     /// "No task" is sent and answered.
     Idle,

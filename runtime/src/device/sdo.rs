@@ -23,7 +23,7 @@ impl<
     /// The place of the server that has requests of this identifier.
     pub(super) fn server_of(&self, id: CobId) -> Option<usize> {
         let services = self.services.get();
-        // SYNC and TIME go first, should a data sheet give them the identifier of a server.
+        // If a data sheet gives SYNC or TIME the COB-ID of an SDO server, the frame is taken as SYNC or TIME.
         let is_message = services.sync_consumer.id() == Some(id) || services.time_id() == Some(id);
         if is_message || !services.nmt.state().allows_messages() {
             return None;

@@ -21,8 +21,6 @@ mod table;
 mod text;
 mod value;
 
-pub use lexican_cia::DataType;
-
 pub use access::{
     AnyDevice, Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, TpdoMappable, Unmapped, Wo, Writable,
 };
@@ -31,6 +29,7 @@ pub use device::{DeviceModel, Fits, Joins};
 pub use dictionary::{Dictionary, ObjectDictionary};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
 pub use layer::Layer;
+pub use lexican_cia::DataType;
 pub use mapping::{Append, Mapping, PdoDirection, Values};
 pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_enumeration, name_of, nearest,

@@ -61,7 +61,7 @@ pub(super) fn emergency(node: NodeId, device: Option<&DeviceValues<'_>>, frame: 
     };
     let code = emergency.code.0;
     let entry = |index, sub| device.and_then(|device| Some((device, device.entry(Address::new(index, sub))?)));
-    // The data sheet names the codes of messages where it describes the error history.
+    // A data sheet names the EMCY codes at the first entry of the error history.
     let named = entry(cia301::PREDEFINED_ERROR_FIELD, 1).and_then(|(device, entry)| device.name_of(entry, code.into()));
     let group = || emergency.code.group().and_then(ErrorCode::text);
     let meaning = named.or(emergency.code.text()).or_else(group);

@@ -140,7 +140,7 @@ const TARGET_VELOCITY: u16 = 0x60FF;
 /// From set-point to set-point.
 const CYCLE: Duration = Duration::from_millis(10);
 
-/// A cyclic mode with 10 ms from set-point to set-point.
+/// Selects a cyclic mode and, where 60C2h can be written, sets its period to 10 ms.
 pub(super) fn cyclic<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, objects: &[u16]) -> Outcome<Axis<'t, 'a>> {
     let mut axis = Axis::of(t)?;
     axis.mode(mode, objects)?;

@@ -3,7 +3,7 @@
 /// What has been ordered last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// Nothing that moves, or the drive has been seen to stand since.
+    /// No motion was ordered, or the drive was seen standing after the last one.
     #[default]
     Resting,
     /// A travel to a position.

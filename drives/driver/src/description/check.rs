@@ -48,7 +48,7 @@ impl Description {
         find(!positioning && !velocity, "neither positioning nor velocity mode".to_owned());
         let runs = velocity || self.code_of(Mode::CyclicVelocity).is_some();
         find(self.velocity.is_some() && !runs, "velocities without a velocity mode".to_owned());
-        let torque = [Mode::Torque, Mode::CyclicTorque].iter().any(|mode| self.code_of(*mode).is_some());
+        let torque = Mode::ALL.iter().any(|mode| mode.in_profile().is_torque() && self.code_of(*mode).is_some());
         find(self.torque.is_none() && torque, "a torque mode without torques".to_owned());
         for code in self.codes() {
             let same = self.codes().filter(|other| *other == code).count() > 1;

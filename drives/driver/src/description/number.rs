@@ -18,8 +18,7 @@ impl Number {
     ///
     /// # Panics
     ///
-    /// When the data type is not one of whole numbers with one, two, four or eight bytes: at compile time in a
-    /// constant.
+    /// If the data type is not an integer of 1, 2, 4 or 8 bytes. In a constant this is a compile error.
     #[must_use]
     pub const fn new(index: u16, sub: u8, data_type: DataType) -> Self {
         assert!(is_whole(data_type), "a number is an integer of one, two, four or eight bytes");

@@ -12,7 +12,7 @@ use crate::time::{Duration, Instant};
 /// How often a link without a descriptor is read, or how long that may last.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How often a link with a descriptor is read all the same: its bus may be back, or gone.
+/// A link is read this often even though its descriptor reports nothing: the bus may have gone or come back.
 const INSPECTION: Duration = Duration::from_millis(250);
 
 pub(super) struct Wait {
