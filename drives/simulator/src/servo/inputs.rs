@@ -130,6 +130,7 @@ enum Kind {
     /// Bits of [`Inputs::digital`].
     Bits,
     /// A number of position units from this one on, or none.
+    #[cfg_attr(not(feature = "script"), allow(dead_code, reason = "a script shows places and their ranges"))]
     Place(f64, fn(&Machine) -> Option<f64>, fn(&mut Machine, Option<f64>)),
 }
 
