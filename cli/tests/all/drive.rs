@@ -214,7 +214,9 @@ struct Ended {
 impl Moving {
     /// Starts it, and waits until the drive moves.
     fn start(device: &str, name: &str, args: &[&str]) -> Self {
-        let drive = Simulation::begin(&folder(name), &[device, "--node", "5", "--bus", "pty:2"]);
+        let folder = folder(name);
+        let drive = Simulation::begin(&folder, &[device, "--node", "5", "--bus", "pty:2"]);
+        let drive = drive.on_terminals_of_its_own(&folder);
         // A shell has its background jobs ignore SIGINT, and they pass that on to what they start.
         let mut command = Command::new("env")
             .args(["--default-signal=INT", env!("CARGO_BIN_EXE_lexican"), "drive", "--bus", &drive.buses[0], "5"])
@@ -297,7 +299,7 @@ fn a_drive_whose_command_is_killed_notices_if_it_is_protected() {
 #[test]
 fn a_lost_bus_is_said_loudly() {
     let mut moving = Moving::start("siko/ag03-1", "drive-lost", &["run", "60"]);
-    moving.drive.asks("quit", "summary");
+    moving.drive.vanish();
     let Ended { code, stderr, last, .. } = moving.end();
     assert_eq!((code, &last["outcome"]), (Some(2), &"may-be-moving".into()), "{stderr}");
     assert!(stderr.contains("THE DRIVE AT NODE 5 MAY STILL BE MOVING"), "{stderr}");

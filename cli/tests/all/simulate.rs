@@ -97,7 +97,9 @@ fn a_drive_on_a_terminal_takes_the_conformance_test() {
 
 #[test]
 fn a_conformance_test_whose_bus_is_gone_says_so_and_ends() {
-    let mut drive = Simulation::begin(&folder("sim-conform-lost"), &["siko/ag03-1", "--node", "5", "--bus", "pty"]);
+    let folder = folder("sim-conform-lost");
+    let drive = Simulation::begin(&folder, &["siko/ag03-1", "--node", "5", "--bus", "pty"]);
+    let mut drive = drive.on_terminals_of_its_own(&folder);
     let test = Command::new(env!("CARGO_BIN_EXE_lexican"))
         .args(["conform", "--bus", &drive.buses[0], "5", "--device", "siko/ag03-1", "--reconnect", "1s"])
         .stdout(Stdio::piped())
@@ -106,7 +108,7 @@ fn a_conformance_test_whose_bus_is_gone_says_so_and_ends() {
         .unwrap();
     // The first case has begun, by a reset.
     drive.until("nmt");
-    drop(drive);
+    drive.vanish();
     let output = test.wait_with_output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{stderr}");
@@ -139,7 +141,8 @@ fn one_terminal_hears_what_happens_on_the_other() {
 
 #[test]
 fn a_monitor_reports_that_its_bus_is_gone_and_identifies_nodes_that_it_hears() {
-    let mut drive = Simulation::begin(&folder("sim-removed"), &["siko/ag03-1", "--node", "5"]);
+    let folder = folder("sim-removed");
+    let mut drive = Simulation::begin(&folder, &["siko/ag03-1", "--node", "5"]).on_terminals_of_its_own(&folder);
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
         .args(["monitor", "--bus", &drive.buses[1], "--identify", "--json", "--for", "60s"])
@@ -157,7 +160,7 @@ fn a_monitor_reports_that_its_bus_is_gone_and_identifies_nodes_that_it_hears() {
     };
     let (identified, asked) = until("identified");
     assert_eq!((&identified["device"], asked), (&json!("siko/ag03-1"), vec![json!(5), json!(5)]));
-    drive.asks("quit", "summary");
+    drive.vanish();
     drop(drive);
     assert_eq!(until("bus").0["state"], "removed");
     let _ = monitor.kill();

@@ -62,6 +62,26 @@ impl Simulation {
         self.until(event)
     }
 
+    /// Names its terminals as no other simulation does: the number of one that has gone is given to the next, and a command
+    /// that waits for its bus to come back would go on with the drive of another test.
+    pub(crate) fn on_terminals_of_its_own(mut self, folder: &Path) -> Self {
+        for bus in &mut self.buses {
+            let terminal = bus.strip_prefix("slcan:").unwrap();
+            let link = folder.join(terminal.replace('/', "-"));
+            std::os::unix::fs::symlink(terminal, &link).unwrap();
+            *bus = format!("slcan:{}", link.display());
+        }
+        self
+    }
+
+    /// Ends it, and its terminals are gone.
+    pub(crate) fn vanish(&mut self) {
+        for link in self.buses.iter().filter_map(|bus| bus.strip_prefix("slcan:")) {
+            std::fs::remove_file(link).unwrap();
+        }
+        self.asks("quit", "summary");
+    }
+
     /// Runs another command on its first bus.
     pub(crate) fn run(&self, command: &str, args: &[&str]) -> Run {
         let command: Vec<_> = command.split(' ').chain(["--bus", &self.buses[0]]).collect();
