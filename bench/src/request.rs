@@ -111,7 +111,7 @@ pub enum Request {
     },
     /// The trace as a log: [`Answer::File`].
     Export {
-        /// `candump`, `pcap`, `pcapng`, `asc`, `trc`, `blf`.
+        /// By its name, as `lexican convert` takes it.
         format: String,
         #[serde(default)]
         filter: TraceFilter,

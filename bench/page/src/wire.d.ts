@@ -541,7 +541,7 @@ at?: number | null,
  */
 count: number, } | { "do": "export", 
 /**
- * `candump`, `pcap`, `pcapng`, `asc`, `trc`, `blf`.
+ * By its name, as `lexican convert` takes it.
  */
 format: string, filter: TraceFilter, } | { "do": "plot", node: number, 
 /**

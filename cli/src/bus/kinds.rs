@@ -22,7 +22,7 @@ pub(crate) static KINDS: [Kind; 6] = [
     profibus::KIND,
     simulation::KIND,
     Kind {
-        scheme: &Scheme { what: "a log of candump, pcap, pcapng, ASC, TRC or BLF", ..LOG },
+        scheme: &Scheme { what: "a recorded log, of any format that `convert` takes", ..LOG },
         open: log,
         simulated: Simulated::Never("a log takes no frames: there is no bus for the device", None),
     },

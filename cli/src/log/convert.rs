@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use indicatif::{DecimalBytes, ProgressBar};
 use lexican_runtime::Instant;
-use lexican_toolbox::log::{Format, UnknownFormat, Writer, parse_time};
+use lexican_toolbox::log::{Facts, Format, UnknownFormat, Writer, parse_time};
 use serde_json::json;
 
 use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, trace, write_failure};
@@ -15,13 +15,11 @@ use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, print_result, progress}
 
 /// Convert a log into another format, or into a trace for `conform`
 ///
-/// Reads candump -L (and what candump prints), pcap, pcapng, Vector ASC and BLF, and PEAK TRC, and writes any of them.
 /// The format of IN is recognised by what is in it, that of OUT by its extension. Frames of CAN FD and error frames are
-/// left out. What each format keeps and loses: times are kept to the microsecond, in trc1.0 to the millisecond and in trc1.1 to a tenth of it;
-/// pcap, trc1.0, trc1.1 and trc2.0 have no interfaces, asc, trc and blf have numbers instead of names; candump, pcap and trc1.0 do not
-/// say who has sent a frame. asc, trc and blf name a local time without its zone: it is read and written as UTC.
+/// left out. What each format keeps of a frame is said below; a channel is a number instead of a name, and a date without its time
+/// zone is read and written as UTC.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{}", kept()))]
 pub(crate) struct Args {
     /// The log; - for stdin
     #[arg(value_name = "IN")]
@@ -34,11 +32,10 @@ pub(crate) struct Args {
     #[command(flatten)]
     force: ForceArgs,
 
-    /// The format of IN: candump, pcap, pcapng, asc, trc or blf
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help = format!("The format of IN: {}", Format::kinds()))]
     from: Option<Format>,
 
-    /// The format of OUT: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0; or trace, for `conform`
+    /// The format of OUT, one of those below; or trace, for `conform`
     ///
     /// A trace (OUT.csv) has what was sent to one device, and what the device answered: `lexican conform --trace` asks a device by it.
     /// What cannot be the same again is left open (x): times, counters, and what --device says is measured, else what CiA 301
@@ -70,6 +67,18 @@ Examples:
     candump -ta can0 | lexican convert - - --to pcap | wireshark -k -i -
     lexican convert trace.trc bus.log --begin 2026-09-30T15:06:13Z
     lexican convert bus.log acceptance.csv --to trace --node 5 --device siko/ag03-1";
+
+/// What each format keeps, a line each.
+fn kept() -> String {
+    let line = |format: Format| {
+        let Facts { times, interface, direction, .. } = format.facts();
+        format!("\n    {format:<8} {times}; {interface}; {direction}")
+    };
+    format!(
+        "Formats, and what they keep of times; interfaces; who has sent a frame:{}",
+        Format::all().map(line).collect::<String>()
+    )
+}
 
 /// What a log becomes.
 #[derive(Clone, Copy, Debug)]

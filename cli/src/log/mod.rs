@@ -71,9 +71,8 @@ fn open(path: &Path, format: Option<Format>) -> Result<(Reader, Option<u64>), Fa
 /// The format of a file to be written: as it is given, else by the file's extension.
 fn format_of(path: &Path, given: Option<Format>, option: &str) -> Result<Format, Failure> {
     given.or_else(|| Format::of_path(path)).ok_or_else(|| {
-        let names: Vec<_> = Format::all().map(|format| format.to_string()).collect();
         Failure::new(format_args!("which format is {}?", path.display()))
-            .help(format_args!("name it with {option}: {}", names.join(", ")))
+            .help(format_args!("name it with {option}: {}", Format::names()))
     })
 }
 

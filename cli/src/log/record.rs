@@ -22,7 +22,7 @@ use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, missing_frames, note, p
 /// Record the frames of a bus in a file
 ///
 /// Runs until it is interrupted (Ctrl-C or SIGTERM), or until a log ends. Nothing is sent. The format follows from the
-/// file's extension: log (candump -L), pcap, pcapng, asc, trc or blf. If the command is killed, the frames of the last fifth
+/// file's extension, unless it is named. If the command is killed, the frames of the last fifth
 /// of a second are lost at most. Exit code 1 if frames are missing, because they came faster than they could be written.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -37,8 +37,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     force: ForceArgs,
 
-    /// The format: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help = format!("The format: {}", Format::names()))]
     to: Option<Format>,
 
     /// Only these COB-IDs, in hexadecimal: 185,280-28F; with eight digits for extended ones

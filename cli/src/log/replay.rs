@@ -22,15 +22,14 @@ use crate::output::{Failure, Outcome, ctrl_c, print_result, warn};
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The log: candump, pcap, pcapng, asc, trc or blf; - for stdin
+    /// The log, of any format; - for stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The format of the log, if it is not to be recognised
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help = format!("The format of the log: {}", Format::kinds()))]
     from: Option<Format>,
 
     #[command(flatten)]

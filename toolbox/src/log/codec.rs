@@ -4,8 +4,8 @@ use std::io;
 
 use lexican_runtime::Instant;
 
+use super::Record;
 use super::input::{Fault, Flaw, Input};
-use super::{Format, Record};
 
 /// A format's way to read. After an error it is not called again.
 pub(super) trait Decode: Send {
@@ -82,10 +82,8 @@ pub enum WriteError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// The format cannot express the time.
-    #[error("{format} cannot express {at} s since 1970")]
+    #[error("the format cannot express {at} s since 1970")]
     Time {
-        /// The format.
-        format: Format,
         /// The time.
         at: Instant,
     },

@@ -4,22 +4,16 @@
 //! writes whole frames, so that a log that is cut off loses its end and nothing else. The crate's README says what each
 //! format keeps and loses. Times are kept to the microsecond: the shortest frame takes 47 of them at 1 Mbit/s.
 
-mod asc;
-mod blf;
 mod calendar;
-mod candump;
 mod channel;
 mod codec;
 mod files;
 mod format;
 mod input;
 pub(crate) mod number;
-mod pcap;
-mod pcapng;
 mod reader;
 mod selection;
 mod socketcan;
-mod trc;
 mod writer;
 
 use std::sync::Arc;
@@ -29,7 +23,7 @@ use lexican_runtime::{Frame, Instant};
 pub use calendar::{InvalidTime, parse_time};
 pub use codec::{Skipped, WriteError};
 pub use files::{Files, Limits};
-pub use format::{Format, TrcVersion, UnknownFormat};
+pub use format::{Facts, Format, TrcVersion, UnknownFormat};
 pub use input::Flaw;
 pub use reader::{LogError, Reader};
 pub use selection::Selection;

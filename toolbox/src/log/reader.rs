@@ -6,9 +6,9 @@ use std::path::Path;
 
 use lexican_runtime::{Frame, Instant};
 
-use super::codec::{Decode, Skipped, Text};
+use super::codec::{Decode, Skipped};
 use super::input::{Fault, Flaw, Input};
-use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
+use super::{Format, Record};
 
 /// Reads a log: an iterator over its frames, in the order of the log. It ends after an error.
 pub struct Reader {
@@ -53,15 +53,7 @@ impl Reader {
     }
 
     fn of(name: String, format: Format, input: Input) -> Self {
-        let decode: Box<dyn Decode> = match format {
-            Format::Candump => Box::new(Text(candump::Read::default())),
-            Format::Pcap => Box::new(pcap::Read::default()),
-            Format::Pcapng => Box::new(pcapng::Read::default()),
-            Format::Asc => Box::new(Text(asc::Read::default())),
-            Format::Trc(_) => Box::new(Text(trc::Read::default())),
-            Format::Blf => Box::new(blf::Read::default()),
-        };
-        Reader { name, format, input, decode, skipped: Skipped::default(), is_over: false }
+        Reader { name, format, input, decode: format.decoder(), skipped: Skipped::default(), is_over: false }
     }
 
     /// The format.
@@ -150,7 +142,7 @@ pub enum LogError {
     #[error("{name}: {error}")]
     Io { name: String, error: io::Error },
     /// The bytes are of no known format.
-    #[error("{name}: this is no log of candump, pcap, pcapng, ASC, TRC or BLF")]
+    #[error("{name}: this is no log of a known format: {}", Format::kinds())]
     Unknown { name: String },
     /// A line is wrong.
     #[error("{name}:{line}: {flaw}")]

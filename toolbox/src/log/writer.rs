@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use lexican_runtime::host::kept::Replacement;
 
 use super::codec::{Encode, WriteError};
-use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
+use super::{Format, Record};
 use crate::text::files::Existing;
 
 enum Output {
@@ -104,15 +104,7 @@ impl Writer {
     }
 
     fn of(output: Output, format: Format) -> Self {
-        let encode: Box<dyn Encode> = match format {
-            Format::Candump => Box::new(candump::Write),
-            Format::Pcap => Box::new(pcap::Write::default()),
-            Format::Pcapng => Box::new(pcapng::Write::default()),
-            Format::Asc => Box::new(asc::Write::default()),
-            Format::Trc(version) => Box::new(trc::Write::new(version)),
-            Format::Blf => Box::new(blf::Write::default()),
-        };
-        Writer { output, encode, bytes: Vec::new(), written: 0, unflushed: false }
+        Writer { output, encode: format.encoder(), bytes: Vec::new(), written: 0, unflushed: false }
     }
 
     /// Writes a frame. Times should not go back: formats with relative times cannot have one before the first.

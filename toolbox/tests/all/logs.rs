@@ -39,24 +39,17 @@ fn kept(format: Format, record: &Record, start: Instant) -> Record {
     let mut record = record.clone();
     let us = record.at.as_micros();
     let to = |unit: u64| Instant::from_micros(start.as_micros() + (us - start.as_micros()) / unit * unit);
-    let version = match format {
-        Format::Trc(version) => Some(version),
-        _ => None,
+    let keeps = format.facts();
+    record.at = match keeps.times.split(" since").next() {
+        // The start is kept to a tenth of a millisecond, and times from there on to a millisecond.
+        Some("1 ms") => Instant::from_micros(start.as_micros() / 100 * 100 + (us - start.as_micros()) / 1000 * 1000),
+        Some("100 us") => to(100),
+        _ => record.at,
     };
-    match version {
-        Some(TrcVersion::V1_0) => {
-            // The start is kept to a tenth of a millisecond, and times from there on to a millisecond.
-            let rounded = start.as_micros() / 100 * 100;
-            record.at = Instant::from_micros(rounded + (us - start.as_micros()) / 1000 * 1000);
-        }
-        Some(TrcVersion::V1_1) => record.at = to(100),
-        _ => {}
-    }
-    if matches!(format, Format::Pcap) || matches!(version, Some(TrcVersion::V1_0 | TrcVersion::V1_1 | TrcVersion::V2_0))
-    {
+    if keeps.interface == "-" {
         record.interface = "can0".into();
     }
-    if matches!(format, Format::Candump | Format::Pcap) || version == Some(TrcVersion::V1_0) {
+    if keeps.direction != "kept" {
         record.direction = Direction::Received;
     }
     record
@@ -166,7 +159,7 @@ fn errors_name_the_line_or_the_byte() {
         assert!(reader.next().is_none(), "{format}: reading ends at an error");
     }
     let unknown = Reader::new("log", &b"nonsense\n"[..], None).err().unwrap();
-    assert_eq!(unknown.to_string(), "log: this is no log of candump, pcap, pcapng, ASC, TRC or BLF");
+    assert_eq!(unknown.to_string(), "log: this is no log of a known format: candump, pcap, pcapng, asc, trc, blf");
     assert_eq!(read(b" \n".to_vec()).0, []);
 }
 

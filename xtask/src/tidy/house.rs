@@ -14,7 +14,7 @@ const END: &str = "<!-- until here -->";
 const CHANGES: [(&str, &str, &str); 6] = [
     ("a drive: files that name the AKD", "akd", "drives/kollmorgen-akd/"),
     ("a link: files that name slcan", "slcan", "runtime/src/host/slcan"),
-    ("a log format: files that name BLF", "blf", "toolbox/src/log/blf.rs"),
+    ("a log format: files that name BLF", "blf", "toolbox/src/log/format/blf.rs"),
     ("a drive's order: files that name resume", "resume", "drives/"),
     ("a mode of CiA 402: files that name the interpolated one", "interpolated", "drives/kollmorgen-akd/"),
     ("a trace column: files that name alarming", "alarming", "bench/src/model/trace.rs"),

@@ -5,13 +5,12 @@ use std::io::Write as _;
 
 use lexican_runtime::{CobId, Frame, Instant};
 
-use super::calendar::{DAY, DAYS_FROM_1899};
-use super::channel::{Channels, Interfaces};
-use super::codec::{Encode, Lines, Skipped, WriteError};
-use super::format::TrcVersion;
-use super::input::Flaw;
-use super::number::{decimal, fixed, hex};
-use super::{Direction, Record, calendar};
+use crate::log::calendar::{DAY, DAYS_FROM_1899};
+use crate::log::channel::{Channels, Interfaces};
+use crate::log::codec::{Encode, Lines, Skipped, WriteError};
+use crate::log::input::Flaw;
+use crate::log::number::{decimal, fixed, hex};
+use crate::log::{Direction, Record, calendar};
 
 /// What a column has, as `$COLUMNS` of version 2 calls it; older versions have fixed ones. Data is last, where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +45,22 @@ const fn columns(version: TrcVersion) -> &'static [Column] {
 
 /// Of version 1.2: a bus, but no reserved column.
 const COLUMNS_1_2: &[Column] = &[Other, Offset, Bus, Way, Id, Length];
+
+/// A version of PEAK's TRC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TrcVersion {
+    /// 1.0: times in milliseconds, no date, direction or channel.
+    V1_0,
+    /// 1.1: times in tenths of a millisecond, no channel.
+    V1_1,
+    /// 1.3
+    V1_3,
+    /// 2.0: no channel.
+    V2_0,
+    /// 2.1
+    #[default]
+    V2_1,
+}
 
 pub(super) struct Read {
     columns: Vec<Column>,

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use lexican_runtime::Instant;
 
-use super::codec::{Decode, Encode, Skipped, WriteError};
-use super::input::{Fault, Flaw, Input, MOST_INTERFACES};
 use super::pcap::{LONGEST_PACKET, Order};
-use super::{Direction, INTERFACE, Record, socketcan};
+use crate::log::codec::{Decode, Encode, Skipped, WriteError};
+use crate::log::input::{Fault, Flaw, Input, MOST_INTERFACES};
+use crate::log::{Direction, INTERFACE, Record, socketcan};
 
 const SECTION: u32 = 0x0A0D_0D0A;
 const INTERFACE_DESCRIPTION: u32 = 1;

@@ -5,11 +5,11 @@ use std::io::Write as _;
 
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-use super::channel::{Channels, Interfaces};
-use super::codec::{Encode, Lines, Skipped, WriteError};
-use super::input::Flaw;
-use super::number::{decimal, fixed};
-use super::{Direction, Format, Record, calendar};
+use crate::log::channel::{Channels, Interfaces};
+use crate::log::codec::{Encode, Lines, Skipped, WriteError};
+use crate::log::input::Flaw;
+use crate::log::number::{decimal, fixed};
+use crate::log::{Direction, Record, calendar};
 
 pub(super) struct Read {
     /// 16 or 10, of identifiers and data.
@@ -166,7 +166,7 @@ impl Encode for Write {
     fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError> {
         let Record { at, interface, direction, frame } = record;
         if calendar::Civil::of(*at).year > 9999 {
-            return Err(WriteError::Time { format: Format::Asc, at: *at });
+            return Err(WriteError::Time { at: *at });
         }
         let channel = self.channels.of(interface)?;
         let passed = at.since(self.begin(out, *at)).as_micros();

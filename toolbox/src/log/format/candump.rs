@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use lexican_runtime::{CobId, Frame, Instant};
 
-use super::codec::{Encode, Lines, Skipped, WriteError};
-use super::input::Flaw;
-use super::number::{decimal, fixed, hex};
-use super::{Direction, INTERFACE, Record, calendar};
+use crate::log::codec::{Encode, Lines, Skipped, WriteError};
+use crate::log::input::Flaw;
+use crate::log::number::{decimal, fixed, hex};
+use crate::log::{Direction, INTERFACE, Record, calendar};
 
 pub(super) struct Read {
     /// The last interface, whose name the frames share.

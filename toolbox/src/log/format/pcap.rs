@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use lexican_runtime::Instant;
 
-use super::codec::{Decode, Encode, Skipped, WriteError};
-use super::input::{Fault, Flaw, Input};
-use super::{Direction, Format, INTERFACE, Record, socketcan};
+use crate::log::codec::{Decode, Encode, Skipped, WriteError};
+use crate::log::input::{Fault, Flaw, Input};
+use crate::log::{Direction, INTERFACE, Record, socketcan};
 
 const MICROSECONDS: u32 = 0xA1B2_C3D4;
 const NANOSECONDS: u32 = 0xA1B2_3C4D;
@@ -119,7 +119,7 @@ impl Write {
 impl Encode for Write {
     fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError> {
         let us = record.at.as_micros();
-        let out_of_range = |_| WriteError::Time { format: Format::Pcap, at: record.at };
+        let out_of_range = |_| WriteError::Time { at: record.at };
         let seconds = u32::try_from(us / 1_000_000).map_err(out_of_range)?;
         self.begin(out);
         for word in [seconds, (us % 1_000_000) as u32, socketcan::LEN as u32, socketcan::LEN as u32] {

@@ -5,11 +5,11 @@ use lexican_runtime::{Duration, Frame, Instant};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 
-use super::calendar::{Civil, DAY};
-use super::channel::{Channels, Interfaces};
-use super::codec::{Decode, Encode, Skipped, WriteError};
-use super::input::{Fault, Flaw, Input};
-use super::{Direction, Format, Record, socketcan};
+use crate::log::calendar::{Civil, DAY};
+use crate::log::channel::{Channels, Interfaces};
+use crate::log::codec::{Decode, Encode, Skipped, WriteError};
+use crate::log::input::{Fault, Flaw, Input};
+use crate::log::{Direction, Record, socketcan};
 
 /// Kinds of objects. The second kind of message has fields that follow those of the first.
 const CAN_MESSAGE: u32 = 1;
@@ -296,7 +296,7 @@ impl Encode for Write {
     fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError> {
         let Record { at, interface, direction, frame } = record;
         if at.as_micros() / DAY > LAST_DAY {
-            return Err(WriteError::Time { format: Format::Blf, at: *at });
+            return Err(WriteError::Time { at: *at });
         }
         let channel = self.channels.of(interface)?;
         // The file's header is written once the first time is known.
