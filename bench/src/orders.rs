@@ -32,7 +32,7 @@ pub(crate) struct Row {
     pub(crate) verb: Verb,
     group: Group,
     /// On its button.
-    titles: [&'static str; 2],
+    pub(crate) titles: [&'static str; 2],
     help: [&'static str; 2],
     /// In the terminal: its key, and what is asked for.
     #[serde(skip)]

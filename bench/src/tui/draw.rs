@@ -98,7 +98,7 @@ impl Screen {
             let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
             return Line::from(format!(" {of}{title}: {typed}▏")).bold();
         }
-        let help = || Line::from(format!(" {}", self.ui.text(self.ui.tab.help()))).dim();
+        let help = || Line::from(format!(" {}", self.ui.tab.help(self.ui.language))).dim();
         self.notices.last().unwrap_or_else(help)
     }
 
@@ -108,7 +108,7 @@ impl Screen {
         // That of this tab first: a low screen has no space for all.
         for tab in (0..Tab::ALL.len()).map(|by| self.ui.tab.further(by)) {
             lines.push(Line::from(self.ui.text(tab.title())).bold());
-            lines.push(Line::from(self.ui.text(tab.help())));
+            lines.push(Line::from(tab.help(self.ui.language)));
         }
         let help = Paragraph::new(lines).wrap(Wrap { trim: false }).block(Block::bordered().title(" ? "));
         frame.render_widget(Clear, area);

@@ -1,6 +1,7 @@
 //! The tabs of the bench.
 
-use super::text::Text;
+use super::text::{Language, Text};
+use crate::orders::ORDERS;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Tab {
@@ -37,16 +38,21 @@ impl Tab {
         }
     }
 
-    pub(super) const fn help(self) -> Text {
-        match self {
+    /// What the keys do there.
+    pub(super) fn help(self, language: Language) -> String {
+        let text = match self {
             Tab::Nodes => Text::HelpNodes,
             Tab::Objects => Text::HelpObjects,
             Tab::Pdos => Text::HelpPdos,
             Tab::Trace => Text::HelpTrace,
             Tab::Plots => Text::HelpPlots,
-            Tab::Drives => Text::HelpDrives,
+            Tab::Drives => {
+                let keys = ORDERS.iter().map(|row| format!("{} {}", row.key, row.titles[language as usize]));
+                return keys.collect::<Vec<_>>().join("  ");
+            }
             Tab::Bus => Text::HelpBus,
             Tab::Devices => Text::HelpDevices,
-        }
+        };
+        text.of(language).to_owned()
     }
 }

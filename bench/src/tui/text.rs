@@ -121,7 +121,7 @@ texts! {
     AskServices, "services (nmt, sync, emcy, pdo, sdo, heartbeat, lss)", "Dienste (nmt, sync, emcy, pdo, sdo, heartbeat, lss)";
     AskNodes, "nodes (3,5-9)", "Knoten (3,5-9)";
     AskFile, "file", "Datei";
-    AskFormat, "format (candump, pcapng, asc, trc, blf)", "Format (candump, pcapng, asc, trc, blf)";
+    AskFormat, "format", "Format";
     AskObject, "object to map", "Objekt, das abgebildet wird";
     AskTiming, "when (event, sync, sync:4, every:10ms)", "wann (event, sync, sync:4, every:10ms)";
     AskSignal, "object or PDO (6064, tpdo1)", "Objekt oder PDO (6064, tpdo1)";
@@ -133,7 +133,6 @@ texts! {
     HelpPdos, "[ ] node  r read the mapping  a add an object  Del remove the last  t when  c check  Enter write", "[ ] Knoten  r Abbildung lesen  a Objekt dazu  Entf letztes weg  t wann  c prüfen  Eingabe schreiben";
     HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export  click: mark a row", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern  Klick: Zeile markieren";
     HelpPlots, "[ ] node  a add  c clear  + - span  f follow  i j cursors  , . < > move one  0 no cursors  t trigger on the selected curve  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  f mitlaufen  i j Cursor  , . < > verschieben  0 keine Cursor  t Trigger auf die gewählte Kurve  x CSV  v SVG";
-    HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop  r resume  x drop the travel", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt  r Fahrt fortsetzen  x Fahrt verwerfen";
     HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble  a acknowledge what is over", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit  a Vergangenes quittieren";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
     HelpAll, "1 to 8 or Tab: tabs  arrows, PgUp, PgDn, Home, End  h control (H takes it from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Ansichten  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Bedienung (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";

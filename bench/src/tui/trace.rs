@@ -1,5 +1,6 @@
 //! The frames of the bus, in words.
 
+use lexican_toolbox::log::Format;
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -111,7 +112,7 @@ pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &V
         KeyCode::Char('n') => return ui.ask_for(Field::Nodes),
         KeyCode::Char('x') => {
             let filter = state.filter.clone();
-            return ui.ask(Text::AskFormat, String::new(), |format| {
+            return ui.ask(Text::AskFormat, Format::kinds(), |format| {
                 Ok(Action::Ask(Purpose::File(String::new()), Request::Export { format, filter }))
             });
         }
