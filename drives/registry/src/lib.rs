@@ -5,6 +5,8 @@ use lexican_runtime::Duration;
 use siko_ag03_1::sim::Model;
 use simulator::servo::ServoModel;
 
+pub use {kollmorgen_akd, siko_ag02, siko_ag03_1};
+
 /// A drive of the library.
 #[derive(Clone, Copy)]
 pub struct KnownDrive {
