@@ -4,31 +4,18 @@ use std::path::Path;
 use std::{env, fs};
 
 use lexican_eds::model::{Device, Direction, Entry, Object, ObjectKind};
-use lexican_eds::{Input, Source};
 use notation::snake;
 
 #[path = "src/notation.rs"]
 #[allow(dead_code, reason = "names are written here, and numbers read in the comparisons")]
 mod notation;
 
-/// The drive's crate, data sheet and overlay.
-const DRIVES: &[(&str, &str, &str)] = &[
-    ("siko_ag03_1", "siko/ag03-1/SIKOAG03.EDS", "siko/ag03-1/SIKOAG03.toml"),
-    ("kollmorgen_akd", "kollmorgen/akd/AKD.EDS", "kollmorgen/akd/AKD.toml"),
-    ("siko_ag02", "siko/ag02/SIKOAG02.EDS", "siko/ag02/SIKOAG02.toml"),
-];
-
 fn main() {
-    let devices = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../eds/devices");
-    for (name, eds, overlay) in DRIVES {
-        let source = |name: &str| {
-            let path = devices.join(name);
-            println!("cargo::rerun-if-changed={}", path.display());
-            Source::new(name, fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
-        };
-        let (device, _) = lexican_eds::load(&Input::new(source(eds)).overlay(source(overlay)));
+    for shipped in lexican_eds::library::all() {
+        let name = shipped.id.replace(['/', '-'], "_");
+        let (device, _) = lexican_eds::load(&shipped.input());
         let file = Path::new(&env::var("OUT_DIR").unwrap()).join(format!("{name}.rs"));
-        fs::write(file, function(name, &device)).unwrap();
+        fs::write(file, function(&name, &device)).unwrap();
     }
 }
 

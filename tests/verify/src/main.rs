@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use lexican_registry::KnownDrive;
 use lexican_verify::{DRIVES, Drive, Inputs, verify};
 
 fn main() -> ExitCode {
@@ -15,6 +16,11 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     let mut code = ExitCode::SUCCESS;
+    let is_compared = |known: &KnownDrive| DRIVES.iter().any(|drive| drive.name == known.library);
+    for known in lexican_registry::DRIVES.iter().filter(|known| !is_compared(known)) {
+        eprintln!("{}: no file in tests/verify/src/drives compares it with its manual", known.library);
+        code = ExitCode::FAILURE;
+    }
     for drive in DRIVES.iter().filter(|drive| arguments.is_empty() || arguments.iter().any(|name| name == drive.name)) {
         match run(drive, check) {
             Ok(summary) => println!("{}: {summary}", drive.name),

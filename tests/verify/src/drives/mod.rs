@@ -1,4 +1,4 @@
-//! The drives that are compared with their manuals.
+//! The drives that are compared with their manuals. `lexican_registry` has the crates of those without mutants.
 
 mod kollmorgen_akd;
 mod siko_ag02;
