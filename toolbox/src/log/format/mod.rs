@@ -55,21 +55,21 @@ struct Row {
 macro_rules! formats {
     ($($name:literal, $format:expr, $extensions:expr, $read:expr, $write:expr,
        $reads:literal, $times:expr, $interface:literal, $direction:literal;)*) => {
-        const ROWS: &[Row] = &[$(Row {
+        &[$(Row {
             name: $name,
             format: $format,
             extensions: &$extensions,
             read: || Box::new($read),
             write: || Box::new($write),
             facts: Facts { reads: $reads, times: $times, interface: $interface, direction: $direction },
-        }),*];
+        }),*]
     };
 }
 
 const FROM_FIRST: &str = "1 us since the first frame, and its date";
 
 // Another one is a row here, with its variant of `Format`, and a file beside this one.
-formats! {
+const ROWS: &[Row] = formats! {
     "candump", Format::Candump, ["log", "candump", "txt"], Text(candump::Read::default()), candump::Write,
         "`-L`, and what `candump` prints, with `-ta`, `-tz`, `-tA` or without times", "1 us since 1970", "name, `_` for spaces", "read, not written";
     "pcap", Format::Pcap, ["pcap", "cap"], pcap::Read::default(), pcap::Write::default(),
@@ -90,7 +90,7 @@ formats! {
         "", FROM_FIRST, "-", "kept";
     "blf", Format::Blf, ["blf"], blf::Read::default(), blf::Write::default(),
         "objects 1 and 86, plain and zlib containers", FROM_FIRST, "channel", "kept";
-}
+};
 
 impl Format {
     /// All formats, in the order of their table.
