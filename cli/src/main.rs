@@ -1,6 +1,6 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] loads data sheets, [`bus`] opens links and explains their errors, [`duration`] parses times, and [`output`] prints
+//! [`device`] loads data sheets, [`bus`] opens links and explains their errors, and [`output`] prints
 //! results and sets the exit code; what needs no terminal is in `lexican_toolbox`. Each other module is one command: `demo`, and
 //! with the feature `full` all [`commands`].
 
@@ -29,7 +29,6 @@ mod whole {
     pub(crate) mod conform;
     pub(crate) mod devices;
     pub(crate) mod drive;
-    pub(crate) mod duration;
     pub(crate) mod eds;
     pub(crate) mod flash;
     pub(crate) mod follow;

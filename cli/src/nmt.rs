@@ -12,8 +12,8 @@ use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::{BusArgs, NodeIds, let_leave};
-use crate::duration::{in_milliseconds, milliseconds};
 use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
 
 use crate::output::{self, Failure, Outcome, print_result, warn};
 

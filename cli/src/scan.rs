@@ -14,12 +14,12 @@ use lexican_runtime::{AbortCode, Duration, Frame, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::BusArgs;
-use crate::duration::milliseconds;
 use crate::output::{self, Failure, Outcome, progress, styled};
 use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::decode::duplicates::{DuplicateNodes, Evidence};
 use lexican_toolbox::node::identity::{recognise, words};
+use lexican_toolbox::text::duration::milliseconds;
 
 /// Find the nodes of a bus
 ///

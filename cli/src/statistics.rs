@@ -12,9 +12,9 @@ use ratatui::text::Line;
 use serde_json::json;
 
 use crate::bus::{Bus, BusArgs, kinds};
-use crate::duration;
 use crate::output::{Failure, Outcome, ctrl_c, stdout};
 use crate::screen::{self, Screen};
+use lexican_toolbox::text::duration;
 
 /// Count the frames of a bus: load, rates and jitter by COB-ID, silent nodes, errors, SDO response times
 ///

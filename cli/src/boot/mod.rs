@@ -17,8 +17,8 @@ use lexican_toolbox::node::identity::{recognise, words};
 use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};
-use crate::duration::{milliseconds, time};
 use crate::output::{Failure, Outcome, ctrl_c, print_result, styled, warn};
+use lexican_toolbox::text::duration::{milliseconds, time};
 use plan::Node;
 
 /// Boot a network: check, configure and start its nodes (CiA 302-2)

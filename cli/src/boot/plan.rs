@@ -13,7 +13,6 @@ use serde::de::{Deserializer, Error as _};
 
 use crate::bus::node_id;
 use crate::device::load;
-use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, note};
 use crate::toml_text::parse;
 use lexican_toolbox::data_sheet::beside;
@@ -21,6 +20,7 @@ use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::order::in_order;
 use lexican_toolbox::parameters::restore::{configured, not_restored};
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
 use lexican_toolbox::text::files::{read, read_up_to};
 use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::wire::written;

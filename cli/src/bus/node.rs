@@ -17,8 +17,8 @@ use lexican_toolbox::parameters::restore::check_identity;
 use super::{Bus, BusArgs, NodeIds, SheetName, network};
 use crate::completions::devices;
 use crate::device::{load, load_input};
-use crate::duration::milliseconds;
 use crate::output::{Failure, Outcome, note, warn};
+use lexican_toolbox::text::duration::milliseconds;
 
 /// The help of an argument that is a node.
 pub(crate) const NODE: &str =

@@ -19,9 +19,9 @@ use crate::bus::pty::Ptys;
 use crate::bus::{BusArgs, url};
 use crate::conform::print;
 use crate::conform::reports::{ReportArgs, about};
-use crate::duration::time;
 use crate::output::{Failure, Outcome, ctrl_c, note, stdout, styled};
 use crate::simulate::PlantArgs;
+use lexican_toolbox::text::duration::time;
 use program::Program;
 
 /// Disturb a program at random moments, and judge what it leaves behind

@@ -21,10 +21,10 @@ use serde::Deserialize;
 
 use crate::bus::{BUS, Bus, BusArgs, NODE, kinds, node_id, url, which_node};
 use crate::device::guard;
-use crate::duration::time;
 use crate::output::{Failure, Outcome, ctrl_c, plural};
 use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
+use lexican_toolbox::text::duration::time;
 use lexican_toolbox::values::lookup::resolve;
 use print::Screen;
 use reports::{ReportArgs, about};

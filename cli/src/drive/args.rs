@@ -8,8 +8,8 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Order, Scales, Verb};
 
 use crate::bus::{BusArgs, node_id};
-use crate::duration::{milliseconds, time};
 use crate::output::Failure;
+use lexican_toolbox::text::duration::{milliseconds, time};
 
 /// Move a drive of CiA 402, by its data sheet
 ///

@@ -12,9 +12,9 @@ use lexican_toolbox::trace::sampler::{Sampled, Sampler, Signal};
 use lexican_toolbox::values::report::ValueReport;
 
 use crate::bus::{Connected, NODE, NetworkArgs, node_id};
-use crate::duration::{milliseconds, time};
 use crate::output::{Failure, ctrl_c, missing_frames, warn};
 use crate::screen::Screen;
+use lexican_toolbox::text::duration::{milliseconds, time};
 
 pub(crate) use plot::{PlotArgs, plot};
 pub(crate) use watch::{WatchArgs, watch};

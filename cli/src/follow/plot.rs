@@ -14,9 +14,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use super::{Follower, SignalArgs};
-use crate::duration::period;
 use crate::output::{Failure, ForceArgs, Outcome, note};
 use crate::screen::Screen;
+use lexican_toolbox::text::duration::period;
 
 /// Plot values of a node over time
 ///

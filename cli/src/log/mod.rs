@@ -13,8 +13,8 @@ use lexican_runtime::Duration;
 use lexican_toolbox::bus::cob_ids::CobIds;
 use lexican_toolbox::log::{Format, LogError, Reader, Selection, Skipped, WriteError};
 
-use crate::duration::time;
 use crate::output::{Failure, note, plural, reason, warn};
+use lexican_toolbox::text::duration::time;
 
 /// Which frames of a log are meant.
 #[derive(clap::Args, Debug)]

@@ -16,8 +16,8 @@ use serde_json::json;
 
 use super::{format_of, frames, is_pipe, size, write_failure};
 use crate::bus::{Bus, BusArgs};
-use crate::duration::time;
 use crate::output::{Failure, ForceArgs, Outcome, ctrl_c, missing_frames, note, print_result, warn};
+use lexican_toolbox::text::duration::time;
 
 /// Record the frames of a bus in a file
 ///

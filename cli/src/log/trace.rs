@@ -16,8 +16,8 @@ use serde_json::json;
 use super::{frames, is_pipe, remark_on};
 use crate::bus::node_id;
 use crate::device::load;
-use crate::duration::in_milliseconds;
 use crate::output::{Failure, ForceArgs, Outcome, note, plural, print_result, stdout};
+use lexican_toolbox::text::duration::in_milliseconds;
 
 /// Of a trace: which device it is about.
 #[derive(clap::Args, Debug)]

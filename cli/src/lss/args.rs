@@ -6,8 +6,8 @@ use lexican_runtime::wire::lss::Identity;
 use lexican_toolbox::lss::{SCAN_STEPS, Selected, Session, Target, Times, Trouble};
 
 use crate::bus::BusArgs;
-use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, progress};
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct LinkArgs {

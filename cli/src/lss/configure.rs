@@ -8,10 +8,10 @@ use serde_json::json;
 use super::args::{DeviceArgs, DevicesArgs};
 use super::print::{describe, print, print_refusal, selected_json, title};
 use crate::bus::NodeOrNone;
-use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{Failure, Outcome, note, warn};
 use lexican_toolbox::decode::lss::AUTOMATIC;
 use lexican_toolbox::lss::{Selected, Session};
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
 
 /// Give a device a node-ID
 ///

@@ -16,12 +16,12 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use crate::bus::{Bus, BusArgs, KnownArgs};
-use crate::duration;
 use crate::output::{Failure, Outcome, colours, missing_frames, note};
 use crate::print;
 use filter::FilterArgs;
 use lexican_toolbox::decode::duplicates::DuplicateNodes;
 use lexican_toolbox::decode::{Decoded, Decoder, Detail, Step};
+use lexican_toolbox::text::duration;
 use lexican_toolbox::values::hex;
 use reader::{IdentityListener, Reader};
 

@@ -15,8 +15,8 @@ use lexican_toolbox::values::report::ValueReport;
 
 use super::node::{print, reader};
 use crate::bus::{BoxedLink, NetworkArgs, NodeIds, node_id};
-use crate::duration::period;
 use crate::output::{Failure, Outcome, note, warn};
+use lexican_toolbox::text::duration::period;
 
 /// Change what a PDO of a node maps, and when it is sent
 ///

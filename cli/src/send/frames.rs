@@ -6,8 +6,8 @@ use serde_json::json;
 
 use super::schedule::Schedule;
 use super::session::Session;
-use crate::duration::period;
 use crate::output::{Failure, Outcome};
+use lexican_toolbox::text::duration::period;
 
 /// Send frames as they are
 ///

@@ -8,8 +8,8 @@ use serde_json::json;
 
 use super::session::Session;
 use crate::bus::{BusArgs, node_id};
-use crate::duration::{period, time};
 use crate::output::{Failure, Outcome, note, plural};
+use lexican_toolbox::text::duration::{period, time};
 
 /// Guard a node: request its state again and again (node guarding)
 ///

@@ -11,8 +11,8 @@ use super::schedule::Schedule;
 use super::session::Session;
 use super::ticker::Ticker;
 use crate::bus::{NodeIds, node_id};
-use crate::duration::period;
 use crate::output::{Failure, Outcome, plural, warn};
+use lexican_toolbox::text::duration::period;
 
 /// Send the heartbeat of a manager, and watch those of other nodes
 ///

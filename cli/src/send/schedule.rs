@@ -4,8 +4,8 @@ use lexican_runtime::Duration;
 use lexican_runtime::host::Pace;
 
 use crate::bus::{Bus, BusArgs};
-use crate::duration::{period, time};
 use crate::output::Failure;
+use lexican_toolbox::text::duration::{period, time};
 
 /// The arguments that say how often and how long something is sent.
 #[derive(clap::Args, Debug)]

@@ -13,8 +13,8 @@ use crate::bus::kind::{Simulated, Terminal};
 use crate::bus::kinds::{KINDS, url};
 use crate::bus::{NodeOrNone, read_plant};
 use crate::device::DeviceArgs;
-use crate::duration::time;
 use crate::output::Failure;
+use lexican_toolbox::text::duration::time;
 
 /// Simulate a device, or a plant of several, on a bus
 ///

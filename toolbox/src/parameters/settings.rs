@@ -20,7 +20,7 @@ use crate::text::toml_text::{self, TomlError};
 use crate::values::DeviceValues;
 use crate::values::lookup::resolve;
 use crate::values::permission::WriteRefusal;
-use crate::values::wire::encode;
+use crate::values::wire;
 
 /// The sections of a file, by the text that names their nodes.
 #[derive(Debug, Deserialize)]
@@ -92,29 +92,58 @@ impl Section {
     /// The settings in wire form, when the data sheet allows all of them. `values` has what is known of the device; what the
     /// section sets counts before it.
     pub fn encode(&self, values: &mut DeviceValues<'_>, node: NodeId) -> Result<Settings, Vec<String>> {
-        let (mut settings, mut wrong) = (Settings::new(), Vec::new());
-        let mut resolved = Vec::new();
-        for (object, value) in &self.settings {
-            match resolve(Some(values.device), object) {
-                Ok(address) => resolved.push((address, object, value)),
-                Err(error) => wrong.push(format!("{error}; {}", error.advice())),
-            }
-        }
-        // Units and limits of the others depend on these.
-        let conditions = conditions(values.device);
-        resolved.sort_by_key(|(address, ..)| !conditions.contains(address));
-        for (address, object, text) in resolved {
-            match one(values, address, text, node) {
-                Ok(data) => {
-                    if settings.insert(address, data).is_some() {
-                        wrong.push(format!("{object}: {address} is set twice"));
-                    }
-                }
-                Err(error) => wrong.push(format!("{object}: {error}")),
-            }
-        }
-        if wrong.is_empty() { Ok(settings) } else { Err(wrong) }
+        let given: Vec<_> = self.settings.iter().map(|(object, value)| (object.as_str(), value.as_str())).collect();
+        let (settings, wrong) = encode(&given, values, node);
+        let words = |wrong: Wrong| match wrong.advice {
+            Some(advice) => format!("{}; {advice}", wrong.text),
+            None => format!("{}: {}", given[wrong.at].0, wrong.text),
+        };
+        if wrong.is_empty() { Ok(settings) } else { Err(wrong.into_iter().map(words).collect()) }
     }
+}
+
+/// A setting that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wrong {
+    /// Which of those that were given.
+    pub at: usize,
+    /// Whether the object is wrong; else it is the value.
+    pub is_of_object: bool,
+    /// What is wrong.
+    pub text: String,
+    /// What to do about it.
+    pub advice: Option<String>,
+}
+
+/// Objects and values as people write them, in wire form; and which of them the data sheet does not allow. `values` has what is
+/// known of the device; what is set counts before it.
+pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: NodeId) -> (Settings, Vec<Wrong>) {
+    let (mut settings, mut wrong) = (Settings::new(), Vec::new());
+    let mut resolved = Vec::new();
+    for (at, (object, value)) in given.iter().enumerate() {
+        match resolve(Some(values.device), object) {
+            Ok(address) => resolved.push((address, at, value)),
+            Err(error) => {
+                let advice = Some(error.advice());
+                wrong.push(Wrong { at, is_of_object: true, text: error.to_string(), advice });
+            }
+        }
+    }
+    // Units and limits of the others depend on these.
+    let conditions = conditions(values.device);
+    resolved.sort_by_key(|(address, ..)| !conditions.contains(address));
+    for (address, at, text) in resolved {
+        match one(values, address, text, node) {
+            Ok(data) => {
+                if settings.insert(address, data).is_some() {
+                    let text = format!("{address} is set twice");
+                    wrong.push(Wrong { at, is_of_object: true, text, advice: None });
+                }
+            }
+            Err(text) => wrong.push(Wrong { at, is_of_object: false, text, advice: None }),
+        }
+    }
+    (settings, wrong)
 }
 
 fn one(values: &mut DeviceValues<'_>, address: Address, text: &str, node: NodeId) -> Result<Vec<u8>, String> {
@@ -128,7 +157,7 @@ fn one(values: &mut DeviceValues<'_>, address: Address, text: &str, node: NodeId
     let value = values.parse(entry, text)?;
     values.check_write(entry, &value, node).map_err(|refusal| refusal.to_string())?;
     values.set(address, &value);
-    encode(entry.data_type, &value).ok_or_else(|| format!("the value is no {}", entry.data_type))
+    wire::encode(entry.data_type, &value).ok_or_else(|| format!("the value is no {}", entry.data_type))
 }
 
 #[cfg(test)]

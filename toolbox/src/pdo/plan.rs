@@ -119,6 +119,17 @@ pub struct Plan {
     in_four_bytes: bool,
 }
 
+impl Objection {
+    /// What to do about it, where that is one thing.
+    #[must_use]
+    pub fn advice(&self) -> Option<String> {
+        match self {
+            Objection::Object(error) => Some(error.advice()),
+            _ => None,
+        }
+    }
+}
+
 impl PdoName {
     /// The mapping of objects as people name them, with their lengths: `6041`, `statusword`; for a gap the data type that
     /// fills it, `UNSIGNED16`.

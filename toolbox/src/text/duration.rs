@@ -1,14 +1,14 @@
-//! Durations on the command line.
+//! Durations as people write them.
 
 use lexican_runtime::Duration;
 
 /// A duration in whole milliseconds, rounded down.
-pub(crate) fn in_milliseconds(duration: Duration) -> u64 {
+pub fn in_milliseconds(duration: Duration) -> u64 {
     duration.as_micros() / 1000
 }
 
 /// Parses a time: `10s`, `0.5s`, `500ms`, `2min`, `0`.
-pub(crate) fn time(text: &str) -> Result<Duration, String> {
+pub fn time(text: &str) -> Result<Duration, String> {
     text.parse().map_err(|_| match text.bytes().all(|byte| byte.is_ascii_digit()) {
         true if !text.is_empty() => format!("{text} of what? write {text}ms, {text}s or {text}min"),
         _ => format!("{text:?} is not a time such as 500ms, 10s, 0.5s or 2min"),
@@ -16,14 +16,14 @@ pub(crate) fn time(text: &str) -> Result<Duration, String> {
 }
 
 /// Parses a time of whole milliseconds, up to an hour.
-pub(crate) fn milliseconds(text: &str) -> Result<Duration, String> {
+pub fn milliseconds(text: &str) -> Result<Duration, String> {
     let whole = |time: &Duration| time.as_micros() <= HOUR && time.as_micros().is_multiple_of(1000);
     let wrong = || format!("{text} is not a time of whole milliseconds, up to an hour");
     time(text).and_then(|time| Some(time).filter(whole).ok_or_else(wrong))
 }
 
 /// Parses a time that is not zero, up to an hour.
-pub(crate) fn period(text: &str) -> Result<Duration, String> {
+pub fn period(text: &str) -> Result<Duration, String> {
     let is_period = |time: &Duration| (1..=HOUR).contains(&time.as_micros());
     time(text).and_then(|time| {
         Some(time).filter(is_period).ok_or_else(|| format!("{text} is not a time above zero, up to an hour"))

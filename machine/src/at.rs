@@ -1,0 +1,271 @@
+//! Values with their places in the file, and the spellings of values.
+
+use std::borrow::Cow;
+use std::cmp::Ordering;
+use std::ops::{Deref, Range};
+
+use lexican_runtime::wire::pdo::TransmissionType;
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
+use lexican_toolbox::text::node_id::node_id;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use toml::Spanned;
+
+/// A value, and where the file has it.
+#[derive(Clone, Debug)]
+pub struct At<T> {
+    /// The value.
+    pub value: T,
+    /// Its bytes in the text.
+    pub span: Range<usize>,
+}
+
+impl<T> Deref for At<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<T: PartialEq> PartialEq for At<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl<T: Eq> Eq for At<T> {}
+
+impl<T: Ord> PartialOrd for At<T> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<T: Ord> Ord for At<T> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.value.cmp(&other.value)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let spanned = Spanned::<T>::deserialize(deserializer)?;
+        let span = spanned.span();
+        Ok(At { value: spanned.into_inner(), span })
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for At<T> {
+    fn inline_schema() -> bool {
+        T::inline_schema()
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        T::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
+    }
+}
+
+/// Gives a type the spelling of its values: how it is read from a text or a number, and what an editor knows of it.
+macro_rules! spelling {
+    ($name:ident, $schema:tt, $expecting:literal, text: $text:expr $(, number: $number:expr)?) => {
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Spelling;
+                impl Visitor<'_> for Spelling {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                        f.write_str($expecting)
+                    }
+
+                    fn visit_str<E: Error>(self, text: &str) -> Result<$name, E> {
+                        let read: fn(&str) -> Result<$name, String> = $text;
+                        read(text).map_err(E::custom)
+                    }
+
+                    $(fn visit_i64<E: Error>(self, number: i64) -> Result<$name, E> {
+                        let read: fn(i64) -> Result<$name, String> = $number;
+                        read(number).map_err(E::custom)
+                    })?
+                }
+                deserializer.deserialize_any(Spelling)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn inline_schema() -> bool {
+                true
+            }
+
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!($schema)
+            }
+        }
+    };
+}
+
+/// A time of whole milliseconds: `"100 ms"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Time(pub(crate) Duration);
+
+impl Time {
+    /// In milliseconds.
+    #[must_use]
+    pub(crate) fn ms(self) -> u64 {
+        in_milliseconds(self.0)
+    }
+}
+
+spelling!(Time, { "type": "string", "examples": ["100 ms", "2 s"] }, "a time with its unit, such as \"100 ms\"",
+    text: |text| milliseconds(text).map(Time),
+    number: |number| Err(format!("{number} of what? write \"{number} ms\" or \"{number} s\"")));
+
+/// In bit/s: `"500 kbit/s"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BitRate(pub(crate) u32);
+
+spelling!(BitRate, { "type": "string", "examples": ["125 kbit/s", "500 kbit/s", "1 Mbit/s"] },
+    "a bit rate such as \"500 kbit/s\"",
+    text: |text| bit_rate(text).ok_or_else(|| format!("{text:?} is no bit rate such as \"500 kbit/s\" or \"1 Mbit/s\"")),
+    number: |number| Err(format!("{number} of what? write \"{number} kbit/s\"")));
+
+fn bit_rate(text: &str) -> Option<BitRate> {
+    let (number, factor) = match text.strip_suffix("kbit/s") {
+        Some(number) => (number, 1_000),
+        None => (text.strip_suffix("Mbit/s")?, 1_000_000),
+    };
+    let rate = number.trim().parse::<u32>().ok()?.checked_mul(factor)?;
+    (10_000..=1_000_000).contains(&rate).then_some(BitRate(rate))
+}
+
+/// A node-ID; none for a device that gets one by LSS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Id(pub(crate) Option<NodeId>);
+
+spelling!(Id, { "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 127 }, { "const": "none" }] },
+    "a node-ID from 1 to 127",
+    text: |text| match text {
+        "none" => Ok(Id(None)),
+        other => Err(format!("{other:?} is no node-ID: write a number, or \"none\" for one by LSS")),
+    },
+    number: |number| Ok(Id(Some(node_id(&number.to_string())?))));
+
+/// When a PDO is sent or takes effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Transmission(pub(crate) TransmissionType);
+
+spelling!(Transmission,
+{ "anyOf": [{ "type": "string", "examples": ["event", "sync", "sync 4"] }, { "type": "integer", "minimum": 0, "maximum": 255 }] },
+"a transmission type: \"event\", \"sync\", \"sync 4\", or its number",
+text: |text| match (text, text.strip_prefix("sync ").map(str::parse)) {
+    ("event", _) => Ok(Transmission(TransmissionType::EventProfile)),
+    ("sync", _) => Ok(Transmission(TransmissionType::SynchronousCyclic(1))),
+    (_, Some(Ok(each @ 1..=240))) => Ok(Transmission(TransmissionType::SynchronousCyclic(each))),
+    _ => Err(format!("{text:?} is no transmission type: write \"event\", \"sync\", \"sync 4\", or its number")),
+},
+number: |number| match u8::try_from(number) {
+    Ok(code) => Ok(Transmission(TransmissionType::from_code(code))),
+    Err(_) => Err(format!("{number} is no transmission type: they are 0 to 255")),
+});
+
+/// A value as people write it, with its unit: a text, a number, true or false.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Written(pub(crate) String);
+
+impl<'de> Deserialize<'de> for Written {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AnyScalar;
+        impl Visitor<'_> for AnyScalar {
+            type Value = Written;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a value: a number, a text such as \"2.5 mm\", true or false")
+            }
+
+            fn visit_str<E: Error>(self, text: &str) -> Result<Written, E> {
+                Ok(Written(text.to_owned()))
+            }
+
+            fn visit_i64<E: Error>(self, number: i64) -> Result<Written, E> {
+                Ok(Written(number.to_string()))
+            }
+
+            fn visit_f64<E: Error>(self, number: f64) -> Result<Written, E> {
+                Ok(Written(number.to_string()))
+            }
+
+            fn visit_bool<E: Error>(self, flag: bool) -> Result<Written, E> {
+                Ok(Written(flag.to_string()))
+            }
+        }
+        deserializer.deserialize_any(AnyScalar)
+    }
+}
+
+impl JsonSchema for Written {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Written".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["string", "number", "boolean"] })
+    }
+}
+
+/// A table, or what its shortest form says: `"manager"`, `["statusword", "position"]`.
+pub(crate) trait Short: Sized {
+    /// What is expected, in words.
+    const EXPECTING: &'static str;
+
+    fn of_text(text: &str) -> Result<Self, String>;
+    fn of_list(list: Vec<At<String>>) -> Self;
+}
+
+/// Reads a table, or its short form.
+pub(crate) fn short_or_table<'de, D, S, T>(deserializer: D) -> Result<S, D::Error>
+where
+    D: Deserializer<'de>,
+    S: Short + From<T>,
+    T: Deserialize<'de>,
+{
+    struct Either<S, T>(std::marker::PhantomData<(S, T)>);
+    impl<'de, S: Short + From<T>, T: Deserialize<'de>> Visitor<'de> for Either<S, T> {
+        type Value = S;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str(S::EXPECTING)
+        }
+
+        fn visit_str<E: Error>(self, text: &str) -> Result<S, E> {
+            S::of_text(text).map_err(E::custom)
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<S, A::Error> {
+            let mut list = Vec::new();
+            while let Some(one) = seq.next_element()? {
+                list.push(one);
+            }
+            Ok(S::of_list(list))
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<S, A::Error> {
+            T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(S::from)
+        }
+    }
+    deserializer.deserialize_any(Either(std::marker::PhantomData))
+}

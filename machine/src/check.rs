@@ -1,0 +1,195 @@
+//! What cannot work, although each line by itself is right.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use lexican_eds::Severity;
+use lexican_eds::standard::{Role, role};
+use lexican_eds::text::Span;
+use lexican_runtime::cia301::{self, connection};
+use lexican_runtime::object::Direction;
+use lexican_runtime::{CobId, Duration};
+
+use crate::model::{Machine, Node};
+use crate::read::Out;
+use crate::wire::{Sent, active, period};
+
+/// How busy a bus may be, in per cent, before that is worth a warning.
+const BUSY: f64 = 80.0;
+/// The controlword of a drive (CiA 402).
+const CONTROL_WORD: u16 = 0x6040;
+
+/// How busy a bus is in the worst case, with the most stuff bits that there can be.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Load {
+    /// In per cent, by all that is sent at known times.
+    pub percent: f64,
+    /// The longest that the answers to one SYNC take.
+    pub sync_chain: Duration,
+    /// What may come at any time, so that it is not counted: `io.TPDO1`.
+    pub unbounded: Vec<String>,
+}
+
+impl Machine {
+    /// How busy the bus is in the worst case; `None` when its bit rate is not known.
+    #[must_use]
+    pub fn load(&self) -> Option<Load> {
+        let bit_rate = f64::from(self.bus.bit_rate?);
+        let (mut load, mut per_second, mut chain) = (Load::default(), 0.0, 0);
+        let mut add = |bits: u32, period: Duration| per_second += f64::from(bits) / period.as_secs_f64();
+        if let Some(sync) = self.bus.sync {
+            add(worst_bits(0), sync);
+            chain += worst_bits(0);
+        }
+        let heartbeats = self.nodes.iter().filter_map(|node| node.heartbeat);
+        for period in heartbeats.chain(self.bus.heartbeat.as_ref().map(|it| it.value)).filter(|time| !time.is_zero()) {
+            add(worst_bits(1), period);
+        }
+        for period in self.nodes.iter().filter_map(|node| node.guarding).filter(|time| !time.is_zero()) {
+            add(worst_bits(1) + worst_bits(0), period);
+        }
+        for sent in self.sent() {
+            let bits = worst_bits(sent.state.bits().div_ceil(8).min(8));
+            if sent.state.transmission.is_some_and(|it| it.is_synchronous()) {
+                chain += bits;
+            }
+            match period(&sent.state, self.bus.sync).filter(|time| !time.is_zero()) {
+                Some(period) => add(bits, period),
+                None => load.unbounded.push(format!("{}.{}", sent.node.name.value, sent.state.name)),
+            }
+        }
+        load.percent = per_second / bit_rate * 100.0;
+        load.sync_chain = Duration::from_micros((f64::from(chain) / bit_rate * 1e6) as u64);
+        Some(load)
+    }
+
+    /// The PDOs that are on the bus: those of the nodes, and those that the manager sends by wires.
+    fn sent(&self) -> Vec<Sent<'_>> {
+        let of_nodes = self.nodes.iter().flat_map(|node| active(node, Direction::Transmit));
+        let mut sent: Vec<_> = of_nodes.collect();
+        let ids: Vec<_> = sent.iter().map(|it| it.state.cob_id.id()).collect();
+        let received = self.nodes.iter().flat_map(|node| active(node, Direction::Receive));
+        // What the file says nothing about is not sent by anybody.
+        sent.extend(received.filter(|it| it.place.is_some() && !ids.contains(&it.state.cob_id.id())));
+        sent
+    }
+}
+
+/// The most bits of a frame with an 11-bit identifier and so many bytes: a stuff bit after the first five bits, and after each
+/// four (ISO 11898-1).
+fn worst_bits(bytes: u32) -> u32 {
+    let stuffed = 34 + 8 * bytes;
+    stuffed + 13 + (stuffed - 1) / 4
+}
+
+pub(crate) fn check(machine: &Machine, out: &mut Out) {
+    if machine.nodes.is_empty() && !out.findings.has_errors() {
+        let help = Some("each one is a table [node.NAME] with id and sheet".to_owned());
+        out.wrong("machine::node-id", &(0..0), "the machine has no nodes", help);
+    }
+    cob_ids(machine, out);
+    error_control(machine, out);
+    load(machine, out);
+}
+
+/// Whether two send with the same COB-ID.
+fn cob_ids(machine: &Machine, out: &mut Out) {
+    let mut senders: BTreeMap<CobId, Sent<'_>> = BTreeMap::new();
+    for node in &machine.nodes {
+        for sent in active(node, Direction::Transmit) {
+            let id = sent.state.cob_id.id();
+            let at = sent.place.map_or_else(|| node.name.span.clone(), range);
+            let what = format!("{}.{} is sent with {id}h", node.name.value, sent.state.name);
+            let services = machine
+                .nodes
+                .iter()
+                .find(|other| other.id.is_some_and(|other| CobId::of_node(connection::EMCY, other) == id));
+            if let Some(other) = services {
+                let help = Some("give it another one: cob-id".to_owned());
+                out.wrong("machine::cob-id", &at, format!("{what}, as the EMCY of {}", other.name.value), help);
+            }
+            match senders.get(&id) {
+                Some(other) => {
+                    let what = format!("{what}, as {}.{}", other.node.name.value, other.state.name);
+                    let help = Some("give one of them another one: tpdo.N = { cob-id = … }".to_owned());
+                    out.wrong("machine::cob-id", &at, what, help);
+                }
+                None => drop(senders.insert(id, sent)),
+            }
+        }
+    }
+    // A node that receives what nobody sends waits in vain, unless it is the manager that sends.
+    let manages =
+        |node: &Node, sent: &Sent<'_>| sent.state.name.predefined(node.id?).map(|id| id == sent.state.cob_id.id());
+    for node in &machine.nodes {
+        for sent in active(node, Direction::Receive).into_iter().filter(|sent| sent.place.is_some()) {
+            if manages(node, &sent) == Some(false) && !senders.contains_key(&sent.state.cob_id.id()) {
+                let what = format!(
+                    "{}.{} is received with {}h, which no node of the machine sends",
+                    node.name.value,
+                    sent.state.name,
+                    sent.state.cob_id.id()
+                );
+                let at = sent.place.map_or(0..0, range);
+                out.push(Severity::Note, "machine::cob-id", &at, what, None);
+            }
+        }
+    }
+}
+
+/// Whether nodes are watched, and drives notice that nobody watches them any more.
+fn error_control(machine: &Machine, out: &mut Out) {
+    let watches = machine.bus.heartbeat.is_some() && machine.bus.manager.is_some();
+    if let (Some(heartbeat), None) = (&machine.bus.heartbeat, machine.bus.manager) {
+        let help = Some("give it one: [bus] manager = 127".to_owned());
+        out.wrong("machine::error-control", &heartbeat.span, "a manager without node-ID has no heartbeat", help);
+    }
+    if let Some(manager) = machine.bus.manager
+        && let Some(node) = machine.nodes.iter().find(|node| node.id == Some(manager))
+    {
+        let what = format!("{} has the node-ID of the manager", node.name.value);
+        out.wrong("machine::node-id", &node.name.span, what, None);
+    }
+    for node in &machine.nodes {
+        let Some(device) = node.device() else { continue };
+        let has = |index, sub| device.entry(index, sub).is_some();
+        let at = &node.name.span;
+        if node.heartbeat.is_some() && !has(cia301::PRODUCER_HEARTBEAT_TIME, 0) {
+            let help = Some("let it be guarded instead: guarding = \"100 ms\"".to_owned());
+            let what = format!("the data sheet of {} has no heartbeat (1017h)", node.name.value);
+            out.wrong("machine::error-control", at, what, help);
+        }
+        let is_guarded = node.guarding.is_some() && has(cia301::GUARD_TIME, 0);
+        let is_watching = watches && has(cia301::CONSUMER_HEARTBEAT_TIME, 1);
+        let is_drive = role(device, CONTROL_WORD, 0) == Some(Role::Command);
+        if is_drive && !is_guarded && !is_watching {
+            let what = format!("{} is a drive that does not notice when its manager is gone", node.name.value);
+            let help = match has(cia301::CONSUMER_HEARTBEAT_TIME, 1) {
+                true => "let it watch the manager: [bus] manager = 127, heartbeat = \"200 ms\"",
+                false => "let it be guarded: guarding = \"100 ms\"",
+            };
+            out.push(Severity::Warning, "machine::protection", at, what, Some(help.to_owned()));
+        }
+    }
+}
+
+/// Whether all that is sent fits.
+fn load(machine: &Machine, out: &mut Out) {
+    let Some(load) = machine.load() else { return };
+    if load.percent > BUSY {
+        let severity = if load.percent > 100.0 { Severity::Error } else { Severity::Warning };
+        let help = "a higher bit rate, longer heartbeats, or PDOs that are sent less often".to_owned();
+        let what = format!("the bus is busy for {:.0} % of the time in the worst case", load.percent);
+        out.push(severity, "machine::load", &(0..0), what, Some(help));
+    }
+    if let Some(sync) = machine.bus.sync
+        && load.sync_chain > sync
+    {
+        let what = format!("the answers to a SYNC take up to {}, and the next one comes after {sync}", load.sync_chain);
+        out.wrong("machine::sync", &(0..0), what, Some("a higher bit rate, or a longer period of SYNC".to_owned()));
+    }
+}
+
+fn range(span: Span) -> Range<usize> {
+    span.start as usize..span.end as usize
+}

@@ -1,0 +1,322 @@
+//! The keys of the file. What stands here as documentation is what editors show of them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use lexican_runtime::manager::OnLoss;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer};
+
+use crate::at::{At, BitRate, Id, Short, Time, Transmission, Written, short_or_table};
+
+/// A CANopen machine: its bus and its nodes, how values go from one to another, and how it is simulated.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields, rename_all = "kebab-case")]
+#[expect(dead_code, reason = "the sections are read one by one, so that each mistake is found")]
+pub(crate) struct File {
+    #[schemars(default)]
+    machine: About,
+    #[schemars(default)]
+    bus: Bus,
+    /// The nodes by their names.
+    #[schemars(default)]
+    node: BTreeMap<String, Node>,
+    /// What several nodes have in common, by names of its own: a node of a kind says only what it has besides.
+    #[schemars(default)]
+    kind: BTreeMap<String, Node>,
+    /// Where values go: from an object of a node, or the manager, to objects of others, or to the manager. PDOs are made for
+    /// them.
+    #[schemars(default)]
+    wire: BTreeMap<String, Wire>,
+    /// How nodes are simulated, by their names: what a real machine does not need.
+    #[schemars(default)]
+    simulate: BTreeMap<String, Simulated>,
+    /// What goes wrong between simulated nodes.
+    #[schemars(default)]
+    fault: Vec<Fault>,
+}
+
+/// What the machine is called.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct About {
+    /// Its name.
+    pub(crate) name: Option<String>,
+    /// What it is, in a sentence.
+    pub(crate) note: Option<String>,
+}
+
+/// The bus of the machine, its manager, and how it boots (CiA 302-2).
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Bus {
+    /// Where it is, as --bus has it: "can0", "slcan:/dev/ttyACM0". `--bus sim` simulates the machine instead.
+    pub(crate) url: Option<At<String>>,
+    /// Its bit rate.
+    pub(crate) bit_rate: Option<At<BitRate>>,
+    /// The node-ID of the manager. It has to have one when nodes watch its heartbeat.
+    pub(crate) manager: Option<At<Id>>,
+    /// The period of SYNC (1006h).
+    pub(crate) sync: Option<At<Time>>,
+    /// The heartbeat of the manager, which the nodes watch (1016h).
+    pub(crate) heartbeat: Option<At<Time>>,
+    /// The time within which the mandatory nodes must boot (1F89h).
+    pub(crate) boot_time: Option<At<Time>>,
+    /// What happens when a mandatory node is lost (1F80h).
+    pub(crate) on_loss: OnLossName,
+    /// Start all nodes by one command, when all mandatory ones can be started (1F80h).
+    pub(crate) start_all: bool,
+}
+
+/// What happens when a mandatory node is lost.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OnLossName {
+    /// It is reset, and booted again.
+    #[default]
+    ResetNode,
+    /// All are.
+    ResetAll,
+    /// All are stopped.
+    StopAll,
+}
+
+impl From<OnLossName> for OnLoss {
+    fn from(name: OnLossName) -> OnLoss {
+        match name {
+            OnLossName::ResetNode => OnLoss::ResetNode,
+            OnLossName::ResetAll => OnLoss::ResetAll,
+            OnLossName::StopAll => OnLoss::StopAll,
+        }
+    }
+}
+
+/// A node.
+#[derive(Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Node {
+    /// Its node-ID, 1 to 127; or "none", for a device that gets one by LSS.
+    pub(crate) id: Option<At<Id>>,
+    /// The kind that it is of.
+    pub(crate) kind: Option<At<String>>,
+    /// Its data sheet: an EDS or DCF file, or a device that lexican knows. A DCF has values that are written.
+    pub(crate) sheet: Option<At<String>>,
+    /// Corrections and meanings in addition to the data sheet (TOML files).
+    pub(crate) overlay: Option<Vec<At<PathBuf>>>,
+    /// What it must say of itself (1018h), where the data sheet does not say it.
+    pub(crate) identity: Option<Identity>,
+    /// The machine runs without it, too.
+    pub(crate) optional: Option<bool>,
+    /// Its heartbeat (1017h). It is lost when three in a row are missing.
+    pub(crate) heartbeat: Option<At<Time>>,
+    /// The guard time, for a node without heartbeat.
+    pub(crate) guarding: Option<At<Time>>,
+    /// How many answers to guarding may be missing; three if it is not given.
+    pub(crate) retry: Option<u8>,
+    /// Whether it is started; true if it is not given.
+    pub(crate) start: Option<bool>,
+    /// It is not reset while it is OPERATIONAL.
+    pub(crate) keep_alive: Option<bool>,
+    /// Whether it is booted again after it was lost; true if it is not given.
+    pub(crate) boots_again: Option<bool>,
+    /// A concise DCF (1F22h), written before all else.
+    pub(crate) dcf: Option<At<PathBuf>>,
+    /// Its parameters: objects by name or address, values with their units.
+    pub(crate) settings: BTreeMap<At<String>, At<Written>>,
+    /// PDOs that it sends, by number: objects in their order, "off", or a table.
+    pub(crate) tpdo: BTreeMap<At<String>, At<Pdo>>,
+    /// PDOs that it receives, by number.
+    pub(crate) rpdo: BTreeMap<At<String>, At<Pdo>>,
+}
+
+/// What a node says of itself (1018h).
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Identity {
+    /// The vendor-ID.
+    pub(crate) vendor: Option<u32>,
+    /// The product code.
+    pub(crate) product: Option<u32>,
+    /// The revision number.
+    pub(crate) revision: Option<u32>,
+    /// The serial number.
+    pub(crate) serial: Option<u32>,
+}
+
+/// A PDO as the file has it.
+#[derive(Clone, Default, JsonSchema)]
+#[schemars(with = "PdoSchema")]
+pub(crate) struct Pdo {
+    pub(crate) is_off: bool,
+    pub(crate) table: PdoTable,
+}
+
+/// A PDO.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is the shape of a PDO for editors")]
+enum PdoSchema {
+    /// "off".
+    Off(String),
+    /// The objects.
+    Objects(Vec<String>),
+    Table(PdoTable),
+}
+
+/// A PDO.
+#[derive(Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct PdoTable {
+    /// The objects in their order; those of the data sheet if they are not given.
+    pub(crate) map: Option<Vec<At<String>>>,
+    /// Its COB-ID; that of the data sheet, or of the predefined connection set, if it is not given.
+    pub(crate) cob_id: Option<At<u32>>,
+    /// When it is sent or takes effect.
+    pub(crate) transmission: Option<At<Transmission>>,
+    /// The least time between two of them.
+    pub(crate) inhibit: Option<At<Time>>,
+    /// The most time between two of them (the event timer); of a PDO that is received, its deadline.
+    pub(crate) every: Option<At<Time>>,
+}
+
+impl From<PdoTable> for Pdo {
+    fn from(table: PdoTable) -> Pdo {
+        Pdo { is_off: false, table }
+    }
+}
+
+impl Short for Pdo {
+    const EXPECTING: &'static str = "\"off\", a list of objects, or a table";
+
+    fn of_text(text: &str) -> Result<Self, String> {
+        match text {
+            "off" => Ok(Pdo { is_off: true, ..Pdo::default() }),
+            other => Err(format!("{other:?} is neither \"off\" nor a list: write [{other:?}]")),
+        }
+    }
+
+    fn of_list(list: Vec<At<String>>) -> Self {
+        Pdo::from(PdoTable { map: Some(list), ..PdoTable::default() })
+    }
+}
+
+impl<'de> Deserialize<'de> for Pdo {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        short_or_table::<D, Pdo, PdoTable>(deserializer)
+    }
+}
+
+/// Where a value goes, and when.
+#[derive(JsonSchema)]
+#[schemars(with = "WireSchema")]
+pub(crate) struct Wire(pub(crate) WireTable);
+
+/// Where a value goes.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is the shape of a wire for editors")]
+enum WireSchema {
+    /// To one place.
+    One(String),
+    /// To several.
+    Several(Vec<String>),
+    Table(WireTable),
+}
+
+/// Where a value goes, and when.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct WireTable {
+    /// "manager", or NODE.OBJECT.
+    pub(crate) to: Vec<At<String>>,
+    /// When it is sent: "event", "sync", "sync 4".
+    pub(crate) transmission: Option<At<Transmission>>,
+    /// The most time between two of them.
+    pub(crate) every: Option<At<Time>>,
+    /// The least time between two of them.
+    pub(crate) inhibit: Option<At<Time>>,
+}
+
+impl From<WireTable> for Wire {
+    fn from(table: WireTable) -> Wire {
+        Wire(table)
+    }
+}
+
+impl Short for Wire {
+    const EXPECTING: &'static str = "where the value goes: \"manager\", \"NODE.OBJECT\", a list of these, or a table";
+
+    fn of_text(text: &str) -> Result<Self, String> {
+        Ok(Wire(WireTable { to: vec![At { value: text.to_owned(), span: 0..0 }], ..WireTable::default() }))
+    }
+
+    fn of_list(to: Vec<At<String>>) -> Self {
+        Wire(WireTable { to, ..WireTable::default() })
+    }
+}
+
+impl<'de> Deserialize<'de> for Wire {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        short_or_table::<D, Wire, WireTable>(deserializer)
+    }
+}
+
+/// How a node is simulated.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Simulated {
+    /// What it has before it boots for the first time: objects by name or address, values with their units.
+    pub(crate) settings: BTreeMap<At<String>, At<Written>>,
+    /// Inputs of a drive, as `lexican simulate` takes them on stdin: "blocked = true".
+    pub(crate) inputs: Vec<At<String>>,
+    /// The file for what it stores.
+    pub(crate) eeprom: Option<PathBuf>,
+    /// A script of events for a drive.
+    pub(crate) script: Option<At<PathBuf>>,
+    /// The steps of a script.
+    #[schemars(with = "Vec<BTreeMap<String, serde_json::Value>>")]
+    pub(crate) step: Vec<At<toml::Table>>,
+    /// Whether it is switched on.
+    pub(crate) power: Power,
+}
+
+/// Whether a node is switched on.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Power {
+    /// It is.
+    #[default]
+    On,
+    /// It is not.
+    Off,
+}
+
+/// What goes wrong between simulated nodes.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(crate) struct Fault {
+    /// What happens to the frames.
+    pub(crate) action: At<Action>,
+    /// Only those that this node sends.
+    pub(crate) from: Option<At<String>>,
+    /// Only those with this identifier.
+    pub(crate) cob_id: Option<At<u32>>,
+    /// Each so manyth of them.
+    pub(crate) every: Option<std::num::NonZeroU32>,
+    /// So many one after another.
+    pub(crate) in_a_row: Option<std::num::NonZeroU32>,
+    /// By how much they are delayed.
+    pub(crate) delay: Option<At<Time>>,
+}
+
+/// What happens to frames.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Action {
+    /// They are lost.
+    Lose,
+    /// They come twice.
+    Repeat,
+    /// They come later.
+    Delay,
+}

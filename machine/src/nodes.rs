@@ -1,0 +1,290 @@
+//! The nodes of the file: kinds, data sheets, parameters and PDOs that it gives.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use lexican_eds::model::Device;
+use lexican_runtime::object::Direction;
+use lexican_runtime::procedure::{ConciseDcf, Data, Step};
+use lexican_runtime::{CobId, Duration, NodeId};
+use lexican_toolbox::parameters::settings::encode;
+use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
+use lexican_toolbox::values::DeviceValues;
+
+use crate::at::{At, Time, Written};
+use crate::file;
+use crate::model::{Node, PlannedPdo, Setting};
+use crate::read::{Named, Out, Sheets, similar, span};
+
+/// How many heartbeats, or answers to guarding, may be missing.
+pub(crate) const PATIENCE: u8 = 3;
+/// The most bytes of a concise DCF.
+const LONGEST_DCF: usize = 16 * 1024 * 1024;
+/// What stands for the manager in wires, and cannot be the name of a node.
+pub(crate) const MANAGER: &str = "manager";
+
+impl file::Node {
+    /// With what its kind says, where it does not say it itself.
+    fn or(self, kind: &file::Node) -> file::Node {
+        fn with<T: Clone>(own: BTreeMap<At<String>, T>, kind: &BTreeMap<At<String>, T>) -> BTreeMap<At<String>, T> {
+            let mut all = kind.clone();
+            all.extend(own);
+            all
+        }
+        let kind = kind.clone();
+        file::Node {
+            id: self.id.or(kind.id),
+            kind: self.kind,
+            sheet: self.sheet.or(kind.sheet),
+            overlay: self.overlay.or(kind.overlay),
+            identity: self.identity.or(kind.identity),
+            optional: self.optional.or(kind.optional),
+            heartbeat: self.heartbeat.or(kind.heartbeat),
+            guarding: self.guarding.or(kind.guarding),
+            retry: self.retry.or(kind.retry),
+            start: self.start.or(kind.start),
+            keep_alive: self.keep_alive.or(kind.keep_alive),
+            boots_again: self.boots_again.or(kind.boots_again),
+            dcf: self.dcf.or(kind.dcf),
+            settings: with(self.settings, &kind.settings),
+            tpdo: with(self.tpdo, &kind.tpdo),
+            rpdo: with(self.rpdo, &kind.rpdo),
+        }
+    }
+}
+
+/// The nodes, as far as they can be read.
+pub(crate) fn lower(
+    nodes: Vec<Named<file::Node>>,
+    kinds: &BTreeMap<String, file::Node>,
+    sheets: &mut Sheets<'_>,
+    out: &mut Out,
+) -> Vec<Node> {
+    let mut lowered: Vec<Node> = Vec::new();
+    for Named { name, table: node, is_whole } in nodes {
+        let node = match &node.kind {
+            None => node,
+            Some(kind) => match kinds.get(&kind.value) {
+                Some(kind) => node.or(kind),
+                None => {
+                    let help = similar(kind, kinds.keys().map(String::as_str));
+                    out.wrong("machine::name", &kind.span, format!("there is no kind {:?}", kind.value), help);
+                    node
+                }
+            },
+        };
+        if name.is_empty()
+            || name.value == MANAGER
+            || name.parse::<i64>().is_ok()
+            || name.contains(['.', ':', '=', ' '])
+        {
+            let help = "a name is a word, and no number; \"manager\" is the one that boots the machine".to_owned();
+            out.wrong(
+                "machine::name",
+                &name.span,
+                format!("{:?} cannot be the name of a node", name.value),
+                Some(help),
+            );
+        }
+        let id = match &node.id {
+            None if !is_whole => continue,
+            None => {
+                let help = Some("id = 1 to 127, or \"none\" for a device that gets one by LSS".to_owned());
+                out.wrong("machine::node-id", &name.span, format!("{} has no node-ID", name.value), help);
+                continue;
+            }
+            Some(id) => id,
+        };
+        if let Some(other) = lowered.iter().find(|other| other.id.is_some() && other.id == id.value.0) {
+            let what = format!("{} and {} have the same node-ID", other.name.value, name.value);
+            out.wrong("machine::node-id", &id.span, what, None);
+            continue;
+        }
+        let id = id.value.0;
+        lowered.push(one(name, id, node, sheets, out));
+    }
+    lowered
+}
+
+fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Sheets<'_>, out: &mut Out) -> Node {
+    let overlays = node.overlay.unwrap_or_default();
+    let loaded = node.sheet.as_ref().and_then(|sheet| sheets.load(sheet, &overlays, out));
+    let (sheet_name, sheet) = loaded.map_or((None, None), |(name, sheet)| (Some(name), Some(sheet)));
+    let device = sheet.as_ref().map(|sheet| &sheet.device);
+    if node.sheet.is_none()
+        && let Some(first) = overlays.first().map(|it| &it.span).or(node.settings.keys().next().map(|it| &it.span))
+    {
+        let help = Some("sheet = \"FILE.eds\", or a device that `lexican devices` lists".to_owned());
+        out.wrong("machine::sheet", first, format!("{} has no data sheet, which this is about", name.value), help);
+    }
+    if let (Some(guarding), Some(_)) = (&node.guarding, &node.heartbeat) {
+        out.wrong("machine::error-control", &guarding.span, "a node has either heartbeat or guarding", None);
+    }
+    let dcf = node.dcf.as_ref().and_then(|path| {
+        let bytes = sheets.files.bytes(&path.value, LONGEST_DCF).map_err(|error| error.to_string());
+        let read = bytes.and_then(|bytes| concise(&bytes));
+        read.map_err(|error| out.wrong("machine::dcf", &path.span, error, None)).ok()
+    });
+    // A node without a node-ID has the values of its data sheet for one.
+    let known = id.unwrap_or(NodeId::literal(1));
+    let settings = device.map_or_else(Vec::new, |device| settings(device, known, &node.settings, out));
+    let mut pdos = Vec::new();
+    for (direction, given) in [(Direction::Receive, &node.rpdo), (Direction::Transmit, &node.tpdo)] {
+        for (number, pdo) in given {
+            if let Some(device) = device {
+                pdos.extend(planned(device, known, direction, number, pdo, out));
+            }
+        }
+    }
+    let identity = node.identity.unwrap_or_default();
+    let time = |time: &Option<At<Time>>| time.as_ref().map(|time| time.value.0);
+    Node {
+        id,
+        sheet_name,
+        sheet,
+        overlays: overlays.iter().map(|overlay| sheets.files.path(&overlay.value)).collect(),
+        identity: [identity.vendor, identity.product, identity.revision, identity.serial],
+        optional: node.optional.unwrap_or(false),
+        heartbeat: time(&node.heartbeat),
+        guarding: time(&node.guarding),
+        retry: node.retry.unwrap_or(PATIENCE),
+        start: node.start.unwrap_or(true),
+        keep_alive: node.keep_alive.unwrap_or(false),
+        boots_again: node.boots_again.unwrap_or(true),
+        dcf,
+        settings,
+        pdos,
+        name,
+        simulated: crate::model::Simulated::default(),
+    }
+}
+
+/// The entries of a concise DCF.
+fn concise(bytes: &[u8]) -> Result<Vec<(lexican_runtime::object::Address, Vec<u8>)>, String> {
+    let dcf = ConciseDcf::new(bytes);
+    dcf.check().map_err(|error| error.to_string())?;
+    Ok(dcf
+        .filter_map(|step| match step {
+            Step::Write { address, data: Data::Bytes(bytes) } => Some((address, bytes.to_vec())),
+            _ => None,
+        })
+        .collect())
+}
+
+/// Parameters in wire form, as far as the data sheet allows them.
+pub(crate) fn settings(
+    device: &Device,
+    node: NodeId,
+    given: &BTreeMap<At<String>, At<Written>>,
+    out: &mut Out,
+) -> Vec<Setting> {
+    let pairs: Vec<_> = given.iter().map(|(object, value)| (object.as_str(), value.0.as_str())).collect();
+    let (settings, wrong) = encode(&pairs, &mut DeviceValues::new(device), node);
+    let places: Vec<_> = given.iter().map(|(object, value)| (&object.span, &value.span)).collect();
+    for wrong in wrong {
+        let (object, value) = places[wrong.at];
+        out.wrong("machine::setting", if wrong.is_of_object { object } else { value }, wrong.text, wrong.advice);
+    }
+    settings.into_iter().map(|(address, data)| Setting { address, data }).collect()
+}
+
+/// A PDO as the file has it; `None` if that cannot be.
+fn planned(
+    device: &Device,
+    node: NodeId,
+    direction: Direction,
+    number: &At<String>,
+    pdo: &file::Pdo,
+    out: &mut Out,
+) -> Option<PlannedPdo> {
+    let name =
+        number.parse().ok().filter(|number| (1..=512).contains(number)).map(|number| PdoName { direction, number });
+    let Some(name) = name else {
+        out.wrong(
+            "machine::pdo",
+            &number.span,
+            format!("{:?} is no number of a PDO: they are 1 to 512", number.value),
+            None,
+        );
+        return None;
+    };
+    let before = state(device, node, name, &number.span, out)?;
+    let table = &pdo.table;
+    let mut mapping = None;
+    if let Some(objects) = &table.map {
+        let mut mapped = Vec::new();
+        for object in objects {
+            match name.map(Some(device), &[&object.value]) {
+                Ok(one) => mapped.extend(one),
+                Err(objections) => object_to(&objections, &object.span, out),
+            }
+        }
+        mapping = Some(mapped);
+    }
+    let cob_id = table.cob_id.as_ref().and_then(|id| {
+        let known = u16::try_from(id.value).ok().and_then(CobId::standard);
+        if known.is_none() {
+            out.wrong("machine::pdo", &id.span, format!("{:X}h is no COB-ID of 11 bits", id.value), None);
+        }
+        known
+    });
+    let change = Change {
+        on: Some(!pdo.is_off),
+        cob_id,
+        transmission: table.transmission.as_ref().map(|it| it.value.0),
+        inhibit_100us: table.inhibit.as_ref().and_then(|it| in_100us(it.value.0, &it.span, out)),
+        event_timer_ms: table.every.as_ref().and_then(|it| in_ms(it.value.0, &it.span, out)),
+        mapping,
+    };
+    let maps = change.mapping.is_some();
+    match Plan::new(Some(device), node, before, &change) {
+        Ok(plan) => Some(PlannedPdo { before: plan.before, after: plan.after, maps, place: span(&number.span) }),
+        Err(objections) => {
+            object_to(&objections, &number.span, out);
+            None
+        }
+    }
+}
+
+/// How the data sheet configures a PDO.
+pub(crate) fn state(
+    device: &Device,
+    node: NodeId,
+    name: PdoName,
+    at: &Range<usize>,
+    out: &mut Out,
+) -> Option<PdoState> {
+    let state = PdoState::of_sheet(device, node, name);
+    if state.is_none() {
+        let names = PdoName::of_sheet(device);
+        let last = names.iter().rfind(|it| it.direction == name.direction);
+        let help = last.map(|last| format!("the last one is {last}"));
+        out.wrong("machine::pdo", at, format!("the data sheet has no {name}"), help);
+    }
+    state
+}
+
+/// Says why a PDO cannot be so.
+pub(crate) fn object_to(objections: &[lexican_toolbox::pdo::Objection], at: &Range<usize>, out: &mut Out) {
+    for objection in objections {
+        out.wrong("machine::pdo", at, objection.to_string(), objection.advice());
+    }
+}
+
+/// A time in milliseconds, in 16 bits.
+pub(crate) fn in_ms(time: Duration, at: &Range<usize>, out: &mut Out) -> Option<u16> {
+    fits(Time(time).ms(), "65,535 ms", at, out)
+}
+
+/// A time in 100 us, in 16 bits.
+pub(crate) fn in_100us(time: Duration, at: &Range<usize>, out: &mut Out) -> Option<u16> {
+    fits(time.as_micros() / 100, "6,553 ms", at, out)
+}
+
+fn fits(number: u64, most: &str, at: &Range<usize>, out: &mut Out) -> Option<u16> {
+    let number = u16::try_from(number).ok();
+    if number.is_none() {
+        out.wrong("machine::time", at, format!("it cannot be more than {most}"), None);
+    }
+    number
+}

@@ -1,0 +1,193 @@
+//! What is written into the nodes when the machine boots, in this order.
+
+use lexican_eds::model::Device;
+use lexican_runtime::host;
+use lexican_runtime::manager::{Assignment, Guarding};
+use lexican_runtime::object::{Address, Direction};
+use lexican_runtime::procedure::{ConciseDcf, Step};
+use lexican_runtime::wire::pdo::TransmissionType;
+use lexican_runtime::{NodeId, cia301};
+use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
+use lexican_toolbox::parameters::order::in_order;
+use lexican_toolbox::parameters::restore::configured;
+use lexican_toolbox::values::wire::{encode, written};
+use lexican_toolbox::values::{given, resolved};
+
+use crate::at::Time;
+use crate::model::{Machine, Node, PlannedPdo};
+use crate::nodes::PATIENCE;
+
+/// A value that is written into a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Write {
+    /// The entry.
+    pub address: Address,
+    /// Its value in wire form.
+    pub data: Vec<u8>,
+    /// Why.
+    pub why: Why,
+    /// Whether the data sheet gives the entry this value already, so that a device as it was delivered has it.
+    pub is_default: bool,
+}
+
+/// Why a value is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// The concise DCF of the node has it.
+    ConciseDcf,
+    /// The DCF that is the node's data sheet gives it this value.
+    Dcf,
+    /// It watches the manager, or is watched.
+    ErrorControl,
+    /// It belongs to a PDO.
+    Pdo,
+    /// It is one of the node's settings.
+    Setting,
+}
+
+impl Why {
+    /// In a word or two.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Why::ConciseDcf => "concise DCF",
+            Why::Dcf => "DCF",
+            Why::ErrorControl => "error control",
+            Why::Pdo => "PDO",
+            Why::Setting => "setting",
+        }
+    }
+}
+
+impl Machine {
+    /// What is written into a node: its concise DCF, the values of its DCF, what error control needs, its PDOs, its settings.
+    #[must_use]
+    pub fn writes(&self, node: &Node) -> Vec<Write> {
+        let (device, id) = (node.device(), node.id.unwrap_or(NodeId::literal(1)));
+        let mut writes = Vec::new();
+        let mut put = |why, address: Address, data: Vec<u8>| {
+            let is_default = device.is_some_and(|device| of_sheet(device, id, address).as_ref() == Some(&data));
+            writes.push(Write { address, data: written(device, data), why, is_default });
+        };
+        for (address, data) in node.dcf.iter().flatten() {
+            put(Why::ConciseDcf, *address, data.clone());
+        }
+        let of_dcf = device.map(|device| configured(device, id)).unwrap_or_default();
+        in_order(of_dcf).into_iter().for_each(|write| put(Why::Dcf, write.address, write.data));
+        if let (Some(heartbeat), Some(manager)) = (&self.bus.heartbeat, self.bus.manager)
+            && device.is_some_and(|device| device.entry(cia301::CONSUMER_HEARTBEAT_TIME, 1).is_some())
+        {
+            let ms = Time(heartbeat.value.times(PATIENCE.into())).ms() as u32;
+            let value = u32::from(manager.get()) << 16 | ms & 0xFFFF;
+            put(Why::ErrorControl, Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1), value.to_le_bytes().to_vec());
+        }
+        if let Some(heartbeat) = node.heartbeat {
+            let ms = Time(heartbeat).ms() as u16;
+            put(Why::ErrorControl, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), ms.to_le_bytes().to_vec());
+        }
+        for direction in [Direction::Receive, Direction::Transmit] {
+            let mut pdos: Vec<_> = node.pdos.iter().filter(|pdo| pdo.after.name.direction == direction).collect();
+            pdos.sort_by_key(|pdo| pdo.after.name.number);
+            for (address, data) in pdos.into_iter().flat_map(of_pdo) {
+                put(Why::Pdo, address, data);
+            }
+        }
+        let settings = node.settings.iter().map(|setting| (setting.address, setting.data.clone()));
+        in_order(settings).into_iter().for_each(|write| put(Why::Setting, write.address, write.data));
+        // What is wanted is not what the data sheet says it is: a PDO is switched off and on again.
+        let is_switch = |write: &Write| write.why == Why::Pdo && is_switched(node, write.address);
+        writes.iter_mut().filter(|write| is_switch(write)).for_each(|write| write.is_default = false);
+        writes
+    }
+
+    /// What the manager of the machine does with its nodes.
+    ///
+    /// Nodes without node-ID are left out: they get one by LSS first.
+    #[must_use]
+    pub fn boot_plan(&self) -> host::Plan {
+        let mut plan = host::Plan::new(self.bus.on_loss).with_start_of_all(self.bus.start_all);
+        for node in &self.nodes {
+            if let Some(id) = node.id {
+                plan.assign(id, self.assignment(node, id)).expect("there is room for all nodes");
+            }
+        }
+        plan
+    }
+
+    fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
+        let writes = self.writes(node);
+        let steps = writes.iter().map(|write| Step::bytes(write.address, &write.data));
+        let configuration = ConciseDcf::to_vec(steps).expect("these are writes");
+        let mut assignment = Assignment::new(id, configuration);
+        if let Some(heartbeat) = node.heartbeat {
+            assignment = assignment.with_heartbeat(heartbeat.times(PATIENCE.into()));
+        }
+        if let Some(guard_time) = node.guarding {
+            assignment = assignment.with_guarding(Guarding { guard_time, retry_factor: node.retry });
+        }
+        assignment.mandatory = !node.optional;
+        assignment.boots_again = node.boots_again;
+        let plan = &mut assignment.plan;
+        (plan.start, plan.keep_alive) = (node.start, node.keep_alive);
+        let number = |address: Address| {
+            let device = node.device()?;
+            let value = resolved(given(device.entry(address.index(), address.sub())?)?, id).as_integer()?;
+            u32::try_from(value).ok().filter(|value| *value != 0)
+        };
+        plan.device_type = number(Address::new(cia301::DEVICE_TYPE, 0));
+        let [vendor, product, revision, serial] = node.identity;
+        (plan.vendor, plan.product) = (vendor.or_else(|| number(VENDOR)), product.or_else(|| number(PRODUCT)));
+        (plan.revision, plan.serial) = (revision, serial);
+        assignment
+    }
+
+    /// The concise DCF of a node (1F22h) as dcfgen's rules have it: without what the data sheet says already.
+    #[must_use]
+    pub fn concise_dcf(&self, node: &Node) -> Vec<u8> {
+        let writes = self.writes(node);
+        let steps = writes.iter().filter(|write| !write.is_default || write.why == Why::Setting);
+        ConciseDcf::to_vec(steps.map(|write| Step::bytes(write.address, &write.data))).expect("these are writes")
+    }
+}
+
+/// What a data sheet gives an entry, in wire form.
+fn of_sheet(device: &Device, node: NodeId, address: Address) -> Option<Vec<u8>> {
+    let entry = device.entry(address.index(), address.sub())?;
+    encode(entry.data_type, &resolved(given(entry)?, node))
+}
+
+/// Whether an entry is one by which a PDO of the node is switched off and on, or mapped.
+fn is_switched(node: &Node, address: Address) -> bool {
+    node.pdos.iter().any(|pdo| {
+        let (name, is_on) = (pdo.after.name, pdo.after.cob_id.is_valid());
+        is_on && address == name.parameter(1) || address.index() == name.mapping(0).index()
+    })
+}
+
+/// What configures a PDO, whatever it was before: it is switched off, changed, and switched on (CiA 301, 7.5.2.36).
+fn of_pdo(pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
+    let (before, after, name) = (&pdo.before, &pdo.after, pdo.after.name);
+    let mut writes = vec![(name.parameter(1), after.cob_id.switched_off().0.to_le_bytes().to_vec())];
+    if !after.cob_id.is_valid() {
+        return writes;
+    }
+    if before.transmission != after.transmission || pdo.maps {
+        writes.extend(after.transmission.map(|it: TransmissionType| (name.parameter(2), vec![it.code()])));
+    }
+    for (sub, before, after) in
+        [(3, before.inhibit_100us, after.inhibit_100us), (5, before.event_timer_ms, after.event_timer_ms)]
+    {
+        if before != after || pdo.maps {
+            writes.extend(after.map(|time| (name.parameter(sub), time.to_le_bytes().to_vec())));
+        }
+    }
+    if pdo.maps {
+        writes.push((name.mapping(0), vec![0]));
+        for (sub, mapped) in (1..).zip(&after.mapping) {
+            writes.push((name.mapping(sub), mapped.to_parameter().to_le_bytes().to_vec()));
+        }
+        writes.push((name.mapping(0), vec![after.mapping.len() as u8]));
+    }
+    writes.push((name.parameter(1), after.cob_id.0.to_le_bytes().to_vec()));
+    writes
+}

@@ -1,0 +1,250 @@
+//! Reading the file: every mistake in it is found, and has its place.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lexican_eds::text::Span;
+use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, Source};
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::text::files::{ReadError, read};
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use crate::at::At;
+use crate::file::{self, About, Fault, Simulated, Wire};
+use crate::files::Files;
+use crate::model::{Bus, Machine};
+use crate::nodes::lower;
+use crate::{faults, wire};
+
+/// The findings about a file, and where they are.
+pub(crate) struct Out {
+    pub(crate) findings: Diagnostics,
+}
+
+/// A place in the file.
+pub(crate) fn span(range: &Range<usize>) -> Span {
+    Span { source: 0, start: range.start as u32, end: range.end as u32 }
+}
+
+impl Out {
+    /// Adds an error, and what to do about it.
+    pub(crate) fn wrong(
+        &mut self,
+        code: &'static str,
+        at: &Range<usize>,
+        what: impl Into<String>,
+        help: Option<String>,
+    ) {
+        self.push(Severity::Error, code, at, what, help);
+    }
+
+    pub(crate) fn push(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        at: &Range<usize>,
+        what: impl Into<String>,
+        help: Option<String>,
+    ) {
+        let finding = Diagnostic::new(code, severity, what).at(span(at), "");
+        self.findings.push(Diagnostic { help, ..finding });
+    }
+}
+
+/// Data sheets by their names and overlays: machines have many nodes of a kind.
+pub(crate) struct Sheets<'f> {
+    pub(crate) files: Files<'f>,
+    read: BTreeMap<(String, Vec<PathBuf>), Option<Arc<DataSheet>>>,
+}
+
+impl Sheets<'_> {
+    /// A data sheet with its overlays, and the name by which others find it. What is wrong with it is said once.
+    pub(crate) fn load(
+        &mut self,
+        name: &At<String>,
+        overlays: &[At<PathBuf>],
+        out: &mut Out,
+    ) -> Option<(String, Arc<DataSheet>)> {
+        let path = self.files.name(name);
+        let key = (path.clone(), overlays.iter().map(|overlay| overlay.value.clone()).collect());
+        if !self.read.contains_key(&key) {
+            let sheet = self.files.data_sheet(&path, &key.1);
+            let sheet = sheet.map(Arc::new).map_err(|error| {
+                out.wrong("machine::sheet", &name.span, error.to_string(), error.remedy());
+            });
+            if let Ok(sheet) = &sheet
+                && sheet.errors().next().is_some()
+            {
+                let what = format!("{path} has errors, and is used as far as it can be read");
+                let help = Some(format!("`lexican eds lint {path}` shows them"));
+                out.push(Severity::Warning, "machine::sheet", &name.span, what, help);
+            }
+            self.read.insert(key.clone(), sheet.ok());
+        }
+        self.read[&key].clone().map(|sheet| (path, sheet))
+    }
+}
+
+impl Machine {
+    /// Reads a machine from a file. Its paths are relative to the file.
+    ///
+    /// Errors: those of the file system. What is wrong in the file is among the [findings](Machine::findings).
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        Ok(Machine::parse(read(path)?, Files::Folder(path.parent().unwrap_or(Path::new("")))))
+    }
+
+    /// Reads a machine from a text.
+    #[must_use]
+    pub fn parse(source: Source, files: Files<'_>) -> Self {
+        let mut out = Out { findings: Diagnostics::default() };
+        if source.refusal().is_some() {
+            out.wrong("machine::syntax", &(0..0), "the file is too large for a machine", None);
+        }
+        let (document, errors) = DeTable::parse_recoverable(source.text());
+        for error in errors {
+            out.wrong("machine::syntax", &error.span().unwrap_or(0..0), error.message(), None);
+        }
+        let mut sections = Sections::default();
+        for (key, value) in document.get_ref() {
+            sections.read(key, value, &mut out);
+        }
+        let mut sheets = Sheets { files, read: BTreeMap::new() };
+        let mut nodes = lower(sections.nodes, &sections.kinds, &mut sheets, &mut out);
+        let bus = Bus::from(sections.bus);
+        wire::connect(&mut nodes, &sections.wires, &bus, &mut out);
+        faults::simulate(&mut nodes, sections.simulated, files, &mut out);
+        let faults = faults::of(sections.faults, &nodes, &mut out);
+        let About { name, note } = sections.about;
+        let mut machine =
+            Machine { input: Input::new(source), name, note, bus, nodes, faults, findings: Diagnostics::default() };
+        crate::check::check(&machine, &mut out);
+        machine.findings = out.findings;
+        machine
+    }
+}
+
+/// What the sections of the file say.
+#[derive(Default)]
+struct Sections {
+    about: About,
+    bus: file::Bus,
+    nodes: Vec<Named<file::Node>>,
+    kinds: BTreeMap<String, file::Node>,
+    wires: Vec<Named<Wire>>,
+    simulated: Vec<Named<Simulated>>,
+    faults: Vec<Fault>,
+}
+
+type Value<'i> = Spanned<DeValue<'i>>;
+
+impl Sections {
+    const NAMES: [&'static str; 7] = ["machine", "bus", "node", "kind", "wire", "simulate", "fault"];
+
+    fn read(&mut self, key: &Spanned<std::borrow::Cow<'_, str>>, value: &Value<'_>, out: &mut Out) {
+        match key.get_ref().as_ref() {
+            "machine" => self.about = section(value, out).unwrap_or_default(),
+            "bus" => self.bus = section(value, out).unwrap_or_default(),
+            "node" => self.nodes = each(value, out),
+            "kind" => self.kinds = each(value, out).into_iter().map(|kind| (kind.name.value, kind.table)).collect(),
+            "wire" => self.wires = each(value, out),
+            "simulate" => self.simulated = each(value, out),
+            "fault" => match value.get_ref().as_array() {
+                Some(faults) => self.faults = faults.iter().filter_map(|fault| section(fault, out)).collect(),
+                None => out.wrong("machine::value", &value.span(), "a fault is a table [[fault]]", None),
+            },
+            other => {
+                let help =
+                    similar(other, Self::NAMES).unwrap_or_else(|| format!("there are {}", Self::NAMES.join(", ")));
+                out.wrong("machine::key", &key.span(), format!("unknown section `{other}`"), Some(help));
+            }
+        }
+    }
+}
+
+/// A table of the file with its name.
+pub(crate) struct Named<T> {
+    pub(crate) name: At<String>,
+    pub(crate) table: T,
+    /// Whether nothing had to be left out: what is wrong is not missed a second time.
+    pub(crate) is_whole: bool,
+}
+
+/// The tables of a section, each read for itself.
+fn each<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Vec<Named<T>> {
+    let Some(table) = value.get_ref().as_table() else {
+        out.wrong("machine::value", &value.span(), "expected a table", None);
+        return Vec::new();
+    };
+    let one = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &Value<'_>)| {
+        let name = At { value: key.get_ref().to_string(), span: key.span() };
+        let before = out.findings.iter().count();
+        let table = section(value, out)?;
+        Some(Named { name, table, is_whole: out.findings.iter().count() == before })
+    };
+    // In the order of the file.
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries.into_iter().filter_map(one).collect()
+}
+
+/// Reads a table. A key that is wrong is reported and left out, so that the others are read, too.
+fn section<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Option<T> {
+    let mut value = value.clone();
+    loop {
+        let error = match T::deserialize(ValueDeserializer::from(value.clone())) {
+            Ok(read) => return Some(read),
+            Err(error) => error,
+        };
+        let at = error.span().unwrap_or_else(|| value.span());
+        let (code, what, help) = in_words(error.message());
+        out.wrong(code, &at, what, help);
+        if !leave_out(&mut value, &at) {
+            return None;
+        }
+    }
+}
+
+/// serde's words, and which of the keys that it lists may be meant.
+fn in_words(message: &str) -> (&'static str, String, Option<String>) {
+    match message.split_once(", expected ") {
+        Some((what, expected)) if what.starts_with("unknown") => {
+            let word = what.split('`').nth(1).unwrap_or_default();
+            let known: Vec<_> = expected.split('`').skip(1).step_by(2).collect();
+            let help =
+                similar(word, known.iter().copied()).unwrap_or_else(|| format!("there are {}", known.join(", ")));
+            (
+                if what.starts_with("unknown field") { "machine::key" } else { "machine::value" },
+                what.to_owned(),
+                Some(help),
+            )
+        }
+        _ => ("machine::value", message.to_owned(), None),
+    }
+}
+
+/// Removes the innermost key in which a place is; false if there is none.
+fn leave_out(value: &mut Value<'_>, at: &Range<usize>) -> bool {
+    let is_within = |span: Range<usize>| span.start <= at.start && at.end <= span.end;
+    match value.get_mut() {
+        DeValue::Table(table) => {
+            let found = table.iter().find(|(key, value)| is_within(key.span()) || is_within(value.span()));
+            let Some(key) = found.map(|(key, _)| key.clone()) else { return false };
+            let deeper = table.get_mut(&key).is_some_and(|value| value.span() != *at && leave_out(value, at));
+            deeper || table.remove(&key).is_some()
+        }
+        DeValue::Array(array) => array.iter_mut().any(|value| is_within(value.span()) && leave_out(value, at)),
+        _ => false,
+    }
+}
+
+/// Which of some words may be meant.
+pub(crate) fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let likeness = |known: &str| strsim::jaro_winkler(&known.to_lowercase(), &word.to_lowercase());
+    let near = known.into_iter().map(|known| (likeness(known), known)).filter(|(likeness, _)| *likeness > 0.8);
+    let best = near.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    best.map(|(_, known)| format!("did you mean `{known}`?"))
+}

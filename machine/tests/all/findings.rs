@@ -1,0 +1,108 @@
+//! Every mistake in a file is found, with its line and what to do.
+
+use crate::machine;
+
+/// The findings, a line each.
+fn findings(text: &str) -> Vec<String> {
+    let machine = machine(text);
+    let line = |finding: &lexican_eds::Diagnostic| {
+        let help = finding.help.as_ref().map(|help| format!(" | {help}")).unwrap_or_default();
+        format!("{}{help}", finding.render_short(&machine.input).replacen("machine.toml:", "", 1))
+    };
+    machine.findings.iter().map(line).collect()
+}
+
+/// Some lines of a file, and a part of the only finding about them.
+#[track_caller]
+fn check(lines: &str, wanted: &str) {
+    let found = findings(lines);
+    assert!(found.len() == 1 && found[0].contains(wanted), "{lines}\nwanted {wanted}\nfound {found:#?}");
+}
+
+const GUARDED: &str = "guarding = \"100 ms\"\nsheet = \"siko/ag03-1\"\n";
+
+#[test]
+fn the_wrong_key_or_value_is_named_with_what_is_meant() {
+    let node = |lines: &str| format!("[node.feeder]\nid = 5\n{GUARDED}{lines}");
+    check("[nod.feeder]\nid = 5", "1:2: error[machine::key]: unknown section `nod` | did you mean `node`?");
+    check(
+        &node("hartbeat = \"1 s\""),
+        "5:1: error[machine::key]: unknown field `hartbeat` | did you mean `heartbeat`?",
+    );
+    check(&node("optional = 1"), "5:12: error[machine::value]: invalid type: integer `1`, expected a boolean");
+    check("[node.feeder]\nid = 5\nguarding = 100", "3:12: error[machine::value]: 100 of what? write \"100 ms\"");
+    check("[node.feeder]\nid = 128", "2:6: error[machine::value]: 128 is not a node-ID");
+    check("[node.feeder]\nsheet = \"siko/ag03-1\"", "1:7: error[machine::node-id]: feeder has no node-ID");
+    check("[node.manager]\nid = 5", "\"manager\" cannot be the name of a node");
+    check(
+        "[node.feeder]\nid = 5\nsheet = \"siko/ag03-3\"",
+        "3:9: error[machine::sheet]: no file and no known device is called \"siko/ag03-3\" | did you mean siko/ag03-1",
+    );
+    check("[bus]\nbit-rate = 500\n[node.io]\nid = 1", "500 of what? write \"500 kbit/s\"");
+    check("[bus]\non-loss = \"reset\"\n[node.io]\nid = 1", "| did you mean `reset-all`?");
+    check(&node("[kind.a]\n[node.b]\nid = 6\nkind = \"aa\""), "there is no kind \"aa\"");
+    check(&node("[node.b]\nid = 5"), "6:6: error[machine::node-id]: feeder and b have the same node-ID");
+    check("[node.io]\nid = 1\n[[fault]]\naction = \"delay\"", "a delay needs its time: delay = \"20 ms\"");
+    check("[node.io]\nid = 1\n[simulate.o]\npower = \"off\"", "there is no node \"o\"");
+    check("", "the machine has no nodes");
+}
+
+#[test]
+fn every_mistake_is_found_in_one_go() {
+    let found = findings("[bus]\nsink = 1\nsync = 10\n[node.a]\nid = 0\nhart = 1\n[node.b]\nid = 300");
+    assert_eq!(found.len(), 5, "{found:#?}");
+}
+
+#[test]
+fn parameters_are_those_that_the_data_sheet_allows() {
+    let node = |settings: &str| format!("[node.feeder]\nid = 5\n{GUARDED}[node.feeder.settings]\n{settings}");
+    check(
+        &node("\"modes of operration\" = 1"),
+        "6:1: error[machine::setting]: the data sheet names no object \"modes of operration\" | did you mean ",
+    );
+    check(&node("6060 = 300"), "6:8: error[machine::setting]: ");
+    check(&node("6040 = 15"), "it is a command and no parameter");
+    check(&node("2412 = \"raw:1\"\n\"2412:00\" = \"raw:2\""), "2412:00 is set twice");
+    check(
+        "[node.a]\nid = 5\nsettings = { 6060 = 1 }",
+        "3:14: error[machine::sheet]: a has no data sheet, which this is about | sheet = ",
+    );
+}
+
+#[test]
+fn wires_that_do_not_fit_are_named() {
+    let two = |wires: &str| {
+        format!(
+            "[node.a]\nid = 5\n{GUARDED}[node.b]\nid = 6\nguarding = \"100 ms\"\nsheet = \"kollmorgen/akd\"\n[wire]\n{wires}"
+        )
+    };
+    check(&two("\"a.6041\" = \"c.6040\""), "there is no node \"c\"");
+    check(&two("\"a\" = \"manager\""), "\"a\" is no end of a wire | an end of a wire is \"manager\", or NODE.OBJECT");
+    check(&two("\"manager\" = \"manager\""), "the manager sends nothing to itself");
+    check(&two("\"a.6041\" = \"b.607A\""), "a sends 16 bits (6041:00), b takes 32 (607A:00)");
+    check(&two("\"a.1008\" = \"manager\""), "cannot be mapped into a PDO");
+    check(&two("\"a.statuswrod\" = \"manager\""), "names no object \"statuswrod\" | did you mean ");
+    check(
+        &two("\"a.6041\" = { to = [\"manager\"], transmission = \"sync\" }"),
+        "this goes with SYNC, which nobody sends | give its period",
+    );
+    check(&two("\"a.6041\" = { to = [\"manager\"], transmission = \"sink\" }"), "\"sink\" is no transmission type");
+}
+
+#[test]
+fn what_cannot_work_together_is_found() {
+    let sheet = "guarding = \"100 ms\"\nsheet = \"siko/ag03-1\"\n";
+    let same = format!(
+        "[node.a]\nid = 5\n{sheet}tpdo.1 = {{ cob-id = 0x1A0 }}\n[node.b]\nid = 6\n{sheet}tpdo.1 = {{ cob-id = 0x1A0 }}"
+    );
+    check(&same, "b.TPDO1 is sent with 1A0h, as a.TPDO1");
+    check(
+        "[node.a]\nid = 5\nsheet = \"siko/ag03-1\"",
+        "warning[machine::protection]: a is a drive that does not notice when its manager is gone",
+    );
+    let busy = "[bus]\nbit-rate = \"10 kbit/s\"\n[node.a]\nid = 5\nheartbeat = \"2 ms\"";
+    check(busy, "the bus is busy for");
+    check("[bus]\nheartbeat = \"1 s\"\n[node.a]\nid = 5", "a manager without node-ID has no heartbeat");
+    check("[bus]\nmanager = 5\n[node.a]\nid = 5", "a has the node-ID of the manager");
+    check("[node.a]\nid = 5\nheartbeat = \"1 s\"\nguarding = \"1 s\"", "a node has either heartbeat or guarding");
+}
