@@ -4,8 +4,8 @@
 use crate::chaos;
 use crate::output::{Failure, Outcome};
 use crate::{
-    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lss, monitor,
-    nmt, parameters, pdo, scan, send, simulate, statistics,
+    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lss, machine,
+    monitor, nmt, parameters, pdo, scan, send, simulate, statistics,
 };
 
 #[derive(clap::Subcommand, Debug)]
@@ -15,6 +15,9 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Eds(eds::Command),
     Gen(generate::Args),
+    /// Check, plan and format a machine in one file
+    #[command(subcommand, long_about = machine::ABOUT)]
+    Machine(machine::Command),
     Scan(scan::Args),
     Read(access::ReadArgs),
     Write(access::WriteArgs),
@@ -62,6 +65,7 @@ impl Command {
             Command::Bench(args) => bench::run(&args),
             Command::Eds(command) => command.run(),
             Command::Gen(args) => generate::run(&args),
+            Command::Machine(command) => command.run(),
             Command::Scan(args) => scan::run(&args),
             Command::Read(args) => access::read(&args),
             Command::Write(args) => access::write(&args),

@@ -35,6 +35,7 @@ mod whole {
     pub(crate) mod generate;
     pub(crate) mod log;
     pub(crate) mod lss;
+    pub(crate) mod machine;
     pub(crate) mod monitor;
     pub(crate) mod nmt;
     #[cfg(test)]

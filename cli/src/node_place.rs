@@ -11,6 +11,10 @@ pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
     while let Some(below) = args.get(begin).and_then(|name| command.find_subcommand(name)) {
         (command, begin) = (below, begin + 1);
     }
+    #[cfg(feature = "full")]
+    {
+        args = crate::machine::names::resolved(args, command, begin);
+    }
     let by_place = command.get_positionals().next().is_some_and(is_node);
     let by_option = command.get_arguments().any(|arg| arg.get_long() == Some("node"));
     let words = Words { args: &args, command };
@@ -35,9 +39,9 @@ pub(crate) fn is_node(arg: &Arg) -> bool {
 }
 
 /// The words of a command line, and the command that they are for.
-struct Words<'a> {
-    args: &'a [OsString],
-    command: &'a Command,
+pub(crate) struct Words<'a> {
+    pub(crate) args: &'a [OsString],
+    pub(crate) command: &'a Command,
 }
 
 impl Words<'_> {
@@ -50,16 +54,41 @@ impl Words<'_> {
         })
     }
 
+    /// The word that may be the name of a node, and how much of it stands before the name.
+    #[cfg(feature = "full")]
+    pub(crate) fn node_word(&self, begin: usize) -> Option<(usize, usize)> {
+        let takes_option = self.command.get_arguments().any(|arg| arg.get_long() == Some("node"));
+        let takes_place = self.command.get_positionals().next().is_some_and(is_node);
+        match self.option(begin) {
+            Some((at, 2, _)) => Some((at + 1, 0)),
+            Some((at, _, _)) => Some((at, "--node=".len())),
+            None if takes_option || takes_place => self.place(begin).map(|at| (at, 0)),
+            None => None,
+        }
+    }
+
+    /// The file of a machine that is named.
+    #[cfg(feature = "full")]
+    pub(crate) fn machine(&self, begin: usize) -> Option<std::path::PathBuf> {
+        let first = self.command.get_positionals().next()?;
+        let is_machine = first.get_value_names().is_some_and(|names| names.iter().any(|name| name == "MACHINE"));
+        self.places(begin).first().filter(|_| is_machine).map(|at| (&self.args[*at]).into())
+    }
+
     /// Where a node stands by its place: as the first word, or behind one of a fixed choice as `nmt start` has. Objects cannot be
     /// taken for it, since those up to 007Fh are data types.
     fn node(&self, begin: usize) -> Option<usize> {
-        let mut positionals = self.command.get_positionals();
-        let chosen = positionals.next().is_some_and(|arg| !arg.get_possible_values().is_empty());
-        let places = self.places(begin);
-        let at = *places.get(usize::from(chosen))?;
+        let at = self.place(begin)?;
         let text = self.args[at].to_str()?;
         let decimal = text.starts_with(|c: char| c.is_ascii_digit() && c != '0');
         (decimal && node_ids(text).is_ok()).then_some(at)
+    }
+
+    /// The first word that may be a node.
+    fn place(&self, begin: usize) -> Option<usize> {
+        let mut positionals = self.command.get_positionals();
+        let chosen = positionals.next().is_some_and(|arg| !arg.get_possible_values().is_empty());
+        self.places(begin).get(usize::from(chosen)).copied()
     }
 
     /// Where the words stand that are neither options nor their values.

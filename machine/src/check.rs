@@ -8,6 +8,7 @@ use lexican_eds::standard::{Role, role};
 use lexican_eds::text::Span;
 use lexican_runtime::cia301::{self, connection};
 use lexican_runtime::object::Direction;
+use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{CobId, Duration};
 
 use crate::model::{Machine, Node};
@@ -50,7 +51,7 @@ impl Machine {
         }
         for sent in self.sent() {
             let bits = worst_bits(sent.state.bits().div_ceil(8).min(8));
-            if sent.state.transmission.is_some_and(|it| it.is_synchronous()) {
+            if sent.state.transmission.is_some_and(TransmissionType::is_synchronous) {
                 chain += bits;
             }
             match period(&sent.state, self.bus.sync).filter(|time| !time.is_zero()) {

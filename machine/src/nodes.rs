@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use lexican_eds::Severity;
 use lexican_eds::model::Device;
 use lexican_runtime::object::Direction;
 use lexican_runtime::procedure::{ConciseDcf, Data, Step};
 use lexican_runtime::{CobId, Duration, NodeId};
+use lexican_toolbox::parameters::LeftOut;
+use lexican_toolbox::parameters::restore::not_restored;
 use lexican_toolbox::parameters::settings::encode;
 use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
 use lexican_toolbox::values::DeviceValues;
@@ -120,6 +123,9 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     if let (Some(guarding), Some(_)) = (&node.guarding, &node.heartbeat) {
         out.wrong("machine::error-control", &guarding.span, "a node has either heartbeat or guarding", None);
     }
+    for time in [&node.heartbeat, &node.guarding].into_iter().flatten() {
+        in_ms(time.value.0, &time.span, out);
+    }
     let dcf = node.dcf.as_ref().and_then(|path| {
         let bytes = sheets.files.bytes(&path.value, LONGEST_DCF).map_err(|error| error.to_string());
         let read = bytes.and_then(|bytes| concise(&bytes));
@@ -128,6 +134,13 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     // A node without a node-ID has the values of its data sheet for one.
     let known = id.unwrap_or(NodeId::literal(1));
     let settings = device.map_or_else(Vec::new, |device| settings(device, known, &node.settings, out));
+    for (address, reason) in device.map(|device| not_restored(device, known)).unwrap_or_default() {
+        if reason != LeftOut::ReadOnly {
+            let what = format!("{address} of the DCF of {} is left out: {}", name.value, reason.words(1));
+            let at = node.sheet.as_ref().map_or(&name.span, |sheet| &sheet.span);
+            out.push(Severity::Note, "machine::dcf", at, what, None);
+        }
+    }
     let mut pdos = Vec::new();
     for (direction, given) in [(Direction::Receive, &node.rpdo), (Direction::Transmit, &node.tpdo)] {
         for (number, pdo) in given {

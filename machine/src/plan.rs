@@ -85,10 +85,19 @@ impl Machine {
             let ms = Time(heartbeat).ms() as u16;
             put(Why::ErrorControl, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), ms.to_le_bytes().to_vec());
         }
+        if let Some(guard_time) = node.guarding {
+            // By these it notices itself that nobody guards it any more.
+            let has = |index| device.is_some_and(|device| device.entry(index, 0).is_some());
+            if has(cia301::GUARD_TIME) && has(cia301::LIFE_TIME_FACTOR) {
+                let ms = Time(guard_time).ms() as u16;
+                put(Why::ErrorControl, Address::new(cia301::GUARD_TIME, 0), ms.to_le_bytes().to_vec());
+                put(Why::ErrorControl, Address::new(cia301::LIFE_TIME_FACTOR, 0), vec![node.retry]);
+            }
+        }
         for direction in [Direction::Receive, Direction::Transmit] {
             let mut pdos: Vec<_> = node.pdos.iter().filter(|pdo| pdo.after.name.direction == direction).collect();
             pdos.sort_by_key(|pdo| pdo.after.name.number);
-            for (address, data) in pdos.into_iter().flat_map(of_pdo) {
+            for (address, data) in pdos.into_iter().flat_map(|pdo| of_pdo(device, pdo)) {
                 put(Why::Pdo, address, data);
             }
         }
@@ -164,11 +173,17 @@ fn is_switched(node: &Node, address: Address) -> bool {
     })
 }
 
-/// What configures a PDO, whatever it was before: it is switched off, changed, and switched on (CiA 301, 7.5.2.36).
-fn of_pdo(pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
+/// What configures a PDO, whatever it was before: it is switched off, changed, and switched on (CiA 301, 7.5.2.36). What is
+/// fixed in the device is as it has to be, and not written.
+fn of_pdo(device: Option<&Device>, pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
+    let is_fixed = |address: Address| {
+        let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
+        entry.is_some_and(|entry| !entry.access.writable())
+    };
     let (before, after, name) = (&pdo.before, &pdo.after, pdo.after.name);
     let mut writes = vec![(name.parameter(1), after.cob_id.switched_off().0.to_le_bytes().to_vec())];
     if !after.cob_id.is_valid() {
+        writes.retain(|(address, _)| !is_fixed(*address));
         return writes;
     }
     if before.transmission != after.transmission || pdo.maps {
@@ -181,7 +196,7 @@ fn of_pdo(pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
             writes.extend(after.map(|time| (name.parameter(sub), time.to_le_bytes().to_vec())));
         }
     }
-    if pdo.maps {
+    if pdo.maps && !is_fixed(name.mapping(0)) {
         writes.push((name.mapping(0), vec![0]));
         for (sub, mapped) in (1..).zip(&after.mapping) {
             writes.push((name.mapping(sub), mapped.to_parameter().to_le_bytes().to_vec()));
@@ -189,5 +204,6 @@ fn of_pdo(pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
         writes.push((name.mapping(0), vec![after.mapping.len() as u8]));
     }
     writes.push((name.parameter(1), after.cob_id.0.to_le_bytes().to_vec()));
+    writes.retain(|(address, _)| !is_fixed(*address));
     writes
 }

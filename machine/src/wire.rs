@@ -74,7 +74,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
             match (&begin, end(nodes, &to.value, at, out)) {
                 (_, None) | (End::Node(..), Some(End::Manager)) => {}
                 (End::Manager, Some(End::Manager)) => {
-                    out.wrong("machine::wire", at, "the manager sends nothing to itself", None)
+                    out.wrong("machine::wire", at, "the manager sends nothing to itself", None);
                 }
                 (End::Manager, Some(End::Node(node, object))) => {
                     if let Some(mapped) = mapped(nodes, node, Direction::Receive, object, at, out) {

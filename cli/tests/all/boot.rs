@@ -34,41 +34,39 @@ fn a_network_that_is_not_ready_is_explained() {
 }
 
 #[test]
-fn a_network_in_a_file_is_booted() {
+fn a_machine_is_booted() {
     let folder = folder("boot");
-    let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\nsettings = ['6060 = profile velocity']\n";
-    let boot = |text: &str| {
+    let boot_on = |bus: &str, text: &str| {
         std::fs::write(folder.join("machine.toml"), text).unwrap();
-        lexican_in(&folder, &["boot", "--bus", DRIVE, "machine.toml"])
+        lexican_in(&folder, &["boot", "--bus", bus, "--for", "1s"])
     };
-    let run = boot(&format!("start-all = true\non-loss = 'stop-all'\n{node}heartbeat = 100\n"));
+    let boot = |text: &str| boot_on(DRIVE, text);
+    let node = "[node.feeder]\nid = 5\nsheet = 'siko/ag03-1'\nsettings = { 6060 = 'profile velocity' }\n";
+    let run = boot(&format!("[bus]\nstart-all = true\non-loss = 'stop-all'\n{node}heartbeat = '100ms'\n"));
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
     // The AG02 takes writes of four bytes only (manual, chapter 10.2.7).
-    let four_bytes = "[[node]]\nid = 5\ndevice = 'siko/ag02'\nsettings = ['6060 = profile velocity']\n";
-    std::fs::write(folder.join("machine.toml"), four_bytes).unwrap();
-    let run = lexican_in(&folder, &["boot", "--bus", "sim:siko/ag02?node=5", "machine.toml"]);
+    let run = boot_on("sim:siko/ag02?node=5", &node.replace("ag03-1", "ag02"));
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
     // It is asked for its state once, which begins its life guarding, and never again: it says why it falls back.
-    let guarded = "[[node]]\nid = 5\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 0', '100C = 50', '100D = 2']\n";
-    std::fs::write(folder.join("machine.toml"), guarded).unwrap();
-    let run = lexican_in(&folder, &["boot", "--bus", "sim:kollmorgen/akd?node=5", "machine.toml", "--for", "1s"]);
+    let guarded = "[node.cutter]\nid = 5\nsheet = 'kollmorgen/akd'\nsettings = { 1017 = 0, 100C = 50, 100D = 2 }\n";
+    let run = boot_on("sim:kollmorgen/akd?node=5", guarded);
     assert!(run.stdout.contains("node 5: EMCY 8130h: "), "{run}");
-    // The device refuses its settings, or is another one.
-    let run = boot(&node.replace("6060 = profile velocity", "6060 = 9"));
-    run.on_stdout(1, "node 5: entry 1 of the configuration failed: 6060:00");
+    // One that is guarded is protected by the same time, and stays.
+    let run =
+        boot_on("sim:kollmorgen/akd?node=5", "[node.cutter]\nid = 5\nsheet = 'kollmorgen/akd'\nguarding = '50ms'\n");
+    assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
+    // Another device.
     let other = include_str!("../sensor.eds").replace("DefaultValue=0\n\n[1001]", "DefaultValue=0x191\n\n[1001]");
     std::fs::write(folder.join("sensor.eds"), other).unwrap();
-    let run = boot("[[node]]\nid = 5\ndevice = 'sensor.eds'\n");
-    assert!(
-        run.stderr.contains("node 5 is not sensor.eds, but siko/ag03-1 (device type 00000192h, vendor 195h"),
-        "{run}"
-    );
+    let run = boot("[node.sensor]\nid = 5\nsheet = 'sensor.eds'\n");
+    assert!(run.stderr.contains("but siko/ag03-1 (device type 00000192h, vendor 195h"), "{run}");
     run.on_stdout(1, "the device type (1000h) is 00000192h, and not 00000191h");
     for (text, words) in [
-        ("", "it lists no nodes"),
-        ("[[node", "machine.toml:1: "),
-        ("[[node]]\nid = 5\nhartbeat = 100\n", "machine.toml:3: unknown field `hartbeat`"),
-        ("[[node]]\nid = 5\ndcf = 'missing.bin'\n", "missing.bin: no such file"),
+        ("", "the machine has no nodes"),
+        ("[node", "machine.toml:1:"),
+        ("[node.a]\nid = 5\nhartbeat = 100\n", "did you mean `heartbeat`?"),
+        ("[node.a]\nid = 5\ndcf = 'missing.bin'\n", "missing.bin: no such file"),
+        (&node.replace("profile velocity", "9"), "6060"),
     ] {
         boot(text).on_stderr(2, words);
     }

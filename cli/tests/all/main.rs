@@ -19,6 +19,7 @@ mod follow;
 mod help;
 mod identity;
 mod logs;
+mod machine;
 mod monitor;
 mod monitor_json;
 mod output;

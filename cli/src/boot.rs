@@ -1,15 +1,16 @@
 //! `lexican boot`: configures and starts a network, and keeps it up.
 
-mod plan;
-
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use anstyle::AnsiColor;
+use lexican_eds::Source;
+use lexican_machine::{Files, Machine};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BootNetworkError, Link, Pace};
-use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
+use lexican_runtime::manager::{Event, NetworkEvent};
 use lexican_runtime::object::{Object, Ro};
 use lexican_runtime::procedure::BootError;
 use lexican_runtime::{Duration, NodeId, cia301};
@@ -17,26 +18,23 @@ use lexican_toolbox::node::identity::{recognise, words};
 use serde_json::json;
 
 use crate::bus::{BusArgs, node_id, of_node};
+use crate::machine::{found, sound, without_errors};
 use crate::output::{Failure, Outcome, ctrl_c, print_result, styled, warn};
-use lexican_toolbox::text::duration::{milliseconds, time};
-use plan::Node;
+use lexican_toolbox::text::duration::{in_milliseconds, milliseconds, time};
 
-/// Boot a network: check, configure and start its nodes (CiA 302-2)
+/// Boot a machine: check, configure and start its nodes (CiA 302-2)
 ///
-/// Resets the nodes, compares them with their data sheets, configures, watches and starts them. A node has booted when
-/// it reports OPERATIONAL itself. Exit code 1 if a mandatory node has not booted.
+/// Resets the nodes, compares them with their data sheets, configures, watches and starts them: those of machine.toml, or those
+/// that are named here. A node has booted when it reports OPERATIONAL itself. Exit code 1 if a mandatory node has not booted.
 #[derive(clap::Args, Debug)]
-#[command(
-    after_help = EXAMPLES,
-    group = clap::ArgGroup::new("network").required(true).multiple(true).args(["file", "node", "optional"])
-)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The network (TOML); --help shows one
-    #[arg(value_name = "NETWORK", long_help = FILE_HELP, conflicts_with_all = ["node", "optional", "heartbeat", "guarding"])]
-    file: Option<PathBuf>,
+    /// The machine, of which `lexican machine --help` shows one; by default machine.toml in this folder or one above it
+    #[arg(value_name = "MACHINE", conflicts_with_all = ["node", "optional", "heartbeat", "guarding"])]
+    machine: Option<PathBuf>,
 
     /// A mandatory node: 5, or 5=drive.dcf, 5=siko/ag03-1; may be given several times
     #[arg(long, value_name = "NODE[=DEVICE]", value_parser = node)]
@@ -47,7 +45,7 @@ pub(crate) struct Args {
     optional: Vec<(NodeId, Option<String>)>,
 
     /// Corrections and meanings in addition to the data sheet of a node (TOML): 5=FILE.toml; may be given several times
-    #[arg(long, value_name = "NODE=FILE", value_parser = of_node, conflicts_with = "file")]
+    #[arg(long, value_name = "NODE=FILE", value_parser = of_node, conflicts_with = "machine")]
     overlay: Vec<(NodeId, String)>,
 
     /// Set the heartbeat of the nodes (1017h); they are lost after three times that
@@ -80,25 +78,6 @@ Examples:
     lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100ms
     lexican boot --bus can0 machine.toml --keep";
 
-const FILE_HELP: &str = "\
-The network (TOML; a time as a number is in ms; every key but id may be left out):
-
-    boot-time = \"10s\"
-    on-loss = \"reset-node\"         # of a mandatory node; or reset-all, stop-all
-    start-all = false              # by one command, when all can be started
-
-    [[node]]
-    id = 5
-    device = \"drive.dcf\"           # its identity is checked, a DCF is written
-    overlay = [\"drive.toml\"]       # corrections and meanings in addition to it
-    dcf = \"drive.bin\"              # a concise DCF (1F22h)
-    settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
-    heartbeat = \"100ms\"            # or guarding = \"100ms\", and retry = 3
-    mandatory = true
-    start = true
-    keep-alive = false             # not reset while it is OPERATIONAL
-    boots-again = true             # after it was lost";
-
 /// `5`, `5=drive.dcf`.
 fn node(text: &str) -> Result<(NodeId, Option<String>), String> {
     match text.split_once('=') {
@@ -108,12 +87,9 @@ fn node(text: &str) -> Result<(NodeId, Option<String>), String> {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let described = match &args.file {
-        Some(path) => plan::Network::read(path)?,
-        None => args.network(),
-    };
-    let plan = described.plan()?;
-    let boot_time = described.boot_time.unwrap_or(args.boot_time);
+    let machine = args.machine()?;
+    let plan = machine.boot_plan();
+    let boot_time = machine.bus.boot_time.unwrap_or(args.boot_time);
     let link = args.bus.open(Pace::Virtual)?.settled()?.link;
     let mut network = Network::new(link);
     let interrupted = ctrl_c()?;
@@ -157,7 +133,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     written?;
     for node in others {
-        if let Some(device) = described.nodes.iter().find(|it| it.id == node).and_then(|it| it.device.as_deref()) {
+        if let Some(device) =
+            machine.nodes.iter().find(|it| it.id == Some(node)).and_then(|it| it.sheet_name.as_deref())
+        {
             warn(format_args!("node {node} is not {device}, but {}", identity(&mut network, node)));
         }
     }
@@ -191,18 +169,34 @@ fn is_booting<L: Link>(network: &mut Network<L>) -> bool {
 }
 
 impl Args {
-    fn network(&self) -> plan::Network {
-        let node = |(id, device): &(NodeId, Option<String>), mandatory| Node {
-            device: device.clone(),
-            overlay: self.overlay.iter().filter(|(node, _)| node == id).map(|(_, path)| path.into()).collect(),
-            mandatory,
-            heartbeat: self.heartbeat,
-            guarding: self.guarding,
-            ..Node::new(*id)
-        };
-        let mandatory = self.node.iter().map(|it| node(it, true));
-        let nodes = mandatory.chain(self.optional.iter().map(|it| node(it, false))).collect();
-        plan::Network { nodes, on_loss: OnLoss::ResetNode, start_all: false, boot_time: None }
+    /// The machine of a file, or one of the nodes that are named.
+    fn machine(&self) -> Result<Machine, Failure> {
+        if self.node.is_empty() && self.optional.is_empty() {
+            return sound(&found(self.machine.clone())?);
+        }
+        let text = |text: &dyn std::fmt::Display| toml::Value::String(text.to_string());
+        let mut file = String::new();
+        for ((id, device), optional) in
+            self.node.iter().map(|it| (it, false)).chain(self.optional.iter().map(|it| (it, true)))
+        {
+            // Writing to a string cannot fail.
+            let _ = writeln!(file, "[node.node-{id}]\nid = {id}\noptional = {optional}");
+            let overlays = self.overlay.iter().filter(|(node, _)| node == id);
+            let overlays: Vec<_> = overlays.map(|(_, path)| text(path).to_string()).collect();
+            if !overlays.is_empty() {
+                let _ = writeln!(file, "overlay = [{}]", overlays.join(", "));
+            }
+            let sheet = device.as_ref().map(|device| ("sheet", text(device)));
+            let times = [("heartbeat", self.heartbeat), ("guarding", self.guarding)];
+            let times = times
+                .into_iter()
+                .filter_map(|(key, time)| Some((key, text(&format_args!("{}ms", in_milliseconds(time?))))));
+            for (key, value) in sheet.into_iter().chain(times) {
+                let _ = writeln!(file, "{key} = {value}");
+            }
+        }
+        let machine = Machine::parse(Source::new("the command line", file), Files::Folder(Path::new("")));
+        without_errors(machine, "the nodes")
     }
 }
 

@@ -1,0 +1,40 @@
+//! `lexican machine export`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use super::MachineArgs;
+use crate::output::{self, Failure, ForceArgs, Outcome};
+
+/// Write what other tools take of a machine into a folder
+///
+/// A concise DCF for each node (NAME.bin, 1F22h of CiA 302-3), by the rules of dcfgen: what the data sheet says already is
+/// left out.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    machine: MachineArgs,
+
+    /// The folder, which is made if it is not there
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    force: ForceArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican machine export -o dcf";
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let machine = super::sound(&args.machine.path()?)?;
+    std::fs::create_dir_all(&args.output).map_err(|error| Failure::file("make", &args.output, &error))?;
+    for node in &machine.nodes {
+        let path = args.output.join(format!("{}.bin", node.name.value));
+        args.force.write(&path, &machine.concise_dcf(node))?;
+        writeln!(output::stdout(), "{}", path.display())?;
+    }
+    Ok(Outcome::Clean)
+}

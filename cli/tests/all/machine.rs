@@ -1,0 +1,74 @@
+//! `lexican machine`, and the names of its nodes in other commands.
+
+use crate::common::{Run, folder, lexican_in};
+
+const MACHINE: &str = "\
+[bus]
+url = \"sim:siko/ag03-1?node=5\"
+bit-rate = \"500 kbit/s\"
+
+[node.feeder]
+id = 5
+sheet = \"siko/ag03-1\"
+guarding = \"100 ms\"
+settings = { 6060 = \"profile velocity\" }
+
+[wire]
+\"feeder.statusword\" = { to = [\"manager\"], every = \"20 ms\" }
+";
+
+fn in_machine(name: &str, text: &str, args: &[&str]) -> Run {
+    let folder = folder(name);
+    std::fs::write(folder.join("machine.toml"), text).unwrap();
+    std::fs::create_dir(folder.join("below")).unwrap();
+    lexican_in(&folder.join("below"), args)
+}
+
+#[test]
+fn a_machine_is_checked_with_each_mistake_at_its_place() {
+    let run = in_machine("machine-check", MACHINE, &["machine", "check"]);
+    run.on_stdout(0, "1 node, 1 PDO configured, the bus is busy for 6.");
+    let wrong = MACHINE.replace("feeder.statusword", "feeder.statuswrod").replace("sheet", "shet");
+    let run = in_machine("machine-wrong", &wrong, &["machine", "check", "--format", "short"]);
+    run.on_stdout(1, "machine.toml:7:1: error[machine::key]: unknown field `shet`");
+    let run = in_machine("machine-sarif", &wrong, &["machine", "check", "--format", "sarif"]);
+    run.on_stdout(1, "\"ruleId\": \"machine::key\"");
+    let run = in_machine("machine-json", MACHINE, &["machine", "check", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!((&json["nodes"], &json["findings"]), (&1.into(), &serde_json::json!([])));
+    in_machine("machine-none", "", &["machine", "check"]).on_stdout(1, "the machine has no nodes");
+}
+
+#[test]
+fn a_plan_says_each_write_and_what_it_changes() {
+    in_machine("machine-plan", MACHINE, &["machine", "plan"])
+        .on_stdout(0, "  6060:00 Modes of Operation = profile velocity (2)  [setting]\n");
+    in_machine("machine-live", MACHINE, &["machine", "plan", "--of", "feeder", "--live"])
+        .on_stdout(1, "= profile velocity (2)  [setting]  (now profile position (1))");
+    in_machine("machine-of", MACHINE, &["machine", "plan", "--of", "feedr"]).on_stderr(2, "there are feeder");
+}
+
+#[test]
+fn a_machine_is_formatted_exported_and_explained() {
+    let odd = MACHINE.replace("id = 5", "id=5  # the left one");
+    in_machine("machine-fmt-check", &odd, &["machine", "fmt", "--check"]).on_stdout(1, "machine.toml");
+    in_machine("machine-fmt", &odd, &["machine", "fmt"]).on_stdout(0, "machine.toml");
+    in_machine("machine-export", MACHINE, &["machine", "export", "-o", "dcf"]).on_stdout(0, "feeder.bin");
+    in_machine("machine-schema", MACHINE, &["machine", "schema"]).on_stdout(0, "\"boots-again\"");
+}
+
+#[test]
+fn every_command_takes_the_names_of_its_nodes() {
+    let run = |name: &str, args: &[&str]| in_machine(&format!("machine-name-{name}"), MACHINE, args);
+    run("read", &["read", "feeder", "statusword"]).on_stdout(0, "SWITCH ON DISABLED");
+    run("option", &["read", "--node", "feeder", "statusword"]).on_stdout(0, "SWITCH ON DISABLED");
+    run("drive", &["drive", "feeder", "move-to", "200", "--enable"]).on_stdout(0, "it has reached its target");
+    run("check", &["check", "feeder"]).on_stdout(0, "node 5: 138 entries, as the data sheet says");
+    run("scan", &["scan"]).on_stdout(0, "siko/ag03-1");
+    run("nmt", &["nmt", "start", "feeder"]).on_stdout(0, "");
+    run("unknown", &["read", "feedr", "statusword"]).on_stderr(2, "feedr");
+    // What is given wins.
+    run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
+        .on_stdout(0, "1000:00");
+    run("boot", &["boot"]).on_stdout(0, "node 5: has booted");
+}
