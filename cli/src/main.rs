@@ -93,7 +93,10 @@ enum Command {
 fn main() -> ExitCode {
     #[cfg(feature = "full")]
     completions::answer(Cli::command);
-    let args = node_place::settled(std::env::args_os().collect(), &Cli::command());
+    let args = std::env::args_os().collect();
+    #[cfg(feature = "full")]
+    let args = machine::names::resolved(args, &Cli::command());
+    let args = node_place::settled(args, &Cli::command());
     let result = match Cli::parse_from(args).command {
         Command::Demo(args) => demo::run(&args),
         #[cfg(feature = "full")]

@@ -7,14 +7,7 @@ use lexican_toolbox::text::node_id::node_ids;
 
 /// The arguments with the node where the command has it. What cannot be understood is left for clap to complain about.
 pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
-    let (mut command, mut begin) = (cli, 1);
-    while let Some(below) = args.get(begin).and_then(|name| command.find_subcommand(name)) {
-        (command, begin) = (below, begin + 1);
-    }
-    #[cfg(feature = "full")]
-    {
-        args = crate::machine::names::resolved(args, command, begin);
-    }
+    let (command, begin) = command(&args, cli);
     let by_place = command.get_positionals().next().is_some_and(is_node);
     let by_option = command.get_arguments().any(|arg| arg.get_long() == Some("node"));
     let words = Words { args: &args, command };
@@ -30,6 +23,15 @@ pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
         args.insert(at, "--node".into());
     }
     args
+}
+
+/// The command that is called, and where its own arguments begin.
+pub(crate) fn command<'c>(args: &[OsString], cli: &'c Command) -> (&'c Command, usize) {
+    let (mut command, mut begin) = (cli, 1);
+    while let Some(below) = args.get(begin).and_then(|name| command.find_subcommand(name)) {
+        (command, begin) = (below, begin + 1);
+    }
+    (command, begin)
 }
 
 /// Whether an argument is a node, or several.

@@ -30,3 +30,8 @@ pub fn schema() -> serde_json::Value {
     schema.insert("title".to_owned(), "machine.toml of lexican".into());
     schema.to_value()
 }
+
+/// The README, so that what it shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

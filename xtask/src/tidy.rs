@@ -22,6 +22,7 @@ lexican-profibus: runtime
 lexican-pictures:
 lexican-conform: eds runtime
 lexican-toolbox: driver eds pictures registry runtime
+lexican-machine: eds runtime toolbox
 lexican-registry: driver runtime simulator DRIVES
 lexican-simulation: eds profibus registry runtime siko-ag03-1 siko-profibus siko-serial simulator toolbox
 lexican-bench: driver eds pictures runtime toolbox
@@ -32,7 +33,7 @@ lexican-siko-ag02: siko driver runtime codegen
 lexican-siko-ag03-1: siko driver runtime codegen
 lexican-siko-serial: siko siko-ag02 driver runtime
 lexican-siko-profibus: driver profibus siko siko-ag02 siko-ag03-1 runtime
-lexican: bench eds codegen conform driver pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
+lexican: bench eds codegen conform driver machine pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
     siko-ag03-1 siko-profibus siko-serial toolbox
 changeover: driver pictures profibus runtime kollmorgen-akd siko-ag02 siko-ag03-1 siko-profibus siko-serial
 circle: driver runtime kollmorgen-akd pictures

@@ -6,7 +6,7 @@ use lexican_eds::Severity;
 use lexican_machine::Machine;
 use serde_json::json;
 
-use super::MachineArgs;
+use super::file::MachineArgs;
 use crate::output::{self, Failure, Outcome, colours, plural};
 
 /// Check a machine: its file, and what cannot work together

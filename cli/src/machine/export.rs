@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::MachineArgs;
+use super::file::{MachineArgs, sound};
 use crate::output::{self, Failure, ForceArgs, Outcome};
 
 /// Write what other tools take of a machine into a folder
@@ -29,7 +29,7 @@ Examples:
     lexican machine export -o dcf";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let machine = super::sound(&args.machine.path()?)?;
+    let machine = sound(&args.machine.path()?)?;
     std::fs::create_dir_all(&args.output).map_err(|error| Failure::file("make", &args.output, &error))?;
     for node in &machine.nodes {
         let path = args.output.join(format!("{}.bin", node.name.value));

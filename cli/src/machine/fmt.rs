@@ -4,7 +4,7 @@ use std::io::Write;
 
 use lexican_toolbox::text::files::read;
 
-use super::MachineArgs;
+use super::file::MachineArgs;
 use crate::output::{self, Failure, Outcome, write_whole};
 
 /// Format the file of a machine, and keep its comments and the order of its keys

@@ -7,13 +7,14 @@ use clap::{Arg, Command};
 use lexican_machine::{Machine, Node};
 use lexican_runtime::NodeId;
 
-use super::of_here;
+use super::file::of_here;
 use crate::bus::BUS;
-use crate::node_place::Words;
+use crate::node_place::{Words, command};
 
 /// The arguments with node-IDs instead of names of nodes, and with the bus and the data sheets of the machine where they are not
 /// given. Without a machine they stay as they are.
-pub(crate) fn resolved(mut args: Vec<OsString>, command: &Command, begin: usize) -> Vec<OsString> {
+pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+    let (command, begin) = command(&args, cli);
     let option = |long: &str| command.get_arguments().find(|arg| arg.get_long() == Some(long));
     let takes = |long: &str| option(long).is_some();
     // The bus of a simulation is where its devices go.

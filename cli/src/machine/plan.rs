@@ -8,7 +8,7 @@ use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::json;
 
-use super::MachineArgs;
+use super::file::{MachineArgs, sound};
 use crate::bus::{BoxedLink, BusArgs, network, url};
 use crate::output::{Failure, Outcome, print_result};
 
@@ -46,7 +46,7 @@ Examples:
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let path = args.machine.path()?;
-    let machine = super::sound(&path)?;
+    let machine = sound(&path)?;
     let mut network = match (&args.bus, args.live) {
         (Some(bus), _) => Some(open(bus.clone())?),
         (None, true) => Some(open(own_bus(&machine)?)?),
