@@ -2,6 +2,7 @@
 
 mod files;
 mod findings;
+mod joints;
 mod plans;
 
 use lexican_eds::Source;
