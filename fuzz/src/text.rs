@@ -7,9 +7,11 @@ use std::sync::{Arc, Mutex};
 
 use lexican_codegen::{Options, compile};
 use lexican_eds::{Input, Source, load};
+use lexican_machine::{Files, Machine};
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::host::candump::Line;
 use lexican_runtime::host::slcan::{Decoder, Message, line};
+use lexican_runtime::procedure::ConciseDcf;
 use lexican_toolbox::log::{Format, Reader, Record, Writer};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::script::Script;
@@ -131,4 +133,22 @@ pub fn parameters(data: &[u8]) {
     // No part of it is taken for the whole.
     let cut = data.len() % text.trim_end().len();
     assert!(read(&text[..cut]).is_err());
+}
+
+/// The file of a machine: read, formatted, and what is written when it boots.
+pub fn machine(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    if let Ok(formatted) = lexican_machine::format(&text) {
+        assert_eq!(lexican_machine::format(&formatted).ok().as_ref(), Some(&formatted));
+    }
+    let machine = Machine::parse(Source::new("machine.toml", text), Files::Embedded(&[]));
+    let _ = machine.findings.render(&machine.input);
+    if machine.findings.has_errors() {
+        return;
+    }
+    for node in &machine.nodes {
+        assert!(ConciseDcf::new(&machine.concise_dcf(node)).check().is_ok());
+    }
+    assert!(machine.load().is_none_or(|load| load.percent.is_finite()));
+    let _ = machine.boot_plan();
 }
