@@ -1,12 +1,13 @@
 //! How nodes are simulated, and what goes wrong between them.
 
+use std::fmt::{self, Display};
 use std::num::NonZeroU32;
 use std::ops::Range;
 use std::path::PathBuf;
 
 use lexican_eds::Source;
+use lexican_runtime::CobId;
 use lexican_runtime::host::Fate;
-use lexican_runtime::{CobId, NodeId};
 
 use crate::at::At;
 use crate::file;
@@ -16,53 +17,55 @@ use crate::nodes::settings;
 use crate::read::{Named, Out, similar};
 
 /// How a node is simulated.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Simulated {
-    /// What it has before it boots for the first time, in wire form.
+    /// What it has before it boots for the first time, in wire form; also of objects that nobody can write.
     pub settings: Vec<Setting>,
     /// Inputs of a drive: `blocked = true`.
-    pub inputs: Vec<Text>,
+    pub inputs: Vec<At<String>>,
     /// The file for what it stores.
     pub eeprom: Option<PathBuf>,
     /// A script of events: a file and its text.
     pub script: Option<Source>,
     /// The steps of a script.
-    pub steps: Vec<Step>,
+    pub steps: Vec<At<toml::Table>>,
     /// Whether it is switched off at first.
     pub is_off: bool,
 }
 
-/// A text, and where the file has it.
-#[derive(Clone, Debug)]
-pub struct Text {
-    /// The text.
-    pub text: String,
-    /// Its bytes in the file.
-    pub span: Range<usize>,
-}
-
-/// A step of a script, and where the file has it.
-#[derive(Clone, Debug)]
-pub struct Step {
-    /// Its keys.
-    pub keys: toml::Table,
-    /// Its bytes in the file.
-    pub span: Range<usize>,
-}
-
-/// What goes wrong on the bus.
-#[derive(Clone, Debug)]
+/// What is done to some of the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Only frames of this node: its place among the nodes.
+    /// Which node sends them, by its place among the nodes; all nodes, and the world outside, without it.
     pub sender: Option<usize>,
-    /// Only frames with this identifier.
+    /// Their identifier; all without it.
     pub id: Option<CobId>,
-    /// Each so manyth of them.
+    /// Which of them: each one, or each second one, and so on.
     pub every: u32,
-    /// So many one after another.
+    /// How many in a row, the last of which is the one that `every` counts.
     pub in_a_row: u32,
     /// What happens to them.
     pub fate: Fate,
+}
+
+/// `4 of 20 frames with COB-ID 707h are lost`.
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.in_a_row, self.every) {
+            (some, all) if some == all => write!(f, "all frames")?,
+            (some, all) => write!(f, "{some} of {all} frames")?,
+        }
+        if let Some(id) = self.id {
+            write!(f, " with COB-ID {id}h")?;
+        }
+        match self.fate {
+            Fate::Deliver => write!(f, " come as they are"),
+            Fate::Lose => write!(f, " are lost"),
+            Fate::Repeat => write!(f, " come twice"),
+            Fate::Replace(other) => write!(f, " come as {other}"),
+            Fate::Delay(span) => write!(f, " are {} ms late", span.as_micros() / 1000),
+        }
+    }
 }
 
 /// Gives nodes what the file says of their simulation.
@@ -77,14 +80,13 @@ pub(crate) fn simulate(nodes: &mut [Node], given: Vec<Named<file::Simulated>>, f
             let read = files.read(&path.value);
             read.map_err(|error| out.wrong("machine::script", &path.span, error.to_string(), None)).ok()
         });
-        let id = node.id.unwrap_or(NodeId::literal(1));
-        let settings = node.device().map_or_else(Vec::new, |device| settings(device, id, &it.settings, out));
+        let settings = node.device().map_or_else(Vec::new, |device| settings(device, None, &it.settings, out));
         node.simulated = Simulated {
             settings,
-            inputs: it.inputs.into_iter().map(|At { value, span }| Text { text: value, span }).collect(),
+            inputs: it.inputs,
             eeprom: it.eeprom.map(|path| files.path(&path)),
             script,
-            steps: it.step.into_iter().map(|At { value, span }| Step { keys: value, span }).collect(),
+            steps: it.step,
             is_off: it.power == file::Power::Off,
         };
     }

@@ -20,7 +20,7 @@ pub use at::At;
 pub use check::Load;
 pub use files::Files;
 pub use format::format;
-pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated, Step, Text};
+pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated};
 pub use plan::{Why, Write};
 
 /// The JSON Schema of the file, for editors.

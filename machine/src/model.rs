@@ -12,7 +12,7 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::pdo::PdoState;
 
 use crate::at::{At, BitRate};
-pub use crate::faults::{Fault, Simulated, Step, Text};
+pub use crate::faults::{Fault, Simulated};
 use crate::file;
 
 /// A machine.

@@ -133,7 +133,7 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     });
     // A node without a node-ID has the values of its data sheet for one.
     let known = id.unwrap_or(NodeId::literal(1));
-    let settings = device.map_or_else(Vec::new, |device| settings(device, known, &node.settings, out));
+    let settings = device.map_or_else(Vec::new, |device| settings(device, Some(known), &node.settings, out));
     for (address, reason) in device.map(|device| not_restored(device, known)).unwrap_or_default() {
         if reason != LeftOut::ReadOnly {
             let what = format!("{address} of the DCF of {} is left out: {}", name.value, reason.words(1));
@@ -184,10 +184,10 @@ fn concise(bytes: &[u8]) -> Result<Vec<(lexican_runtime::object::Address, Vec<u8
         .collect())
 }
 
-/// Parameters in wire form, as far as the data sheet allows them.
+/// Parameters in wire form, as far as the data sheet allows them; `None` for a node that is simulated.
 pub(crate) fn settings(
     device: &Device,
-    node: NodeId,
+    node: Option<NodeId>,
     given: &BTreeMap<At<String>, At<Written>>,
     out: &mut Out,
 ) -> Vec<Setting> {

@@ -93,7 +93,7 @@ impl Section {
     /// section sets counts before it.
     pub fn encode(&self, values: &mut DeviceValues<'_>, node: NodeId) -> Result<Settings, Vec<String>> {
         let given: Vec<_> = self.settings.iter().map(|(object, value)| (object.as_str(), value.as_str())).collect();
-        let (settings, wrong) = encode(&given, values, node);
+        let (settings, wrong) = encode(&given, values, Some(node));
         let words = |wrong: Wrong| match wrong.advice {
             Some(advice) => format!("{}; {advice}", wrong.text),
             None => format!("{}: {}", given[wrong.at].0, wrong.text),
@@ -116,8 +116,9 @@ pub struct Wrong {
 }
 
 /// Objects and values as people write them, in wire form; and which of them the data sheet does not allow. `values` has what is
-/// known of the device; what is set counts before it.
-pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: NodeId) -> (Settings, Vec<Wrong>) {
+/// known of the device; what is set counts before it. `None` for a node that is simulated, and may be given what nobody can
+/// write.
+pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: Option<NodeId>) -> (Settings, Vec<Wrong>) {
     let (mut settings, mut wrong) = (Settings::new(), Vec::new());
     let mut resolved = Vec::new();
     for (at, (object, value)) in given.iter().enumerate() {
@@ -146,16 +147,18 @@ pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: NodeI
     (settings, wrong)
 }
 
-fn one(values: &mut DeviceValues<'_>, address: Address, text: &str, node: NodeId) -> Result<Vec<u8>, String> {
+fn one(values: &mut DeviceValues<'_>, address: Address, text: &str, node: Option<NodeId>) -> Result<Vec<u8>, String> {
     let entry = values.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
-    if !entry.access.writable() {
+    if node.is_some() && !entry.access.writable() {
         return Err(WriteRefusal::Access(entry.access).to_string());
     }
-    if role(values.device, entry.index, entry.sub) == Some(Role::Command) {
+    if node.is_some() && role(values.device, entry.index, entry.sub) == Some(Role::Command) {
         return Err("it is a command and no parameter; `lexican write` gives it".to_owned());
     }
     let value = values.parse(entry, text)?;
-    values.check_write(entry, &value, node).map_err(|refusal| refusal.to_string())?;
+    if let Some(node) = node {
+        values.check_write(entry, &value, node).map_err(|refusal| refusal.to_string())?;
+    }
     values.set(address, &value);
     wire::encode(entry.data_type, &value).ok_or_else(|| format!("the value is no {}", entry.data_type))
 }
