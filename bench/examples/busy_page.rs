@@ -113,9 +113,13 @@ fn look(bench: &Bench, browser: &Browser, page: &Page, tab: &str, span: Wall) {
 
 /// Twelve drives, and one who says what they say, more often.
 fn busy_bus(rate: u64) -> VirtualLink {
-    let node = |id| format!("[[node]]\nid = {id}\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 100']\n");
-    let plant = (1..=DRIVES).map(node).collect::<String>();
-    let plant = Plant::parse(&plant, "plant.toml", Files::Embedded(&[])).expect("its devices are in the library");
+    let node = |id| {
+        format!(
+            "[node.axis{id}]\nid = {id}\nsheet = 'kollmorgen/akd'\n[simulate.axis{id}]\nsettings = {{ 1017 = 100 }}\n"
+        )
+    };
+    let machine = (1..=DRIVES).map(node).collect::<String>();
+    let plant = Plant::parse(&machine, "machine.toml", Files::Embedded(&[])).expect("its devices are in the library");
     let bus = VirtualBus::new();
     bus.attach(plant.segment(bus.now()).expect("a plant of its own"));
     bus.attach(Talker { next: bus.now(), every: Duration::from_micros(1_000_000 / rate), number: 0, due: 0 });

@@ -1,8 +1,8 @@
 //! Devices that exist only in software, alone or as a plant on one bus.
 //!
 //! A [`SimulatedDevice`] is made of its data sheet, or is one of the drives that have a simulator of their own. A [`Plant`] says
-//! what devices there are, what each is set to and what goes wrong between them; it is read from a file (TOML) or from texts
-//! inside the program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus.
+//! what devices there are, what each is set to and what goes wrong between them: those of a machine (`machine.toml`), in a file
+//! or in the program. Its [`Segment`] is one [`Node`](lexican_runtime::host::Node), to be attached to a bus.
 //!
 //! What happens to a device from outside is a [`Command`]: the same one for a line that a user types and for a button.
 //!
@@ -11,8 +11,8 @@
 //! use lexican_simulation::{Files, Plant, command};
 //!
 //! let plant = Plant::parse(
-//!     "[[node]]\nid = 5\nname = 'feeder'\ndevice = 'siko/ag03-1'\n",
-//!     "plant.toml",
+//!     "[node.feeder]\nid = 5\nsheet = 'siko/ag03-1'\n",
+//!     "machine.toml",
 //!     Files::Embedded(&[]),
 //! )?;
 //! let mut segment = plant.segment(Instant::ZERO)?;
@@ -32,8 +32,9 @@ mod virtual_device;
 
 pub use command::{Command, Power};
 pub use device::{SimulatedDevice, SimulationError};
-pub use plant::{Files, Plant, PlantDevice, PlantError};
-pub use segment::{Fault, Segment};
+pub use lexican_machine::{Fault, Files};
+pub use plant::{Plant, PlantDevice, PlantError};
+pub use segment::Segment;
 pub use simulator::script::{Input, Range, Takes};
 pub use virtual_device::VirtualDevice;
 

@@ -1,45 +1,10 @@
 //! Several nodes behind one link, which hear each other, and what happens to their frames.
 
 use std::collections::VecDeque;
-use std::fmt::{self, Display};
 
+use lexican_machine::Fault;
 use lexican_runtime::host::{Fate, Node};
 use lexican_runtime::{CobId, Frame, Instant};
-
-/// What is done to some of the frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// Which node sends them, by its place in the segment; all nodes, and the world outside, without it.
-    pub sender: Option<usize>,
-    /// Their identifier; all without it.
-    pub id: Option<CobId>,
-    /// Which of them: each one, or each second one, and so on.
-    pub every: u32,
-    /// How many in a row, the last of which is the one that `every` counts.
-    pub in_a_row: u32,
-    /// What happens to them.
-    pub fate: Fate,
-}
-
-/// `4 of 20 frames with COB-ID 707h are lost`.
-impl Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.in_a_row, self.every) {
-            (some, all) if some == all => write!(f, "all frames")?,
-            (some, all) => write!(f, "{some} of {all} frames")?,
-        }
-        if let Some(id) = self.id {
-            write!(f, " with COB-ID {id}h")?;
-        }
-        match self.fate {
-            Fate::Deliver => write!(f, " come as they are"),
-            Fate::Lose => write!(f, " are lost"),
-            Fate::Repeat => write!(f, " come twice"),
-            Fate::Replace(other) => write!(f, " come as {other}"),
-            Fate::Delay(span) => write!(f, " are {} ms late", span.as_micros() / 1000),
-        }
-    }
-}
 
 /// The nodes of a plant as one node of the bus behind a link.
 pub struct Segment<N> {

@@ -10,9 +10,10 @@ const RECIPE: &str = "name = \"Disturbed\"\n\n[[drive]]\nname = \"rail\"\nnode =
     position.increments = 3000\nsimulated.limits = [-500, 200000]\n";
 const SETTINGS: &str = "[node.5]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2.5 mm\"\n";
 /// A drive that is set otherwise than at power-on, so that restoring its parameters has to write.
-const PLANT: &str = "[[node]]\nid = 5\ndevice = \"siko/ag03-1\"\nsettings = [\"Motor Parameter Set/v-Pos = 35\"]\n";
+const MACHINE: &str =
+    "[node.rail]\nid = 5\nsheet = \"siko/ag03-1\"\n\n[simulate.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 35\n";
 
-const AXES: &str = "[[node]]\nid = 1\ndevice = \"kollmorgen/akd\"\n\n[[node]]\nid = 2\ndevice = \"kollmorgen/akd\"\n";
+const AXES: &str = "[kind.axis]\nsheet = \"kollmorgen/akd\"\n\n[node.x]\nid = 1\nkind = \"axis\"\n\n[node.y]\nid = 2\nkind = \"axis\"\n";
 
 /// A program, what it is run against, and which seeds.
 struct Subject {
@@ -71,7 +72,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     command::run_cargo(root, &[&["build", "--workspace"], &programs[..]].concat(), &[])?;
     let built = workspace::target_folder(root).join("debug");
     let folder = empty_folder(root, "chaos")?;
-    let files = [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("plant.toml", PLANT), ("axes.toml", AXES)];
+    let files = [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("machine.toml", MACHINE), ("axes.toml", AXES)];
     for (name, text) in files {
         write(&folder.join(name), text)?;
     }
@@ -80,7 +81,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
         lexican.args(args).current_dir(&folder).stdin(Stdio::null()).env_remove("LEXICAN_BUS");
         lexican
     };
-    command::output(&mut lexican(&["backup", "--bus", "sim:plant.toml", "5", "-o", "changed.dcf"]))?;
+    command::output(&mut lexican(&["backup", "--bus", "sim:machine.toml", "5", "-o", "changed.dcf"]))?;
     let disturb = |subject: &Subject| {
         let program = built.join(if subject.program[0] == "L" { "lexican" } else { subject.program[0] });
         let program = program.to_string_lossy();

@@ -10,31 +10,33 @@ use lexican_bench::sheet::Sheet;
 use lexican_bench::view::View;
 use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_eds::{Input, Source, library};
+use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link as _, Pace, VirtualBus};
+use lexican_runtime::object::Address;
 use lexican_runtime::{CobId, Frame, NodeId};
 use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
 
-const PLANT: &str = "
-[[node]]
+const MACHINE: &str = "
+[node.feeder]
 id = 5
-name = 'feeder'
-device = 'siko/ag03-1'
-settings = ['1017 = raw:100']
+sheet = 'siko/ag03-1'
 
-[[node]]
+[node.cutter]
 id = 6
-name = 'cutter'
-device = 'kollmorgen/akd'
-settings = ['1017 = 100']
+sheet = 'kollmorgen/akd'
+
+[simulate]
+feeder.settings = { 1017 = 'raw:100' }
+cutter.settings = { 1017 = 100 }
 ";
 
 fn bench() -> Bench {
-    bench_and_bus(PLANT).0
+    bench_and_bus(MACHINE).0
 }
 
-fn bench_and_bus(plant: &str) -> (Bench, VirtualBus) {
-    let plant = Plant::parse(plant, "plant.toml", Files::Embedded(&[])).unwrap();
+fn bench_and_bus(machine: &str) -> (Bench, VirtualBus) {
+    let plant = Plant::parse(machine, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
     (bench_of(&bus), bus)
@@ -349,7 +351,7 @@ fn whether_a_drive_would_move_is_known_while_somebody_has_the_control() {
 /// The AKD's 1014h is stored as "off".
 #[test]
 fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_control() {
-    let (bench, _) = bench_and_bus(&PLANT.replace("['1017 = 100']", "['1017 = 100', '1014 = 0x80000086']"));
+    let (bench, _) = bench_and_bus(&MACHINE.replace("1017 = 100 }", "1017 = 100, 1014 = 0x80000086 }"));
     let client = client(&bench);
     let lacks = |view: &View| view.nodes[1].lacks.clone();
     let view = until(&bench, |view| !lacks(view).is_empty());
@@ -363,9 +365,15 @@ fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_
 #[test]
 fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     // The data sheet maps the status word alone.
-    let mapping = "'1A00:00 = 0', '1A00:01 = 0x60FD0020', '1A00:00 = 1', '1800:05 = 20'";
-    let plant = format!("[[node]]\nid = 6\ndevice = 'kollmorgen/akd'\nsettings = ['1017 = 100', {mapping}]\n");
-    let (bench, bus) = bench_and_bus(&plant);
+    let (bench, bus) = bench_and_bus(MACHINE);
+    let mut network = Network::new(bus.link());
+    let mut write = |index, sub, data: &[u8]| {
+        network.write_bytes(NodeId::literal(6), Address::new(index, sub), data).unwrap();
+    };
+    write(0x1A00, 0, &[0]);
+    write(0x1A00, 1, &[0x20, 0, 0xFD, 0x60]);
+    write(0x1A00, 0, &[1]);
+    write(0x1800, 5, &[20, 0]);
     // Another manager starts it: for a client with control the driver would look at the drive, and read its mapping.
     bus.link().send(&Frame::new(CobId::NMT, &[1, 6]).unwrap()).unwrap();
     let client = bench.open_client();

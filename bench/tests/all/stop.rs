@@ -9,26 +9,24 @@ use lexican_runtime::host::{Fate, VirtualBus};
 use lexican_runtime::{CobId, Duration};
 use lexican_simulation::{Fault, Files, Plant, Power, Segment, SimulatedDevice};
 
-const PLANT: &str = "
-[[node]]
+const MACHINE: &str = "
+[node.feeder]
 id = 5
-name = 'feeder'
-device = 'siko/ag03-1'
+sheet = 'siko/ag03-1'
 
-[[node]]
+[node.cutter]
 id = 6
-name = 'cutter'
-device = 'kollmorgen/akd'
+sheet = 'kollmorgen/akd'
 ";
 
-/// A plant whose node 6 does not answer SDO requests, or answers late, once this happens.
+/// A machine whose node 6 does not answer SDO requests, or answers late, once this happens.
 struct Rig {
     bench: Bench,
     segment: Arc<Mutex<Segment<SimulatedDevice>>>,
 }
 
 fn rig(fate: Fate) -> Rig {
-    let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
+    let plant = Plant::parse(MACHINE, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     let id = Some(CobId::standard(0x586).unwrap());
     let fault = Fault { sender: None, id, every: 1, in_a_row: 1, fate };

@@ -232,15 +232,15 @@ impl Args {
     }
 }
 
-/// The plant of the demo, and the files that it names.
-const PLANT: &str = include_str!("../../plants/line.toml");
+/// The machine of the demo, and the files that it names.
+const MACHINE: &str = include_str!("../../machines/line.toml");
 const FILES: Files<'_> = Files::Embedded(&[
-    ("io.eds", include_str!("../../plants/io.eds")),
-    ("encoder.eds", include_str!("../../plants/encoder.eds")),
+    ("io.eds", include_str!("../../machines/io.eds")),
+    ("encoder.eds", include_str!("../../machines/encoder.eds")),
 ]);
 
 fn demo() -> Result<Bus, Failure> {
-    simulate(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
+    simulate(Plant::parse(MACHINE, "line.toml", FILES)?, Pace::RealTime)
 }
 
 /// Says where the page is, what that risks, and opens it for as long as what is returned is kept.

@@ -3,11 +3,8 @@
 use lexican_runtime::host::slcan;
 use lexican_runtime::host::url::OpenError;
 
-use lexican_simulation::plant::Problem;
 use lexican_simulation::{PlantError, SimulationError};
-use lexican_toolbox::data_sheet::DataSheetError;
 
-use crate::device::in_full;
 use crate::output::{Failure, reason};
 
 #[cfg(target_os = "linux")]
@@ -44,17 +41,12 @@ fn is_no_terminal(error: &std::io::Error) -> bool {
 
 impl From<PlantError> for Failure {
     fn from(error: PlantError) -> Self {
-        const EXAMPLE: &str = "`lexican simulate --help` shows a plant";
-        let help = match (&*error.problem, error.remedy()) {
-            (Problem::Syntax(_), _) => Some(EXAMPLE.to_owned()),
-            (Problem::NoDevices, Some(remedy)) => Some(format!("{remedy}; {EXAMPLE}")),
-            (Problem::Device(SimulationError::NoLss), _) => Some("--node 5".to_owned()),
-            (_, remedy) => remedy,
-        };
-        let failure = Failure::new(&error).help_if(help);
-        match *error.problem {
-            Problem::DataSheet(DataSheetError::NoObject { sheet }) => failure.after(in_full(&sheet)),
-            _ => failure,
+        match error {
+            PlantError::Wrong { file, findings } => {
+                Failure::new(format_args!("{file} cannot be simulated")).after(findings)
+            }
+            PlantError::Device(SimulationError::NoLss) => Failure::new(error).help("--node 5"),
+            other => Failure::new(other),
         }
     }
 }

@@ -85,8 +85,8 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican chaos siko/ag03-1 --node 5 -- ./machine --bus {bus}
-    lexican chaos plant.toml --runs 50 --report chaos.html -- ./machine --bus {bus}
-    lexican chaos plant.toml --seed 17 --runs 1 -- ./machine --bus {bus}     (the same again)
+    lexican chaos machine.toml --runs 50 --report chaos.html -- ./machine --bus {bus}
+    lexican chaos machine.toml --seed 17 --runs 1 -- ./machine --bus {bus}     (the same again)
     lexican chaos siko/ag03-1 --writes kept.txt -- lexican backup --bus {bus} 1 -o kept.txt --force
     lexican chaos FILE.eds --node 7 --bus vcan0 --for 20s -- python3 machine.py";
 

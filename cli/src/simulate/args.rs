@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::{Duration, NodeId};
-use lexican_simulation::plant::{ScriptText, is_plant};
+use lexican_simulation::plant::is_machine;
 use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::text::files::read;
 
@@ -16,7 +16,7 @@ use crate::device::DeviceArgs;
 use crate::output::Failure;
 use lexican_toolbox::text::duration::time;
 
-/// Simulate a device, or a plant of several, on a bus
+/// Simulate a device, or those of a machine, on a bus
 ///
 /// Makes a node of any data sheet: it has the default values, enforces access and limits, and serves PDOs, heartbeat
 /// and EMCY. A drive of CiA 402 also moves: any data sheet with 6040h, 6041h and 6060h. SIKO's drives do as their
@@ -25,12 +25,12 @@ use lexican_toolbox::text::duration::time;
 /// By default it makes pseudo-terminals that act as serial adapters, so that all other commands can be tried without
 /// CAN hardware; it prints their --bus.
 ///
-/// A file that ends in .toml is a plant: devices on one bus, and the faults between them; the last part of this help shows
+/// A file that ends in .toml is a machine: devices on one bus, and the faults between them; the last part of this help shows
 /// one.
 ///
 /// Lines on stdin control the device; help lists them: get, set, emcy, power, status, and for a drive every key of
 /// its scripts, such as battery_v = 2.5, or of a CiA 402 drive, such as blocked = true.
-/// In a plant they begin with the node-ID or the name of a device: 5: blocked = true.
+/// In a machine they begin with the node-ID or the name of a device: 5: blocked = true.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -84,36 +84,37 @@ Examples:
     lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt
     lexican simulate siko/ag02 --bus serial
     lexican simulate siko/ag03-1 --bus profibus --node 5
-    lexican simulate plant.toml
-    lexican scan --bus sim:plant.toml                      (the same plant for one command)
+    lexican simulate machine.toml
+    lexican scan --bus sim:machine.toml                    (the same machine for one command)
 
-A plant (TOML; times in ms; only id and device have to be there; paths are relative to the file):
+A machine (TOML; only id and sheet have to be there; paths are relative to the file):
 
-    bit-rate = 250                 # in kbit/s, with sim: only
+    bus.bit-rate = \"250 kbit/s\"    # with sim: only
 
-    [[node]]
+    [node.feeder]                  # the name begins lines on stdin, feeder: blocked = true
     id = 5                         # or \"none\", for a device that gets one by LSS
-    name = \"feeder\"              # for lines on stdin, feeder: blocked = true, and for faults
-    device = \"drive.eds\"         # or a device that lexican knows: siko/ag03-1
-    overlay = [\"drive.toml\"]     # corrections and meanings in addition to it
-    settings = [\"6060 = profile velocity\", \"1017 = 100 ms\"]   # until it is reset
-    inputs = [\"blocked = true\"]  # of a drive, as on stdin
-    eeprom = \"feeder.txt\"        # what it stores
-    script = \"jam.toml\"          # or steps, each a table [[node.step]]
-    power = \"on\"                 # or off
+    sheet = \"drive.eds\"            # or a device that lexican knows: siko/ag03-1
+    overlay = [\"drive.toml\"]       # corrections and meanings in addition to it
 
-    [[node.step]]
+    [simulate.feeder]              # until it is reset
+    settings = { 6060 = \"profile velocity\", 1017 = \"100 ms\" }
+    inputs = [\"blocked = true\"]    # of a drive, as on stdin
+    eeprom = \"feeder.txt\"          # what it stores
+    script = \"jam.toml\"            # or steps, each a table [[simulate.feeder.step]]
+    power = \"on\"                   # or off
+
+    [[simulate.feeder.step]]
     when = \"moving\"
     after_ms = 500
     blocked = true
 
     [[fault]]
-    action = \"lose\"              # or repeat, delay
-    from = \"feeder\"              # what this device sends; a node-ID or a name
+    action = \"lose\"                # or repeat, delay
+    from = \"feeder\"                # what this node sends
     cob-id = 0x705                 # frames with this identifier
     every = 20                     # each twentieth one
     in-a-row = 4                   # and the three before it
-    # delay = 20                   # by how much they are delayed";
+    # delay = \"20 ms\"              # by how much they are delayed";
 
 impl PlantArgs {
     /// How it is called.
@@ -124,14 +125,11 @@ impl PlantArgs {
     /// The devices to simulate.
     pub(crate) fn plant(&self) -> Result<Plant, Failure> {
         let name = self.name();
-        if !is_plant(name) {
+        if !is_machine(name) {
             let node = self.node.map_or(Some(NodeId::literal(1)), |node| node.0);
-            let script = self.script.as_deref().map(|path| {
-                let source = read(path)?;
-                Ok::<_, Failure>(ScriptText::new(path.display().to_string(), source.text().to_owned()))
-            });
             let mut device = PlantDevice::new(node, name, self.device.load()?);
-            (device.eeprom, device.script) = (self.eeprom.clone(), script.transpose()?);
+            device.eeprom = self.eeprom.clone();
+            device.script = self.script.as_deref().map(read).transpose()?;
             return Ok(Plant::of(device));
         }
         let given = [
@@ -141,8 +139,8 @@ impl PlantArgs {
             ("--script", self.script.is_some()),
         ];
         if let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given) {
-            return Err(Failure::new(format_args!("{option} is of one device, and {name} is a plant"))
-                .help("the plant says it of each device: `lexican simulate --help` shows one"));
+            return Err(Failure::new(format_args!("{option} is of one device, and {name} is a machine"))
+                .help("the machine says it of each device: `lexican simulate --help` shows one"));
         }
         read_plant(name.as_ref())
     }

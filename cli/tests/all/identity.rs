@@ -12,13 +12,13 @@ fn machine(name: &str) -> PathBuf {
     let sensor = before.to_owned() + "[1018sub1]" + &vendor.replacen("DefaultValue=0\n", "DefaultValue=0x16F\n", 1);
     std::fs::write(folder.join("sensor.eds"), sensor).unwrap();
     std::fs::write(folder.join("nameless.eds"), include_str!("../sensor.eds")).unwrap();
-    let node = |(id, device)| format!("[[node]]\nid = {id}\ndevice = '{device}'\n");
-    let plant = [(5, "siko/ag03-1"), (6, "siko/ag02"), (7, "sensor.eds")].map(node).concat();
-    std::fs::write(folder.join("plant.toml"), plant).unwrap();
+    let node = |(id, sheet)| format!("[node.a{id}]\nid = {id}\nsheet = '{sheet}'\n");
+    let machine = [(5, "siko/ag03-1"), (6, "siko/ag02"), (7, "sensor.eds")].map(node).concat();
+    std::fs::write(folder.join("machine.toml"), machine).unwrap();
     folder
 }
 
-const BUS: [&str; 2] = ["--bus", "sim:plant.toml"];
+const BUS: [&str; 2] = ["--bus", "sim:machine.toml"];
 const OTHER: &str =
     "node 7 is not the device of siko/ag03-1: it is another device: its vendor is 16Fh, by the data sheet 195h";
 

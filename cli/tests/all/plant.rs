@@ -1,4 +1,4 @@
-//! Plants: several simulated devices on one bus, by their file.
+//! Plants: the simulated devices of a machine on one bus.
 #![cfg(unix)]
 
 use std::path::PathBuf;
@@ -12,24 +12,24 @@ use lexican_simulation::{Files, Plant, SimulatedDevice, command};
 use serde_json::{Value, json};
 
 /// A drive and two sensors of a data sheet that the library does not have.
-const PLANT: &str = "\
-[[node]]
+const MACHINE: &str = "\
+[node.feeder]
 id = 5
-name = 'feeder'
-device = 'siko/ag03-1'
-settings = ['6060 = profile velocity', '1017 = raw:100']
+sheet = 'siko/ag03-1'
 
-[[node]]
+[node.level]
 id = 0x10
-device = 'sensor.eds'
+sheet = 'sensor.eds'
 overlay = ['sensor.toml']
-settings = ['1017 = 100']
 
-[[node]]
+[node.spare]
 id = 17
-name = 'spare'
-device = 'sensor.eds'
-power = 'off'
+sheet = 'sensor.eds'
+
+[simulate]
+feeder.settings = { 6060 = 'profile velocity', 1017 = 'raw:100' }
+level.settings = { 1017 = 100, '1018:04' = 43 }
+spare.power = 'off'
 ";
 
 /// What the data sheet of the sensor does not say.
@@ -37,10 +37,10 @@ const OVERLAY: &str = "\
 [overlay]\nformat = 1\n[object.\"2000\"]\nquantity = \"Span\"\n\
 [quantity.Span]\nunits = [{ symbol = \"mm\", method = \"mm\", scale = \"1/10\" }]\n";
 
-/// A folder with a plant.
-fn plant(name: &str, text: &str) -> PathBuf {
+/// A folder with a machine.
+fn machine(name: &str, text: &str) -> PathBuf {
     let folder = folder(name);
-    std::fs::write(folder.join("plant.toml"), text).unwrap();
+    std::fs::write(folder.join("machine.toml"), text).unwrap();
     std::fs::write(folder.join("sensor.eds"), include_str!("../sensor.eds")).unwrap();
     std::fs::write(folder.join("sensor.toml"), OVERLAY).unwrap();
     folder
@@ -48,8 +48,8 @@ fn plant(name: &str, text: &str) -> PathBuf {
 
 /// The heartbeats of a node within two seconds: how many there are.
 fn heartbeats(name: &str, fault: &str, node: u8) -> usize {
-    let folder = plant(name, &format!("{PLANT}\n{fault}"));
-    let run = lexican_in(&folder, &["monitor", "--bus", "sim:plant.toml", "--for", "2s", "--json"]);
+    let folder = machine(name, &format!("{MACHINE}\n{fault}"));
+    let run = lexican_in(&folder, &["monitor", "--bus", "sim:machine.toml", "--for", "2s", "--json"]);
     assert_eq!(run.code, Some(0), "{run}");
     let frames = run.stdout.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     frames.filter(|frame| frame["service"] == "heartbeat" && frame["node"] == node).count()
@@ -57,30 +57,31 @@ fn heartbeats(name: &str, fault: &str, node: u8) -> usize {
 
 #[test]
 fn a_plant_is_a_bus_of_every_command() {
-    let folder = plant("plant-bus", PLANT);
+    let folder = machine("plant-bus", MACHINE);
     let run =
-        |command: &str, args: &[&str]| lexican_in(&folder, &[&[command, "--bus", "sim:plant.toml"], args].concat());
+        |command: &str, args: &[&str]| lexican_in(&folder, &[&[command, "--bus", "sim:machine.toml"], args].concat());
     let found = run("scan", &[]);
     found.on_stdout(0, "node   5  siko/ag03-1");
     assert!(found.stdout.contains("node  16") && !found.stdout.contains("node  17"), "{found}");
     // The data sheets are those of the plant, with their overlays.
     run("read", &["--node", "5", "6060"]).on_stdout(0, "Modes of Operation = profile velocity (2)");
     run("read", &["--node", "5,16", "1017"]).on_stdout(0, "100");
+    run("read", &["--node", "16", "1018:04"]).on_stdout(0, "43");
     run("read", &["--node", "0x10", "2000"]).on_stdout(0, "mm");
     run("read", &["6060"]).on_stderr(2, "which node?");
     run("statistics", &["--for", "2s"]).on_stdout(0, "  16  PRE-OPERATIONAL");
     run("conform", &["5", "--only", "301/7.2.4.3.6/1", "--boot-time", "1s"]).on_stdout(0, "1 case: 1 passed");
     run("boot", &["--node", "5=siko/ag03-1", "--node", "16=sensor.eds"]).on_stdout(0, "the network is ready");
-    lexican_in(&folder, &["scan", "--bus", "sim:plant.toml?node=5"]).on_stderr(2, "which node-IDs its devices have");
+    lexican_in(&folder, &["scan", "--bus", "sim:machine.toml?node=5"]).on_stderr(2, "which node-IDs its devices have");
 }
 
 #[test]
 fn devices_on_terminals_are_controlled_one_by_one() {
-    let folder = plant("plant-lines", PLANT);
-    let mut plant = Simulation::begin(&folder, &["plant.toml"]);
+    let folder = machine("plant-lines", MACHINE);
+    let mut plant = Simulation::begin(&folder, &["machine.toml"]);
     plant.check("scan", &[], "node   5  siko/ag03-1");
     let answer = plant.asks("16: set 2000 \"7 mm\"", "answer");
-    assert_eq!((&answer["node"], answer.get("device_name")), (&json!(16), None), "{answer}");
+    assert_eq!((&answer["node"], &answer["device_name"]), (&json!(16), &json!("level")), "{answer}");
     plant.check("read", &["--node", "16", "--device", &folder.join("sensor.eds").display().to_string(), "2000"], "7");
     let answer = plant.asks("feeder: get 6060", "answer");
     assert!(answer["text"].as_str().unwrap().ends_with("profile velocity (2)"), "{answer}");
@@ -92,7 +93,7 @@ fn devices_on_terminals_are_controlled_one_by_one() {
     assert_eq!(plant.until("written")["device_name"], "feeder");
     for (line, words) in [
         ("get 6041", "of which device?"),
-        ("18: get 1000", "no device is 18; there are node 5 feeder, node 16, node 17 spare"),
+        ("18: get 1000", "no device is 18; there are node 5 feeder, node 16 level, node 17 spare"),
         ("5: jump", "\"jump\" is no command"),
         ("16: blocked = true", "no inputs but its objects"),
     ] {
@@ -108,10 +109,10 @@ fn devices_on_terminals_are_controlled_one_by_one() {
 
 #[test]
 fn events_in_words_name_their_node() {
-    let folder = plant("plant-words", PLANT);
-    let run = lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.3s"]);
+    let folder = machine("plant-words", MACHINE);
+    let run = lexican_in(&folder, &["simulate", "machine.toml", "--for", "0.3s"]);
     run.on_stdout(0, "node 5 feeder: boot-up\n");
-    assert!(run.stdout.contains("node 16: boot-up\n") && !run.stdout.contains("spare: boot-up"), "{run}");
+    assert!(run.stdout.contains("node 16 level: boot-up\n") && !run.stdout.contains("spare: boot-up"), "{run}");
     assert!(run.stderr.contains("node 5 feeder: "), "{run}");
     assert!(run.stderr.contains("--device 5=siko/ag03-1 --device 16="), "{run}");
 }
@@ -124,65 +125,57 @@ fn frames_are_lost_repeated_and_delayed() {
     // The boot-up message was lost or not.
     assert!(heartbeats("plant-half", half, 5).abs_diff(sound / 2) <= 1);
     assert_eq!(heartbeats("plant-half-other", half, 16), heartbeats("plant-sound-other", "", 16));
-    assert_eq!(heartbeats("plant-lost", "[[fault]]\naction = 'lose'\nfrom = 5\n", 5), 0);
+    assert_eq!(heartbeats("plant-lost", "[[fault]]\naction = 'lose'\nfrom = 'feeder'\n", 5), 0);
     let twice = "[[fault]]\naction = 'repeat'\ncob-id = 0x705\n";
     assert_eq!(heartbeats("plant-twice", twice, 5), 2 * sound);
-    let late = "[[fault]]\naction = 'delay'\ndelay = 1000\nfrom = 'feeder'\n";
+    let late = "[[fault]]\naction = 'delay'\ndelay = '1 s'\nfrom = 'feeder'\n";
     assert!(heartbeats("plant-late", late, 5).abs_diff(sound / 2) <= 1);
 }
 
 #[test]
 fn the_steps_of_a_plant_happen_to_their_drive() {
-    let steps = "[[node.step]]\nat_ms = 200\nfault = 'D'\n[[node.step]]\nafter_ms = 100\nclear = 'all'\n";
-    let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\n";
-    let folder = plant("plant-steps", &format!("{node}{steps}"));
+    let steps = "[[simulate.a.step]]\nat_ms = 200\nfault = 'D'\n[[simulate.a.step]]\nafter_ms = 100\nclear = 'all'\n";
+    let node = "[node.a]\nid = 5\nsheet = 'siko/ag03-1'\n";
+    let folder = machine("plant-steps", &format!("{node}{steps}"));
     let watch = |bus: &str| lexican_in(&folder, &["monitor", "--bus", bus, "--for", "1s"]);
-    watch("sim:plant.toml").on_stdout(0, "EMCY");
+    watch("sim:machine.toml").on_stdout(0, "EMCY");
     // The same script in a file of its own.
-    std::fs::write(folder.join("faults.toml"), steps.replace("node.step", "step")).unwrap();
-    std::fs::write(folder.join("plant.toml"), format!("{node}script = 'faults.toml'\n")).unwrap();
-    watch("sim:plant.toml").on_stdout(0, "EMCY");
+    std::fs::write(folder.join("faults.toml"), steps.replace("simulate.a.step", "step")).unwrap();
+    std::fs::write(folder.join("machine.toml"), format!("{node}[simulate.a]\nscript = 'faults.toml'\n")).unwrap();
+    watch("sim:machine.toml").on_stdout(0, "EMCY");
 }
 
 #[test]
-fn errors_name_the_file_the_line_and_the_device() {
-    let folder = plant("plant-errors", "");
+fn errors_are_shown_with_their_lines() {
+    let folder = machine("plant-errors", "");
     let simulate = |text: &str| -> Run {
-        std::fs::write(folder.join("plant.toml"), text).unwrap();
-        lexican_in(&folder, &["simulate", "plant.toml", "--for", "0.1s"])
+        std::fs::write(folder.join("machine.toml"), text).unwrap();
+        lexican_in(&folder, &["simulate", "machine.toml", "--for", "0.1s"])
     };
-    let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\n";
-    let sensor = "[[node]]\nid = 6\nname = 'io'\ndevice = 'sensor.eds'\n";
-    for (more, words) in [
-        ("nmae = 'x'", "plant.toml:4: unknown field `nmae`"),
-        ("settings = [\n'1017 = 5',\n'2FFF = 1']", "plant.toml:6: node 5: "),
-        ("settings = ['6060']", "plant.toml:4: node 5: \"6060\" is no OBJECT = VALUE"),
-        ("settings = ['6060 = 300']", "plant.toml:4: node 5: "),
-        ("inputs = ['blocked = maybe']", "plant.toml:4: node 5: "),
-        ("script = 'missing.toml'", "plant.toml:4: node 5: cannot read"),
-        ("[[node.step]]\nat_ms = 5\nshaft = 'blocked'\n\n[[node.step]]\nat_ms = 6\nshift = 'free'", "plant.toml:8: "),
-        ("script = 'x.toml'\n[[node.step]]\nblocked = true", "has either a script or steps"),
-        ("name = '7'", "plant.toml:4: 7: this cannot be the name of a device"),
-        (node, "plant.toml:5: there are two devices with node-ID 5"),
-        ("[[node]]\nid = 200\ndevice = 'siko/ag02'", "plant.toml:5: 200 is not a node-ID"),
-        ("[[node]]\nid = 'some'\ndevice = 'siko/ag02'", "plant.toml:5: \"some\" is no node-ID"),
-        ("[[node]]\nid = 8\ndevice = 'siko/ag2'", "plant.toml:6: node 8: no file and no known device"),
-        (&format!("{sensor}settings = ['2FFF = 1']"), "plant.toml:8: io: the data sheet has no 2FFF:00"),
-        (&format!("{sensor}[[node.step]]\nblocked = true"), "plant.toml:8: this device does not follow a script"),
-        ("[[fault]]\naction = 'lose'\nfrom = 'io'", "plant.toml:6: \"io\" is none of the devices"),
-        ("[[fault]]\naction = 'lose'\nfrom = 7", "plant.toml:6: node 7 is none of the devices"),
-        ("[[fault]]\naction = 'delay'", "plant.toml:5: a delay needs its time"),
-        ("[[fault]]\naction = 'lose'\ndelay = 5", "plant.toml:5: the time of a delay"),
-        ("[[fault]]\naction = 'lose'\nevery = 0", "plant.toml:6: "),
-        ("[[fault]]\naction = 'lose'\nevery = 2\nin-a-row = 3", "plant.toml:5: there cannot be more in a row"),
-        ("[[fault]]\naction = 'lose'\ncob-id = 0x20000000", "plant.toml:6: 20000000h is no COB-ID"),
-        ("[[fault]]\naction = 'burn'", "plant.toml:5: unknown variant `burn`"),
+    let node = "[node.a]\nid = 5\nsheet = 'siko/ag03-1'\n";
+    let step = |node, key| format!("[[simulate.{node}.step]]\nat_ms = 5\n{key} = 'blocked'\n");
+    let sensor = "[node.b]\nid = 6\nsheet = 'sensor.eds'\n";
+    std::fs::write(folder.join("jam.toml"), step("a", "shift").replace("simulate.a.", "") + "\n").unwrap();
+    for (more, place, words) in [
+        // What is wrong in any machine, all at once.
+        ("hart = 1\n[simulate.a]\npower = 'no'", "machine.toml:4:1", "unknown field `hart`"),
+        ("hart = 1\n[simulate.a]\npower = 'no'", "machine.toml:6:9", "unknown variant `no`"),
+        // What only a simulation finds.
+        ("[simulate.a]\ninputs = [\n'blocked = maybe']", "machine.toml:6:1", "blocked"),
+        (&(step("a", "shaft") + &step("a", "shift")), "machine.toml:7:1", "shift"),
+        (&(sensor.to_owned() + &step("b", "shaft")), "machine.toml:7:1", "this device does not follow a script"),
+        ("[simulate.a]\nscript = 'jam.toml'", "jam.toml:3:1", "shift"),
+        ("[simulate.a.settings]\n6060 = 'raw:9'", "machine.toml:1:7", "the device refuses 6060:00 Modes of Operation"),
+        ("[node.b]\nid = 6", "machine.toml:4:7", "b has no data sheet"),
+        ("[node.b]\nid = 'none'\nsheet = 'siko/ag02'", "machine.toml:4:7", "this drive has no LSS"),
     ] {
-        simulate(&format!("{node}{more}\n")).on_stderr(2, words);
+        let run = simulate(&format!("{node}{more}\n"));
+        run.on_stderr(2, place);
+        run.on_stderr(2, words);
     }
-    simulate("").on_stderr(2, "plant.toml: it has no devices");
-    simulate("bit-rate = 0\n").on_stderr(2, "plant.toml:1: ");
-    lexican_in(&folder, &["simulate", "plant.toml", "--node", "7"]).on_stderr(2, "--node is of one device");
+    simulate("").on_stderr(2, "the machine has no nodes");
+    simulate("").on_stderr(2, "error: machine.toml cannot be simulated");
+    lexican_in(&folder, &["simulate", "machine.toml", "--node", "7"]).on_stderr(2, "--node is of one device");
     lexican_in(&folder, &["simulate", "missing.toml"]).on_stderr(2, "cannot read missing.toml");
 }
 
@@ -190,14 +183,14 @@ fn errors_name_the_file_the_line_and_the_device() {
 fn the_example_runs() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let run = |args: &[&str]| lexican_in(&folder, args);
-    let found = run(&["scan", "--bus", "sim:plants/line.toml"]);
+    let found = run(&["scan", "--bus", "sim:machines/line.toml"]);
     for node in ["node   5  siko/ag03-1", "node   6  kollmorgen/akd", "node   7", "node   8"] {
         found.on_stdout(0, node);
     }
     // The I/O is lost, and comes back.
     let sheets = ["--node", "5=siko/ag03-1", "--node", "6=kollmorgen/akd", "--optional", "7"];
     let boot =
-        [&["boot", "--bus", "sim:plants/line.toml", "--heartbeat", "100ms", "--for", "5s"], &sheets[..]].concat();
+        [&["boot", "--bus", "sim:machines/line.toml", "--heartbeat", "100ms", "--for", "5s"], &sheets[..]].concat();
     let booted = run(&boot);
     booted.on_stdout(0, "the network is ready");
     booted.on_stdout(0, "node 7: is lost");
@@ -207,10 +200,10 @@ fn the_example_runs() {
 #[test]
 fn the_example_runs_from_texts_inside_a_program() {
     const FILES: Files<'_> = Files::Embedded(&[
-        ("io.eds", include_str!("../../plants/io.eds")),
-        ("encoder.eds", include_str!("../../plants/encoder.eds")),
+        ("io.eds", include_str!("../../machines/io.eds")),
+        ("encoder.eds", include_str!("../../machines/encoder.eds")),
     ]);
-    let plant = Plant::parse(include_str!("../../plants/line.toml"), "line.toml", FILES).unwrap();
+    let plant = Plant::parse(include_str!("../../machines/line.toml"), "line.toml", FILES).unwrap();
     assert!(plant.devices.iter().all(|device| device.sheet.errors().count() == 0));
     let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
     let segment = plant.segment(bus.now()).unwrap();

@@ -18,10 +18,10 @@ use serde_json::Value;
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// A log of a session with the devices of a plant, from power-on.
-fn record(folder: &Path, plant: &str, session: impl FnOnce(&VirtualBus)) {
-    fs::write(folder.join("plant.toml"), plant).unwrap();
-    let plant = Plant::read(&folder.join("plant.toml")).unwrap();
+/// A log of a session with the devices of a machine, from power-on.
+fn record(folder: &Path, machine: &str, session: impl FnOnce(&VirtualBus)) {
+    fs::write(folder.join("machine.toml"), machine).unwrap();
+    let plant = Plant::read(&folder.join("machine.toml")).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     let log = Arc::new(Mutex::new(String::new()));
     let lines = Arc::clone(&log);
@@ -54,12 +54,12 @@ fn travels(bus: &VirtualBus, description: &'static Description) {
     bus.advance(Duration::from_secs(1));
 }
 
-fn plant(device: &str, more: &str) -> String {
-    format!("[[node]]\nid = 5\ndevice = '{device}'\n{more}\n")
+fn machine(device: &str, more: &str) -> String {
+    format!("[node.a]\nid = 5\nsheet = '{device}'\n{more}\n")
 }
 
 fn ask(folder: &Path, args: &[&str]) -> Run {
-    let asked = ["conform", "--bus", "sim:plant.toml", "5", "--trace", "t.csv", "--allow", "all"];
+    let asked = ["conform", "--bus", "sim:machine.toml", "5", "--trace", "t.csv", "--allow", "all"];
     lexican_in(folder, &[&asked, args].concat())
 }
 
@@ -72,7 +72,7 @@ fn a_session_with_each_drive_is_asked_again() {
     ];
     for (device, description) in drives {
         let folder = folder(&format!("recorded-{}", device.replace('/', "-")));
-        record(&folder, &plant(device, ""), |bus| travels(bus, description));
+        record(&folder, &machine(device, ""), |bus| travels(bus, description));
         let convert = ["convert", "bus.log", "t.csv", "--to", "trace", "--device", device];
         lexican_in(&folder, &convert).on_stdout(0, "t.csv: ");
         let text = fs::read_to_string(folder.join("t.csv")).unwrap();
@@ -90,7 +90,7 @@ fn a_session_with_each_drive_is_asked_again() {
         }
         ask(&folder, &[]).on_stdout(0, "1 passed");
         // It moves, and that has to be allowed.
-        let asked = ["conform", "--bus", "sim:plant.toml", "5", "--trace", "t.csv"];
+        let asked = ["conform", "--bus", "sim:machine.toml", "5", "--trace", "t.csv"];
         lexican_in(&folder, &asked).on_stdout(1, "not run: it gives a drive orders, which needs `--allow motion`");
     }
 }
@@ -118,7 +118,7 @@ fn sensor(bus: &VirtualBus) {
 fn recorded_sensor(name: &str) -> std::path::PathBuf {
     let folder = folder(name);
     fs::write(folder.join("sensor.eds"), SENSOR).unwrap();
-    record(&folder, &plant("sensor.eds", ""), sensor);
+    record(&folder, &machine("sensor.eds", ""), sensor);
     lexican_in(&folder, &["convert", "bus.log", "t.csv", "--device", "sensor.eds"]).on_stdout(0, "with node 5");
     folder
 }
@@ -127,7 +127,7 @@ fn recorded_sensor(name: &str) -> std::path::PathBuf {
 #[track_caller]
 fn deviates(folder: &Path, sheet: &str, faults: &str, expected: &[&str]) {
     fs::write(folder.join("sensor.eds"), sheet).unwrap();
-    fs::write(folder.join("plant.toml"), plant("sensor.eds", faults)).unwrap();
+    fs::write(folder.join("machine.toml"), machine("sensor.eds", faults)).unwrap();
     let run = ask(folder, &[]);
     expected.iter().for_each(|text| run.on_stdout(1, text));
 }
@@ -165,13 +165,13 @@ fn another_device_fails_at_the_step_and_the_line_of_the_log_is_named() {
     // Answers, heartbeats and PDOs that do not come.
     for (id, row) in [("0x585", "585,expect,4"), ("0x705", "705,expect,05"), ("0x185", "185,expect")] {
         let place = source(&folder, row);
-        let lost = format!("[[fault]]\naction = 'lose'\nfrom = 5\ncob-id = {id}\n");
+        let lost = format!("[[fault]]\naction = 'lose'\nfrom = 'a'\ncob-id = {id}\n");
         let lost = if id == "0x705" { lost + "every = 1\n" } else { lost };
         deviates(&folder, SENSOR, &lost, &[&place, "nothing with this identifier came"]);
     }
     // Another serial number is no deviation.
     fs::write(folder.join("sensor.eds"), SENSOR.replace("DefaultValue=42", "DefaultValue=43")).unwrap();
-    fs::write(folder.join("plant.toml"), plant("sensor.eds", "")).unwrap();
+    fs::write(folder.join("machine.toml"), machine("sensor.eds", "")).unwrap();
     ask(&folder, &[]).on_stdout(0, "1 passed");
 }
 

@@ -280,7 +280,7 @@ fn a_drive_keeps_its_parameters_and_follows_a_script() {
     drop(again);
     std::fs::write(folder.join("bad.toml"), "[[step]]\nbatery_v = 2.1\n").unwrap();
     lexican_in(&folder, &["simulate", "siko/ag03-1", "--node", "5", "--script", "bad.toml"])
-        .on_stderr(2, "bad.toml:2:");
+        .on_stderr(2, "--> bad.toml:2:1");
 }
 
 /// A drive of the library that has a simulator of its own, and a data sheet that makes one.
@@ -315,7 +315,7 @@ fn a_servo_keeps_its_parameters_and_follows_a_script() {
         let torn = lexican_in(&folder, &[&["simulate"], &args[..]].concat());
         torn.on_stderr(2, &format!("{eeprom}: cut off or changed"));
         lexican_in(&folder, &["simulate", device, "--node", "5", "--script", "bad.toml"])
-            .on_stderr(2, "bad.toml:2: `blocked` cannot be \"yes\"");
+            .on_stderr(2, "`blocked` cannot be \"yes\"");
     }
 }
 

@@ -310,8 +310,8 @@ fn the_page_is_read_in_the_dark_and_in_german() {
 fn a_device_gets_its_node_id_and_its_data_sheet() {
     let folder = folder("bench-lss");
     std::fs::write(folder.join("sensor.eds"), SENSOR).unwrap();
-    std::fs::write(folder.join("plant.toml"), "[[node]]\nid = 'none'\ndevice = 'sensor.eds'\n").unwrap();
-    let Some((bench, browser)) = start_in(&folder, &["--bus", "sim:plant.toml"]) else { return };
+    std::fs::write(folder.join("machine.toml"), "[node.a]\nid = 'none'\nsheet = 'sensor.eds'\n").unwrap();
+    let Some((bench, browser)) = start_in(&folder, &["--bus", "sim:machine.toml"]) else { return };
     let page = opens(&browser, &bench);
     takes_control(&page);
     page.types("lss-node", "9");

@@ -10,21 +10,23 @@ use lexican_runtime::{CobId, Duration, Frame, NodeId};
 use lexican_simulation::{Files, Plant};
 use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
 
-const PLANT: &str = "
-[[node]]
+const MACHINE: &str = "
+[node.feeder]
 id = 5
-device = 'siko/ag03-1'
-settings = ['1017 = raw:100']
+sheet = 'siko/ag03-1'
 
-[[node]]
+[node.cutter]
 id = 6
-device = 'kollmorgen/akd'
-settings = ['1017 = 100']
+sheet = 'kollmorgen/akd'
+
+[simulate]
+feeder.settings = { 1017 = 'raw:100' }
+cutter.settings = { 1017 = 100 }
 ";
 
 /// A second of two drives that are asked who they are, and started; then what nobody understands.
 pub(crate) fn record(path: &Path) {
-    let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
+    let plant = Plant::parse(MACHINE, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
     let (mut listener, mut network) = (bus.link(), Network::new(bus.link()));

@@ -1,29 +1,32 @@
 //! A plant: simulated devices on one bus, what each of them is set to, and what goes wrong between them.
 
 mod error;
-mod file;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use lexican_eds::{Input, Source};
+use lexican_machine::{Fault, Files, Machine, Node as MachineNode, Simulated};
 use lexican_runtime::host::Node;
 use lexican_runtime::{Instant, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::values::DeviceValues;
-use lexican_toolbox::values::lookup::resolve;
+use lexican_toolbox::values::report::ValueReport;
+use simulator::script::ScriptError;
 
 use super::command::Power;
 use super::device::SimulatedDevice;
-use super::segment::{Fault, Segment};
+use super::segment::Segment;
 
-pub use error::{Place, PlantError, Problem};
-pub use file::Files;
+pub use error::PlantError;
 
-/// The bit rate of a simulated bus, unless its file has another one.
+/// The bit rate of a simulated bus, unless its machine has another one.
 const BIT_RATE_KBIT: u32 = 500;
 
-/// Whether the name of a device is that of a plant's file.
+/// Whether the name of a device is that of a machine's file.
 #[must_use]
-pub fn is_plant(name: &str) -> bool {
+pub fn is_machine(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
@@ -43,60 +46,26 @@ pub struct Plant {
 pub struct PlantDevice {
     /// `None` for a device that gets its node-ID by LSS.
     pub node: Option<NodeId>,
-    /// What its file calls it.
+    /// What its machine calls it.
     pub name: Option<String>,
     /// The name of its data sheet: a path, or a device of the library.
     pub device: String,
     /// Its data sheet, with overlays.
-    pub sheet: DataSheet,
+    pub sheet: Arc<DataSheet>,
     /// The file for stored parameters.
     pub eeprom: Option<PathBuf>,
-    /// What happens to it by itself.
-    pub script: Option<ScriptText>,
-    /// Its place in the plant's file.
-    place: Option<Place>,
-    /// `6060 = profile velocity`.
-    settings: Vec<Line>,
-    /// `blocked = true`.
-    inputs: Vec<Line>,
-    is_off: bool,
+    /// What happens to it by itself: a file and its text.
+    pub script: Option<Source>,
+    stated: Option<Stated>,
 }
 
-/// A script as it was read.
+/// What a machine says of a device.
 #[derive(Debug)]
-pub struct ScriptText {
-    file: String,
-    text: String,
-    /// The lines in the file at which the steps begin, if the file has more than the script.
-    steps: Option<Vec<usize>>,
-}
-
-/// A line of a file about a device.
-#[derive(Debug)]
-struct Line {
-    place: Place,
-    text: String,
-}
-
-impl Line {
-    fn wrong(&self, problem: Problem) -> PlantError {
-        PlantError { place: Some(self.place.clone()), problem: problem.into() }
-    }
-}
-
-impl ScriptText {
-    /// The text of a file that has nothing else in it. Errors name the file.
-    #[must_use]
-    pub fn new(file: String, text: String) -> Self {
-        ScriptText { file, text, steps: None }
-    }
-
-    /// The line of the file for a line of the text: that of the step that it belongs to, in a file that has more.
-    fn line(&self, line: usize) -> usize {
-        let Some(steps) = &self.steps else { return line };
-        let begun = self.text.lines().take(line).filter(|text| *text == "[[step]]").count();
-        steps.get(begun.saturating_sub(1)).copied().unwrap_or(line)
-    }
+struct Stated {
+    input: Arc<Input>,
+    /// Its name in the file.
+    place: Range<usize>,
+    simulated: Simulated,
 }
 
 impl Plant {
@@ -104,6 +73,27 @@ impl Plant {
     #[must_use]
     pub fn of(device: PlantDevice) -> Self {
         Plant { bit_rate_kbit: BIT_RATE_KBIT, devices: vec![device], faults: Vec::new() }
+    }
+
+    /// The devices of a machine in a file, which may have warnings and no errors.
+    pub fn read(path: &Path) -> Result<Self, PlantError> {
+        Plant::of_machine(&Machine::open(path)?)
+    }
+
+    /// The same of a text, which errors call `name`.
+    pub fn parse(text: &str, name: &str, files: Files<'_>) -> Result<Self, PlantError> {
+        Plant::of_machine(&Machine::parse(Source::new(name, text), files))
+    }
+
+    /// The devices of a machine as they are before it boots.
+    pub fn of_machine(machine: &Machine) -> Result<Self, PlantError> {
+        if machine.findings.has_errors() {
+            return Err(PlantError::of(machine.findings.iter(), &machine.input));
+        }
+        let input = Arc::new(machine.input.clone());
+        let devices = machine.nodes.iter().map(|node| PlantDevice::of(node, &input)).collect::<Result<_, _>>()?;
+        let bit_rate_kbit = machine.bus.bit_rate.map_or(BIT_RATE_KBIT, |rate| rate / 1000);
+        Ok(Plant { bit_rate_kbit, devices, faults: machine.faults.clone() })
     }
 
     /// The devices, which are switched on at `now`, behind one link.
@@ -122,54 +112,74 @@ impl Plant {
 impl PlantDevice {
     /// A device with the values of its data sheet, of the name `device`.
     #[must_use]
-    pub fn new(node: Option<NodeId>, device: &str, sheet: DataSheet) -> Self {
-        PlantDevice {
-            node,
-            name: None,
-            device: device.to_owned(),
-            sheet,
-            eeprom: None,
-            script: None,
-            place: None,
-            settings: Vec::new(),
-            inputs: Vec::new(),
-            is_off: false,
-        }
+    pub fn new(node: Option<NodeId>, device: &str, sheet: impl Into<Arc<DataSheet>>) -> Self {
+        let (name, device, sheet) = (None, device.to_owned(), sheet.into());
+        PlantDevice { node, name, device, sheet, eeprom: None, script: None, stated: None }
     }
 
-    /// The device, which is switched on at `now`, and set to what its file says.
+    fn of(node: &MachineNode, input: &Arc<Input>) -> Result<Self, PlantError> {
+        let (place, simulated) = (node.name.span.clone(), node.simulated.clone());
+        let (Some(device), Some(sheet)) = (&node.sheet_name, &node.sheet) else {
+            let what = format!("{} has no data sheet, by which it could be simulated", node.name.value);
+            let help = "sheet = \"FILE.eds\", or a device that `lexican devices` lists".to_owned();
+            return Err(PlantError::at(input, &place, what, Some(help)));
+        };
+        Ok(PlantDevice {
+            name: Some(node.name.value.clone()),
+            eeprom: simulated.eeprom.clone(),
+            script: simulated.script.clone(),
+            stated: Some(Stated { input: Arc::clone(input), place, simulated }),
+            ..PlantDevice::new(node.id, device, Arc::clone(sheet))
+        })
+    }
+
+    /// The device, which is switched on at `now`, and set to what its machine says.
     pub fn simulate(&self, now: Instant) -> Result<SimulatedDevice, PlantError> {
         let device = SimulatedDevice::new(now, &self.sheet, self.node, self.eeprom.as_deref());
-        let wrong = |error| PlantError { place: self.place.clone(), problem: Problem::Device(error).into() };
-        let mut device = device.map_err(wrong)?.named(self.name.clone());
-        for setting in &self.settings {
-            device.let_boot(now);
-            self.set(now, &mut device, setting)?;
-        }
-        for input in &self.inputs {
-            device.input(now, &input.text).map_err(|error| input.wrong(Problem::Input(error)))?;
+        let mut device = device.map_err(|error| match &self.stated {
+            Some(stated) => PlantError::at(&stated.input, &stated.place, error, None),
+            None => PlantError::Device(error),
+        })?;
+        device = device.named(self.name.clone());
+        if let Some(stated) = &self.stated {
+            stated.set(now, &mut device)?;
         }
         if let Some(script) = &self.script {
-            device.follow(now, &script.text).map_err(|error| {
-                let place = Place { file: script.file.clone(), line: Some(script.line(error.line)), who: None };
-                PlantError { place: Some(place), problem: Problem::Step(error).into() }
-            })?;
+            let wrong = |ScriptError { line, problem, remedy }| {
+                let start = script.text().split_inclusive('\n').take(line - 1).map(str::len).sum();
+                PlantError::at(&Input::new(script.clone()), &(start..start), problem, Some(remedy))
+            };
+            device.follow(now, script.text()).map_err(wrong)?;
         }
-        if self.is_off {
+        if self.stated.as_ref().is_some_and(|stated| stated.simulated.is_off) {
             device.set_power(now, Power::Off);
         }
         Ok(device)
     }
+}
 
-    fn set(&self, now: Instant, device: &mut SimulatedDevice, setting: &Line) -> Result<(), PlantError> {
-        let sheet = &self.sheet.device;
-        let (object, value) =
-            setting.text.split_once('=').ok_or_else(|| setting.wrong(Problem::NoSetting(setting.text.clone())))?;
-        let address = resolve(Some(sheet), object.trim()).map_err(|error| setting.wrong(Problem::Object(error)))?;
-        let data = DeviceValues::new(sheet).encode(address, value.trim());
-        let data = data.map_err(|error| setting.wrong(Problem::Value(error)))?;
-        device
-            .set_value(now, address, &data)
-            .map_err(|code| setting.wrong(Problem::Refused { setting: setting.text.clone(), address, code }))
+impl Stated {
+    /// Gives a device its settings, inputs and steps.
+    fn set(&self, now: Instant, device: &mut SimulatedDevice) -> Result<(), PlantError> {
+        let Stated { input, simulated: Simulated { settings, inputs, steps, .. }, .. } = self;
+        for setting in settings {
+            device.let_boot(now);
+            device.set_value(now, setting.address, &setting.data).map_err(|code| {
+                let values = DeviceValues::new(device.sheet());
+                let setting = ValueReport::of_bytes(Some(&values), setting.address, &setting.data).equation();
+                PlantError::at(input, &self.place, format!("the device refuses {setting}: {code}"), None)
+            })?;
+        }
+        for line in inputs {
+            device.input(now, line).map_err(|error| PlantError::at(input, &line.span, error, None))?;
+        }
+        if steps.is_empty() {
+            return Ok(());
+        }
+        let script: String = steps.iter().map(|step| format!("[[step]]\n{}", step.value)).collect();
+        device.follow(now, &script).map_err(|error| {
+            let begun = script.lines().take(error.line).filter(|line| *line == "[[step]]").count();
+            PlantError::at(input, &steps[begun.saturating_sub(1)].span, error.problem, Some(error.remedy))
+        })
     }
 }

@@ -13,14 +13,14 @@ use siko_ag03_1::driver::AG03_1;
 const NODE: NodeId = NodeId::literal(5);
 const WITHIN: Times = Times { within: Duration::from_secs(60), lasting: None };
 
-/// A drive alone on its bus, of which a plant says this much more; enabled.
+/// A drive alone on its bus, of which a machine says this much more; enabled.
 fn enabled(device: &str, more: &str, description: &'static Description) -> Drive<VirtualLink, Any> {
     enabled_on(device, more, description).1
 }
 
 fn enabled_on(device: &str, more: &str, description: &'static Description) -> (VirtualBus, Drive<VirtualLink, Any>) {
-    let text = format!("[[node]]\nid = 5\ndevice = {device:?}\n{more}");
-    let plant = Plant::parse(&text, "plant.toml", Files::Embedded(&[])).unwrap();
+    let text = format!("[node.axis]\nid = 5\nsheet = {device:?}\n{more}");
+    let plant = Plant::parse(&text, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
     let mut drive = Drive::connect_described_unprotected(bus.link(), NODE, description).unwrap();
@@ -83,11 +83,11 @@ fn what_is_wanted_besides_is_read_while_the_drive_travels() {
 
 #[test]
 fn a_shaft_that_is_held_stalls_the_drive_or_trips_it() {
-    let mut drive = akd("inputs = ['blocked = true']");
+    let mut drive = akd("[simulate.axis]\ninputs = ['blocked = true']");
     let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
     assert_eq!(ending.unwrap(), Ending::Stalled);
     assert!(!drive.run(async |drive| Ok(drive.may_move())).unwrap(), "it has been stopped");
-    let mut drive = ag03("[[node.step]]\nwhen = 'moving'\nafter_ms = 500\nshaft = 'blocked'\n");
+    let mut drive = ag03("[[simulate.axis.step]]\nwhen = 'moving'\nafter_ms = 500\nshaft = 'blocked'\n");
     let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
     let Ending::Fault(Cause::Fault(code)) = ending.unwrap() else { panic!("the AG03/1 notices it by itself") };
     assert_eq!(code.number, 0x7121);
@@ -95,7 +95,7 @@ fn a_shaft_that_is_held_stalls_the_drive_or_trips_it() {
 
 #[test]
 fn a_limit_switch_ends_a_travel_short_of_its_target() {
-    let mut drive = akd("inputs = ['positive_limit = 20000']");
+    let mut drive = akd("[simulate.axis]\ninputs = ['positive_limit = 20000']");
     let (ending, _) = carried(&mut drive, Order::MoveTo(90_000), WITHIN);
     assert_eq!(ending.unwrap(), Ending::Limit);
     assert!(drive.position().unwrap() < 90_000);
@@ -103,7 +103,7 @@ fn a_limit_switch_ends_a_travel_short_of_its_target() {
 
 #[test]
 fn a_home_switch_that_is_nowhere_leaves_the_drive_without_reference() {
-    let mut drive = akd("inputs = ['negative_limit = -5000', 'positive_limit = 5000']");
+    let mut drive = akd("[simulate.axis]\ninputs = ['negative_limit = -5000', 'positive_limit = 5000']");
     let (ending, _) = carried(&mut drive, Order::Home(Some(24)), WITHIN);
     assert_eq!(ending.unwrap(), Ending::NotHomed);
     assert_eq!(carried(&mut akd(""), Order::Home(Some(35)), WITHIN).0.unwrap(), Ending::Reached);

@@ -1,9 +1,9 @@
 //! A drive that is simulated and driven by its data sheet, as `lexican drive` does both.
 
 use lexican_driver::{Any, Drive, Error, Protection, Supervision};
+use lexican_eds::Source;
 use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::{Duration, NodeId};
-use lexican_simulation::plant::ScriptText;
 use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::drive::{Ending, Order, Times, carry_out, describe, prepare, set_profile};
@@ -23,7 +23,7 @@ impl Rig {
     pub(crate) fn of(simulated: DataSheet, named: DataSheet, node: NodeId, script: &str) -> Result<Self, Error> {
         let description = describe(&named.input).expect("a drive of CiA 402");
         let mut device = PlantDevice::new(Some(node), "drive.eds", simulated);
-        device.script = (!script.is_empty()).then(|| ScriptText::new("script.toml".into(), script.into()));
+        device.script = (!script.is_empty()).then(|| Source::new("script.toml", script));
         let bus = VirtualBus::with_bit_rate(500);
         bus.attach(Plant::of(device).segment(bus.now()).expect("a device of its data sheet"));
         let drive = Drive::connect_described_unprotected(bus.link(), node, description)?;
