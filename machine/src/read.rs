@@ -193,10 +193,12 @@ fn each<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Vec<Named<T>> 
 
 /// Reads a table. A key that is wrong is reported and left out, so that the others are read, too.
 fn section<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Option<T> {
-    let mut value = value.clone();
+    let (mut value, mut is_whole) = (value.clone(), true);
     loop {
         let error = match T::deserialize(ValueDeserializer::from(value.clone())) {
             Ok(read) => return Some(read),
+            // What was left out is not missed a second time.
+            Err(error) if !is_whole && error.message().starts_with("missing field") => return None,
             Err(error) => error,
         };
         let at = error.span().unwrap_or_else(|| value.span());
@@ -205,6 +207,7 @@ fn section<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Option<T> {
         if !leave_out(&mut value, &at) {
             return None;
         }
+        is_whole = false;
     }
 }
 

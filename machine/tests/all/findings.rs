@@ -42,9 +42,26 @@ fn the_wrong_key_or_value_is_named_with_what_is_meant() {
     check("[bus]\non-loss = \"reset\"\n[node.io]\nid = 1", "| did you mean `reset-all`?");
     check(&node("[kind.a]\n[node.b]\nid = 6\nkind = \"aa\""), "there is no kind \"aa\"");
     check(&node("[node.b]\nid = 5"), "6:6: error[machine::node-id]: feeder and b have the same node-ID");
-    check("[node.io]\nid = 1\n[[fault]]\naction = \"delay\"", "a delay needs its time: delay = \"20 ms\"");
-    check("[node.io]\nid = 1\n[simulate.o]\npower = \"off\"", "there is no node \"o\"");
     check("", "the machine has no nodes");
+}
+
+#[test]
+fn what_cannot_be_simulated_is_named() {
+    let io = "[node.io]\nid = 1\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n";
+    for (lines, wanted) in [
+        ("[simulate.o]\npower = \"off\"", "5:11: error[machine::name]: there is no node \"o\""),
+        ("[simulate.io]\nsettings = { 2FFF = 1 }", "6:21: error[machine::setting]: the data sheet has no 2FFF:00"),
+        ("[simulate.io]\nscript = \"a.toml\"", "6:10: error[machine::script]: cannot read a.toml"),
+        ("[[fault]]\naction = \"burn\"", "6:10: error[machine::value]: unknown variant `burn`"),
+        ("[[fault]]\naction = \"lose\"\nfrom = \"i\"", "7:8: error[machine::name]: there is no node \"i\""),
+        ("[[fault]]\naction = \"lose\"\nevery = 0", "7:9: error[machine::value]: "),
+        ("[[fault]]\naction = \"lose\"\ncob-id = 0x20000000", "7:10: error[machine::fault]: 20000000h is no COB-ID"),
+        ("[[fault]]\naction = \"delay\"", "6:10: error[machine::fault]: a delay needs its time: delay = \"20 ms\""),
+        ("[[fault]]\naction = \"lose\"\ndelay = \"5 ms\"", "the time of a delay belongs to action = \"delay\""),
+        ("[[fault]]\naction = \"lose\"\nevery = 2\nin-a-row = 3", "there cannot be more in a row"),
+    ] {
+        check(&format!("{io}{lines}"), wanted);
+    }
 }
 
 #[test]
