@@ -74,6 +74,11 @@ fn any_script_is_read() {
 }
 
 #[test]
+fn any_machine_is_read() {
+    check(fuzz::machine, "fuzz/corpus/machine");
+}
+
+#[test]
 fn any_kept_parameters_are_read() {
     check(fuzz::parameters, "fuzz/corpus/parameters");
 }
