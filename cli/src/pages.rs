@@ -7,6 +7,9 @@ use std::{fs, iter};
 
 use clap::{Command, CommandFactory};
 
+use lexican_machine::Machine;
+
+use crate::machine::names;
 use crate::{Cli, node_place};
 
 /// The pages and sources of the project. What the changelog says of commands was true when it was written.
@@ -80,6 +83,9 @@ fn words(line: &str) -> Vec<OsString> {
     words
 }
 
+/// The machine of the demo.
+const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/line.toml");
+
 /// What is wrong with a whole command line. `bus` is what a page has in `LEXICAN_BUS`.
 fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     let words = words(line);
@@ -88,7 +94,10 @@ fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     }
     let parse = |extra: Option<&str>| {
         let words = words.iter().cloned().chain(extra.iter().flat_map(|bus| ["--bus", bus]).map(OsString::from));
-        let args = node_place::settled(words.collect(), &Cli::command());
+        // The pages name the nodes of the demo.
+        let demo = |_| Some((DEMO.into(), Machine::open(DEMO.as_ref()).ok()?));
+        let args = names::resolved_by(words.collect(), &Cli::command(), demo);
+        let args = node_place::settled(args, &Cli::command());
         Cli::command().try_get_matches_from(args)
     };
     let error = parse(None).or_else(|error| parse(Some(bus.ok_or(error)?))).err()?;

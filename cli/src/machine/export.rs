@@ -17,8 +17,8 @@ pub(crate) struct Args {
     machine: MachineArgs,
 
     /// The folder, which is made if it is not there
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
+    #[arg(long, value_name = "DIR")]
+    folder: PathBuf,
 
     #[command(flatten)]
     force: ForceArgs,
@@ -26,13 +26,13 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican machine export -o dcf";
+    lexican machine export --folder dcf";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let machine = sound(&args.machine.path()?)?;
-    std::fs::create_dir_all(&args.output).map_err(|error| Failure::file("make", &args.output, &error))?;
+    std::fs::create_dir_all(&args.folder).map_err(|error| Failure::file("make", &args.folder, &error))?;
     for node in &machine.nodes {
-        let path = args.output.join(format!("{}.bin", node.name.value));
+        let path = args.folder.join(format!("{}.bin", node.name.value));
         args.force.write(&path, &machine.concise_dcf(node))?;
         writeln!(output::stdout(), "{}", path.display())?;
     }

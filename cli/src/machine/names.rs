@@ -13,7 +13,19 @@ use crate::node_place::{Words, command};
 
 /// The arguments with node-IDs instead of names of nodes, and with the bus and the data sheets of the machine where they are not
 /// given. Without a machine they stay as they are.
-pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+pub(crate) fn resolved(args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+    resolved_by(args, cli, found)
+}
+
+/// A machine, and where it is.
+pub(crate) type Found = Option<(PathBuf, Machine)>;
+
+/// The same by a machine that is found in another way: by the file that is named, if one is.
+pub(crate) fn resolved_by(
+    mut args: Vec<OsString>,
+    cli: &Command,
+    found: impl Fn(Option<PathBuf>) -> Found,
+) -> Vec<OsString> {
     let (command, begin) = command(&args, cli);
     let option = |long: &str| command.get_arguments().find(|arg| arg.get_long() == Some(long));
     let takes = |long: &str| option(long).is_some();
@@ -85,7 +97,7 @@ pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> 
 }
 
 /// The machine that is named, or that of this folder. What is wrong with its file is said by `machine check`.
-fn found(named: Option<PathBuf>) -> Option<(PathBuf, Machine)> {
+fn found(named: Option<PathBuf>) -> Found {
     let path = named.or_else(of_here)?;
     let machine = Machine::open(&path).ok()?;
     Some((path, machine))

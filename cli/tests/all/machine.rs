@@ -53,7 +53,7 @@ fn a_machine_is_formatted_exported_and_explained() {
     let odd = MACHINE.replace("id = 5", "id=5  # the left one");
     in_machine("machine-fmt-check", &odd, &["machine", "fmt", "--check"]).on_stdout(1, "machine.toml");
     in_machine("machine-fmt", &odd, &["machine", "fmt"]).on_stdout(0, "machine.toml");
-    in_machine("machine-export", MACHINE, &["machine", "export", "-o", "dcf"]).on_stdout(0, "feeder.bin");
+    in_machine("machine-export", MACHINE, &["machine", "export", "--folder", "dcf"]).on_stdout(0, "feeder.bin");
     in_machine("machine-schema", MACHINE, &["machine", "schema"]).on_stdout(0, "\"boots-again\"");
 }
 

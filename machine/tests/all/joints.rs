@@ -42,11 +42,11 @@ fn records(n: u32) -> Vec<(u16, u8, u32, u32)> {
         (0x1800, 0x180, &[0x6041_0010, 0x6061_0008]),
         (0x1801, 0x280, &[0x6064_0020, 0x606C_0020]),
     ] {
-        records.extend([(pdo, 1, off | id + n, 4), (pdo + 0x200, 0, 0, 1)]);
+        records.extend([(pdo, 1, off | (id + n), 4), (pdo + 0x200, 0, 0, 1)]);
         records.extend((1..).zip(mapping).map(|(sub, mapped)| (pdo + 0x200, sub, *mapped, 4)));
         records.extend([(pdo + 0x200, 0, mapping.len() as u32, 1), (pdo, 1, id + n, 4)]);
     }
-    records.extend([(0x1802, 1, off | 0x380 + n, 4), (0x1803, 1, off | 0x480 + n, 4)]);
+    records.extend([(0x1802, 1, off | (0x380 + n), 4), (0x1803, 1, off | (0x480 + n), 4)]);
     records.extend([(0x6081, 0, 1000, 4), (0x60C2, 1, 10, 1)]);
     records
 }
