@@ -136,7 +136,7 @@ fn an_overlay_adds_units_to_any_data_sheet() {
     lexican_in(&folder, &monitor).on_stderr(2, "that of node 7 is unknown");
     let boot = ["boot", "--bus", BUS, "--overlay", "7=units.toml", "--node"];
     lexican_in(&folder, &[&boot[..], &["7=sensor.eds"]].concat()).on_stdout(0, "node 7: has booted");
-    lexican_in(&folder, &[&boot[..], &["7"]].concat()).on_stderr(2, "an overlay adds to a data sheet");
+    lexican_in(&folder, &[&boot[..], &["7"]].concat()).on_stderr(2, "node-7 has no data sheet, which this is about");
 }
 
 #[test]

@@ -33,11 +33,12 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     drive.run("check", &[]).on_stdout(1, "node 1: 98 entries, 2 are not as the data sheet says");
     drive.check("nmt start --node 1", &["--wait", "2s"], "OPERATIONAL");
     drive.check("monitor --for 1s", &[], "boot-up node 1");
-    let network = folder("sim-serial").join("network.toml");
-    let text = "[[node]]\nid = 1\ndevice = \"siko/ag02\"\nsettings = [\"2413 = loop minus\"]\nheartbeat = 100\n";
-    std::fs::write(&network, text).unwrap();
-    let network = network.display().to_string();
-    drive.check("boot", &[&network, "--for", "1s"], "node 1: has booted\nthe network is ready\n");
+    let machine = folder("sim-serial").join("machine.toml");
+    let text =
+        "[node.rail]\nid = 1\nsheet = \"siko/ag02\"\nsettings = { 2413 = \"loop minus\" }\nheartbeat = \"100ms\"\n";
+    std::fs::write(&machine, text).unwrap();
+    let machine = machine.display().to_string();
+    drive.check("boot", &[&machine, "--for", "1s"], "node 1: has booted\nthe network is ready\n");
     drive.check("read", &["2413"], "loop minus");
     drive.check("boot", &["--node", "1", "--guarding", "100ms", "--for", "1s"], "the network is ready\n");
     drive.check("drive", &["1", "move-to", "300", "--enable"], "it has reached its target");
