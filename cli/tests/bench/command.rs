@@ -20,8 +20,8 @@ fn it_says_what_it_needs() {
 
 #[test]
 fn an_address_that_is_taken_is_named() {
-    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let _listener = std::net::TcpListener::bind(taken).unwrap();
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = listener.local_addr().unwrap();
     lexican(&["bench", "--demo", "--no-open", "--listen", &taken.to_string()]).on_stderr(2, &taken.to_string());
 }
 
