@@ -11,8 +11,8 @@ use serde_json::json;
 
 use crate::bus::{Connected, NetworkArgs, node_id};
 use crate::output::{Failure, Outcome, ctrl_c, note, print_result, progress, warn};
-use crate::toml_text::parse;
 use lexican_toolbox::text::files::read_up_to;
+use lexican_toolbox::text::toml_text::{TomlError, parse};
 
 /// Transfer a program to a node, and start it (CiA 302-3)
 ///
@@ -156,7 +156,7 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 fn load(path: &Path) -> Result<Loader, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
-    parse(&text).map_err(|error| {
-        Failure::new(format_args!("{}{error}", path.display())).help("`lexican flash --help` lists the keys")
+    parse(&text).map_err(|TomlError { line, reason }| {
+        Failure::new(format_args!("{}:{line}: {reason}", path.display())).help("`lexican flash --help` lists the keys")
     })
 }

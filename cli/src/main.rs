@@ -49,7 +49,6 @@ mod whole {
     pub(crate) mod statistics;
     #[cfg(test)]
     mod style;
-    pub(crate) mod toml_text;
 }
 
 use std::process::ExitCode;
@@ -93,10 +92,10 @@ enum Command {
 fn main() -> ExitCode {
     #[cfg(feature = "full")]
     completions::answer(Cli::command);
-    let args = std::env::args_os().collect();
+    let (cli, args) = (Cli::command(), std::env::args_os().collect());
     #[cfg(feature = "full")]
-    let args = machine::names::resolved(args, &Cli::command());
-    let args = node_place::settled(args, &Cli::command());
+    let args = machine::names::resolved(args, &cli);
+    let args = node_place::settled(args, &cli);
     let result = match Cli::parse_from(args).command {
         Command::Demo(args) => demo::run(&args),
         #[cfg(feature = "full")]

@@ -9,6 +9,7 @@ use lexican_eds::text::Span;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, Source};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::text::files::{ReadError, read};
+use lexican_toolbox::text::similarity::similarity;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -246,8 +247,7 @@ fn leave_out(value: &mut Value<'_>, at: &Range<usize>) -> bool {
 
 /// Which of some words may be meant.
 pub(crate) fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let likeness = |known: &str| strsim::jaro_winkler(&known.to_lowercase(), &word.to_lowercase());
-    let near = known.into_iter().map(|known| (likeness(known), known)).filter(|(likeness, _)| *likeness > 0.8);
+    let near = known.into_iter().map(|known| (similarity(known, word), known)).filter(|(alike, _)| *alike > 0.8);
     let best = near.max_by(|(a, _), (b, _)| a.total_cmp(b));
     best.map(|(_, known)| format!("did you mean `{known}`?"))
 }

@@ -7,6 +7,7 @@ use lexican_eds::model::Device;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, library};
 
 use crate::text::files::{ReadError, read};
+use crate::text::similarity::similarity;
 
 /// A device as its data sheet describes it, and the findings about that.
 #[derive(Clone, Debug)]
@@ -162,10 +163,6 @@ fn similar(name: &str) -> String {
         let names: Vec<_> = near.into_iter().map(|(_, id)| id).collect();
         format!("did you mean {}?", names.join(" or "))
     }
-}
-
-fn similarity(known: &str, name: &str) -> f64 {
-    strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase())
 }
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ impl Format {
         names(|_| true)
     }
 
-    /// The names of those that a reader tells from each other: a format has one, whatever its versions.
+    /// The names of the formats that a reader recognises; versions of one format share a name.
     #[must_use]
     pub fn kinds() -> String {
         names(|row| !row.extensions.is_empty())
