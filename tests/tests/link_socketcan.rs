@@ -369,16 +369,16 @@ impl SerialInterface {
         }
         static ALONE: Mutex<()> = Mutex::new(());
         let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = can_interfaces();
+        let before: Vec<String> = interfaces().into_iter().map(|(_, index)| index).collect();
         let terminals = serialport::TTYPort::pair().unwrap();
         let path = terminals.1.name().unwrap();
         let driver = Command::new("ldattach").args(["--debug", N_SLCAN, &path]).stderr(Stdio::null()).spawn();
         let Ok(driver) = driver else { return skip("no ldattach here") };
         let deadline = WallClock::now() + std::time::Duration::from_secs(5);
         while WallClock::now() < deadline {
-            if let Some(name) =
-                can_interfaces().into_iter().find(|name| !before.contains(name) && name.starts_with("can"))
-            {
+            // By index, which the kernel gives once: the name is that of the interface before, when it has gone.
+            let new = |(name, index): &(String, String)| name.starts_with("can") && !before.contains(index);
+            if let Some((name, _)) = interfaces().into_iter().find(new) {
                 assert!(ip(&["link", "set", &name, "up"]));
                 return Some(SerialInterface { name, driver, _terminals: terminals, _alone: alone });
             }
@@ -395,9 +395,11 @@ impl Drop for SerialInterface {
     }
 }
 
-fn can_interfaces() -> Vec<String> {
-    let entries = std::fs::read_dir("/sys/class/net").unwrap();
-    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+/// Name and index of each interface; one that goes away meanwhile is left out.
+fn interfaces() -> Vec<(String, String)> {
+    let entries = std::fs::read_dir("/sys/class/net").unwrap().flatten();
+    let index = |path: std::path::PathBuf| std::fs::read_to_string(path.join("ifindex")).ok();
+    entries.filter_map(|entry| Some((entry.file_name().into_string().ok()?, index(entry.path())?))).collect()
 }
 
 #[test]
