@@ -82,6 +82,7 @@ impl<C> Assignment<C> {
             vendor: None,
             product: None,
             revision: None,
+            or_later: false,
             serial: None,
             configured: None,
             configuration,

@@ -36,7 +36,7 @@ struct Bus<'a> {
 }
 
 fn dictionary(node: NodeId) -> TestOd {
-    let od = TestOd::new(FULL).with("1020:01 u32 rw - 0\n1020:02 u32 rw - 0\n1018:02 u32 ro - 7");
+    let od = TestOd::new(FULL).with("1020:01 u32 rw - 0\n1020:02 u32 rw - 0\n1018:02 u32 ro - 7\n1018:03 u32 ro - 3");
     if node == FIVE { od } else { od.without(0x1200).without(0x1800).without(0x1802) }
 }
 
@@ -350,6 +350,17 @@ fn whichever_frame_gets_lost_the_network_boots_in_the_end() {
         assert!(bus.network.is_ready(), "{lost}: {:?}", bus.take_events());
         assert_eq!(bus.states(), [NmtState::Operational; 2], "{lost}");
         assert!(bus.take_events().contains(&NetworkEvent::Ready));
+    }
+}
+
+#[test]
+fn a_later_revision_boots_where_it_is_as_good() {
+    for (revision, or_later, boots) in [(2, false, false), (2, true, true), (3, false, true), (4, true, false)] {
+        let plan = BootPlan { revision: Some(revision), or_later, ..started() };
+        let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
+        bus.network.start(bus.now, Duration::ZERO);
+        bus.pass_ms(1_000);
+        assert_eq!(bus.network.is_ready(), boots, "{revision} {or_later}: {:?}", bus.take_events());
     }
 }
 

@@ -330,7 +330,8 @@ impl<C: AsRef<[u8]>> BootNode<C> {
 
     fn handle_identity(&mut self, now: Instant, part: Option<Part>, got: u64) -> Option<BootEvent> {
         let expected = part.map_or(self.plan.device_type, |part| self.plan.expected(part));
-        if let Some(expected) = expected.filter(|expected| got != u64::from(*expected)) {
+        let is_later = |expected| part == Some(Part::Revision) && self.plan.or_later && got > expected;
+        if let Some(expected) = expected.filter(|&expected| got != expected.into() && !is_later(expected.into())) {
             let got = got as u32;
             return self.fail(match part {
                 None => BootError::DeviceType { expected, got },

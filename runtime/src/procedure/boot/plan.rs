@@ -23,6 +23,8 @@ pub struct BootPlan<C> {
     pub product: Option<u32>,
     /// Revision number, 1018h:03 (1F87h).
     pub revision: Option<u32>,
+    /// A later revision is as good.
+    pub or_later: bool,
     /// Serial number, 1018h:04 (1F88h).
     pub serial: Option<u32>,
     /// Date and time of the configuration, 1020h:01 and :02 (1F26h, 1F27h). A node that has them is not
@@ -55,6 +57,7 @@ impl<C> BootPlan<C> {
             vendor: expected(cia301::EXPECTED_VENDOR),
             product: expected(cia301::EXPECTED_PRODUCT),
             revision: expected(cia301::EXPECTED_REVISION),
+            or_later: false,
             serial: expected(cia301::EXPECTED_SERIAL),
             configured,
             configuration,
