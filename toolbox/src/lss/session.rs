@@ -78,6 +78,8 @@ impl<L: Link> Session<L> {
         let outcome = outcome?;
         left?;
         session.wait_for(session.link.now() + LEAVING, |_| false)?;
+        // Whoever lent the link hears all again.
+        session.listen_to(&[])?;
         Ok(outcome)
     }
 

@@ -49,3 +49,10 @@ pub struct Times {
     /// In each step of a fastscan.
     pub step: Duration,
 }
+
+/// Half a second, and 25 ms.
+impl Default for Times {
+    fn default() -> Self {
+        Times { response: Duration::from_millis(500), step: Duration::from_millis(25) }
+    }
+}
