@@ -11,15 +11,17 @@ use lexican_machine::{Files, Machine};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BootNetworkError, Link, Pace};
 use lexican_runtime::manager::{Event, NetworkEvent};
-use lexican_runtime::object::{Object, Ro};
+use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::procedure::BootError;
-use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_runtime::{CobId, Duration, Instant, NodeId, cia301, wire};
+use lexican_toolbox::lss::{Session, Target, Times, Trouble};
 use lexican_toolbox::node::identity::{recognise, words};
 use serde_json::json;
 
-use crate::bus::{BusArgs, node_id, of_node};
-use crate::machine::{found, sound, without_errors};
+use crate::bus::{BoxedLink, BusArgs, node_id, of_node};
+use crate::machine::{OnBus, found, on_bus, sound_on_bus, without_errors};
 use crate::output::{Failure, Outcome, ctrl_c, print_result, styled, warn};
+use crate::send::time::now as time_of_this_machine;
 use lexican_toolbox::text::duration::{in_milliseconds, milliseconds, time};
 
 /// Boot a machine: check, configure and start its nodes (CiA 302-2)
@@ -90,9 +92,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let machine = args.machine()?;
     let plan = machine.boot_plan();
     let boot_time = machine.bus.boot_time.unwrap_or(args.boot_time);
-    let link = args.bus.open(Pace::Virtual)?.settled()?.link;
+    let mut link = args.bus.open(Pace::Virtual)?.settled()?.link;
+    give_node_ids(&mut link, &machine, args.json)?;
     let mut network = Network::new(link);
     let interrupted = ctrl_c()?;
+    let is_kept = args.keep || args.span.is_some();
+    if is_kept {
+        // What ends with this command would be missed after it.
+        let now = network.now();
+        machine.produce(network.manager(), now);
+    }
+    let mut next_time = machine.bus.time.filter(|_| is_kept).map(|_| network.now());
 
     let (mut written, mut others) = (Ok(()), BTreeSet::new());
     let mut report = |event: &Event| {
@@ -111,7 +121,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Err(BootNetworkError::Link(error)) => return Err(error.into()),
     }
     let end = args.span.map(|span| network.now() + span);
-    let is_kept = args.keep || end.is_some();
     let mut left = LEFT;
     loop {
         let now = network.now();
@@ -124,7 +133,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             break;
         }
         left -= usize::from(is_over);
-        let until = if is_over { now } else { end.map_or(now + LOOK, |end| end.min(now + LOOK)) };
+        if let (Some(at), Some(period)) = (next_time, machine.bus.time)
+            && now >= at
+            && let Some(time) = time_of_this_machine()
+        {
+            network.send(&wire::time::frame(CobId::TIME, time))?;
+            next_time = Some(at + period);
+        }
+        let until = [end, next_time].into_iter().flatten().fold(now + LOOK, Instant::min);
+        let until = if is_over { now } else { until };
         match network.next_event(until)? {
             Some(event) => report(&event),
             None if is_over => break,
@@ -140,7 +157,53 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     let is_ready = network.kept().is_some_and(|kept| kept.is_ready());
-    Ok(if is_ready { Outcome::Clean } else { Outcome::Found })
+    let is_as_expected = software(&mut network, &machine);
+    Ok(if is_ready && is_as_expected { Outcome::Clean } else { Outcome::Found })
+}
+
+/// Gives the devices that the machine knows by their identities their node-IDs (CiA 305). A device that has its node-ID, or
+/// is not there, is left to the boot.
+fn give_node_ids(link: &mut BoxedLink, machine: &Machine, as_json: bool) -> Result<(), Failure> {
+    let wanted: Vec<_> = machine.nodes.iter().filter_map(|node| Some((&node.name, node.id?, node.lss?))).collect();
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    Session::run(link, Times::default(), |session| {
+        for (name, id, identity) in wanted {
+            if session.is_taken(id)? {
+                continue;
+            }
+            let selected = match session.select(Target::Identity(identity)) {
+                Ok(selected) => selected,
+                Err(Trouble::NoSuchDevice) => continue,
+                Err(trouble) => return Err(trouble.into()),
+            };
+            if session.configure_node(Some(id))?.is_err() || !session.take(selected.node, Some(id), true)? {
+                return Err(Failure::new(format_args!("{} does not take node-ID {id} by LSS", name.value))
+                    .help("`lexican lss node-id` gives it with more explanations"));
+            }
+            let object = json!({ "event": "node-id", "node": id.get(), "name": name.value });
+            print_result(as_json, object, format_args!("node {id}: {} has got its node-ID by LSS", name.value))?;
+        }
+        Ok(())
+    })
+}
+
+/// Whether the nodes that have booted have the software versions that the machine wants (100Ah).
+fn software<L: Link>(network: &mut Network<L>, machine: &Machine) -> bool {
+    let mut is_as_expected = true;
+    for node in &machine.nodes {
+        let (Some(id), Some(expected)) = (node.id, &node.software) else { continue };
+        let version = match network.read_bytes(id, Address::new(cia301::MANUFACTURER_SOFTWARE_VERSION, 0)) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).trim_end_matches('\0').trim().to_owned(),
+            Err(error) => error.to_string(),
+        };
+        if version != *expected {
+            warn(format_args!("node {id}: the software version of {} is not {expected}: {version}", node.name.value));
+            is_as_expected = false;
+        }
+    }
+    is_as_expected
 }
 
 /// What a node is: the device that lexican knows, and what it says itself.
@@ -170,9 +233,9 @@ fn is_booting<L: Link>(network: &mut Network<L>) -> bool {
 
 impl Args {
     /// The machine of a file, or one of the nodes that are named.
-    fn machine(&self) -> Result<Machine, Failure> {
+    fn machine(&self) -> Result<OnBus, Failure> {
         if self.node.is_empty() && self.optional.is_empty() {
-            return sound(&found(self.machine.clone())?);
+            return sound_on_bus(&found(self.machine.clone())?);
         }
         let text = |text: &dyn std::fmt::Display| toml::Value::String(text.to_string());
         let mut file = String::new();
@@ -196,7 +259,7 @@ impl Args {
             }
         }
         let machine = Machine::parse(Source::new("the command line", file), Files::Folder(Path::new("")));
-        without_errors(machine, "the nodes")
+        on_bus(without_errors(machine.into(), "the nodes")?, None)
     }
 }
 

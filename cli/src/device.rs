@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use lexican_eds::Input;
-use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, with_overlays};
+use lexican_eds::{Input, Source};
+use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, find_known, with_overlays};
 use lexican_toolbox::text::files::Existing;
 
 use crate::output::{Failure, plural, warn};
@@ -49,11 +49,20 @@ pub(crate) fn guard<'a>(
     Existing::Replace.guard(output, read).map_err(|error| Failure::file("write", output, &error))
 }
 
+/// The texts of this name: of a node of a machine, a file, or else a device of the library; and which device that is.
+#[cfg(feature = "full")]
+pub(crate) fn find(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
+    match crate::machine::sheet_of_node(name) {
+        Some(sheet) => Ok((sheet.input, sheet.library)),
+        None => find_known(name),
+    }
+}
+
 /// Reads the data sheet of this name, with overlays; warns about its errors.
+#[cfg(feature = "full")]
 pub(crate) fn load(name: &str, overlays: &[PathBuf]) -> Result<DataSheet, Failure> {
-    let sheet = DataSheet::load(name, overlays)?;
-    warn_of_errors(&sheet);
-    Ok(sheet)
+    let (input, library) = find(name)?;
+    Ok(DataSheet { library, ..load_input(input, overlays)? })
 }
 
 /// Reads a data sheet, with overlays; warns about its errors.
@@ -68,7 +77,8 @@ pub(crate) fn warn_of_errors(sheet: &DataSheet) {
     let errors = sheet.errors().count();
     if errors > 0 {
         let name = sheet.input.eds.name();
-        let overlays = sheet.input.overlays.iter().map(|overlay| format!(" --overlay {}", overlay.name()));
+        let files = sheet.input.overlays.iter().map(Source::name).filter(|name| Path::new(name).is_file());
+        let overlays = files.map(|name| format!(" --overlay {name}"));
         let overlays: String = overlays.collect();
         let errors = plural(errors, "error");
         warn(format_args!("{name} has {errors}; `lexican eds lint {name}{overlays}` shows them"));

@@ -63,6 +63,11 @@ use whole::*;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+
+    /// The file of the machine; by default what LEXICAN_MACHINE names, or machine.toml in this folder or one above it
+    #[cfg(feature = "full")]
+    #[arg(id = "file-of-machine", long = "machine", value_name = "FILE", global = true)]
+    _machine: Option<std::path::PathBuf>,
 }
 
 #[cfg(feature = "full")]

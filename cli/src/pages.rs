@@ -95,7 +95,7 @@ fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     let parse = |extra: Option<&str>| {
         let words = words.iter().cloned().chain(extra.iter().flat_map(|bus| ["--bus", bus]).map(OsString::from));
         // The pages name the nodes of the demo.
-        let demo = |_| Some((DEMO.into(), Machine::open(DEMO.as_ref()).ok()?));
+        let demo = |_| Some((DEMO.into(), Machine::open(DEMO.as_ref()).ok()?.into()));
         let args = names::resolved_by(words.collect(), &Cli::command(), demo);
         let args = node_place::settled(args, &Cli::command());
         Cli::command().try_get_matches_from(args)

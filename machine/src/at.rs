@@ -161,6 +161,41 @@ spelling!(Id, { "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 127 }, {
     },
     number: |number| Ok(Id(Some(node_id(&number.to_string())?))));
 
+/// The time within which a node notices that its manager is gone; none for one that need not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Protection(pub(crate) Option<Duration>);
+
+spelling!(Protection, { "type": "string", "examples": ["500 ms", "none"] }, "a time such as \"500 ms\", or \"none\"",
+text: |text| match text {
+    "none" => Ok(Protection(None)),
+    time => milliseconds(time).map(|time| Protection(Some(time))),
+});
+
+/// A revision number, or the least one: `">= 0x10002"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Revision {
+    /// The number.
+    pub number: u32,
+    /// A later one is as good.
+    pub or_later: bool,
+}
+
+spelling!(Revision, { "anyOf": [{ "type": "integer", "minimum": 0 }, { "type": "string", "examples": [">= 0x10002"] }] },
+"a revision number, or the least one: \">= 0x10002\"",
+text: |text| {
+    let number = text.strip_prefix(">=").map(|number| number.trim().replace('_', ""));
+    let number = number.and_then(|number| match number.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok(),
+        None => number.parse().ok(),
+    });
+    let revision = number.map(|number| Revision { number, or_later: true });
+    revision.ok_or_else(|| format!("{text:?} is no revision such as \">= 0x10002\""))
+},
+number: |number| match u32::try_from(number) {
+    Ok(number) => Ok(Revision { number, or_later: false }),
+    Err(_) => Err(format!("{number} is no revision number: it has 32 bits")),
+});
+
 /// When a PDO is sent or takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Transmission(pub(crate) TransmissionType);

@@ -163,13 +163,33 @@ fn error_control(machine: &Machine, out: &mut Out) {
         let is_guarded = node.guarding.is_some() && has(cia301::GUARD_TIME, 0);
         let is_watching = watches && has(cia301::CONSUMER_HEARTBEAT_TIME, 1);
         let is_drive = role(device, CONTROL_WORD, 0) == Some(Role::Command);
+        match node.protection {
+            Some(Duration::ZERO) => continue,
+            Some(_) if !is_watching => {
+                let what =
+                    format!("{} cannot watch its manager, whose heartbeat it would need (1016h)", node.name.value);
+                let help = Some(
+                    "[bus] manager = 127, heartbeat = \"200 ms\"; a guarded node notices it by the guard time"
+                        .to_owned(),
+                );
+                out.wrong("machine::protection", at, what, help);
+                continue;
+            }
+            Some(time) if machine.bus.heartbeat.as_ref().is_some_and(|heartbeat| time <= heartbeat.value) => {
+                let what =
+                    format!("the protection of {} is no longer than the heartbeat of the manager", node.name.value);
+                out.wrong("machine::protection", at, what, Some("two heartbeats are the least".to_owned()));
+            }
+            _ => {}
+        }
         if is_drive && !is_guarded && !is_watching {
             let what = format!("{} is a drive that does not notice when its manager is gone", node.name.value);
             let help = match has(cia301::CONSUMER_HEARTBEAT_TIME, 1) {
                 true => "let it watch the manager: [bus] manager = 127, heartbeat = \"200 ms\"",
                 false => "let it be guarded: guarding = \"100 ms\"",
             };
-            out.push(Severity::Warning, "machine::protection", at, what, Some(help.to_owned()));
+            let help = format!("{help}; protection = \"none\" if it need not");
+            out.push(Severity::Warning, "machine::protection", at, what, Some(help));
         }
     }
 }

@@ -7,7 +7,7 @@ use lexican_runtime::manager::OnLoss;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
-use crate::at::{At, BitRate, Id, Short, Time, Transmission, Written, short_or_table};
+use crate::at::{At, BitRate, Id, Protection, Revision, Short, Time, Transmission, Written, short_or_table};
 
 /// A CANopen machine: its bus and its nodes, how values go from one to another, and how it is simulated.
 #[derive(JsonSchema)]
@@ -17,7 +17,7 @@ pub(crate) struct File {
     #[schemars(default)]
     machine: About,
     #[schemars(default)]
-    bus: Bus,
+    bus: Buses,
     /// The nodes by their names.
     #[schemars(default)]
     node: BTreeMap<String, Node>,
@@ -46,7 +46,22 @@ pub(crate) struct About {
     pub(crate) note: Option<String>,
 }
 
-/// The bus of the machine, its manager, and how it boots (CiA 302-2).
+/// The bus of the machine; or its buses by their names, [bus.NAME].
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is the shape of the section for editors")]
+enum Buses {
+    One(Box<Bus>),
+    Several(BTreeMap<String, Bus>),
+}
+
+impl Default for Buses {
+    fn default() -> Self {
+        Buses::One(Box::default())
+    }
+}
+
+/// A bus, its manager, and how it boots (CiA 302-2).
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(crate) struct Bus {
@@ -58,6 +73,8 @@ pub(crate) struct Bus {
     pub(crate) manager: Option<At<Id>>,
     /// The period of SYNC (1006h).
     pub(crate) sync: Option<At<Time>>,
+    /// The period of TIME, by which nodes with a clock get the time of day.
+    pub(crate) time: Option<At<Time>>,
     /// The heartbeat of the manager, which the nodes watch (1016h).
     pub(crate) heartbeat: Option<At<Time>>,
     /// The time within which the mandatory nodes must boot (1F89h).
@@ -97,6 +114,8 @@ impl From<OnLossName> for OnLoss {
 pub(crate) struct Node {
     /// Its node-ID, 1 to 127; or "none", for a device that gets one by LSS.
     pub(crate) id: Option<At<Id>>,
+    /// On which bus it is, if the machine has several.
+    pub(crate) bus: Option<At<String>>,
     /// The kind that it is of.
     pub(crate) kind: Option<At<String>>,
     /// Its data sheet: an EDS or DCF file, or a device that lexican knows. A DCF has values that are written.
@@ -105,6 +124,11 @@ pub(crate) struct Node {
     pub(crate) overlay: Option<Vec<At<PathBuf>>>,
     /// What it must say of itself (1018h), where the data sheet does not say it.
     pub(crate) identity: Option<Identity>,
+    /// It gets its node-ID by LSS when the machine boots (CiA 305): the device with this identity, of which all four numbers
+    /// are given.
+    pub(crate) lss: Option<At<bool>>,
+    /// Its software version must be this one (100Ah).
+    pub(crate) software: Option<String>,
     /// The machine runs without it, too.
     pub(crate) optional: Option<bool>,
     /// Its heartbeat (1017h). It is lost when three in a row are missing.
@@ -113,6 +137,9 @@ pub(crate) struct Node {
     pub(crate) guarding: Option<At<Time>>,
     /// How many answers to guarding may be missing; three if it is not given.
     pub(crate) retry: Option<u8>,
+    /// The time within which it notices that its manager is gone (1016h), by default three heartbeats of the manager; "none"
+    /// for a drive that need not.
+    pub(crate) protection: Option<At<Protection>>,
     /// Whether it is started; true if it is not given.
     pub(crate) start: Option<bool>,
     /// It is not reset while it is OPERATIONAL.
@@ -123,6 +150,9 @@ pub(crate) struct Node {
     pub(crate) dcf: Option<At<PathBuf>>,
     /// Its parameters: objects by name or address, values with their units.
     pub(crate) settings: BTreeMap<At<String>, At<Written>>,
+    /// Limits that are narrower than those of the data sheet: objects by name or address, the lowest and the highest value
+    /// with their units. Nothing beyond them is written by any command.
+    pub(crate) limits: BTreeMap<At<String>, At<[Written; 2]>>,
     /// PDOs that it sends, by number: objects in their order, "off", or a table.
     pub(crate) tpdo: BTreeMap<At<String>, At<Pdo>>,
     /// PDOs that it receives, by number.
@@ -137,8 +167,8 @@ pub(crate) struct Identity {
     pub(crate) vendor: Option<u32>,
     /// The product code.
     pub(crate) product: Option<u32>,
-    /// The revision number.
-    pub(crate) revision: Option<u32>,
+    /// The revision number, or the least one: ">= 0x10002".
+    pub(crate) revision: Option<Revision>,
     /// The serial number.
     pub(crate) serial: Option<u32>,
 }

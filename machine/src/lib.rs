@@ -16,11 +16,11 @@ mod plan;
 mod read;
 mod wire;
 
-pub use at::At;
+pub use at::{At, Revision};
 pub use check::Load;
 pub use files::Files;
 pub use format::format;
-pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated};
+pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Simulated, WhichBus};
 pub use plan::{Why, Write};
 
 /// The JSON Schema of the file, for editors.

@@ -1,21 +1,22 @@
 //! A machine, as its file describes it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lexican_eds::text::Span;
 use lexican_eds::{Diagnostics, Input};
 use lexican_runtime::manager::OnLoss;
 use lexican_runtime::object::Address;
+use lexican_runtime::wire::lss;
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::pdo::PdoState;
 
-use crate::at::{At, BitRate};
+use crate::at::{At, BitRate, Revision};
 pub use crate::faults::{Fault, Simulated};
 use crate::file;
 
-/// A machine.
+/// A machine; of one that has several buses, what is on one of them.
 #[derive(Debug)]
 pub struct Machine {
     /// The text of its file, for the findings.
@@ -32,11 +33,25 @@ pub struct Machine {
     pub faults: Vec<Fault>,
     /// What is wrong with the file.
     pub findings: Diagnostics,
+    /// The same machine on its other buses; their findings are here.
+    pub others: Vec<Machine>,
+}
+
+/// A machine has several buses, or not the one that is meant.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{}: {}", match wanted { Some(bus) => format!("the machine has no bus {bus:?}"), None => "the machine has several buses".to_owned() }, if names.is_empty() { "its only one has no name" } else { names })]
+pub struct WhichBus {
+    /// The bus that is meant.
+    pub wanted: Option<String>,
+    /// The names of all.
+    pub names: String,
 }
 
 /// The bus of a machine, and how its manager boots it.
 #[derive(Debug)]
 pub struct Bus {
+    /// What it is called, if there are several.
+    pub name: Option<At<String>>,
     /// Where it is, as `--bus` has it.
     pub url: Option<At<String>>,
     /// In bit/s.
@@ -45,6 +60,8 @@ pub struct Bus {
     pub manager: Option<NodeId>,
     /// The period of SYNC.
     pub sync: Option<Duration>,
+    /// The period of TIME.
+    pub time: Option<Duration>,
     /// The heartbeat of the manager, and where the file has it.
     pub heartbeat: Option<At<Duration>>,
     /// The time within which the mandatory nodes must boot.
@@ -55,13 +72,15 @@ pub struct Bus {
     pub start_all: bool,
 }
 
-impl From<file::Bus> for Bus {
-    fn from(bus: file::Bus) -> Bus {
+impl Bus {
+    pub(crate) fn new(name: Option<At<String>>, bus: file::Bus) -> Bus {
         Bus {
+            name,
             url: bus.url,
             bit_rate: bus.bit_rate.map(|At { value: BitRate(rate), .. }| rate),
             manager: bus.manager.and_then(|id| id.value.0),
             sync: bus.sync.map(|time| time.0),
+            time: bus.time.map(|time| time.0),
             heartbeat: bus.heartbeat.map(|time| At { value: time.0, span: time.span }),
             boot_time: bus.boot_time.map(|time| time.0),
             on_loss: bus.on_loss.into(),
@@ -83,8 +102,12 @@ pub struct Node {
     pub sheet: Option<Arc<DataSheet>>,
     /// The overlays of its data sheet.
     pub overlays: Vec<PathBuf>,
-    /// What it must say of itself: vendor-ID, product code, revision number, serial number (1018h).
-    pub identity: [Option<u32>; 4],
+    /// What it must say of itself (1018h).
+    pub identity: Identity,
+    /// The device with this identity gets the node-ID by LSS.
+    pub lss: Option<lss::Identity>,
+    /// What its software version must be (100Ah).
+    pub software: Option<String>,
     /// The machine runs without it.
     pub optional: bool,
     /// Its heartbeat.
@@ -93,6 +116,8 @@ pub struct Node {
     pub guarding: Option<Duration>,
     /// How many answers to guarding may be missing.
     pub retry: u8,
+    /// The time within which it notices that its manager is gone; zero for one that need not.
+    pub protection: Option<Duration>,
     /// Whether it is started.
     pub start: bool,
     /// It is not reset while it is OPERATIONAL.
@@ -107,6 +132,19 @@ pub struct Node {
     pub pdos: Vec<PlannedPdo>,
     /// How it is simulated.
     pub simulated: Simulated,
+}
+
+/// What a node must say of itself (1018h).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Identity {
+    /// The vendor-ID.
+    pub vendor: Option<u32>,
+    /// The product code.
+    pub product: Option<u32>,
+    /// The revision number, or the least one.
+    pub revision: Option<Revision>,
+    /// The serial number.
+    pub serial: Option<u32>,
 }
 
 /// A parameter of a node.
@@ -136,6 +174,31 @@ impl Machine {
     #[must_use]
     pub fn node(&self, name: &str) -> Option<&Node> {
         self.nodes.iter().find(|node| node.name.value == name)
+    }
+
+    /// The machine on each of its buses.
+    pub fn buses(&self) -> impl Iterator<Item = &Machine> {
+        std::iter::once(self).chain(&self.others)
+    }
+
+    /// The machine on the bus of this name, or on the only one.
+    pub fn on(&self, bus: Option<&str>) -> Result<&Machine, WhichBus> {
+        let names: Vec<_> =
+            self.buses().filter_map(|machine| Some(machine.bus.name.as_ref()?.value.as_str())).collect();
+        let found = match bus {
+            Some(bus) => names.iter().position(|name| *name == bus).and_then(|at| self.buses().nth(at)),
+            None => Some(self).filter(|_| self.others.is_empty()),
+        };
+        found.ok_or_else(|| WhichBus { wanted: bus.map(str::to_owned), names: names.join(", ") })
+    }
+
+    /// The file of a machine, and the name of the bus that is meant: `machine.toml#left`.
+    #[must_use]
+    pub fn file_and_bus(name: &Path) -> (&Path, Option<&str>) {
+        match name.to_str().and_then(|name| name.rsplit_once('#')) {
+            Some((path, bus)) => (Path::new(path), Some(bus)),
+            None => (name, None),
+        }
     }
 }
 

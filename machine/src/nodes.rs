@@ -1,22 +1,27 @@
 //! The nodes of the file: kinds, data sheets, parameters and PDOs that it gives.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::ops::Range;
+use std::sync::Arc;
 
-use lexican_eds::Severity;
 use lexican_eds::model::Device;
-use lexican_runtime::object::Direction;
+use lexican_eds::{Severity, Source};
+use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::procedure::{ConciseDcf, Data, Step};
-use lexican_runtime::{CobId, Duration, NodeId};
+use lexican_runtime::wire::lss;
+use lexican_runtime::{CobId, Duration, NodeId, cia301};
+use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::parameters::LeftOut;
 use lexican_toolbox::parameters::restore::not_restored;
-use lexican_toolbox::parameters::settings::encode;
+use lexican_toolbox::parameters::settings::{Wrong, encode};
 use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
 use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::lookup::resolve;
 
-use crate::at::{At, Time, Written};
+use crate::at::{At, Revision, Time, Written};
 use crate::file;
-use crate::model::{Node, PlannedPdo, Setting};
+use crate::model::{Identity, Node, PlannedPdo, Setting};
 use crate::read::{Named, Out, Sheets, similar, span};
 
 /// How many heartbeats, or answers to guarding, may be missing.
@@ -37,19 +42,24 @@ impl file::Node {
         let kind = kind.clone();
         file::Node {
             id: self.id.or(kind.id),
+            bus: self.bus.or(kind.bus),
             kind: self.kind,
             sheet: self.sheet.or(kind.sheet),
             overlay: self.overlay.or(kind.overlay),
             identity: self.identity.or(kind.identity),
+            lss: self.lss.or(kind.lss),
+            software: self.software.or(kind.software),
             optional: self.optional.or(kind.optional),
             heartbeat: self.heartbeat.or(kind.heartbeat),
             guarding: self.guarding.or(kind.guarding),
             retry: self.retry.or(kind.retry),
+            protection: self.protection.or(kind.protection),
             start: self.start.or(kind.start),
             keep_alive: self.keep_alive.or(kind.keep_alive),
             boots_again: self.boots_again.or(kind.boots_again),
             dcf: self.dcf.or(kind.dcf),
             settings: with(self.settings, &kind.settings),
+            limits: with(self.limits, &kind.limits),
             tpdo: with(self.tpdo, &kind.tpdo),
             rpdo: with(self.rpdo, &kind.rpdo),
         }
@@ -110,9 +120,10 @@ pub(crate) fn lower(
 }
 
 fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Sheets<'_>, out: &mut Out) -> Node {
-    let overlays = node.overlay.unwrap_or_default();
+    let overlays = node.overlay.clone().unwrap_or_default();
     let loaded = node.sheet.as_ref().and_then(|sheet| sheets.load(sheet, &overlays, out));
     let (sheet_name, sheet) = loaded.map_or((None, None), |(name, sheet)| (Some(name), Some(sheet)));
+    let sheet = sheet.map(|sheet| narrowed(sheet, &name, &node, out));
     let device = sheet.as_ref().map(|sheet| &sheet.device);
     if node.sheet.is_none()
         && let Some(first) = overlays.first().map(|it| &it.span).or(node.settings.keys().next().map(|it| &it.span))
@@ -149,18 +160,39 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
             }
         }
     }
-    let identity = node.identity.unwrap_or_default();
+    let file::Identity { vendor, product, revision, serial } = node.identity.unwrap_or_default();
+    let lss = node.lss.as_ref().filter(|wanted| wanted.value).and_then(|wanted| {
+        let identity = (|| {
+            Some(lss::Identity { vendor: vendor?, product: product?, revision: exact(revision?)?, serial: serial? })
+        })();
+        if identity.is_none() || id.is_none() {
+            let help = Some(
+                "identity = { vendor = …, product = …, revision = …, serial = … }, as `lexican lss inquire` says"
+                    .to_owned(),
+            );
+            out.wrong(
+                "machine::lss",
+                &wanted.span,
+                "LSS needs the node-ID, and all four numbers of the identity",
+                help,
+            );
+        }
+        identity
+    });
     let time = |time: &Option<At<Time>>| time.as_ref().map(|time| time.value.0);
     Node {
         id,
         sheet_name,
         sheet,
         overlays: overlays.iter().map(|overlay| sheets.files.path(&overlay.value)).collect(),
-        identity: [identity.vendor, identity.product, identity.revision, identity.serial],
+        identity: Identity { vendor, product, revision, serial },
+        lss,
+        software: node.software,
         optional: node.optional.unwrap_or(false),
         heartbeat: time(&node.heartbeat),
         guarding: time(&node.guarding),
         retry: node.retry.unwrap_or(PATIENCE),
+        protection: node.protection.map(|it| it.value.0.unwrap_or(Duration::ZERO)),
         start: node.start.unwrap_or(true),
         keep_alive: node.keep_alive.unwrap_or(false),
         boots_again: node.boots_again.unwrap_or(true),
@@ -172,8 +204,71 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     }
 }
 
+/// The revision number, if there is only one that is good.
+fn exact(revision: Revision) -> Option<u32> {
+    (!revision.or_later).then_some(revision.number)
+}
+
+/// A data sheet with the identity and the limits that the machine gives the node.
+fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out) -> Arc<DataSheet> {
+    let mut overlay = String::new();
+    // Writing to a string cannot fail.
+    let mut put = |address: Address, keys: std::fmt::Arguments<'_>| {
+        let _ = writeln!(overlay, "[object.\"{address}\"]\nreason = \"the machine\"\n{keys}");
+    };
+    let identity = node.identity.unwrap_or_default();
+    let parts = [identity.vendor, identity.product, identity.revision.and_then(exact), identity.serial];
+    for (sub, part) in (1..).zip(parts) {
+        let address = Address::new(cia301::IDENTITY, sub);
+        if let Some(part) = part.filter(|_| sheet.device.entry(address.index(), sub).is_some()) {
+            put(address, format_args!("default = {part}"));
+        }
+    }
+    // The units of the others depend on the settings, in which what is wrong is said later.
+    let mut values = DeviceValues::new(&sheet.device);
+    encode(&pairs(&node.settings), &mut values, None);
+    for (object, range) in &node.limits {
+        match limit(&values, object, &range.value) {
+            Ok((address, [low, high])) => put(address, format_args!("low = {low}\nhigh = {high}")),
+            Err(wrong) => {
+                let at = if wrong.is_of_object { &object.span } else { &range.span };
+                out.wrong("machine::limit", at, wrong.text, wrong.advice);
+            }
+        }
+    }
+    if overlay.is_empty() {
+        return sheet;
+    }
+    let overlay = format!("[overlay]\nformat = 1\n{overlay}");
+    let overlay = Source::new(format!("what the machine says of {name}"), overlay);
+    Arc::new(DataSheet { library: sheet.library, ..DataSheet::parse(sheet.input.clone().overlay(overlay)) })
+}
+
+/// An object, and the numbers between which it stays; or what is wrong with that.
+fn limit(values: &DeviceValues<'_>, object: &str, range: &[Written; 2]) -> Result<(Address, [i128; 2]), Wrong> {
+    let address = resolve(Some(values.device), object).map_err(|error| Wrong {
+        at: 0,
+        is_of_object: true,
+        text: error.to_string(),
+        advice: Some(error.advice()),
+    })?;
+    let wrong = |text: String| Wrong { at: 0, is_of_object: false, text, advice: None };
+    let entry = values.entry(address).ok_or_else(|| wrong(format!("the data sheet has no {address}")))?;
+    let mut numbers = [0; 2];
+    for (number, Written(text)) in numbers.iter_mut().zip(range) {
+        let value = values.parse(entry, text).map_err(wrong)?;
+        *number = value.as_integer().ok_or_else(|| wrong(format!("{text} is no whole number")))?;
+        // The range is checked as any value would be.
+        values.check_write(entry, &value, NodeId::literal(1)).map_err(|refusal| wrong(refusal.to_string()))?;
+    }
+    match numbers {
+        [low, high] if low > high => Err(wrong("the lowest value comes first".to_owned())),
+        numbers => Ok((address, numbers)),
+    }
+}
+
 /// The entries of a concise DCF.
-fn concise(bytes: &[u8]) -> Result<Vec<(lexican_runtime::object::Address, Vec<u8>)>, String> {
+fn concise(bytes: &[u8]) -> Result<Vec<(Address, Vec<u8>)>, String> {
     let dcf = ConciseDcf::new(bytes);
     dcf.check().map_err(|error| error.to_string())?;
     Ok(dcf
@@ -191,14 +286,18 @@ pub(crate) fn settings(
     given: &BTreeMap<At<String>, At<Written>>,
     out: &mut Out,
 ) -> Vec<Setting> {
-    let pairs: Vec<_> = given.iter().map(|(object, value)| (object.as_str(), value.0.as_str())).collect();
-    let (settings, wrong) = encode(&pairs, &mut DeviceValues::new(device), node);
+    let (settings, wrong) = encode(&pairs(given), &mut DeviceValues::new(device), node);
     let places: Vec<_> = given.iter().map(|(object, value)| (&object.span, &value.span)).collect();
     for wrong in wrong {
         let (object, value) = places[wrong.at];
         out.wrong("machine::setting", if wrong.is_of_object { object } else { value }, wrong.text, wrong.advice);
     }
     settings.into_iter().map(|(address, data)| Setting { address, data }).collect()
+}
+
+/// Objects and values as they are written.
+fn pairs(given: &BTreeMap<At<String>, At<Written>>) -> Vec<(&str, &str)> {
+    given.iter().map(|(object, value)| (object.as_str(), value.0.as_str())).collect()
 }
 
 /// A PDO as the file has it; `None` if that cannot be.

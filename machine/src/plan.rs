@@ -2,11 +2,11 @@
 
 use lexican_eds::model::Device;
 use lexican_runtime::host;
-use lexican_runtime::manager::{Assignment, Guarding};
+use lexican_runtime::manager::{Assignment, Guarding, Manager};
 use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::procedure::{ConciseDcf, Step};
 use lexican_runtime::wire::pdo::TransmissionType;
-use lexican_runtime::{NodeId, cia301};
+use lexican_runtime::{CobId, Duration, Instant, NodeId, cia301};
 use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::parameters::order::in_order;
 use lexican_toolbox::parameters::restore::configured;
@@ -14,7 +14,7 @@ use lexican_toolbox::values::wire::{encode, written};
 use lexican_toolbox::values::{given, resolved};
 
 use crate::at::Time;
-use crate::model::{Machine, Node, PlannedPdo};
+use crate::model::{Identity, Machine, Node, PlannedPdo};
 use crate::nodes::PATIENCE;
 
 /// A value that is written into a node.
@@ -74,10 +74,11 @@ impl Machine {
         }
         let of_dcf = device.map(|device| configured(device, id)).unwrap_or_default();
         in_order(of_dcf).into_iter().for_each(|write| put(Why::Dcf, write.address, write.data));
-        if let (Some(heartbeat), Some(manager)) = (&self.bus.heartbeat, self.bus.manager)
+        let is_protected = node.protection != Some(Duration::ZERO);
+        if let (Some(heartbeat), Some(manager), true) = (&self.bus.heartbeat, self.bus.manager, is_protected)
             && device.is_some_and(|device| device.entry(cia301::CONSUMER_HEARTBEAT_TIME, 1).is_some())
         {
-            let ms = Time(heartbeat.value.times(PATIENCE.into())).ms() as u32;
+            let ms = Time(node.protection.unwrap_or(heartbeat.value.times(PATIENCE.into()))).ms() as u32;
             let value = u32::from(manager.get()) << 16 | ms & 0xFFFF;
             put(Why::ErrorControl, Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1), value.to_le_bytes().to_vec());
         }
@@ -88,7 +89,7 @@ impl Machine {
         if let Some(guard_time) = node.guarding {
             // By these it notices itself that nobody guards it any more.
             let has = |index| device.is_some_and(|device| device.entry(index, 0).is_some());
-            if has(cia301::GUARD_TIME) && has(cia301::LIFE_TIME_FACTOR) {
+            if is_protected && has(cia301::GUARD_TIME) && has(cia301::LIFE_TIME_FACTOR) {
                 let ms = Time(guard_time).ms() as u16;
                 put(Why::ErrorControl, Address::new(cia301::GUARD_TIME, 0), ms.to_le_bytes().to_vec());
                 put(Why::ErrorControl, Address::new(cia301::LIFE_TIME_FACTOR, 0), vec![node.retry]);
@@ -123,6 +124,16 @@ impl Machine {
         plan
     }
 
+    /// Lets a manager send what the machine says of it: its heartbeat, and SYNC.
+    pub fn produce<const NODES: usize>(&self, manager: &mut Manager<NODES>, now: Instant) {
+        if let (Some(heartbeat), Some(node)) = (&self.bus.heartbeat, self.bus.manager) {
+            manager.produce_heartbeat(now, node, heartbeat.value);
+        }
+        if let Some(period) = self.bus.sync {
+            manager.produce_sync(now, CobId::SYNC, period, 0);
+        }
+    }
+
     fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
         let writes = self.writes(node);
         let steps = writes.iter().map(|write| Step::bytes(write.address, &write.data));
@@ -144,9 +155,10 @@ impl Machine {
             u32::try_from(value).ok().filter(|value| *value != 0)
         };
         plan.device_type = number(Address::new(cia301::DEVICE_TYPE, 0));
-        let [vendor, product, revision, serial] = node.identity;
+        let Identity { vendor, product, revision, serial } = node.identity;
         (plan.vendor, plan.product) = (vendor.or_else(|| number(VENDOR)), product.or_else(|| number(PRODUCT)));
-        (plan.revision, plan.serial) = (revision, serial);
+        (plan.revision, plan.serial) = (revision.map(|it| it.number), serial);
+        plan.or_later = revision.is_some_and(|it| it.or_later);
         assignment
     }
 

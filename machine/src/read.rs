@@ -114,16 +114,15 @@ impl Machine {
             sections.read(key, value, &mut out);
         }
         let mut sheets = Sheets { files, read: BTreeMap::new() };
-        let mut nodes = lower(sections.nodes, &sections.kinds, &mut sheets, &mut out);
-        let bus = Bus::from(sections.bus);
-        wire::connect(&mut nodes, &sections.wires, &bus, &mut out);
-        faults::simulate(&mut nodes, sections.simulated, files, &mut out);
-        let faults = faults::of(sections.faults, &nodes, &mut out);
-        let About { name, note } = sections.about;
-        let mut machine =
-            Machine { input: Input::new(source), name, note, bus, nodes, faults, findings: Diagnostics::default() };
-        crate::check::check(&machine, &mut out);
-        machine.findings = out.findings;
+        let input = Input::new(source);
+        let mut machines: Vec<_> = sections
+            .of_each_bus(&mut out)
+            .into_iter()
+            .map(|(bus, part)| part.machine(bus, &input, &mut sheets, &mut out))
+            .collect();
+        let others = machines.split_off(1);
+        let mut machine = machines.remove(0);
+        (machine.others, machine.findings) = (others, out.findings);
         machine
     }
 }
@@ -132,7 +131,8 @@ impl Machine {
 #[derive(Default)]
 struct Sections {
     about: About,
-    bus: file::Bus,
+    /// By their names; one without a name if there is only one.
+    buses: Vec<(Option<At<String>>, file::Bus)>,
     nodes: Vec<Named<file::Node>>,
     kinds: BTreeMap<String, file::Node>,
     wires: Vec<Named<Wire>>,
@@ -148,7 +148,15 @@ impl Sections {
     fn read(&mut self, key: &Spanned<std::borrow::Cow<'_, str>>, value: &Value<'_>, out: &mut Out) {
         match key.get_ref().as_ref() {
             "machine" => self.about = section(value, out).unwrap_or_default(),
-            "bus" => self.bus = section(value, out).unwrap_or_default(),
+            "bus" => {
+                let is_several = |table: &DeTable<'_>| {
+                    !table.is_empty() && table.values().all(|value| value.get_ref().as_table().is_some())
+                };
+                self.buses = match value.get_ref().as_table().is_some_and(is_several) {
+                    true => each(value, out).into_iter().map(|bus| (Some(bus.name), bus.table)).collect(),
+                    false => vec![(None, section(value, out).unwrap_or_default())],
+                };
+            }
             "node" => self.nodes = each(value, out),
             "kind" => self.kinds = each(value, out).into_iter().map(|kind| (kind.name.value, kind.table)).collect(),
             "wire" => self.wires = each(value, out),
@@ -163,6 +171,78 @@ impl Sections {
                 out.wrong("machine::key", &key.span(), format!("unknown section `{other}`"), Some(help));
             }
         }
+    }
+}
+
+impl Sections {
+    /// What they say of each bus.
+    fn of_each_bus(mut self, out: &mut Out) -> Vec<(Bus, Sections)> {
+        let buses = match std::mem::take(&mut self.buses) {
+            none if none.is_empty() => vec![Default::default()],
+            buses => buses,
+        };
+        let names: Vec<String> = buses.iter().filter_map(|(name, _)| Some(name.as_ref()?.value.clone())).collect();
+        // Where each node is. One that does not say it has to be on the only bus.
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
+        for node in &self.nodes {
+            let kind = node.table.kind.as_ref().and_then(|kind| self.kinds.get(&kind.value));
+            let given = node.table.bus.as_ref().or_else(|| kind?.bus.as_ref());
+            let place = given.and_then(|bus| names.iter().position(|name| *name == bus.value));
+            if let (Some(bus), None) = (given, place) {
+                let help = similar(&bus.value, names.iter().map(String::as_str))
+                    .or_else(|| Some(format!("there are {}", names.join(", "))).filter(|_| !names.is_empty()));
+                out.wrong("machine::bus", &bus.span, format!("there is no bus {:?}", bus.value), help);
+            } else if place.is_none() && buses.len() > 1 && node.is_whole {
+                let help = Some(format!("bus = {:?}, or {:?}", names[0], names[1]));
+                out.wrong("machine::bus", &node.name.span, format!("on which bus is {}?", node.name.value), help);
+            }
+            places.insert(node.name.value.clone(), place.unwrap_or(0));
+        }
+        let mut parts: Vec<(Bus, Sections)> = buses
+            .into_iter()
+            .map(|(name, bus)| {
+                let about = About { name: self.about.name.clone(), note: self.about.note.clone() };
+                (Bus::new(name, bus), Sections { about, kinds: self.kinds.clone(), ..Sections::default() })
+            })
+            .collect();
+        let at = |name: &str| places.get(name).copied();
+        for node in self.nodes {
+            parts[places[&node.name.value]].1.nodes.push(node);
+        }
+        for wire in self.wires {
+            let ends = std::iter::once(&wire.name.value).chain(wire.table.0.to.iter().map(|to| &to.value));
+            let mut ends: Vec<_> = ends.filter_map(|end| at(end.split('.').next()?)).collect();
+            ends.dedup();
+            match ends[..] {
+                [] | [_] => parts[ends.first().copied().unwrap_or(0)].1.wires.push(wire),
+                _ => {
+                    let help = Some("a PDO stays on its bus; the manager has to pass the value on".to_owned());
+                    out.wrong("machine::wire", &wire.name.span, "this goes from one bus to another", help);
+                }
+            }
+        }
+        for simulated in self.simulated {
+            parts[at(&simulated.name.value).unwrap_or(0)].1.simulated.push(simulated);
+        }
+        for fault in self.faults {
+            let place = fault.from.as_ref().and_then(|from| at(&from.value)).unwrap_or(0);
+            parts[place].1.faults.push(fault);
+        }
+        parts
+    }
+
+    /// The machine on one bus.
+    fn machine(self, bus: Bus, input: &Input, sheets: &mut Sheets<'_>, out: &mut Out) -> Machine {
+        let files = sheets.files;
+        let mut nodes = lower(self.nodes, &self.kinds, sheets, out);
+        wire::connect(&mut nodes, &self.wires, &bus, out);
+        faults::simulate(&mut nodes, self.simulated, files, out);
+        let faults = faults::of(self.faults, &nodes, out);
+        let About { name, note } = self.about;
+        let (input, findings, others) = (input.clone(), Diagnostics::default(), Vec::new());
+        let machine = Machine { input, name, note, bus, nodes, faults, findings, others };
+        crate::check::check(&machine, out);
+        machine
     }
 }
 

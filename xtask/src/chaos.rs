@@ -8,10 +8,8 @@ use crate::{command, workspace};
 
 const RECIPE: &str = "name = \"Disturbed\"\n\n[[drive]]\nname = \"rail\"\nnode = 5\nkind = \"siko/ag03-1\"\n\
     position.increments = 3000\nsimulated.limits = [-500, 200000]\n";
-const SETTINGS: &str = "[node.5]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2.5 mm\"\n";
 /// A drive that is set otherwise than at power-on, so that restoring its parameters has to write.
-const MACHINE: &str =
-    "[node.rail]\nid = 5\nsheet = \"siko/ag03-1\"\n\n[simulate.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 35\n";
+const MACHINE: &str = "[node.rail]\nid = 5\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n\n[node.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2.5 mm\"\n\n[simulate.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 35\n";
 
 const AXES: &str = "[kind.axis]\nsheet = \"kollmorgen/akd\"\n\n[node.x]\nid = 1\nkind = \"axis\"\n\n[node.y]\nid = 2\nkind = \"axis\"\n";
 
@@ -47,7 +45,7 @@ const SUBJECTS: &[Subject] = &[
     Subject {
         name: "apply",
         options: &["siko/ag03-1", "--node", "5", "--seed", "8", "--runs", "5"],
-        program: &["L", "apply", "settings.toml"],
+        program: &["L", "apply"],
     },
     Subject {
         name: "changeover",
@@ -72,7 +70,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     command::run_cargo(root, &[&["build", "--workspace"], &programs[..]].concat(), &[])?;
     let built = workspace::target_folder(root).join("debug");
     let folder = empty_folder(root, "chaos")?;
-    let files = [("recipe.toml", RECIPE), ("settings.toml", SETTINGS), ("machine.toml", MACHINE), ("axes.toml", AXES)];
+    let files = [("recipe.toml", RECIPE), ("machine.toml", MACHINE), ("axes.toml", AXES)];
     for (name, text) in files {
         write(&folder.join(name), text)?;
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap_complete::engine::ArgValueCompleter;
 use lexican_eds::library;
 use lexican_eds::model::Device;
+use lexican_machine::Machine;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link, Pace};
 use lexican_runtime::manager::Remote;
@@ -105,7 +106,7 @@ impl NetworkArgs {
 
     /// The files that are read.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
-        let sheets = self.sheet.device.iter().map(|named| Path::new(&named.sheet));
+        let sheets = self.sheet.device.iter().map(|named| Machine::file_and_bus(Path::new(&named.sheet)).0);
         sheets.chain(self.sheet.overlay.iter().map(PathBuf::as_path)).chain(self.bus.log_file())
     }
 

@@ -8,9 +8,9 @@ mod play;
 use std::path::PathBuf;
 
 use lexican_runtime::host::candump::Line;
+use lexican_toolbox::data_sheet::DataSheet;
 use siko_ag03_1::worked_examples::{POSITIONING, VELOCITY};
 
-use crate::device::load;
 use crate::output::{Failure, ForceArgs, Outcome};
 use bench::Bench;
 use console::Console;
@@ -42,7 +42,7 @@ const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     std::fs::create_dir_all(&args.folder).map_err(|error| Failure::file("create", &args.folder, &error))?;
-    let device = load(DEVICE, &[])?.device;
+    let device = DataSheet::load(DEVICE, &[])?.device;
     let examples = [&POSITIONING, &VELOCITY];
     let rows = examples.iter().map(|example| example.rows.len()).sum();
     let mut bench = Bench::new(&device, Console::new(args.realtime, rows), args.realtime);
@@ -70,7 +70,7 @@ mod tests {
 
     /// The checks that fail in a run over a manipulated bus.
     fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
-        let device = load(DEVICE, &[]).unwrap().device;
+        let device = DataSheet::load(DEVICE, &[]).unwrap().device;
         let mut bench = Bench::new(&device, Console::silent(), false);
         tamper(bench.bus());
         let played = play::all(&mut bench, &[&POSITIONING, &VELOCITY]).unwrap();

@@ -6,12 +6,12 @@ use lexican_driver::{Any, Description, Error};
 use lexican_eds::{Input, library};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
-use lexican_toolbox::data_sheet::{DataSheet, find};
+use lexican_toolbox::data_sheet::DataSheet;
 
 use lexican_toolbox::drive::describe;
 
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
-use crate::device::load_input;
+use crate::device::{find, load_input};
 use crate::output::{Failure, NO_ANSWER};
 
 pub(super) type Drive = lexican_driver::Drive<BoxedLink, Any>;
@@ -45,7 +45,7 @@ pub(super) fn find_sheet(
     device: Option<&str>,
     overlays: &[PathBuf],
 ) -> Result<(BoxedLink, DataSheet), Failure> {
-    let named = device.map(find).transpose()?;
+    let named = device.map(find).transpose()?.map(|(input, _)| input);
     let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
     let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
     let (link, input) = match named.or(by_url) {

@@ -45,22 +45,24 @@ Examples:
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let machine = args.machine.read()?;
-    let Machine { findings, input, .. } = &machine;
+    let Machine { findings, input, .. } = &*machine;
     let mut stdout = output::raw_stdout();
     let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| findings.count(severity));
-    let load = machine.load();
     if args.json {
-        let load = load.map(|load| {
-            json!({
-                "percent": load.percent,
-                "sync_chain_us": load.sync_chain.as_micros(),
-                "at_any_time": load.unbounded,
-            })
-        });
+        let bus = |machine: &Machine| {
+            let load = machine.load().map(|load| {
+                json!({
+                    "percent": load.percent,
+                    "sync_chain_us": load.sync_chain.as_micros(),
+                    "at_any_time": load.unbounded,
+                })
+            });
+            let name = machine.bus.name.as_ref().map(|name| &name.value);
+            json!({ "bus": name, "nodes": machine.nodes.len(), "load": load })
+        };
         let document = json!({
             "machine": machine.name,
-            "nodes": machine.nodes.len(),
-            "load": load,
+            "buses": machine.buses().map(bus).collect::<Vec<_>>(),
             "findings": findings.to_json(input),
         });
         writeln!(stdout, "{document:#}")?;
@@ -72,23 +74,32 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             Format::Sarif => writeln!(stdout, "{:#}", findings.to_sarif(input))?,
         }
         if args.format != Format::Sarif {
-            let pdos: usize = machine.nodes.iter().map(|node| node.pdos.len()).sum();
-            write!(stdout, "{}, {} configured", plural(machine.nodes.len(), "node"), plural(pdos, "PDO"))?;
-            match &load {
-                Some(load) => {
-                    write!(stdout, ", the bus is busy for {:.1} % in the worst case", load.percent)?;
-                    if !load.unbounded.is_empty() {
-                        write!(stdout, ", but for what may come at any time: {}", load.unbounded.join(", "))?;
-                    }
-                }
-                None => write!(stdout, "; how busy the bus is depends on its bit-rate, which is not given")?,
-            }
+            machine.buses().try_for_each(|machine| print_bus(&mut stdout, machine))?;
             let [errors, warnings, notes] = counts;
             let [errors, warnings, notes] =
                 [(errors, "error"), (warnings, "warning"), (notes, "note")].map(|(count, what)| plural(count, what));
-            writeln!(stdout, "\n{errors}, {warnings}, {notes}")?;
+            writeln!(stdout, "{errors}, {warnings}, {notes}")?;
         }
     }
     stdout.flush()?;
     Ok(if counts[0] > 0 { Outcome::Found } else { Outcome::Clean })
+}
+
+/// What is on a bus, and how busy that makes it.
+fn print_bus(stdout: &mut impl Write, machine: &Machine) -> std::io::Result<()> {
+    if let Some(name) = &machine.bus.name {
+        write!(stdout, "{}: ", name.value)?;
+    }
+    let pdos: usize = machine.nodes.iter().map(|node| node.pdos.len()).sum();
+    write!(stdout, "{}, {} configured", plural(machine.nodes.len(), "node"), plural(pdos, "PDO"))?;
+    match machine.load() {
+        Some(load) => {
+            write!(stdout, ", the bus is busy for {:.1} % in the worst case", load.percent)?;
+            if !load.unbounded.is_empty() {
+                write!(stdout, ", but for what may come at any time: {}", load.unbounded.join(", "))?;
+            }
+        }
+        None => write!(stdout, "; how busy the bus is depends on its bit-rate, which is not given")?,
+    }
+    writeln!(stdout)
 }

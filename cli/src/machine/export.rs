@@ -31,10 +31,12 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let machine = sound(&args.machine.path()?)?;
     std::fs::create_dir_all(&args.folder).map_err(|error| Failure::file("make", &args.folder, &error))?;
-    for node in &machine.nodes {
-        let path = args.folder.join(format!("{}.bin", node.name.value));
-        args.force.write(&path, &machine.concise_dcf(node))?;
-        writeln!(output::stdout(), "{}", path.display())?;
+    for machine in machine.buses() {
+        for node in &machine.nodes {
+            let path = args.folder.join(format!("{}.bin", node.name.value));
+            args.force.write(&path, &machine.concise_dcf(node))?;
+            writeln!(output::stdout(), "{}", path.display())?;
+        }
     }
     Ok(Outcome::Clean)
 }

@@ -1,9 +1,14 @@
 //! The file of a machine: which one it is, and what is wrong with it.
 
+use std::ffi::OsString;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use lexican_eds::Severity;
 use lexican_machine::Machine;
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::text::files::ReadError;
 
 use crate::output::Failure;
 
@@ -26,22 +31,52 @@ impl MachineArgs {
     }
 
     /// The machine, with what is wrong with its file.
-    pub(super) fn read(&self) -> Result<Machine, Failure> {
-        Ok(Machine::open(&self.path()?)?)
+    pub(super) fn read(&self) -> Result<Arc<Machine>, Failure> {
+        Ok(read(&self.path()?)?)
     }
 }
 
-/// The file of a machine: the one that is named, or that of this folder.
+/// The bus that is meant, of a machine that has several.
+static BUS: OnceLock<String> = OnceLock::new();
+
+/// Means this bus of the machine, if none is meant already.
+pub(super) fn choose_bus(name: &str) -> &'static str {
+    BUS.get_or_init(|| name.to_owned())
+}
+
+/// The file of a machine: the one that is named, or that of this folder; with the bus that is meant, as machine.toml#left.
 pub(crate) fn found(named: Option<PathBuf>) -> Result<PathBuf, Failure> {
-    named.or_else(of_here).ok_or_else(|| {
+    let found = named.or_else(of_here).map(|path| match (BUS.get(), Machine::file_and_bus(&path)) {
+        (Some(bus), (file, None)) => format!("{}#{bus}", file.display()).into(),
+        _ => path,
+    });
+    found.ok_or_else(|| {
         Failure::new(format_args!("there is no {FILE} in this folder or above it"))
-            .help("name the file of the machine; `lexican machine --help` shows one")
+            .help("name the file of the machine with --machine; `lexican machine --help` shows one")
     })
 }
 
-/// The file of the machine of this folder, or of the environment.
+/// What `--machine` names.
+static NAMED: OnceLock<PathBuf> = OnceLock::new();
+
+/// Takes `--machine FILE` out of the arguments, wherever it stands.
+pub(super) fn take_named(args: &mut Vec<OsString>) {
+    let end = args.iter().position(|word| word == "--").unwrap_or(args.len());
+    let of = |word: &OsString| word.to_str().and_then(|word| word.strip_prefix("--machine=").map(PathBuf::from));
+    let Some(at) = args[..end].iter().position(|word| word == "--machine" || of(word).is_some()) else { return };
+    let named = match of(&args[at]) {
+        Some(named) => named,
+        // clap says that the file is missing.
+        None if at + 1 >= end => return,
+        None => args.remove(at + 1).into(),
+    };
+    args.remove(at);
+    NAMED.get_or_init(|| named);
+}
+
+/// The file of the machine that is named for all commands, or of this folder.
 pub(super) fn of_here() -> Option<PathBuf> {
-    std::env::var_os(MACHINE).map(PathBuf::from).or_else(above)
+    NAMED.get().cloned().or_else(|| std::env::var_os(MACHINE).map(PathBuf::from)).or_else(above)
 }
 
 /// The file of the machine that this folder belongs to.
@@ -52,13 +87,66 @@ fn above() -> Option<PathBuf> {
     Some(found.strip_prefix(&folder).map_or_else(|_| found.clone(), Path::to_owned))
 }
 
+/// Reads a machine, once for the whole command: names, data sheets and what is done with it come of the same text.
+pub(super) fn read(name: &Path) -> Result<Arc<Machine>, ReadError> {
+    let (path, _) = Machine::file_and_bus(name);
+    static READ: Mutex<Vec<(PathBuf, Arc<Machine>)>> = Mutex::new(Vec::new());
+    let mut all = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, machine)) = all.iter().find(|(known, _)| known == path) {
+        return Ok(Arc::clone(machine));
+    }
+    let machine = Arc::new(Machine::open(path)?);
+    all.push((path.to_owned(), Arc::clone(&machine)));
+    Ok(machine)
+}
+
+/// The data sheet of a node of a machine, which is called `machine.toml#feeder`.
+pub(crate) fn sheet_of_node(name: &str) -> Option<DataSheet> {
+    let (path, node) = name.rsplit_once('#')?;
+    let machine = read(path.as_ref()).ok()?;
+    machine.buses().find_map(|machine| machine.node(node))?.sheet.as_deref().cloned()
+}
+
+/// What the data sheet of a node of a machine is called.
+pub(super) fn name_of_sheet(path: &Path, node: &str) -> String {
+    format!("{}#{node}", path.display())
+}
+
+/// A machine on one of its buses.
+pub(crate) struct OnBus {
+    all: Arc<Machine>,
+    at: usize,
+}
+
+impl Deref for OnBus {
+    type Target = Machine;
+
+    fn deref(&self) -> &Machine {
+        self.all.buses().nth(self.at).expect("it is one of its buses")
+    }
+}
+
 /// A machine in whose file nothing is wrong; findings that are no errors are left to `machine check`.
-pub(crate) fn sound(path: &Path) -> Result<Machine, Failure> {
-    without_errors(Machine::open(path)?, &path.display().to_string())
+pub(crate) fn sound(path: &Path) -> Result<Arc<Machine>, Failure> {
+    without_errors(read(path)?, &path.display().to_string())
+}
+
+/// The same on its only bus, or on the one that is named: `machine.toml#left`.
+pub(crate) fn sound_on_bus(name: &Path) -> Result<OnBus, Failure> {
+    on_bus(sound(name)?, Machine::file_and_bus(name).1)
+}
+
+/// A machine on its only bus, or on the one of this name.
+pub(crate) fn on_bus(all: Arc<Machine>, bus: Option<&str>) -> Result<OnBus, Failure> {
+    let found = all.on(bus).map_err(|which| {
+        Failure::new(which).help("--bus takes the name of one; so does the file, as machine.toml#NAME")
+    })?;
+    let at = all.buses().position(|machine| std::ptr::eq(machine, found)).expect("it is one of its buses");
+    Ok(OnBus { all, at })
 }
 
 /// The same of one that has been read.
-pub(crate) fn without_errors(machine: Machine, name: &str) -> Result<Machine, Failure> {
+pub(crate) fn without_errors(machine: Arc<Machine>, name: &str) -> Result<Arc<Machine>, Failure> {
     if !machine.findings.has_errors() {
         return Ok(machine);
     }

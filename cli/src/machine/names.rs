@@ -2,23 +2,25 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::{Arg, Command};
 use lexican_machine::{Machine, Node};
 use lexican_runtime::NodeId;
 
-use super::file::of_here;
+use super::file::{choose_bus, name_of_sheet, of_here, read, take_named};
 use crate::bus::BUS;
 use crate::node_place::{Words, command};
 
 /// The arguments with node-IDs instead of names of nodes, and with the bus and the data sheets of the machine where they are not
 /// given. Without a machine they stay as they are.
-pub(crate) fn resolved(args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
+    take_named(&mut args);
     resolved_by(args, cli, found)
 }
 
 /// A machine, and where it is.
-pub(crate) type Found = Option<(PathBuf, Machine)>;
+pub(crate) type Found = Option<(PathBuf, Arc<Machine>)>;
 
 /// The same by a machine that is found in another way: by the file that is named, if one is.
 pub(crate) fn resolved_by(
@@ -32,23 +34,45 @@ pub(crate) fn resolved_by(
     // The bus of a simulation is where its devices go.
     let Some(bus) = option("bus").filter(|_| command.get_name() != "simulate") else { return args };
     let place = Words { args: &args, command }.node_word(begin);
-    let is_given = |args: &[OsString], long: &str| {
-        let begins = format!("{long}=");
-        args.iter().any(|word| word == long || word.to_str().is_some_and(|word| word.starts_with(&begins)))
-    };
+    let is_given = |args: &[OsString], long: &str| valued(args, long).is_some();
     let needs_bus = !is_given(&args, "--bus") && std::env::var_os(BUS).is_none();
-    let has_name =
-        place.is_some_and(|(at, _)| args[at].to_str().is_some_and(|word| word.starts_with(char::is_alphabetic)));
-    let wants_simulation =
-        args.windows(2).any(|pair| pair == ["--bus", "sim"]) || args.iter().any(|word| word == "--bus=sim");
+    let words = place.map(|(at, prefix)| args[at].to_str().unwrap_or_default()[prefix..].to_owned());
+    let has_name = words.as_deref().is_some_and(|word| word.starts_with(char::is_alphabetic));
+    let bus_word =
+        valued(&args, "--bus").map(|(at, prefix)| (at, prefix, args[at].to_string_lossy()[prefix..].to_owned()));
+    let bus_name = bus_word.as_ref().map(|(.., name)| name.as_str()).filter(|name| !name.contains(':'));
     let lacks_bus = needs_bus && bus.is_required_set();
-    if !(lacks_bus || has_name || wants_simulation) {
+    if !(lacks_bus || has_name || bus_name.is_some()) {
         return args;
     }
-    let Some((path, machine)) = found(Words { args: &args, command }.machine(begin)) else { return args };
+    let Some((path, all)) = found(Words { args: &args, command }.machine(begin)) else { return args };
+    // Of several buses, the one that is named, or that of the node.
+    let on_named = |name| all.on(Some(name)).ok();
+    let of_simulation = bus_name.and_then(|name| name.strip_prefix("sim")).map(|rest| rest.strip_prefix('#'));
+    let first = words.as_deref().and_then(|words| words.split(',').next());
+    let machine = match (of_simulation, bus_name) {
+        (Some(Some(bus)), _) => on_named(bus),
+        (None, Some(name)) => on_named(name),
+        _ => None,
+    };
+    let machine = machine
+        .or_else(|| all.buses().find(|machine| first.is_some_and(|first| machine.node(first).is_some())))
+        .or(Some(&*all).filter(|all| all.others.is_empty()));
+    let named_bus = machine.and_then(|machine| machine.bus.name.as_ref());
+    let of_bus = named_bus.map_or_else(String::new, |name| format!("#{}", choose_bus(&name.value)));
+    if let Some((at, prefix, _)) = &bus_word {
+        let url = machine.and_then(|machine| machine.bus.url.as_ref()).filter(|_| !of_bus.is_empty());
+        let url = match of_simulation {
+            Some(_) => Some(format!("sim:{}{of_bus}", path.display())),
+            None => url.filter(|_| bus_name.and_then(on_named).is_some()).map(|url| url.value.clone()),
+        };
+        if let Some(url) = url {
+            args[*at] = format!("{}{url}", &args[*at].to_string_lossy()[..*prefix]).into();
+        }
+    }
+    let Some(machine) = machine else { return args };
     let mut named: Vec<&Node> = Vec::new();
-    if let Some((at, prefix)) = place {
-        let word = args[at].to_str().unwrap_or_default()[prefix..].to_owned();
+    if let (Some((at, prefix)), Some(word)) = (place, &words) {
         let nodes: Option<Vec<_>> =
             word.split(',').map(|name| machine.node(name).filter(|node| node.id.is_some())).collect();
         if let Some(nodes) = nodes {
@@ -56,12 +80,6 @@ pub(crate) fn resolved_by(
             args[at] = (args[at].to_str().unwrap_or_default()[..prefix].to_owned() + &ids.join(",")).into();
             named = nodes;
         }
-    }
-    let simulation = || format!("sim:{}", path.display());
-    if let Some(at) = args.iter().position(|word| word == "--bus=sim") {
-        args[at] = format!("--bus={}", simulation()).into();
-    } else if let Some(at) = args.windows(2).position(|pair| pair == ["--bus", "sim"]) {
-        args[at + 1] = simulation().into();
     }
     let mut more: Vec<OsString> = Vec::new();
     if needs_bus
@@ -82,12 +100,8 @@ pub(crate) fn resolved_by(
             false => [format!("--{long}"), format!("{id}={what}")],
         };
         for node in all {
-            if let (Some(id), Some(sheet)) = (node.id, &node.sheet_name) {
-                more.extend(said(id, "device", sheet).map(OsString::from));
-                if !is_given(&args, "--overlay") && takes("overlay") {
-                    let overlays = node.overlays.iter().map(|path| path.display().to_string());
-                    more.extend(overlays.flat_map(|path| said(id, "overlay", &path)).map(OsString::from));
-                }
+            if let (Some(id), Some(_)) = (node.id, &node.sheet) {
+                more.extend(said(id, "device", &name_of_sheet(&path, &node.name)).map(OsString::from));
             }
         }
     }
@@ -96,9 +110,17 @@ pub(crate) fn resolved_by(
     args
 }
 
+/// Where the value of an option stands, and what is before it in the same word.
+fn valued(args: &[OsString], long: &str) -> Option<(usize, usize)> {
+    args.iter().enumerate().find_map(|(at, word)| match word.to_str()?.strip_prefix(long)? {
+        "" => Some((at + 1, 0)).filter(|(value, _)| *value < args.len()),
+        rest => rest.starts_with('=').then_some((at, long.len() + 1)),
+    })
+}
+
 /// The machine that is named, or that of this folder. What is wrong with its file is said by `machine check`.
 fn found(named: Option<PathBuf>) -> Found {
     let path = named.or_else(of_here)?;
-    let machine = Machine::open(&path).ok()?;
-    Some((path, machine))
+    let machine = read(&path).ok()?;
+    Some((Machine::file_and_bus(&path).0.to_owned(), machine))
 }

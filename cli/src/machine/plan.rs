@@ -45,27 +45,31 @@ Examples:
     lexican machine plan --of feeder --live";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let path = args.machine.path()?;
-    let machine = sound(&path)?;
-    let mut network = match (&args.bus, args.live) {
-        (Some(bus), _) => Some(open(bus.clone())?),
-        (None, true) => Some(open(own_bus(&machine)?)?),
-        (None, false) => None,
+    let name = args.machine.path()?;
+    let (path, bus) = Machine::file_and_bus(&name);
+    let machine = sound(path)?;
+    let buses: Vec<_> = match (bus, &args.bus) {
+        (None, None) => machine.buses().collect(),
+        _ => vec![machine.on(bus).map_err(Failure::new)?],
     };
-    let nodes: Vec<_> = match &args.of {
-        None => machine.nodes.iter().collect(),
-        Some(name) => {
-            let node = machine.node(name).ok_or_else(|| {
-                let names: Vec<_> = machine.nodes.iter().map(|node| node.name.as_str()).collect();
-                Failure::new(format_args!("there is no node {name:?}"))
-                    .help(format_args!("there are {}", names.join(", ")))
-            })?;
-            vec![node]
-        }
-    };
+    let names: Vec<_> = buses.iter().flat_map(|it| &it.nodes).map(|node| node.name.as_str()).collect();
+    if let Some(name) = args.of.as_deref().filter(|name| !names.contains(name)) {
+        return Err(Failure::new(format_args!("there is no node {name:?}"))
+            .help(format_args!("there are {}", names.join(", "))));
+    }
     let mut outcome = Outcome::Clean;
-    for node in nodes {
-        outcome = outcome.max(print(args.json, &machine, node, network.as_mut())?);
+    for machine in buses {
+        let nodes = machine.nodes.iter().filter(|node| args.of.as_ref().is_none_or(|name| node.name.value == *name));
+        let nodes: Vec<_> = nodes.collect();
+        let mut network = match (&args.bus, args.live) {
+            _ if nodes.is_empty() => continue,
+            (Some(bus), _) => Some(open(bus.clone())?),
+            (None, true) => Some(open(own_bus(machine)?)?),
+            (None, false) => None,
+        };
+        for node in nodes {
+            outcome = outcome.max(print(args.json, machine, node, network.as_mut())?);
+        }
     }
     Ok(outcome)
 }

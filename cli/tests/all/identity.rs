@@ -47,14 +47,15 @@ fn a_node_is_not_backed_up_by_the_data_sheet_of_another_device() {
 fn every_command_looks_at_the_identity() {
     let folder = machine("identity-commands");
     let sheet = ["--device", "siko/ag03-1"];
-    std::fs::write(folder.join("set.toml"), "[node.7]\n1017 = 100\n").unwrap();
+    let set = "[node.sensor]\nid = 7\nsheet = \"siko/ag03-1\"\nsettings = { 1017 = \"100 ms\" }\n";
+    std::fs::write(folder.join("set.toml"), set).unwrap();
     let commands: [&[&str]; 7] = [
         &["read", "--node", "7", "1017"],
         &["write", "--node", "7", "1017", "100"],
         &["pdo", "show", "7"],
         &["watch", "--node", "7", "1017", "--for", "100ms"],
         &["compare", "node:7", "siko/ag03-1"],
-        &["apply", "set.toml"],
+        &["apply", "7", "--machine", "set.toml"],
         &["compare", "node:7", "sensor.eds"],
     ];
     for args in commands {

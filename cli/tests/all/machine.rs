@@ -35,7 +35,7 @@ fn a_machine_is_checked_with_each_mistake_at_its_place() {
     run.on_stdout(1, "\"ruleId\": \"machine::key\"");
     let run = in_machine("machine-json", MACHINE, &["machine", "check", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    assert_eq!((&json["nodes"], &json["findings"]), (&1.into(), &serde_json::json!([])));
+    assert_eq!((&json["buses"][0]["nodes"], &json["findings"]), (&1.into(), &serde_json::json!([])));
     in_machine("machine-none", "", &["machine", "check"]).on_stdout(1, "the machine has no nodes");
 }
 
@@ -71,4 +71,63 @@ fn every_command_takes_the_names_of_its_nodes() {
     run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
         .on_stdout(0, "1000:00");
     run("boot", &["boot"]).on_stdout(0, "node 5: has booted");
+}
+
+const BUSES: &str = r#"
+[bus.left]
+url = "sim:siko/ag02?node=5"
+bit-rate = "500 kbit/s"
+
+[bus.right]
+url = "sim:siko/ag03-1?node=5"
+
+[kind.drive]
+sheet = "siko/ag03-1"
+guarding = "100 ms"
+
+[node.feeder]
+id = 5
+bus = "right"
+kind = "drive"
+settings = { 2412 = "2.5 mm" }
+
+[node.cutter]
+id = 5
+bus = "left"
+sheet = "siko/ag02"
+guarding = "100 ms"
+"#;
+
+#[test]
+fn a_machine_has_several_buses() {
+    let run = |name: &str, args: &[&str]| in_machine(&format!("machine-buses-{name}"), BUSES, args);
+    let check = run("check", &["machine", "check"]);
+    check.on_stdout(0, "left: 1 node, 0 PDOs configured, the bus is busy for 0.");
+    check.on_stdout(0, "right: 1 node");
+    // A node is on its bus, and the bus is named where there is none.
+    run("feeder", &["read", "feeder", "1008"]).on_stdout(0, "AG03");
+    run("cutter", &["check", "cutter"]).on_stdout(0, "as the data sheet says");
+    run("scan", &["scan", "--bus", "left"]).on_stdout(0, "siko/ag02");
+    run("sim", &["scan", "--bus=sim#right"]).on_stdout(0, "siko/ag03-1");
+    run("sim-node", &["check", "--bus", "sim", "cutter"]).on_stdout(0, "as the data sheet says");
+    run("boot", &["boot", "--bus", "right"]).on_stdout(0, "node 5: has booted");
+    run("which", &["boot", "--bus", "sim"]).on_stderr(2, "the machine has several buses: left, right");
+    run("plan", &["machine", "plan", "--of", "feeder", "--live"]).on_stdout(1, "2412:00 Spindle Pitch = 2.50 mm");
+    run("apply", &["apply", "feeder", "--dry-run"]).on_stdout(0, "2412:00 Spindle Pitch = 2.50 mm, was ");
+}
+
+#[test]
+fn a_node_without_node_id_gets_it_by_lss_when_the_machine_boots() {
+    let folder = folder("machine-lss");
+    std::fs::write(folder.join("sensor.eds"), include_str!("../sensor.eds")).unwrap();
+    let machine = |more: &str| {
+        let identity = "identity = { vendor = 1, product = 2, revision = 3, serial = 4 }";
+        let text = format!("[node.sensor]\nid = 7\nlss = true\nsheet = \"sensor.eds\"\n{identity}\n{more}");
+        std::fs::write(folder.join("machine.toml"), text).unwrap();
+        lexican_in(&folder, &["boot", "--bus", "sim"])
+    };
+    let boot = machine("");
+    boot.on_stdout(0, "node 7: sensor has got its node-ID by LSS\nnode 7: has booted\n");
+    // What has booted is asked for its version.
+    machine("software = \"9.9\"\n").on_stderr(1, "node 7: the software version of sensor is not 9.9: ");
 }

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::common::{Run, folder, lexican, lexican_in};
+use crate::common::{Run, folder, lexican_in};
 use crate::simulation::Simulation;
 
 const SHEET: &str = include_str!("../sensor.eds");
@@ -264,29 +264,36 @@ fn any_two_sides_are_compared() {
 }
 
 #[test]
-fn settings_of_a_file_are_checked_and_applied() {
+fn settings_of_a_machine_are_checked_and_applied() {
     let folder = with_sheet("apply");
     let device = Simulation::begin(&folder, &["siko/ag03-1", "--node", "5"]);
-    let apply = |text: &str, more: &[&str]| {
-        std::fs::write(folder.join("settings.toml"), text).unwrap();
-        run(&device, &folder, "apply", &[&["settings.toml"], more].concat())
+    let apply = |settings: &str, more: &[&str]| {
+        let machine = format!(
+            "[node.feeder]\nid = 5\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n{settings}[node.cutter]\nid = 6\n"
+        );
+        std::fs::write(folder.join("machine.toml"), machine).unwrap();
+        run(&device, &folder, "apply", more)
     };
-    let good = "[node.5]\n\"Modes of Operation\" = \"profile velocity\"\n2412 = \"2.5 mm\"\n\"2410/5\" = 7\n";
+    let good =
+        "[node.feeder.settings]\n\"Modes of Operation\" = \"profile velocity\"\n2412 = \"2.5 mm\"\n\"2410/5\" = 7\n";
     let wrong = apply(&format!("{good}6064 = \"raw:1\"\n\"nonsense\" = 2\n"), &[]);
-    wrong.on_stderr(1, "node 5: 6064: the data sheet says ro");
-    assert!(wrong.stdout.is_empty() && wrong.stderr.contains("\"nonsense\"") && wrong.stderr.contains("nothing was"));
+    wrong.on_stderr(2, "machine::setting");
+    assert!(wrong.stdout.is_empty() && wrong.stderr.contains("the data sheet says ro"), "{wrong}");
+    assert!(wrong.stderr.contains("\"nonsense\"") && wrong.stderr.contains("machine.toml:9:8"), "{wrong}");
     // A command is none.
-    let command = apply(&format!("{good}6040 = \"shutdown\"\n"), &[]);
-    command.on_stderr(1, "6040: it is a command and no parameter; `lexican write` gives it");
+    apply(&format!("{good}6040 = \"shutdown\"\n"), &[]).on_stderr(2, "it is a command and no parameter");
     apply(good, &["--dry-run"])
         .on_stdout(0, "6060:00 Modes of Operation = profile velocity (2), was profile position (1)");
-    apply(good, &[]).on_stdout(0, "node 5: 3 parameters written, 0 had their value\n");
+    apply(good, &["feeder"]).on_stdout(0, "node 5: 3 parameters written, 0 had their value\n");
     apply(good, &["--json"]).on_stdout(0, "\"equal\":3");
     run(&device, &folder, "read", &["--node", "5", "6060", "2412"]).on_stdout(0, "2412:00 Spindle Pitch = 2.50 mm");
-    apply(&good.replace("node.5", "node.\"0x5-5\""), &["--start"]).on_stdout(0, "3 had their value\n");
+    apply(good, &["5", "--start"]).on_stdout(0, "3 had their value\n");
     run(&device, &folder, "nmt", &["start", "--node", "5", "--wait", "2s"]).on_stdout(0, "OPERATIONAL");
-    apply("[node.200]\n6060 = 1\n", &[]).on_stderr(2, "settings.toml: node.200: 200 is not a node-ID");
-    apply("[node.5]\n6060 = 1\n[node.\"4-6\"]\n6060 = 1\n", &[]).on_stderr(2, "node 5 has two sections");
-    apply("", &[]).on_stderr(2, "lexican apply --help");
-    lexican(&["apply", "--bus", "sim:siko/ag03-1?node=5", "missing.toml"]).on_stderr(2, "cannot read missing.toml");
+    apply(good, &["cutter"]).on_stderr(2, "machine.toml has no settings for that node");
+    apply("", &[]).on_stderr(2, "machine.toml has no settings for any node");
+    // Limits of the machine hold for every command.
+    let limits = "[node.feeder.limits]\n2412 = [\"1 mm\", \"3 mm\"]\n";
+    apply(&format!("{good}{limits}"), &[]).on_stdout(0, "3 had their value\n");
+    run(&device, &folder, "write", &["feeder", "2412", "4 mm"]).on_stderr(1, "4.00 mm is too high");
+    run(&device, &folder, "write", &["feeder", "2412", "2 mm"]).on_stdout(0, "2.00 mm");
 }

@@ -123,3 +123,85 @@ fn what_cannot_work_together_is_found() {
     check("[bus]\nmanager = 5\n[node.a]\nid = 5", "a has the node-ID of the manager");
     check("[node.a]\nid = 5\nheartbeat = \"1 s\"\nguarding = \"1 s\"", "a node has either heartbeat or guarding");
 }
+
+#[test]
+fn limits_of_the_machine_are_those_of_the_node() {
+    let node = |lines: &str| format!("[node.feeder]\nid = 5\n{GUARDED}{lines}");
+    let travel = "settings = { 2412 = \"1.00 mm\" }\nlimits = { 607A = [\"0 mm\", \"480 mm\"] }";
+    let machine = machine(&node(travel));
+    assert!(machine.findings.is_empty(), "{:?}", findings(&node(travel)));
+    assert_eq!(machine.nodes[0].sheet.as_ref().unwrap().errors().count(), 0);
+    let target = machine.nodes[0].device().unwrap().entry(0x607A, 0).unwrap();
+    let [low, high] = [&target.low, &target.high].map(|it| it.as_ref().and_then(lexican_eds::model::Value::as_integer));
+    assert_eq!((low, high), (Some(0), Some(48_000)));
+    check(
+        &node("limits = { 2412 = [\"0 mm\", \"2 mm\"] }\nsettings = { 2412 = \"2.5 mm\" }"),
+        "machine::setting]: 2.50 mm",
+    );
+    check(&node("limits = { 607 = [0, 1] }"), "5:12: error[machine::limit]: ");
+    check(&node("limits = { 6060 = [2, 1] }"), "5:19: error[machine::limit]: the lowest value comes first");
+    check(&node("limits = { 2412 = [0, \"1 km\"] }"), "5:19: error[machine::limit]: ");
+}
+
+#[test]
+fn a_drive_is_protected_or_said_not_to_be() {
+    let drive = "[node.a]\nid = 5\nsheet = \"kollmorgen/akd\"\n";
+    let bus = "[bus]\nmanager = 127\nheartbeat = \"200 ms\"\n";
+    assert_eq!(findings(&format!("{drive}protection = \"none\"")), Vec::<String>::new());
+    check(&format!("{drive}protection = \"1 s\""), "machine::protection]: a cannot watch its manager");
+    check(&format!("{bus}{drive}protection = \"200 ms\""), "machine::protection]: the protection of a is no longer");
+    let writes = |protection: &str| {
+        let machine = machine(&format!("{bus}{drive}{protection}"));
+        assert!(machine.findings.is_empty());
+        machine
+            .writes(&machine.nodes[0])
+            .into_iter()
+            .map(|write| (write.address.index(), write.data))
+            .collect::<Vec<_>>()
+    };
+    let watching = |ms: u16| vec![(0x1016, [&ms.to_le_bytes()[..], &[127, 0]].concat())];
+    assert_eq!(writes(""), watching(600));
+    assert_eq!(writes("protection = \"500 ms\""), watching(500));
+    assert_eq!(writes("protection = \"none\""), []);
+}
+
+#[test]
+fn a_node_by_lss_has_a_whole_identity() {
+    let node = |identity: &str| format!("[node.io]\nid = 7\nlss = true\nidentity = {{ {identity} }}");
+    let whole = machine(&node("vendor = 1, product = 2, revision = 3, serial = 4"));
+    assert!(whole.findings.is_empty());
+    assert_eq!(whole.nodes[0].lss.unwrap().serial, 4);
+    check(
+        &node("vendor = 1, product = 2, serial = 4"),
+        "3:7: error[machine::lss]: LSS needs the node-ID, and all four",
+    );
+    check(&node("vendor = 1, product = 2, revision = \">= 3\", serial = 4"), "machine::lss");
+    check("[node.io]\nid = 7\nidentity = { revision = \"3\" }", "\"3\" is no revision such as \">= 0x10002\"");
+}
+
+#[test]
+fn a_machine_of_several_buses_says_where_its_nodes_are() {
+    let node =
+        |name: &str, bus: &str| format!("[node.{name}]\nid = 5\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n{bus}");
+    let buses = "[bus.left]\n[bus.right]\n";
+    let two = format!("{buses}{}{}", node("a", "bus = \"left\"\n"), node("b", "bus = \"right\"\n"));
+    assert_eq!(findings(&two), Vec::<String>::new());
+    let machine = machine(&two);
+    let on = |bus| machine.on(Some(bus)).unwrap().nodes[0].name.value.clone();
+    assert_eq!([on("left"), on("right")], ["a", "b"]);
+    assert_eq!(machine.on(None).unwrap_err().to_string(), "the machine has several buses: left, right");
+    check(
+        &format!("{two}[wire]\n\"a.6041\" = \"b.6040\""),
+        "14:1: error[machine::wire]: this goes from one bus to another",
+    );
+    let one = format!("{buses}{}", node("b", "bus = \"right\"\n"));
+    check(
+        &format!("{one}{}", node("a", "")),
+        "8:7: error[machine::bus]: on which bus is a? | bus = \"left\", or \"right\"",
+    );
+    check(
+        &format!("{one}{}", node("a", "bus = \"lef\"")),
+        "12:7: error[machine::bus]: there is no bus \"lef\" | did you mean `left`?",
+    );
+    check("[node.io]\nid = 7\nbus = \"left\"", "3:7: error[machine::bus]: there is no bus \"left\"");
+}

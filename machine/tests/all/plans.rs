@@ -1,8 +1,26 @@
 //! What is written into nodes.
 
+use lexican_runtime::manager::Manager;
 use lexican_runtime::procedure::ConciseDcf;
+use lexican_runtime::service::sdo_client::Scalar;
+use lexican_runtime::{Duration, Instant};
 
 use crate::{sound, writes};
+
+#[test]
+fn a_manager_sends_what_the_machine_says_of_it() {
+    let machine = sound("[bus]\nmanager = 127\nheartbeat = \"200 ms\"\nsync = \"100 ms\"\n[node.io]\nid = 7");
+    let mut manager = Manager::<127>::new();
+    machine.produce(&mut manager, Instant::ZERO);
+    let mut sent = Vec::new();
+    for ms in 0..=200 {
+        let now = Instant::ZERO + Duration::from_millis(ms);
+        manager.handle_timeout(now);
+        sent.extend(std::iter::from_fn(|| manager.poll_transmit(now, &mut Scalar::default())).map(|it| it.to_string()));
+    }
+    sent.retain(|frame| frame.starts_with("77F"));
+    assert_eq!(sent, ["77F#05"; 2]);
+}
 
 #[test]
 fn settings_heartbeats_and_pdos_are_written_in_order() {

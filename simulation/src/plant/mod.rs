@@ -24,10 +24,10 @@ pub use error::PlantError;
 /// The bit rate of a simulated bus, unless its machine has another one.
 const BIT_RATE_KBIT: u32 = 500;
 
-/// Whether the name of a device is that of a machine's file.
+/// Whether the name of a device is that of a machine's file, or of one of its buses: `machine.toml#left`.
 #[must_use]
 pub fn is_machine(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+    Machine::file_and_bus(Path::new(name)).0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
 /// Simulated devices on one bus.
@@ -75,9 +75,14 @@ impl Plant {
         Plant { bit_rate_kbit: BIT_RATE_KBIT, devices: vec![device], faults: Vec::new() }
     }
 
-    /// The devices of a machine in a file, which may have warnings and no errors.
-    pub fn read(path: &Path) -> Result<Self, PlantError> {
-        Plant::of_machine(&Machine::open(path)?)
+    /// The devices of a machine in a file, on one of its buses, which may have warnings and no errors.
+    pub fn read(name: &Path) -> Result<Self, PlantError> {
+        let (path, bus) = Machine::file_and_bus(name);
+        let machine = Machine::open(path)?;
+        if machine.findings.has_errors() {
+            return Err(PlantError::of(machine.findings.iter(), &machine.input));
+        }
+        Plant::of_machine(machine.on(bus)?)
     }
 
     /// The same of a text, which errors call `name`.
@@ -129,7 +134,8 @@ impl PlantDevice {
             eeprom: simulated.eeprom.clone(),
             script: simulated.script.clone(),
             stated: Some(Stated { input: Arc::clone(input), place, simulated }),
-            ..PlantDevice::new(node.id, device, Arc::clone(sheet))
+            // One that gets its node-ID by LSS has none before.
+            ..PlantDevice::new(node.id.filter(|_| node.lss.is_none()), device, Arc::clone(sheet))
         })
     }
 
