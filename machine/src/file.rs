@@ -34,6 +34,9 @@ pub(crate) struct File {
     /// What goes wrong between simulated nodes.
     #[schemars(default)]
     fault: Vec<Fault>,
+    /// What the bench shows from the beginning.
+    #[schemars(default)]
+    bench: Bench,
 }
 
 /// What the machine is called.
@@ -289,6 +292,18 @@ impl<'de> Deserialize<'de> for Wire {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         short_or_table::<D, Wire, WireTable>(deserializer)
     }
+}
+
+/// What the bench shows from the beginning: objects as NODE.OBJECT, or the PDOs of a node, NODE.tpdo1.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Bench {
+    /// Objects whose values are watched.
+    pub(crate) watch: Vec<At<String>>,
+    /// Objects, and PDOs, of which curves are drawn.
+    pub(crate) plot: Vec<At<String>>,
+    /// How often objects are read.
+    pub(crate) every: Option<At<Time>>,
 }
 
 /// How a node is simulated.

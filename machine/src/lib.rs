@@ -5,6 +5,7 @@
 //! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
 
 mod at;
+mod bench;
 mod check;
 mod faults;
 mod file;
@@ -20,7 +21,7 @@ pub use at::{At, Revision};
 pub use check::Load;
 pub use files::Files;
 pub use format::format;
-pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Simulated, WhichBus};
+pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
 
 /// The JSON Schema of the file, for editors.

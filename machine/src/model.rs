@@ -11,6 +11,7 @@ use lexican_runtime::wire::lss;
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::pdo::PdoState;
+use lexican_toolbox::trace::sampler::Signal;
 
 use crate::at::{At, BitRate, Revision};
 pub use crate::faults::{Fault, Simulated};
@@ -31,10 +32,25 @@ pub struct Machine {
     pub nodes: Vec<Node>,
     /// What goes wrong between simulated nodes.
     pub faults: Vec<Fault>,
+    /// What the bench shows from the beginning.
+    pub bench: Vec<Shown>,
     /// What is wrong with the file.
     pub findings: Diagnostics,
     /// The same machine on its other buses; their findings are here.
     pub others: Vec<Machine>,
+}
+
+/// What the bench shows of a node from the beginning.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// The node.
+    pub node: NodeId,
+    /// The object, or the PDO.
+    pub signal: Signal,
+    /// Whether it has a curve; else its value is watched.
+    pub as_curve: bool,
+    /// How often an object is read.
+    pub every: Duration,
 }
 
 /// A machine has several buses, or not the one that is meant.

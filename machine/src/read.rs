@@ -19,7 +19,7 @@ use crate::file::{self, About, Fault, Simulated, Wire};
 use crate::files::Files;
 use crate::model::{Bus, Machine};
 use crate::nodes::lower;
-use crate::{faults, wire};
+use crate::{bench, faults, wire};
 
 /// The findings about a file, and where they are.
 pub(crate) struct Out {
@@ -138,12 +138,13 @@ struct Sections {
     wires: Vec<Named<Wire>>,
     simulated: Vec<Named<Simulated>>,
     faults: Vec<Fault>,
+    bench: file::Bench,
 }
 
 type Value<'i> = Spanned<DeValue<'i>>;
 
 impl Sections {
-    const NAMES: [&'static str; 7] = ["machine", "bus", "node", "kind", "wire", "simulate", "fault"];
+    const NAMES: [&'static str; 8] = ["machine", "bus", "node", "kind", "wire", "simulate", "fault", "bench"];
 
     fn read(&mut self, key: &Spanned<std::borrow::Cow<'_, str>>, value: &Value<'_>, out: &mut Out) {
         match key.get_ref().as_ref() {
@@ -161,6 +162,7 @@ impl Sections {
             "kind" => self.kinds = each(value, out).into_iter().map(|kind| (kind.name.value, kind.table)).collect(),
             "wire" => self.wires = each(value, out),
             "simulate" => self.simulated = each(value, out),
+            "bench" => self.bench = section(value, out).unwrap_or_default(),
             "fault" => match value.get_ref().as_array() {
                 Some(faults) => self.faults = faults.iter().filter_map(|fault| section(fault, out)).collect(),
                 None => out.wrong("machine::value", &value.span(), "a fault is a table [[fault]]", None),
@@ -224,6 +226,13 @@ impl Sections {
         for simulated in self.simulated {
             parts[at(&simulated.name.value).unwrap_or(0)].1.simulated.push(simulated);
         }
+        let file::Bench { watch, plot, every } = self.bench;
+        for (_, part) in &mut parts {
+            part.bench.every.clone_from(&every);
+        }
+        let place = |text: &At<String>| text.split('.').next().and_then(at).unwrap_or(0);
+        watch.into_iter().for_each(|text| parts[place(&text)].1.bench.watch.push(text));
+        plot.into_iter().for_each(|text| parts[place(&text)].1.bench.plot.push(text));
         for fault in self.faults {
             let place = fault.from.as_ref().and_then(|from| at(&from.value)).unwrap_or(0);
             parts[place].1.faults.push(fault);
@@ -238,9 +247,10 @@ impl Sections {
         wire::connect(&mut nodes, &self.wires, &bus, out);
         faults::simulate(&mut nodes, self.simulated, files, out);
         let faults = faults::of(self.faults, &nodes, out);
+        let bench = bench::shown(&nodes, &self.bench, out);
         let About { name, note } = self.about;
         let (input, findings, others) = (input.clone(), Diagnostics::default(), Vec::new());
-        let machine = Machine { input, name, note, bus, nodes, faults, findings, others };
+        let machine = Machine { input, name, note, bus, nodes, faults, bench, findings, others };
         crate::check::check(&machine, out);
         machine
     }

@@ -19,7 +19,7 @@ const FREE: std::ops::Range<u16> = 0x680..0x6E0;
 const MOST_BITS: u32 = 64;
 
 /// An end of a wire.
-enum End<'w> {
+pub(crate) enum End<'w> {
     Manager,
     /// An object of a node.
     Node(usize, &'w str),
@@ -131,7 +131,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
 }
 
 /// `feeder.statusword`, `manager`.
-fn end<'w>(nodes: &[Node], text: &'w str, at: &Range<usize>, out: &mut Out) -> Option<End<'w>> {
+pub(crate) fn end<'w>(nodes: &[Node], text: &'w str, at: &Range<usize>, out: &mut Out) -> Option<End<'w>> {
     if text == MANAGER {
         return Some(End::Manager);
     }

@@ -10,8 +10,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_bench::Bench;
-use lexican_bench::engine::{Setup, Simulation};
+use lexican_bench::engine::{Client, Setup, Simulation};
 use lexican_bench::model::BusInfo;
+use lexican_bench::request::Request;
 use lexican_bench::sheet::Sheet;
 use lexican_bench::tui;
 use lexican_bench::web::Server;
@@ -19,6 +20,7 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
 use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::text::duration::in_milliseconds;
 
 use crate::bus::{Bus, BusArgs, KnownArgs, kinds, simulate};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
@@ -91,9 +93,12 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.tui {
-        return on_terminal(&args.open()?, args.lang.unwrap_or_else(Language::of_this_user));
+        let bench = args.open()?;
+        let _shown = args.show_at_first(&bench);
+        return on_terminal(&bench, args.lang.unwrap_or_else(Language::of_this_user));
     }
     let (bench, server) = (args.open()?, args.bind()?);
+    let _shown = args.show_at_first(&bench);
     let ending = Ending::new(&bench);
     let end = server.end();
     ending.on_ctrl_c(move |bench| {
@@ -208,7 +213,8 @@ impl Args {
         // That of a simulation is known: it is ours.
         let bit_rate = bit_rate.or(simulation.as_ref().map(|simulation| simulation.bit_rate));
         let simulation = simulation.map(Devices);
-        let named = |node| simulation.as_ref().and_then(|devices| devices.name(node));
+        let simulated = |node| simulation.as_ref().and_then(|devices| devices.name(node));
+        let named = |node| simulated(node).or_else(|| self.known.name(node));
         let shown = |(node, sheet): (NodeId, DataSheet)| {
             let name = sheet.input.eds.name().to_owned();
             (node, named(node), Some(Sheet::new(&name, sheet)))
@@ -222,6 +228,24 @@ impl Args {
             (None, frames) => Bench::replay(frames.unwrap_or_default(), setup),
         };
         begun.map_err(|error| Failure::new(format_args!("the bench cannot begin: {}", reason(&error))))
+    }
+
+    /// Watches and draws what the machine says, for as long as the client is kept.
+    fn show_at_first(&self, bench: &Bench) -> Option<Client> {
+        let machine = self.known.machine().filter(|machine| !machine.bench.is_empty())?;
+        let client = bench.open_client();
+        for shown in &machine.bench {
+            let (node, signal, every) = (shown.node.get(), shown.signal.to_string(), in_milliseconds(shown.every));
+            let every_ms = u32::try_from(every).unwrap_or(u32::MAX);
+            let request = match shown.as_curve {
+                true => Request::Plot { node, signals: vec![signal], every_ms },
+                false => Request::Watch { node, address: signal, every_ms },
+            };
+            if let Err(refused) = client.ask(request).wait() {
+                warn(format_args!("node {node}: {}", refused.why));
+            }
+        }
+        Some(client)
     }
 
     fn bind(&self) -> Result<Server, Failure> {

@@ -9,6 +9,7 @@ use lexican_toolbox::data_sheet::DataSheet;
 use super::node::NO_DEVICE;
 use super::of_node;
 use crate::device::{load, load_input};
+use crate::machine::{OnBus, machine_of_sheet};
 use crate::output::Failure;
 
 #[derive(clap::Args, Debug)]
@@ -26,6 +27,17 @@ impl KnownArgs {
     /// The nodes of which it is said what they are, or that they are treated as unknown.
     pub(crate) fn named(&self) -> impl Iterator<Item = NodeId> {
         self.device.iter().map(|(node, _)| *node)
+    }
+
+    /// What a machine calls a node, by its data sheet, machine.toml#feeder.
+    pub(crate) fn name(&self, node: NodeId) -> Option<String> {
+        let (_, name) = self.device.iter().find(|(named, _)| *named == node)?;
+        machine_of_sheet(name).map(|(_, node)| node)
+    }
+
+    /// The machine whose nodes they are.
+    pub(crate) fn machine(&self) -> Option<OnBus> {
+        self.device.iter().find_map(|(_, name)| machine_of_sheet(name)).map(|(machine, _)| machine)
     }
 
     /// The data sheets with their overlays, of which some replace those that the URL of the bus names.

@@ -102,9 +102,16 @@ pub(super) fn read(name: &Path) -> Result<Arc<Machine>, ReadError> {
 
 /// The data sheet of a node of a machine, which is called `machine.toml#feeder`.
 pub(crate) fn sheet_of_node(name: &str) -> Option<DataSheet> {
+    let (machine, node) = machine_of_sheet(name)?;
+    machine.node(&node)?.sheet.as_deref().cloned()
+}
+
+/// The machine, on its bus, of whose node a data sheet is, and the node.
+pub(crate) fn machine_of_sheet(name: &str) -> Option<(OnBus, String)> {
     let (path, node) = name.rsplit_once('#')?;
-    let machine = read(path.as_ref()).ok()?;
-    machine.buses().find_map(|machine| machine.node(node))?.sheet.as_deref().cloned()
+    let all = read(path.as_ref()).ok()?;
+    let at = all.buses().position(|machine| machine.node(node).is_some())?;
+    Some((OnBus { all, at }, node.to_owned()))
 }
 
 /// What the data sheet of a node of a machine is called.

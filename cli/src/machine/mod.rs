@@ -8,7 +8,7 @@ pub(crate) mod names;
 mod plan;
 
 use crate::output::{Failure, Outcome, print_result};
-pub(crate) use file::{OnBus, found, on_bus, sheet_of_node, sound_on_bus, without_errors};
+pub(crate) use file::{OnBus, found, machine_of_sheet, on_bus, sheet_of_node, sound_on_bus, without_errors};
 
 /// The commands for a machine in one file.
 #[derive(clap::Subcommand, Debug)]

@@ -179,3 +179,18 @@ fn a_terminal_that_is_closed_stops_what_it_has_started() {
     assert!(matches!(code, Some(0 | 2)), "it has ended by itself: {code:?}");
     while velocity(&mut drive) != 0.0 {}
 }
+
+#[test]
+fn what_the_machine_keeps_is_shown_from_the_beginning() {
+    let folder = folder("bench-machine");
+    let machine = "[node.feeder]\nid = 5\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n\
+                   [bench]\nwatch = [\"feeder.607A\"]\nplot = [\"feeder.position actual value\"]\n";
+    std::fs::write(folder.join("machine.toml"), machine).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lexican"));
+    let mut screen = Terminal::of(command.args(["bench", "--bus", "sim", "--tui"]).current_dir(&folder));
+    shows(&mut screen, "feeder");
+    screen.press("5");
+    shows(&mut screen, "Position Actual Value");
+    screen.press("q");
+    assert_eq!(screen.end().0, Some(0));
+}

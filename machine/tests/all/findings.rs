@@ -205,3 +205,19 @@ fn a_machine_of_several_buses_says_where_its_nodes_are() {
     );
     check("[node.io]\nid = 7\nbus = \"left\"", "3:7: error[machine::bus]: there is no bus \"left\"");
 }
+
+#[test]
+fn what_the_bench_shows_is_there() {
+    let node = format!("[node.feeder]\nid = 5\n{GUARDED}");
+    let shown =
+        machine(&format!("{node}[bench]\nwatch = [\"feeder.statusword\"]\nplot = [\"feeder.6064\", \"feeder.tpdo1\"]"));
+    assert!(shown.findings.is_empty());
+    let shown: Vec<_> = shown.bench.iter().map(|it| format!("{} {} {}", it.node, it.signal, it.as_curve)).collect();
+    assert_eq!(shown, ["5 6041:00 false", "5 6064:00 true", "5 tpdo1 true"]);
+    check(
+        &format!("{node}[bench]\nwatch = [\"feder.6041\"]"),
+        "6:10: error[machine::name]: there is no node \"feder\"",
+    );
+    check(&format!("{node}[bench]\nwatch = [\"feeder.tpdo1\"]"), "6:10: error[machine::bench]: a PDO has curves");
+    check(&format!("{node}[bench]\nplot = [\"feeder.statuswrod\"]"), "names no object \"statuswrod\" | did you mean");
+}

@@ -1,6 +1,7 @@
 //! Values of a node over time: objects that are read again and again, and PDOs as they come.
 
 use std::collections::VecDeque;
+use std::fmt::{self, Display};
 
 use lexican_eds::model::Device;
 use lexican_runtime::host::{Bytes, StateMachine};
@@ -39,6 +40,17 @@ impl Signal {
             (Some(number), _) => Ok(Signal::Pdo { received: true, number }),
             (_, Some(number)) => Ok(Signal::Pdo { received: false, number }),
             _ => resolve(device, text).map(Signal::Object),
+        }
+    }
+}
+
+/// As [`Signal::parse`] takes it.
+impl Display for Signal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Signal::Object(address) => write!(f, "{address}"),
+            Signal::Pdo { received: true, number } => write!(f, "rpdo{number}"),
+            Signal::Pdo { received: false, number } => write!(f, "tpdo{number}"),
         }
     }
 }

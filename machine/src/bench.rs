@@ -1,0 +1,36 @@
+//! What the bench shows of a machine from the beginning.
+
+use lexican_runtime::Duration;
+use lexican_toolbox::trace::sampler::Signal;
+
+use crate::at::At;
+use crate::file;
+use crate::model::{Node, Shown};
+use crate::read::Out;
+use crate::wire::{End, end};
+
+/// How often objects are read, unless the file says it.
+const EVERY: Duration = Duration::from_millis(200);
+
+/// What is to be shown, as far as it is there.
+pub(crate) fn shown(nodes: &[Node], bench: &file::Bench, out: &mut Out) -> Vec<Shown> {
+    let every = bench.every.as_ref().map_or(EVERY, |it| it.value.0);
+    let texts = bench.watch.iter().map(|it| (it, false)).chain(bench.plot.iter().map(|it| (it, true)));
+    texts.filter_map(|(text, as_curve)| one(nodes, text, as_curve, every, out)).collect()
+}
+
+fn one(nodes: &[Node], text: &At<String>, as_curve: bool, every: Duration, out: &mut Out) -> Option<Shown> {
+    let End::Node(node, object) = end(nodes, &text.value, &text.span, out)? else {
+        out.wrong("machine::bench", &text.span, "the manager has no objects", Some("NODE.OBJECT".to_owned()));
+        return None;
+    };
+    let signal = Signal::parse(nodes[node].device(), object);
+    let signal = signal
+        .map_err(|error| out.wrong("machine::bench", &text.span, error.to_string(), Some(error.advice())))
+        .ok()?;
+    if let (Signal::Pdo { .. }, false) = (&signal, as_curve) {
+        out.wrong("machine::bench", &text.span, "a PDO has curves, and is not watched", Some("plot".to_owned()));
+        return None;
+    }
+    Some(Shown { node: nodes[node].id?, signal, as_curve, every })
+}
