@@ -13,6 +13,7 @@ use lexican_toolbox::text::node_id::node_id;
 
 use super::kind::{Bus, Kind, Simulated, Simulation};
 use crate::device::{load, warn_of_errors};
+use crate::machine::sound_on_bus;
 use crate::output::Failure;
 
 /// The node-ID of a simulation whose URL names none.
@@ -70,7 +71,7 @@ pub(crate) fn simulate(plant: Plant, pace: Pace) -> Result<Bus, Failure> {
 
 /// Reads a machine to simulate; warns about the errors of its data sheets.
 pub(crate) fn read_plant(path: &Path) -> Result<Plant, Failure> {
-    let plant = Plant::read(path)?;
+    let plant = Plant::of_machine(&*sound_on_bus(path)?)?;
     plant.devices.iter().for_each(|device| warn_of_errors(&device.sheet));
     Ok(plant)
 }

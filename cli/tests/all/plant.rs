@@ -174,7 +174,7 @@ fn errors_are_shown_with_their_lines() {
         run.on_stderr(2, words);
     }
     simulate("").on_stderr(2, "the machine has no nodes");
-    simulate("").on_stderr(2, "error: machine.toml cannot be simulated");
+    simulate("").on_stderr(2, "error: machine.toml cannot be used: see above");
     lexican_in(&folder, &["simulate", "machine.toml", "--node", "7"]).on_stderr(2, "--node is of one device");
     lexican_in(&folder, &["simulate", "missing.toml"]).on_stderr(2, "cannot read missing.toml");
 }

@@ -13,7 +13,7 @@ use lexican_runtime::host::{Link, VirtualBus};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
-use lexican_simulation::Plant;
+use lexican_simulation::{Files, Plant};
 use serde_json::Value;
 
 const NODE: NodeId = NodeId::literal(5);
@@ -21,7 +21,7 @@ const NODE: NodeId = NodeId::literal(5);
 /// A log of a session with the devices of a machine, from power-on.
 fn record(folder: &Path, machine: &str, session: impl FnOnce(&VirtualBus)) {
     fs::write(folder.join("machine.toml"), machine).unwrap();
-    let plant = Plant::read(&folder.join("machine.toml")).unwrap();
+    let plant = Plant::parse(machine, "machine.toml", Files::Folder(folder)).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     let log = Arc::new(Mutex::new(String::new()));
     let lines = Arc::clone(&log);

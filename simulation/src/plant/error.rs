@@ -4,8 +4,6 @@ use std::ops::Range;
 
 use lexican_eds::text::Span;
 use lexican_eds::{Diagnostic, Input, Severity};
-use lexican_machine::WhichBus;
-use lexican_toolbox::text::files::ReadError;
 
 use crate::device::SimulationError;
 
@@ -13,12 +11,6 @@ use crate::device::SimulationError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlantError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// It is not clear on which bus.
-    #[error("{0}; machine.toml#NAME is that of one bus")]
-    WhichBus(#[from] WhichBus),
     /// A machine, or a script, has mistakes.
     #[error("{file} cannot be simulated\n\n{findings}")]
     Wrong {

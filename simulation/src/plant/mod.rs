@@ -75,17 +75,7 @@ impl Plant {
         Plant { bit_rate_kbit: BIT_RATE_KBIT, devices: vec![device], faults: Vec::new() }
     }
 
-    /// The devices of a machine in a file, on one of its buses, which may have warnings and no errors.
-    pub fn read(name: &Path) -> Result<Self, PlantError> {
-        let (path, bus) = Machine::file_and_bus(name);
-        let machine = Machine::open(path)?;
-        if machine.findings.has_errors() {
-            return Err(PlantError::of(machine.findings.iter(), &machine.input));
-        }
-        Plant::of_machine(machine.on(bus)?)
-    }
-
-    /// The same of a text, which errors call `name`.
+    /// The devices of a machine in a text, which errors call `name`.
     pub fn parse(text: &str, name: &str, files: Files<'_>) -> Result<Self, PlantError> {
         Plant::of_machine(&Machine::parse(Source::new(name, text), files))
     }
