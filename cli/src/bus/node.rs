@@ -18,6 +18,7 @@ use lexican_toolbox::parameters::restore::check_identity;
 use super::{Bus, BusArgs, NodeIds, SheetName, network};
 use crate::completions::devices;
 use crate::device::{load, load_input};
+use crate::machine::machine_of_sheet;
 use crate::output::{Failure, Outcome, note, warn};
 use lexican_toolbox::text::duration::milliseconds;
 
@@ -171,6 +172,10 @@ impl SheetArgs {
         let Bus { link, nodes: known, .. } = bus.open(pace)?.settled()?;
         let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
         let ids = ids.or(only).ok_or_else(which_node)?;
+        // A machine has all of its nodes.
+        named.retain(|(name, _)| {
+            name.node.is_none_or(|node| ids.contains(&node)) || machine_of_sheet(&name.sheet).is_none()
+        });
         let other = named.iter().filter_map(|(name, _)| name.node).find(|node| !ids.contains(node));
         if let Some(other) = other {
             return Err(Failure::new(format_args!("node {other} has a data sheet, but is none of the nodes")));

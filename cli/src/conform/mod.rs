@@ -20,9 +20,9 @@ use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
 use crate::bus::{BUS, Bus, BusArgs, NODE, kinds, node_id, url, which_node};
-use crate::device::guard;
+use crate::device::{find, guard};
 use crate::output::{Failure, Outcome, ctrl_c, plural};
-use lexican_toolbox::data_sheet::{find, with_overlays};
+use lexican_toolbox::data_sheet::with_overlays;
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::text::duration::time;
 use lexican_toolbox::values::lookup::resolve;
@@ -204,7 +204,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     };
     let bus = BusArgs::named(bus.clone());
     args.reports.files.guard(|path| guard(path, args.device.as_deref(), &args.overlay))?;
-    let named = args.device.as_deref().map(find).transpose()?;
+    let named = args.device.as_deref().map(find).transpose()?.map(|(input, _)| input);
     let Bus { mut link, nodes, simulation } = bus.open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;

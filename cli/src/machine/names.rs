@@ -19,6 +19,9 @@ pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> 
     resolved_by(args, cli, found)
 }
 
+/// What stands before the node in a side of `compare`.
+const SIDE: &str = "node:";
+
 /// A machine, and where it is.
 pub(crate) type Found = Option<(PathBuf, Arc<Machine>)>;
 
@@ -42,7 +45,8 @@ pub(crate) fn resolved_by(
         valued(&args, "--bus").map(|(at, prefix)| (at, prefix, args[at].to_string_lossy()[prefix..].to_owned()));
     let bus_name = bus_word.as_ref().map(|(.., name)| name.as_str()).filter(|name| !name.contains(':'));
     let lacks_bus = needs_bus && bus.is_required_set();
-    if !(lacks_bus || has_name || bus_name.is_some()) {
+    let is_side = |word: &OsString| word.to_str().is_some_and(|word| word.starts_with(SIDE));
+    if !(lacks_bus || has_name || bus_name.is_some() || args.iter().any(is_side)) {
         return args;
     }
     let Some((path, all)) = found(Words { args: &args, command }.machine(begin)) else { return args };
@@ -71,6 +75,10 @@ pub(crate) fn resolved_by(
         }
     }
     let Some(machine) = machine else { return args };
+    for word in args.iter_mut().filter(|word| is_side(word)) {
+        let id = word.to_str().and_then(|word| machine.node(&word[SIDE.len()..])?.id);
+        *word = id.map_or_else(|| word.clone(), |id| format!("{SIDE}{id}").into());
+    }
     let mut named: Vec<&Node> = Vec::new();
     if let (Some((at, prefix)), Some(word)) = (place, &words) {
         let nodes: Option<Vec<_>> =
@@ -83,10 +91,13 @@ pub(crate) fn resolved_by(
     }
     let mut more: Vec<OsString> = Vec::new();
     if needs_bus
-        && (bus.is_required_set() || !named.is_empty())
+        && (bus.is_required_set() || !named.is_empty() || args.iter().any(is_side))
         && let Some(url) = &machine.bus.url
     {
         more.extend(["--bus".into(), url.value.clone().into()]);
+    }
+    if let (Some(rate), true) = (machine.bus.bit_rate, takes("bit-rate") && !is_given(&args, "--bit-rate")) {
+        more.extend(["--bit-rate".into(), (rate / 1000).to_string().into()]);
     }
     if takes("device") && !is_given(&args, "--device") {
         // A command for a whole bus knows all of its nodes.

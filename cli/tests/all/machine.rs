@@ -66,6 +66,9 @@ fn every_command_takes_the_names_of_its_nodes() {
     run("check", &["check", "feeder"]).on_stdout(0, "node 5: 138 entries, as the data sheet says");
     run("scan", &["scan"]).on_stdout(0, "siko/ag03-1");
     run("nmt", &["nmt", "start", "feeder"]).on_stdout(0, "");
+    run("conform", &["conform", "feeder", "--list"]).on_stdout(0, "1000h is read in one message");
+    run("compare", &["compare", "node:feeder", "siko/ag03-1"]).on_stdout(0, ", the same");
+    run("statistics", &["statistics", "--for", "2s"]).on_stdout(0, "load 0.");
     run("unknown", &["read", "feedr", "statusword"]).on_stderr(2, "feedr");
     // What is given wins.
     run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
