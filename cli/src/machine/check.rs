@@ -85,6 +85,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if counts[0] > 0 { Outcome::Found } else { Outcome::Clean })
 }
 
+/// How many PDOs are named that may come at any time.
+const NAMED: usize = 8;
+
 /// What is on a bus, and how busy that makes it.
 fn print_bus(stdout: &mut impl Write, machine: &Machine) -> std::io::Result<()> {
     if let Some(name) = &machine.bus.name {
@@ -96,7 +99,11 @@ fn print_bus(stdout: &mut impl Write, machine: &Machine) -> std::io::Result<()> 
         Some(load) => {
             write!(stdout, ", the bus is busy for {:.1} % in the worst case", load.percent)?;
             if !load.unbounded.is_empty() {
-                write!(stdout, ", but for what may come at any time: {}", load.unbounded.join(", "))?;
+                let (shown, more) = load.unbounded.split_at(load.unbounded.len().min(NAMED));
+                write!(stdout, ", but for what may come at any time: {}", shown.join(", "))?;
+                if !more.is_empty() {
+                    write!(stdout, " and {} more", more.len())?;
+                }
             }
         }
         None => write!(stdout, "; how busy the bus is depends on its bit-rate, which is not given")?,
