@@ -6,6 +6,7 @@
 
 mod at;
 mod check;
+mod export;
 mod faults;
 mod file;
 mod files;

@@ -1,5 +1,8 @@
 //! Machines as people write them.
 
+#[path = "../../../toolbox/tests/all/cantools.rs"]
+mod cantools;
+mod exports;
 mod files;
 mod findings;
 mod joints;
