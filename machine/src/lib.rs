@@ -6,6 +6,7 @@
 
 mod at;
 mod check;
+mod draft;
 mod export;
 mod faults;
 mod file;
@@ -19,6 +20,7 @@ mod wire;
 
 pub use at::At;
 pub use check::Load;
+pub use draft::{Draft, Found};
 pub use files::Files;
 pub use format::format;
 pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated};

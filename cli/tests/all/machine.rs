@@ -1,5 +1,7 @@
 //! `lexican machine`, and the names of its nodes in other commands.
 
+use std::path::Path;
+
 use crate::common::{Run, folder, lexican_in};
 
 const MACHINE: &str = "\
@@ -75,4 +77,81 @@ fn every_command_takes_the_names_of_its_nodes() {
     run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
         .on_stdout(0, "1000:00");
     run("boot", &["boot"]).on_stdout(0, "node 5: has booted");
+}
+
+/// Devices that are not as they were delivered.
+const CONFIGURED: &str = "\
+[bus]
+manager = 127
+heartbeat = \"200 ms\"
+
+[node.a]
+id = 5
+sheet = \"siko/ag03-1\"
+guarding = \"100 ms\"
+retry = 4
+tpdo.1 = { every = \"50 ms\" }
+tpdo.3 = \"off\"
+settings = { 2412 = \"2.5 mm\" }
+
+[node.b]
+id = 6
+sheet = \"kollmorgen/akd\"
+heartbeat = \"200 ms\"
+tpdo.1 = { map = [\"statusword\", \"606C\"], cob-id = 0x1A6, transmission = \"sync 4\" }
+rpdo.2 = \"off\"
+settings = { 6081 = 5000 }
+
+[node.c]
+id = 8
+sheet = \"MACHINES/encoder.eds\"
+heartbeat = \"50 ms\"
+";
+const MACHINES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines");
+
+/// What was found on the bus of a machine, and its comparison with that bus.
+fn found(folder: &Path, machine: &str) -> (String, Run) {
+    let bus = format!("sim:{}", folder.join(machine).display());
+    lexican_in(folder, &["machine", "new", "--bus", &bus, "--sheets", MACHINES, "-o", "machine.toml"]).on_stdout(0, "");
+    lexican_in(folder, &["machine", "check"]).on_stdout(0, "\n0 errors,");
+    let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
+    (written, lexican_in(folder, &["machine", "plan", "--live"]))
+}
+
+#[test]
+fn a_boot_of_a_machine_that_was_found_changes_nothing() {
+    let folder = folder("machine-new");
+    // The devices of a simulated bus have what their DCFs say.
+    std::fs::write(folder.join("configured.toml"), CONFIGURED.replace("MACHINES", MACHINES)).unwrap();
+    let export = ["machine", "export", "configured.toml", "--folder", "dcfs", "--format", "dcf"];
+    lexican_in(&folder, &export).on_stdout(0, "dcfs/a.dcf\n");
+    let nodes = [("a", 5), ("b", 6), ("c", 8)];
+    let bus = nodes.map(|(name, id)| format!("[node.{name}]\nid = {id}\nsheet = \"dcfs/{name}.dcf\"\n"));
+    std::fs::write(folder.join("bus.toml"), bus.concat()).unwrap();
+    let (written, plan) = found(&folder, "bus.toml");
+    for lines in [
+        "\nbit-rate = \"500 kbit/s\"\nmanager = 127\nheartbeat = \"200 ms\"\n",
+        "guarding = \"100 ms\"\nretry = 4\ntpdo.1 = { every = \"50 ms\" }\ntpdo.3 = \"off\"\n",
+        "\n[node.drive5.settings]\n\"Spindle Pitch\" = \"2.50 mm\"\n",
+        "tpdo.1 = { map = [\"Statusword\", \"Velocity actual value\"], transmission = \"sync 4\", cob-id = 0x1A6 }\n",
+        "rpdo.2 = \"off\"\n",
+        "\"Profile velocity\" = \"5000 units\"\n",
+        "[node.encoder8]\nid = 8\nsheet = \"",
+    ] {
+        assert!(written.contains(lines), "{lines}\n{written}");
+    }
+    plan.on_stdout(0, "1A00:02");
+}
+
+#[test]
+fn the_line_is_found_as_it_is() {
+    let folder = folder("machine-new-line");
+    let line = std::fs::read_to_string(Path::new(MACHINES).join("line.toml")).unwrap();
+    let sheets = ["io.eds", "encoder.eds"];
+    let line = sheets.iter().fold(line, |line, sheet| line.replace(sheet, &format!("{MACHINES}/{sheet}")));
+    std::fs::write(folder.join("line.toml"), line).unwrap();
+    let (written, plan) = found(&folder, "line.toml");
+    let nodes = written.lines().filter(|line| line.starts_with("[node.") && !line.ends_with(".settings]"));
+    assert_eq!(nodes.count(), 6, "{written}");
+    plan.on_stdout(0, "(as it is)");
 }
