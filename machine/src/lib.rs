@@ -5,6 +5,7 @@
 //! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
 
 mod at;
+mod bus_yml;
 mod check;
 mod draft;
 mod export;
@@ -19,6 +20,7 @@ mod read;
 mod wire;
 
 pub use at::At;
+pub use bus_yml::BusYml;
 pub use check::Load;
 pub use draft::{Draft, Found};
 pub use files::Files;

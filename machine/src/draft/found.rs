@@ -134,7 +134,7 @@ fn section(node: &Found, watches: bool) -> Section {
         let differs = entry.is_some_and(|entry| initial(sheet, entry).of_node(node.id.get()) != *data);
         differs && !said.contains(address) && !pdos.contains(&address.index())
     });
-    settings(&mut section, sheet, node.id, &values);
+    put_settings(&mut section, sheet, node.id, &values);
     section
 }
 
@@ -177,7 +177,7 @@ fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState) -> Option<String> {
 }
 
 /// A PDO in TOML: a list if nothing but its objects is given.
-pub(super) fn pdo_text(keys: &[(&str, String)]) -> String {
+pub(crate) fn pdo_text(keys: &[(&str, String)]) -> String {
     if let [("map", objects)] = keys {
         return objects.clone();
     }
@@ -195,8 +195,13 @@ fn mapped_object(sheet: &Device, pdo: PdoName, mapped: Mapped) -> Option<String>
     (pdo.map(Some(sheet), &[&name]).ok()? == [mapped]).then(|| quoted(&name))
 }
 
-/// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark.
-pub(super) fn settings(section: &mut Section, sheet: &Device, id: NodeId, settings: &BTreeMap<Address, Vec<u8>>) {
+/// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark, and is returned.
+pub(crate) fn put_settings(
+    section: &mut Section,
+    sheet: &Device,
+    id: NodeId,
+    settings: &BTreeMap<Address, Vec<u8>>,
+) -> Vec<String> {
     let mut values = DeviceValues::new(sheet);
     let known = |(address, data): (&Address, &Vec<u8>)| {
         let entry = sheet.entry(address.index(), address.sub())?;
@@ -217,11 +222,14 @@ pub(super) fn settings(section: &mut Section, sheet: &Device, id: NodeId, settin
     let texts: Vec<(String, String)> = texts.collect();
     let pairs: Vec<_> = texts.iter().map(|(object, value)| (object.as_str(), value.as_str())).collect();
     let (_, wrong) = encode(&pairs, &mut DeviceValues::new(sheet), Some(id));
+    let mut refused = Vec::new();
     for (at, (object, value)) in texts.iter().enumerate() {
         match wrong.iter().find(|wrong| wrong.at == at) {
-            Some(wrong) => section.remark(&format!("{object} = {value}: {}", wrong.text)),
+            Some(wrong) => refused.push(format!("{object} = {value}: {}", wrong.text)),
             None if value.parse::<i64>().is_ok() => section.set(object, value),
             None => section.set(object, &quoted(value)),
         }
     }
+    refused.iter().for_each(|refused| section.remark(refused));
+    refused
 }

@@ -3,6 +3,7 @@
 mod found;
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use lexican_eds::model::Device;
 use lexican_runtime::object::Address;
@@ -13,6 +14,7 @@ use lexican_toolbox::values::name;
 use toml_edit::{Key, Value};
 
 pub use found::Found;
+pub(crate) use found::{pdo_text, put_settings};
 
 use crate::nodes::is_name;
 
@@ -24,7 +26,7 @@ pub struct Draft {
 }
 
 /// A table of the file, line by line.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Section {
     lines: Vec<String>,
     settings: Vec<String>,
@@ -48,6 +50,21 @@ impl Section {
     /// A parameter, whose value is TOML.
     pub(crate) fn set(&mut self, object: &str, value: &str) {
         self.settings.push(format!("{} = {value}", Key::new(object).display_repr()));
+    }
+
+    /// What nodes are called that have this in common: after their data sheet.
+    fn kind_name(&self) -> String {
+        let sheet = self.lines.iter().find_map(|line| line.strip_prefix("sheet = "));
+        let stem = sheet.and_then(|name| Path::new(name.trim_matches('"')).file_stem()?.to_str());
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+        let word: String = stem.unwrap_or_default().chars().filter(|letter| is_word(*letter)).collect();
+        if word.is_empty() { "alike".to_owned() } else { word }
+    }
+
+    /// What other nodes may have as well.
+    fn common(&self) -> Section {
+        let lines = self.lines.iter().filter(|line| !is_own(line)).cloned().collect();
+        Section { lines, settings: self.settings.clone() }
     }
 
     /// What cannot be said in the file.
@@ -79,9 +96,27 @@ impl Draft {
         name
     }
 
+    /// What several nodes have in common, by the names of the kinds.
+    fn kinds(&self) -> Vec<(String, Section)> {
+        let mut kinds: Vec<(String, Section)> = Vec::new();
+        for (at, (_, node)) in self.nodes.iter().enumerate() {
+            let common = node.common();
+            let is_other = self.nodes[at + 1..].iter().any(|(_, other)| other.common() == common);
+            if is_other && common.lines.len() > 1 && !kinds.iter().any(|(_, kind)| *kind == common) {
+                let name = common.kind_name();
+                let is_free = |name: &String| !kinds.iter().any(|(other, _)| other == name);
+                let numbered = (2..).map(|number| format!("{name}-{number}"));
+                let name = [name.clone()].into_iter().chain(numbered).find(is_free).expect("one of them is free");
+                kinds.push((name, common));
+            }
+        }
+        kinds
+    }
+
     /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
+        let kinds = self.kinds();
         // Writing to a string cannot fail.
         let mut text = String::new();
         let mut table = |name: &str, lines: &[String]| {
@@ -91,13 +126,32 @@ impl Draft {
             }
         };
         table("bus", &self.bus.lines);
+        for (name, kind) in &kinds {
+            table(&format!("kind.{name}"), &kind.lines);
+            table(&format!("kind.{name}.settings"), &kind.settings);
+        }
         for (name, node) in &self.nodes {
             let name = format!("node.{}", Key::new(name).display_repr());
-            table(&name, &node.lines);
-            table(&format!("{name}.settings"), &node.settings);
+            let common = node.common();
+            match kinds.iter().find(|(_, kind)| *kind == common) {
+                Some((kind, _)) => {
+                    let mut lines: Vec<_> = node.lines.iter().filter(|line| is_own(line)).cloned().collect();
+                    lines.insert(1, format!("kind = {}", quoted(kind)));
+                    table(&name, &lines);
+                }
+                None => {
+                    table(&name, &node.lines);
+                    table(&format!("{name}.settings"), &node.settings);
+                }
+            }
         }
         text
     }
+}
+
+/// Whether a line of a node is of no other one.
+fn is_own(line: &str) -> bool {
+    line.starts_with("id = ") || line.starts_with("identity = ")
 }
 
 /// A text in TOML.
