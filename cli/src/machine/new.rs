@@ -4,7 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use lexican_eds::Source;
-use lexican_machine::{Draft, Files, Found, Machine};
+use lexican_eds::model::Device;
+use lexican_machine::{BusYml, Draft, Files, Found, Machine};
 use lexican_runtime::cia301;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, BusUrl, Pace};
@@ -15,7 +16,9 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::node::identity::{is_of, recognise};
 use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::backup::backup;
+use lexican_toolbox::parameters::restore::configured;
 use lexican_toolbox::text::duration::milliseconds;
+use lexican_toolbox::text::files::read;
 
 use crate::bus::{BoxedLink, Bus, BusArgs, url};
 use crate::output::{self, Failure, ForceArgs, Outcome, plural, warn};
@@ -26,11 +29,17 @@ use crate::scan;
 ///
 /// From a bus: its nodes with their identities and data sheets, heartbeat and guarding, PDOs and parameters where these differ from
 /// the data sheets. What a boot writes is what the nodes have. Set-points and what an RPDO writes are left out, as in a backup.
+/// From a folder of DCFs or backups: the same of these. From a bus.yml of dcfgen (lely-core) or cogen (ros2_canopen): what these
+/// tools make of it; what they drop, override or reorder without a word is said.
 ///
 /// Then the file is checked, as `lexican machine check` does it. Exit code 1 if anything is wrong with it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
+    /// A bus.yml, or a folder of DCFs
+    #[arg(value_name = "FILE|DIR", conflicts_with = "bus")]
+    source: Option<PathBuf>,
+
     /// The bus whose nodes are found
     #[arg(long, value_name = "URL", value_parser = url)]
     bus: Option<BusUrl>,
@@ -54,7 +63,9 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican machine new --bus can0 -o machine.toml
-    lexican machine new --bus can0 --sheets sheets -o machine.toml";
+    lexican machine new --bus can0 --sheets sheets -o machine.toml
+    lexican machine new config/bus.yml -o machine.toml
+    lexican machine new backups -o machine.toml";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(path) = &args.output {
@@ -63,10 +74,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     // Its paths are relative to the file.
     let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let sheets = Sheets::read(&args.sheets, folder)?;
-    let Some(bus) = &args.bus else {
-        return Err(Failure::new("from what?").help("name the bus: --bus can0"));
+    let (draft, outcome) = match (&args.source, &args.bus) {
+        (Some(source), _) if source.is_dir() => (of_folder(source, &sheets, folder)?, Outcome::Clean),
+        (Some(source), _) => of_bus_yml(source, folder)?,
+        (None, Some(bus)) => (of_bus(bus, &sheets, args.timeout)?, Outcome::Clean),
+        (None, None) => {
+            return Err(Failure::new("from what?").help("name the bus, --bus can0, or a bus.yml, or a folder of DCFs"));
+        }
     };
-    let draft = of_bus(bus, &sheets, args.timeout)?;
     let text = draft.text();
     let name = args.output.as_ref().map_or_else(|| "machine.toml".to_owned(), |path| path.display().to_string());
     match &args.output {
@@ -75,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let Machine { findings, input, .. } = Machine::parse(Source::new(name, text), Files::Folder(folder));
     eprint!("{}", findings.render(&input));
-    Ok(if findings.has_errors() { Outcome::Found } else { Outcome::Clean })
+    Ok(if findings.has_errors() { Outcome::Found } else { outcome })
 }
 
 /// A machine of the nodes of a bus.
@@ -113,6 +128,47 @@ fn of_bus(bus: &BusUrl, sheets: &Sheets, timeout: Duration) -> Result<Draft, Fai
     Ok(Draft::on(&bus.to_string(), bit_rate).with(&found))
 }
 
+/// A machine of the nodes whose DCFs are in a folder.
+fn of_folder(source: &Path, sheets: &Sheets, folder: &Path) -> Result<Draft, Failure> {
+    let mut found = Vec::new();
+    for path in data_sheets(source)? {
+        let (shown, device) = (path.display(), DataSheet::load(&path.to_string_lossy(), &[])?.device);
+        let commissioning = device.commissioning.clone().unwrap_or_default();
+        let Some(id) = commissioning.node_id.and_then(NodeId::new) else {
+            warn(format_args!("{shown} is left out: it has no node-ID, [DeviceComissioning] NodeID"));
+            continue;
+        };
+        if device.entries().any(|entry| entry.download_file.is_some()) {
+            warn(format_args!("{shown} has DOMAINs, which are left out; `lexican restore` writes them"));
+        }
+        let info = &device.info;
+        let known = sheets.find([info.vendor_number, info.product_number, info.revision_number, None]);
+        // A data sheet that lacks what the DCF sets is that of another version.
+        let values = configured(&device, id);
+        let has_all = |sheet: &Device| values.keys().all(|it| sheet.entry(it.index(), it.sub()).is_some());
+        let (name, sheet) = match known.filter(|(_, sheet)| has_all(sheet)) {
+            Some((name, sheet)) => (name, sheet.clone()),
+            None => (relative(&path, folder), device.clone()),
+        };
+        found.push(Found::of_dcf(id, device, name, sheet));
+    }
+    if found.is_empty() {
+        return Err(Failure::new(format_args!("{} has no DCF of a node", source.display())));
+    }
+    found.sort_by_key(|node| node.id);
+    Ok(Draft::default().with(&found))
+}
+
+/// What dcfgen or cogen makes of a bus.yml; what is wrong with it is left out.
+fn of_bus_yml(source: &Path, folder: &Path) -> Result<(Draft, Outcome), Failure> {
+    let files = Files::Folder(source.parent().unwrap_or(Path::new("")));
+    let name =
+        |sheet: &str| if Path::new(sheet).is_file() { relative(sheet.as_ref(), folder) } else { sheet.to_owned() };
+    let BusYml { draft, findings, input } = BusYml::read(read(source)?, files, &name);
+    eprint!("{}", findings.render(&input));
+    Ok((draft, if findings.has_errors() { Outcome::Found } else { Outcome::Clean }))
+}
+
 /// The heartbeat of a node in ms, 0 if it has none.
 fn heartbeat(network: &mut Network<BoxedLink>, id: NodeId) -> Result<u16, Failure> {
     match network.read_bytes(id, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0)) {
@@ -140,7 +196,7 @@ impl Sheets {
     }
 
     /// The data sheet of a node, that of its own revision before others, and one that configures nothing before a DCF.
-    fn find(&self, [vendor, product, revision, _]: [Option<u32>; 4]) -> Option<(String, &lexican_eds::model::Device)> {
+    fn find(&self, [vendor, product, revision, _]: [Option<u32>; 4]) -> Option<(String, &Device)> {
         let vendor = vendor?;
         let of_file = self.0.iter().filter(|(_, sheet)| is_of(&sheet.device, vendor, product));
         let found = of_file.max_by_key(|(_, sheet)| {

@@ -141,6 +141,32 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         assert!(written.contains(lines), "{lines}\n{written}");
     }
     plan.on_stdout(0, "1A00:02");
+    // Their DCFs alone say the same.
+    lexican_in(&folder, &["machine", "new", "dcfs", "--sheets", MACHINES, "-o", "again.toml"]).on_stdout(0, "");
+    let again = std::fs::read_to_string(folder.join("again.toml")).unwrap();
+    let named = written.replace(".drive5", ".a").replace(".drive6", ".b").replace(".encoder8", ".c");
+    assert!(again.lines().all(|line| named.lines().any(|other| other == line)), "{again}\n{named}");
+    assert_eq!(again.matches("[node.").count(), 5, "{again}");
+    lexican_in(&folder, &["machine", "plan", "again.toml", "--bus", "sim:bus.toml"]).on_stdout(0, "(as it is)");
+}
+
+#[test]
+fn a_bus_yml_becomes_a_machine() {
+    let folder = folder("machine-new-yml");
+    let run = |text: &str| {
+        std::fs::create_dir_all(folder.join("config")).unwrap();
+        std::fs::write(folder.join("config/bus.yml"), text).unwrap();
+        std::fs::copy(Path::new(MACHINES).join("io.eds"), folder.join("config/io.eds")).unwrap();
+        lexican_in(&folder, &["machine", "new", "config/bus.yml", "-o", "machine.toml", "--force"])
+    };
+    let slave = "master: {node_id: 1}\nio:\n  node_id: 7\n  dcf: io.eds\n";
+    run(&format!("{slave}  hartbeat_producer: 100\n")).on_stderr(0, "did you mean `heartbeat_producer`?");
+    let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
+    assert!(written.contains("[node.io]\nid = 7\nsheet = \"config/io.eds\"\noptional = true\n"), "{written}");
+    run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))
+        .on_stderr(1, "the data sheet has no 9999:00: dcfgen stops here");
+    lexican_in(&folder, &["machine", "new"]).on_stderr(2, "from what?");
+    lexican_in(&folder, &["machine", "new", "config"]).on_stderr(2, "config has no DCF of a node");
 }
 
 #[test]
