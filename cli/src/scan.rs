@@ -52,22 +52,28 @@ const PAUSE: Duration = Duration::from_millis(1);
 const GRACE: Duration = Duration::from_millis(30);
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 
+/// A node that was found.
 #[derive(Debug, Default)]
-struct Found {
+pub(crate) struct Found {
     numbers: BTreeMap<Address, u32>,
     /// Second, different responses.
     others: BTreeMap<Address, u32>,
     state: Option<NmtState>,
     /// Why there may be two nodes.
-    evidence: BTreeSet<Evidence>,
+    pub(crate) evidence: BTreeSet<Evidence>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let link = args.bus.open(Pace::Virtual)?.link;
-    let found = Scanner::new(link, args.timeout).scan()?;
+    let (found, _) = nodes(link, args.timeout)?;
     print(args.json, &found)?;
     let suspicious = found.values().any(|found| !found.evidence.is_empty());
     Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })
+}
+
+/// The nodes of a bus, and the network behind the link.
+pub(crate) fn nodes<L: Link>(link: L, wait: Duration) -> Result<(BTreeMap<NodeId, Found>, Network<L>), Failure> {
+    Scanner::new(link, wait).scan()
 }
 
 struct Scanner<L> {
@@ -99,7 +105,7 @@ impl<L: Link> Scanner<L> {
         }
     }
 
-    fn scan(mut self) -> Result<BTreeMap<NodeId, Found>, Failure> {
+    fn scan(mut self) -> Result<(BTreeMap<NodeId, Found>, Network<L>), Failure> {
         self.progress.set_message("reading device types");
         self.ask(NodeId::all(), DEVICE_TYPE)?;
         self.listen(self.wait, false)?;
@@ -119,7 +125,7 @@ impl<L: Link> Scanner<L> {
                 self.found.entry(node).or_default().numbers.insert(address, number(&data));
             }
         }
-        Ok(self.found)
+        Ok((self.found, network))
     }
 
     /// Reads an entry of several nodes.
@@ -245,7 +251,8 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
 }
 
 impl Found {
-    fn identity(&self, sub: u8) -> Option<u32> {
+    /// A number of its identity (1018h).
+    pub(crate) fn identity(&self, sub: u8) -> Option<u32> {
         self.numbers.get(&Address::new(cia301::IDENTITY, sub)).copied()
     }
 
@@ -304,7 +311,7 @@ mod tests {
         let mut link = bus.link();
         let until = link.now() + Duration::from_secs(1);
         while link.receive(until).unwrap().is_some() {}
-        Scanner::new(link, Duration::from_millis(500)).scan().unwrap()
+        Scanner::new(link, Duration::from_millis(500)).scan().unwrap().0
     }
 
     #[test]
@@ -314,7 +321,7 @@ mod tests {
         let scanner = Scanner::new(bus.link(), Duration::from_millis(500));
         let progress = scanner.progress.clone();
         bus.observe(move |_, _| assert!(progress.position() <= progress.length().unwrap(), "{}", progress.position()));
-        assert_eq!(scanner.scan().unwrap().len(), 1);
+        assert_eq!(scanner.scan().unwrap().0.len(), 1);
     }
 
     #[test]
@@ -383,7 +390,7 @@ mod tests {
     #[test]
     fn a_node_that_answers_without_end_does_not_hold_up_the_end() {
         let link = Endless { now: Instant::ZERO, request: None, sent: 0 };
-        let found = Scanner::new(link, Duration::from_millis(500)).scan().unwrap();
+        let found = Scanner::new(link, Duration::from_millis(500)).scan().unwrap().0;
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
     }
 
@@ -420,14 +427,14 @@ mod tests {
     #[test]
     fn nodes_behind_a_latency_are_waited_for() {
         let far = Far { now: Instant::ZERO, answers: Vec::new() };
-        let found = Scanner::new(far, Duration::from_millis(500)).scan().unwrap();
+        let found = Scanner::new(far, Duration::from_millis(500)).scan().unwrap().0;
         let identity = [1, 2, 3, 4].map(|sub| found[&NodeId::literal(9)].identity(sub));
         assert_eq!(identity, [1, 2, 3, 4].map(Some));
     }
 
     #[test]
     fn a_flood_of_frames_does_not_hold_up_the_end() {
-        let found = Scanner::new(Flood::of_heartbeats(), Duration::from_millis(500)).scan().unwrap();
+        let found = Scanner::new(Flood::of_heartbeats(), Duration::from_millis(500)).scan().unwrap().0;
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use lexican_codegen::{Options, compile};
 use lexican_eds::{Input, Source, load};
-use lexican_machine::{Files, Machine};
+use lexican_machine::{BusYml, Files, Machine};
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::host::candump::Line;
 use lexican_runtime::host::slcan::{Decoder, Message, line};
@@ -133,6 +133,19 @@ pub fn parameters(data: &[u8]) {
     // No part of it is taken for the whole.
     let cut = data.len() % text.trim_end().len();
     assert!(read(&text[..cut]).is_err());
+}
+
+/// A `bus.yml`: read, and the machine that is made of it.
+pub fn bus_yml(data: &[u8]) {
+    let read = BusYml::read(Source::from_bytes("bus.yml", data), Files::Embedded(&[]), &str::to_owned);
+    let _ = read.findings.render(&read.input);
+    let text = read.draft.text();
+    assert_eq!(lexican_machine::format(&text).as_ref(), Ok(&text));
+    let machine = Machine::parse(Source::new("machine.toml", text.as_str()), Files::Embedded(&[]));
+    // What is wrong with the network may be wrong with the machine, but the file is one.
+    for finding in machine.findings.iter() {
+        assert!(!["machine::syntax", "machine::key", "machine::value"].contains(&finding.code), "{text}");
+    }
 }
 
 /// The file of a machine: read, formatted, and what is written when it boots.

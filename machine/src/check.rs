@@ -65,7 +65,7 @@ impl Machine {
     }
 
     /// The PDOs that are on the bus: those of the nodes, and those that the manager sends by wires.
-    fn sent(&self) -> Vec<Sent<'_>> {
+    pub(crate) fn sent(&self) -> Vec<Sent<'_>> {
         let of_nodes = self.nodes.iter().flat_map(|node| active(node, Direction::Transmit));
         let mut sent: Vec<_> = of_nodes.collect();
         let ids: Vec<_> = sent.iter().map(|it| it.state.cob_id.id()).collect();

@@ -6,7 +6,10 @@
 
 mod at;
 mod bench;
+mod bus_yml;
 mod check;
+mod draft;
+mod export;
 mod faults;
 mod file;
 mod files;
@@ -18,7 +21,9 @@ mod read;
 mod wire;
 
 pub use at::{At, Revision};
+pub use bus_yml::BusYml;
 pub use check::Load;
+pub use draft::{Draft, Found};
 pub use files::Files;
 pub use format::format;
 pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};

@@ -163,6 +163,14 @@ pub struct Identity {
     pub serial: Option<u32>,
 }
 
+impl Identity {
+    /// Its numbers, in the order of 1018h.
+    #[must_use]
+    pub fn parts(&self) -> [Option<u32>; 4] {
+        [self.vendor, self.product, self.revision.map(|revision| revision.number), self.serial]
+    }
+}
+
 /// A parameter of a node.
 #[derive(Clone, Debug)]
 pub struct Setting {

@@ -66,6 +66,11 @@ impl file::Node {
     }
 }
 
+/// Whether a text can be the name of a node.
+pub(crate) fn is_name(text: &str) -> bool {
+    !text.is_empty() && text != MANAGER && text.parse::<i64>().is_err() && !text.contains(['.', ':', '=', ' '])
+}
+
 /// The nodes, as far as they can be read.
 pub(crate) fn lower(
     nodes: Vec<Named<file::Node>>,
@@ -86,11 +91,7 @@ pub(crate) fn lower(
                 }
             },
         };
-        if name.is_empty()
-            || name.value == MANAGER
-            || name.parse::<i64>().is_ok()
-            || name.contains(['.', ':', '=', ' '])
-        {
+        if !is_name(&name) {
             let help = "a name is a word, and no number; \"manager\" is the one that boots the machine".to_owned();
             out.wrong(
                 "machine::name",

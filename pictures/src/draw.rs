@@ -6,9 +6,9 @@ use std::ops::Range;
 use crate::scale::{spread, thin, ticks};
 use crate::{ACROSS, Content, Curve, Event, GREY, INK, LANE, Lane, PALETTE, Panel, Picture};
 
-const MUTED: &str = "#5B6670";
-const FAINT: &str = "#E3E7EB";
-const PAPER: &str = "#F5F7F9";
+pub(crate) const MUTED: &str = "#5B6670";
+pub(crate) const FAINT: &str = "#E3E7EB";
+pub(crate) const PAPER: &str = "#F5F7F9";
 
 // The layout, in pixels.
 const LEFT: f64 = 112.0;
@@ -35,9 +35,14 @@ pub fn svg(pictures: &[Picture]) -> String {
     for picture in pictures {
         height = Layout { picture, top: height }.draw(&mut body);
     }
+    document(&body, WIDTH, height)
+}
+
+/// A document of this size.
+pub(crate) fn document(body: &str, width: f64, height: f64) -> String {
     format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" style="max-width:100%;height:auto" font-family="Inter, 'Segoe UI', 'DejaVu Sans', Verdana, sans-serif" font-size="12">
-<rect width="{WIDTH}" height="{height}" fill="#FFFFFF"/>
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="max-width:100%;height:auto" font-family="Inter, 'Segoe UI', 'DejaVu Sans', Verdana, sans-serif" font-size="12">
+<rect width="{width}" height="{height}" fill="#FFFFFF"/>
 {body}</svg>
 "##
     )
@@ -228,7 +233,7 @@ fn stroke(number: usize, curve: &Curve) -> String {
     format!(r#"stroke-width="{}"{dash}"#, curve.width)
 }
 
-fn text(out: &mut String, x: f64, y: f64, text: &str, attributes: &str, color: &str) {
+pub(crate) fn text(out: &mut String, x: f64, y: f64, text: &str, attributes: &str, color: &str) {
     if !text.is_empty() {
         // XML has no way to write control characters.
         let text = text.replace(char::is_control, "?").replace('&', "&amp;").replace('<', "&lt;");
@@ -236,7 +241,7 @@ fn text(out: &mut String, x: f64, y: f64, text: &str, attributes: &str, color: &
     }
 }
 
-fn line(out: &mut String, from: (f64, f64), to: (f64, f64), color: &str, attributes: &str) {
+pub(crate) fn line(out: &mut String, from: (f64, f64), to: (f64, f64), color: &str, attributes: &str) {
     let ((x1, y1), (x2, y2)) = (from, to);
     let _ =
         writeln!(out, r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" stroke="{color}" {attributes}/>"#);

@@ -1,10 +1,11 @@
 //! Pictures of something over time, as SVG: panels of curves and of lanes above each other, with one axis below, and
-//! numbered events through all of them.
+//! numbered events through all of them; and of a [`network`].
 //!
 //! Written as text and not by a plotting library: coordinates of a tenth of a pixel, small files, and not a byte
 //! that differs from run to run.
 
 mod draw;
+pub mod network;
 mod scale;
 
 use std::ops::Range;

@@ -11,13 +11,13 @@ pub(crate) const PACKAGES: [&str; 3] = ["canopen==2.4.1", "python-can==4.6.1", "
 /// What reads CAN databases, beside [`PACKAGES`].
 const CANTOOLS: &str = "cantools==45.1.0";
 
-/// Whether python's cantools reads what `lexican eds to-dbc` writes: a test that is skipped without it.
+/// Whether python's cantools reads what `lexican eds to-dbc` and `machine export` write: tests that are skipped without it.
 pub(crate) fn read_databases(root: &Path) -> Result<(), String> {
     let python = environment(root)?.to_string_lossy().into_owned();
     command::run(&[&python, "-m", "pip", "install", "--quiet", CANTOOLS])?;
     command::run_cargo(
         root,
-        &["test", "-p", "lexican-toolbox", "--test", "all", "dbc::"],
+        &["test", "-p", "lexican-toolbox", "-p", "lexican-machine", "--test", "all", "--", "dbc::", "cantools_reads"],
         &[("LEXICAN_PYTHON", &python)],
     )
 }

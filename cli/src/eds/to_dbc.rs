@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use lexican_runtime::NodeId;
-use lexican_toolbox::pdo::dbc::Database;
+use lexican_toolbox::pdo::dbc::{Database, Node};
 
 use crate::bus::NodeIds;
 use crate::device::{DeviceArgs, show_errors};
@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             );
         }
     };
-    let database = Database::new(&sheet.device, &nodes);
+    let nodes: Vec<_> = nodes.into_iter().map(|id| Node::new(id, &sheet.device)).collect();
+    let database = Database::new(&nodes);
     let bytes = database.to_bytes();
     match &args.output {
         Some(path) => args.force.write(path, &bytes)?,

@@ -5,6 +5,7 @@ mod export;
 mod file;
 mod fmt;
 pub(crate) mod names;
+mod new;
 mod plan;
 
 use crate::output::{Failure, Outcome, print_result};
@@ -13,6 +14,7 @@ pub(crate) use file::{OnBus, found, machine_of_sheet, on_bus, sheet_of_node, sou
 /// The commands for a machine in one file.
 #[derive(clap::Subcommand, Debug)]
 pub(crate) enum Command {
+    New(new::Args),
     Check(check::Args),
     Plan(plan::Args),
     Export(export::Args),
@@ -24,6 +26,7 @@ pub(crate) enum Command {
 impl Command {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self {
+            Command::New(args) => new::run(&args),
             Command::Check(args) => check::run(&args),
             Command::Plan(args) => plan::run(&args),
             Command::Export(args) => export::run(&args),

@@ -25,17 +25,17 @@ use serde_json::{Value as Json, json};
 use crate::output::{self, Failure, ctrl_c, fields, note, print_result, progress, warn};
 
 /// Shows the progress, and stops an operation at Ctrl-C.
-struct Watch {
+pub(crate) struct Watch {
     bar: ProgressBar,
     interrupted: Arc<AtomicBool>,
 }
 
 impl Watch {
-    fn new() -> Result<Self, Failure> {
+    pub(crate) fn new() -> Result<Self, Failure> {
         Ok(Watch { bar: progress("{msg} {wide_bar} {pos}/{len}", 1), interrupted: ctrl_c()? })
     }
 
-    fn see(&self, progress: Progress<'_>) -> ControlFlow<()> {
+    pub(crate) fn see(&self, progress: Progress<'_>) -> ControlFlow<()> {
         let step = match progress {
             Progress::Reading { address, at, of } => Some((format!("reading {address}"), at, of)),
             Progress::Writing { address, at, of } => Some((format!("writing {address}"), at, of)),

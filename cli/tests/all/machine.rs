@@ -1,5 +1,7 @@
 //! `lexican machine`, and the names of its nodes in other commands.
 
+use std::path::Path;
+
 use crate::common::{Run, folder, lexican_in};
 
 const MACHINE: &str = "\
@@ -53,7 +55,11 @@ fn a_machine_is_formatted_exported_and_explained() {
     let odd = MACHINE.replace("id = 5", "id=5  # the left one");
     in_machine("machine-fmt-check", &odd, &["machine", "fmt", "--check"]).on_stdout(1, "machine.toml");
     in_machine("machine-fmt", &odd, &["machine", "fmt"]).on_stdout(0, "machine.toml");
-    in_machine("machine-export", MACHINE, &["machine", "export", "--folder", "dcf"]).on_stdout(0, "feeder.bin");
+    let export = in_machine("machine-export", MACHINE, &["machine", "export", "--folder", "all"]);
+    let files = ["feeder.dcf", "feeder.bin", "nodelist.cpj", "machine.dbc", "machine.md", "machine.svg"];
+    export.on_stdout(0, &files.map(|file| format!("all/{file}\n")).concat());
+    let some = &["machine", "export", "--folder", "some", "--format", "cpj,concise"];
+    in_machine("machine-export-some", MACHINE, some).on_stdout(0, "some/feeder.bin\nsome/nodelist.cpj\n");
     in_machine("machine-schema", MACHINE, &["machine", "schema"]).on_stdout(0, "\"boots-again\"");
 }
 
@@ -133,4 +139,107 @@ fn a_node_without_node_id_gets_it_by_lss_when_the_machine_boots() {
     boot.on_stdout(0, "node 7: sensor has got its node-ID by LSS\nnode 7: has booted\n");
     // What has booted is asked for its version.
     machine("software = \"9.9\"\n").on_stderr(1, "node 7: the software version of sensor is not 9.9: ");
+}
+
+/// Devices that are not as they were delivered.
+const CONFIGURED: &str = "\
+[bus]
+manager = 127
+heartbeat = \"200 ms\"
+
+[node.a]
+id = 5
+sheet = \"siko/ag03-1\"
+guarding = \"100 ms\"
+retry = 4
+tpdo.1 = { every = \"50 ms\" }
+tpdo.3 = \"off\"
+settings = { 2412 = \"2.5 mm\" }
+
+[node.b]
+id = 6
+sheet = \"kollmorgen/akd\"
+heartbeat = \"200 ms\"
+tpdo.1 = { map = [\"statusword\", \"606C\"], cob-id = 0x1A6, transmission = \"sync 4\" }
+rpdo.2 = \"off\"
+settings = { 6081 = 5000 }
+
+[node.c]
+id = 8
+sheet = \"MACHINES/encoder.eds\"
+heartbeat = \"50 ms\"
+";
+const MACHINES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines");
+
+/// What was found on the bus of a machine, and its comparison with that bus.
+fn found(folder: &Path, machine: &str) -> (String, Run) {
+    let bus = format!("sim:{}", folder.join(machine).display());
+    lexican_in(folder, &["machine", "new", "--bus", &bus, "--sheets", MACHINES, "-o", "machine.toml"]).on_stdout(0, "");
+    lexican_in(folder, &["machine", "check"]).on_stdout(0, "\n0 errors,");
+    let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
+    (written, lexican_in(folder, &["machine", "plan", "--live"]))
+}
+
+#[test]
+fn a_boot_of_a_machine_that_was_found_changes_nothing() {
+    let folder = folder("machine-new");
+    // The devices of a simulated bus have what their DCFs say.
+    std::fs::write(folder.join("configured.toml"), CONFIGURED.replace("MACHINES", MACHINES)).unwrap();
+    let export = ["machine", "export", "configured.toml", "--folder", "dcfs", "--format", "dcf"];
+    lexican_in(&folder, &export).on_stdout(0, "dcfs/a.dcf\n");
+    let nodes = [("a", 5), ("b", 6), ("c", 8)];
+    let bus = nodes.map(|(name, id)| format!("[node.{name}]\nid = {id}\nsheet = \"dcfs/{name}.dcf\"\n"));
+    std::fs::write(folder.join("bus.toml"), bus.concat()).unwrap();
+    let (written, plan) = found(&folder, "bus.toml");
+    for lines in [
+        "\nbit-rate = \"500 kbit/s\"\nmanager = 127\nheartbeat = \"200 ms\"\n",
+        "guarding = \"100 ms\"\nretry = 4\ntpdo.1 = { every = \"50 ms\" }\ntpdo.3 = \"off\"\n",
+        "\n[node.drive5.settings]\n\"Spindle Pitch\" = \"2.50 mm\"\n",
+        "tpdo.1 = { map = [\"Statusword\", \"Velocity actual value\"], transmission = \"sync 4\", cob-id = 0x1A6 }\n",
+        "rpdo.2 = \"off\"\n",
+        "\"Profile velocity\" = \"5000 units\"\n",
+        "[node.encoder8]\nid = 8\nsheet = \"",
+    ] {
+        assert!(written.contains(lines), "{lines}\n{written}");
+    }
+    plan.on_stdout(0, "1A00:02");
+    // Their DCFs alone say the same.
+    lexican_in(&folder, &["machine", "new", "dcfs", "--sheets", MACHINES, "-o", "again.toml"]).on_stdout(0, "");
+    let again = std::fs::read_to_string(folder.join("again.toml")).unwrap();
+    let named = written.replace(".drive5", ".a").replace(".drive6", ".b").replace(".encoder8", ".c");
+    assert!(again.lines().all(|line| named.lines().any(|other| other == line)), "{again}\n{named}");
+    assert_eq!(again.matches("[node.").count(), 5, "{again}");
+    lexican_in(&folder, &["machine", "plan", "again.toml", "--bus", "sim:bus.toml"]).on_stdout(0, "(as it is)");
+}
+
+#[test]
+fn a_bus_yml_becomes_a_machine() {
+    let folder = folder("machine-new-yml");
+    let run = |text: &str| {
+        std::fs::create_dir_all(folder.join("config")).unwrap();
+        std::fs::write(folder.join("config/bus.yml"), text).unwrap();
+        std::fs::copy(Path::new(MACHINES).join("io.eds"), folder.join("config/io.eds")).unwrap();
+        lexican_in(&folder, &["machine", "new", "config/bus.yml", "-o", "machine.toml", "--force"])
+    };
+    let slave = "master: {node_id: 1}\nio:\n  node_id: 7\n  dcf: io.eds\n";
+    run(&format!("{slave}  hartbeat_producer: 100\n")).on_stderr(0, "did you mean `heartbeat_producer`?");
+    let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
+    assert!(written.contains("[node.io]\nid = 7\nsheet = \"config/io.eds\"\noptional = true\n"), "{written}");
+    run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))
+        .on_stderr(1, "the data sheet has no 9999:00: dcfgen stops here");
+    lexican_in(&folder, &["machine", "new"]).on_stderr(2, "from what?");
+    lexican_in(&folder, &["machine", "new", "config"]).on_stderr(2, "config has no DCF of a node");
+}
+
+#[test]
+fn the_line_is_found_as_it_is() {
+    let folder = folder("machine-new-line");
+    let line = std::fs::read_to_string(Path::new(MACHINES).join("line.toml")).unwrap();
+    let sheets = ["io.eds", "encoder.eds"];
+    let line = sheets.iter().fold(line, |line, sheet| line.replace(sheet, &format!("{MACHINES}/{sheet}")));
+    std::fs::write(folder.join("line.toml"), line).unwrap();
+    let (written, plan) = found(&folder, "line.toml");
+    let nodes = written.lines().filter(|line| line.starts_with("[node.") && !line.ends_with(".settings]"));
+    assert_eq!(nodes.count(), 6, "{written}");
+    plan.on_stdout(0, "(as it is)");
 }

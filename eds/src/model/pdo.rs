@@ -24,6 +24,13 @@ pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
     pdos
 }
 
+impl Device {
+    /// Describes the PDOs anew, after values of their parameters were changed.
+    pub fn describe_pdos(&mut self) {
+        self.pdos = pdos(self);
+    }
+}
+
 impl Direction {
     /// The index of the communication parameter of a PDO: 1400h of the first receive PDO.
     #[must_use]

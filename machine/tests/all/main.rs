@@ -1,5 +1,9 @@
 //! Machines as people write them.
 
+mod bus_yml;
+#[path = "../../../toolbox/tests/all/cantools.rs"]
+mod cantools;
+mod exports;
 mod files;
 mod findings;
 mod joints;

@@ -79,6 +79,11 @@ fn any_machine_is_read() {
 }
 
 #[test]
+fn any_bus_yml_is_read() {
+    check(fuzz::bus_yml, "fuzz/corpus/bus_yml");
+}
+
+#[test]
 fn any_kept_parameters_are_read() {
     check(fuzz::parameters, "fuzz/corpus/parameters");
 }

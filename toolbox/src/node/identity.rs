@@ -35,14 +35,14 @@ static LIBRARY: LazyLock<Vec<Shipped>> = LazyLock::new(|| {
 /// The device of the library with this vendor-ID and product code; `None` if there is none or several. A node without a
 /// product code (1018h:02) is a device whose data sheet has none either.
 pub fn recognise(vendor: u32, product: Option<u32>) -> Option<&'static Shipped> {
-    if vendor == 0 {
-        return None;
-    }
-    let mut same = LIBRARY.iter().filter(|shipped| {
-        let device = &shipped.device;
-        device.info.vendor_number == Some(vendor) && has_product(device, product)
-    });
+    let mut same = LIBRARY.iter().filter(|shipped| is_of(&shipped.device, vendor, product));
     same.next().filter(|_| same.next().is_none())
+}
+
+/// Whether a data sheet is that of this vendor-ID and product code.
+#[must_use]
+pub fn is_of(device: &Device, vendor: u32, product: Option<u32>) -> bool {
+    vendor != 0 && device.info.vendor_number == Some(vendor) && has_product(device, product)
 }
 
 /// Whether a data sheet has this product code. One that has the entry, but no code, stands for all of its vendor's.

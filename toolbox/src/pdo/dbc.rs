@@ -1,5 +1,5 @@
-//! A CAN database (DBC, as Vector's tools and python's cantools read it) of nodes that have one data sheet: their PDOs by the
-//! mapping of the data sheet or DCF, and the services that CiA 301 defines.
+//! A CAN database (DBC, as Vector's tools and python's cantools read it) of nodes: their PDOs by the mapping of the data sheet or
+//! DCF, and the services that CiA 301 defines.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -15,6 +15,28 @@ use lexican_runtime::object::Address;
 
 use crate::values::{DeviceValues, given, name, resolved};
 
+/// A node of a CAN database.
+#[derive(Clone, Debug)]
+pub struct Node<'a> {
+    name: String,
+    id: NodeId,
+    device: &'a Device,
+}
+
+impl<'a> Node<'a> {
+    /// A node that is called after its node-ID.
+    #[must_use]
+    pub fn new(id: NodeId, device: &'a Device) -> Self {
+        Node { name: format!("Node{}", id.get()), id, device }
+    }
+
+    /// A node with a name of its own.
+    #[must_use]
+    pub fn named(name: &str, id: NodeId, device: &'a Device) -> Self {
+        Node { name: identifier_of(name), id, device }
+    }
+}
+
 /// A CAN database.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Database {
@@ -24,17 +46,29 @@ pub struct Database {
 }
 
 impl Database {
-    /// Of these nodes. A PDO that is switched off, or maps nothing, is no message.
+    /// Of these nodes. A PDO that is switched off, or maps nothing, is no message; one that a node receives from another is the
+    /// message of that one.
     #[must_use]
-    pub fn new(device: &Device, nodes: &[NodeId]) -> Self {
-        let mut messages = network(device, nodes);
-        for &node in nodes {
-            messages.extend(pdos(device, node));
-            messages.extend(services(device, node));
+    pub fn new(nodes: &[Node<'_>]) -> Self {
+        let mut messages = network(nodes);
+        for node in nodes {
+            messages.extend(pdos(node));
+            messages.extend(services(node));
         }
-        let mut ids = BTreeSet::new();
-        let (messages, others): (Vec<_>, Vec<_>) = messages.into_iter().partition(|message| ids.insert(message.id));
-        let left_out = others.into_iter().map(|message| message.name).collect();
+        // A node may receive from one that comes later.
+        let (sent, received): (Vec<_>, Vec<_>) =
+            messages.into_iter().enumerate().partition(|(_, it)| it.taker.is_none());
+        let mut messages: Vec<(usize, Message)> = Vec::new();
+        let mut left_out = Vec::new();
+        for (at, message) in sent.into_iter().chain(received) {
+            match (messages.iter_mut().find(|(_, other)| other.id == message.id), &message.taker) {
+                (None, _) => messages.push((at, message)),
+                (Some((_, other)), Some(taker)) if other.taker.is_none() => other.is_taken_by(taker, &message),
+                (Some(_), _) => left_out.push(message.name),
+            }
+        }
+        messages.sort_by_key(|(at, _)| *at);
+        let messages: Vec<Message> = messages.into_iter().map(|(_, message)| message).collect();
         Self { text: text(nodes, &messages), left_out }
     }
 
@@ -53,9 +87,23 @@ struct Message {
     name: String,
     bytes: u8,
     sender: String,
+    /// The node whose RPDO it is.
+    taker: Option<String>,
     comment: String,
     cycle_ms: Option<i128>,
     signals: Vec<Signal>,
+}
+
+impl Message {
+    /// Adds the node that receives it by a PDO, as far as that maps something and no gap.
+    fn is_taken_by(&mut self, taker: &str, pdo: &Message) {
+        for signal in &mut self.signals {
+            let end = signal.start + u16::from(signal.bits);
+            if pdo.signals.iter().any(|it| it.start < end && signal.start < it.start + u16::from(it.bits)) {
+                signal.receiver += &format!(",{taker}");
+            }
+        }
+    }
 }
 
 /// A part of a message, the lowest byte first.
@@ -78,13 +126,9 @@ struct Signal {
 /// Who sends what devices receive.
 const MANAGER: &str = "Manager";
 
-fn node_name(node: NodeId) -> String {
-    format!("Node{}", node.get())
-}
-
 /// NMT and SYNC.
-fn network(device: &Device, nodes: &[NodeId]) -> Vec<Message> {
-    let receivers = nodes.iter().map(|&node| node_name(node)).collect::<Vec<_>>().join(",");
+fn network(nodes: &[Node<'_>]) -> Vec<Message> {
+    let receivers = nodes.iter().map(|node| node.name.as_str()).collect::<Vec<_>>().join(",");
     let commands =
         [(1, "start"), (2, "stop"), (128, "enter pre-operational"), (129, "reset node"), (130, "reset communication")];
     let signals = vec![
@@ -95,15 +139,16 @@ fn network(device: &Device, nodes: &[NodeId]) -> Vec<Message> {
     let mut messages =
         vec![Message { signals, ..manager(0, "NMT".to_owned(), 2, "NMT: a command to a node, or to all") }];
     // Bit 31 has no meaning in 1005h.
-    let sync = device.entry(cia301::COB_ID_SYNC, 0).and_then(given).and_then(Value::as_integer);
-    let sync = sync.and_then(|cob_id| identifier(cob_id & !i128::from(cia301::INVALID)));
-    messages.extend(sync.map(|id| manager(id, "SYNC".to_owned(), 0, "SYNC")));
+    let sync = |node: &Node<'_>| {
+        let cob_id = given(node.device.entry(cia301::COB_ID_SYNC, 0)?)?.as_integer()?;
+        identifier(cob_id & !i128::from(cia301::INVALID))
+    };
+    messages.extend(nodes.iter().find_map(sync).map(|id| manager(id, "SYNC".to_owned(), 0, "SYNC")));
     messages
 }
 
 /// EMCY, SDO and error control.
-fn services(device: &Device, node: NodeId) -> Vec<Message> {
-    let name = node_name(node);
+fn services(&Node { ref name, id: node, device }: &Node<'_>) -> Vec<Message> {
     let of_node = |id: u16, what: &str, bytes, comment: &str| Message {
         sender: name.clone(),
         ..manager(u32::from(id) + u32::from(node.get()), format!("{name}_{what}"), bytes, comment)
@@ -135,7 +180,7 @@ fn services(device: &Device, node: NodeId) -> Vec<Message> {
         messages.push(Message { id, signals: emcy, ..of_node(0, "EMCY", 8, "Emergency") });
     }
     let request = of_node(connection::SDO_REQUEST, "SDO_request", 8, "Request to the SDO server");
-    messages.push(Message { signals: received_by(&name, sdo()), sender: MANAGER.to_owned(), ..request });
+    messages.push(Message { signals: received_by(name, sdo()), sender: MANAGER.to_owned(), ..request });
     messages.push(Message {
         signals: sdo(),
         ..of_node(connection::SDO_RESPONSE, "SDO_response", 8, "Response of the SDO server")
@@ -148,27 +193,29 @@ fn services(device: &Device, node: NodeId) -> Vec<Message> {
     messages
 }
 
-fn pdos<'a>(device: &'a Device, node: NodeId) -> impl Iterator<Item = Message> + 'a {
+fn pdos<'a>(&Node { ref name, id: node, device }: &'a Node<'_>) -> impl Iterator<Item = Message> + 'a {
     device.pdos.iter().filter_map(move |pdo| {
         let id = identifier(resolved(pdo.cob_id.as_ref()?, node).as_integer()?)?;
-        let signals = signals(device, node, pdo);
+        let receiver = if pdo.direction == Direction::Receive { name } else { MANAGER };
+        let signals = signals(device, receiver, pdo);
         if signals.is_empty() {
             return None;
         }
-        let (what, sender) = match pdo.direction {
-            Direction::Receive => ("RPDO", MANAGER.to_owned()),
-            Direction::Transmit => ("TPDO", node_name(node)),
+        let (what, sender, taker) = match pdo.direction {
+            Direction::Receive => ("RPDO", MANAGER, Some(name.clone())),
+            Direction::Transmit => ("TPDO", name.as_str(), None),
         };
         let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
         let timer = device.entry(pdo.direction.communication_parameter(pdo.number), 5).and_then(given);
         let timer = timer.filter(|_| pdo.direction == Direction::Transmit).and_then(Value::as_integer);
         Some(Message {
             signals,
-            sender,
+            sender: sender.to_owned(),
+            taker,
             cycle_ms: timer.filter(|&ms| ms > 0),
             ..manager(
                 id,
-                format!("{}_{what}{}", node_name(node), pdo.number),
+                format!("{name}_{what}{}", pdo.number),
                 bits.div_ceil(8).min(8) as u8,
                 &format!("{what} {}", pdo.number),
             )
@@ -177,8 +224,7 @@ fn pdos<'a>(device: &'a Device, node: NodeId) -> impl Iterator<Item = Message> +
 }
 
 /// What a PDO maps; a dummy is a gap.
-fn signals(device: &Device, node: NodeId, pdo: &Pdo) -> Vec<Signal> {
-    let receiver = if pdo.direction == Direction::Receive { node_name(node) } else { MANAGER.to_owned() };
+fn signals(device: &Device, receiver: &str, pdo: &Pdo) -> Vec<Signal> {
     let mut start = 0;
     let mut names = BTreeSet::new();
     let mut signals = Vec::new();
@@ -191,7 +237,7 @@ fn signals(device: &Device, node: NodeId, pdo: &Pdo) -> Vec<Signal> {
             let mut signal = Signal {
                 start,
                 bits: mapped.bits,
-                receiver: receiver.clone(),
+                receiver: receiver.to_owned(),
                 ..unsigned(&identifier_of(&long), 0, 0)
             };
             if !names.insert(signal.name.clone()) {
@@ -273,7 +319,7 @@ fn received_by(node: &str, signals: Vec<Signal>) -> Vec<Signal> {
 
 fn manager(id: u32, name: String, bytes: u8, comment: &str) -> Message {
     let comment = comment.to_owned();
-    Message { id, name, bytes, sender: MANAGER.to_owned(), comment, cycle_ms: None, signals: Vec::new() }
+    Message { id, name, bytes, sender: MANAGER.to_owned(), taker: None, comment, cycle_ms: None, signals: Vec::new() }
 }
 
 fn named(values: &[(i128, &str)]) -> Vec<(i128, String)> {
@@ -305,9 +351,9 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "'").replace(['\r', '\n'], " ").replace('\\', "/"))
 }
 
-fn text(nodes: &[NodeId], messages: &[Message]) -> String {
+fn text(nodes: &[Node<'_>], messages: &[Message]) -> String {
     let mut out = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Manager".to_owned();
-    nodes.iter().for_each(|&node| out += &format!(" {}", node_name(node)));
+    nodes.iter().for_each(|node| out += &format!(" {}", node.name));
     out += "\n";
     for Message { id, name, bytes, sender, signals, .. } in messages {
         let _ = write!(out, "\nBO_ {id} {name}: {bytes} {sender}\n");

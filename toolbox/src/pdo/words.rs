@@ -58,7 +58,8 @@ pub fn in_words(state: &PdoState, device: Option<&Device>, values: &BTreeMap<Add
 }
 
 /// `185h, at events of the profile (255), inhibit time 0.5 ms, event timer 10 ms`.
-fn summary(state: &PdoState) -> String {
+#[must_use]
+pub fn summary(state: &PdoState) -> String {
     let mut parts = vec![format!("{}h", state.cob_id.id())];
     parts.extend((!state.cob_id.is_valid()).then(|| "switched off".to_owned()));
     parts.extend(state.transmission.map(|it| transmission(state.name.direction, it)));
@@ -81,7 +82,8 @@ fn data_type(mapped: &Mapped) -> Option<DataType> {
 }
 
 /// `6041:00 Statusword`.
-fn title(mapped: &Mapped, device: Option<&Device>) -> String {
+#[must_use]
+pub fn title(mapped: &Mapped, device: Option<&Device>) -> String {
     let address = mapped.address;
     match (data_type(mapped), entry_name(mapped, device)) {
         (Some(data_type), _) => format!("gap of {data_type}"),

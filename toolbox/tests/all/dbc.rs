@@ -2,12 +2,13 @@
 //! writes it), and python's cantools reads the same values from frames.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::{env, fs};
 
 use lexican_eds::{Input, Source, load};
 use lexican_runtime::NodeId;
-use lexican_toolbox::pdo::dbc::Database;
+use lexican_toolbox::pdo::dbc::{Database, Node};
+
+use crate::cantools;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dbc")
@@ -18,7 +19,7 @@ fn database() -> Database {
     let input = Input::new(source("device.eds")).overlay(source("device.toml"));
     let (device, findings) = load(&input);
     assert!(findings.is_empty(), "{}", findings.render(&input));
-    Database::new(&device, &[NodeId::literal(5), NodeId::literal(6)])
+    Database::new(&[5, 6].map(|id| Node::new(NodeId::literal(id), &device)))
 }
 
 #[test]
@@ -64,19 +65,7 @@ Node5_EMCY Error_code=8976 Error_register=17 Manufacturer_specific=0
 
 #[test]
 fn cantools_reads_the_same_from_it() {
-    // The environment of `cargo xtask interop`, or a python that has cantools.
-    let own = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../python-canopen/bin/python");
-    let has_cantools = |python: &PathBuf| {
-        Command::new(python).args(["-c", "import cantools"]).output().is_ok_and(|run| run.status.success())
-    };
-    let named = env::var_os("LEXICAN_PYTHON").map(PathBuf::from);
-    let Some(python) = named.or_else(|| [own, "python3".into()].into_iter().find(has_cantools)) else {
-        eprintln!("SKIPPED: no python with cantools; LEXICAN_PYTHON can name one (pip install cantools)");
-        return;
-    };
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("device.dbc");
-    fs::write(&path, database().to_bytes()).unwrap();
-    let run = Command::new(python).args(["-c", SCRIPT]).arg(&path).output().unwrap();
-    let [stdout, stderr] = [run.stdout, run.stderr].map(|text| String::from_utf8(text).unwrap());
-    assert_eq!(stdout, DECODED, "{stderr}");
+    if let Some(decoded) = cantools::run(SCRIPT, &database().to_bytes()) {
+        assert_eq!(decoded, DECODED);
+    }
 }

@@ -1,5 +1,6 @@
 //! What the command shares with other tools.
 
+mod cantools;
 #[path = "../../../eds/tests/all/cases.rs"]
 mod cases;
 #[path = "../../../eds/tests/all/corpus_files.rs"]

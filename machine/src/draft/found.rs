@@ -1,0 +1,235 @@
+//! A machine as it is: what its nodes have, where that differs from their data sheets.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lexican_eds::model::{Device, Meaning, Value};
+use lexican_eds::start::initial;
+use lexican_runtime::object::{Address, Mapped};
+use lexican_runtime::{CobId, NodeId, cia301};
+use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
+use lexican_toolbox::parameters::restore::configured;
+use lexican_toolbox::parameters::settings::encode;
+use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
+use lexican_toolbox::values::wire::parse;
+use lexican_toolbox::values::{DeviceValues, given, resolved};
+
+use super::{Draft, Section, identity, object_name, quoted, time, transmission, usual_name};
+use crate::nodes::PATIENCE;
+
+const GUARD_TIME: Address = Address::new(cia301::GUARD_TIME, 0);
+const LIFE_TIME_FACTOR: Address = Address::new(cia301::LIFE_TIME_FACTOR, 0);
+const HEARTBEAT: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
+const WATCHED: Address = Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1);
+
+/// A node as it was found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// What it is called, if it is.
+    pub name: Option<String>,
+    /// Its node-ID.
+    pub id: NodeId,
+    /// What it says of itself (1018h).
+    pub identity: [Option<u32>; 4],
+    /// The name of its data sheet, the data sheet, and that with what the node has: a backup.
+    pub sheet: Option<(String, Device, Device)>,
+    /// Its heartbeat in ms, of a node without data sheet.
+    pub heartbeat_ms: u16,
+}
+
+impl Found {
+    /// A node by its DCF, and its data sheet, which may be the DCF itself.
+    #[must_use]
+    pub fn of_dcf(id: NodeId, dcf: Device, sheet_name: String, sheet: Device) -> Self {
+        let commissioning = dcf.commissioning.clone().unwrap_or_default();
+        let info = &dcf.info;
+        let identity = [info.vendor_number, info.product_number, info.revision_number, commissioning.serial_number];
+        let sheet = Some((sheet_name, sheet, dcf));
+        Found { name: commissioning.node_name, id, identity, sheet, heartbeat_ms: 0 }
+    }
+
+    fn held(&self, address: Address) -> Option<i128> {
+        let (.., device) = self.sheet.as_ref()?;
+        resolved(given(device.entry(address.index(), address.sub())?)?, self.id).as_integer()
+    }
+}
+
+/// What the nodes watch, all alike: the node-ID of the manager, and its heartbeat in ms.
+fn watched(nodes: &[Found]) -> Option<(NodeId, u64)> {
+    let watched: BTreeSet<_> = nodes.iter().filter_map(|node| node.held(WATCHED)).collect();
+    let value = Some(&watched).filter(|all| all.len() == 1)?.first()?;
+    let (manager, ms) = (NodeId::new((value >> 16 & 0x7F) as u8)?, (value & 0xFFFF) as u64);
+    let is_ours = ms > 0 && ms.is_multiple_of(PATIENCE.into()) && nodes.iter().all(|node| node.id != manager);
+    is_ours.then_some((manager, ms / u64::from(PATIENCE)))
+}
+
+impl Draft {
+    /// Adds nodes as they were found, so that what a boot writes into them is what they have.
+    #[must_use]
+    pub fn with(mut self, nodes: &[Found]) -> Self {
+        let watched = watched(nodes);
+        if let Some((manager, ms)) = watched {
+            self.bus.put("manager", manager.to_string());
+            self.bus.put_time("heartbeat", ms);
+        }
+        for node in nodes {
+            let usual = usual_name(node.sheet.as_ref().map(|(_, sheet, _)| sheet), node.id);
+            let section = section(node, watched.is_some());
+            self.add(node.name.as_deref().unwrap_or_default(), &usual, section);
+        }
+        self
+    }
+}
+
+fn section(node: &Found, watches: bool) -> Section {
+    let mut section = Section::default();
+    section.put("id", node.id.to_string());
+    let known = |address: Address| {
+        let (_, sheet, _) = node.sheet.as_ref()?;
+        given(sheet.entry(address.index(), address.sub())?)?.as_integer()
+    };
+    let addresses = [VENDOR, PRODUCT, Address::new(cia301::IDENTITY, 3), Address::new(cia301::IDENTITY, 4)];
+    let said = |number: Option<u32>, address| number.filter(|it| *it != 0 && known(address) != Some((*it).into()));
+    let mut numbers = node.identity;
+    for (number, address) in numbers.iter_mut().zip(addresses) {
+        *number = said(*number, address);
+    }
+    if let Some((name, ..)) = &node.sheet {
+        section.put("sheet", quoted(name));
+    }
+    if let Some(identity) = identity(numbers) {
+        section.put("identity", identity);
+    }
+    let Some((_, sheet, device)) = &node.sheet else {
+        if node.heartbeat_ms > 0 {
+            section.put_time("heartbeat", node.heartbeat_ms.into());
+        }
+        return section;
+    };
+    let mut said = BTreeSet::from_iter(watches.then_some(WATCHED));
+    let [heartbeat, guarding, factor] =
+        [HEARTBEAT, GUARD_TIME, LIFE_TIME_FACTOR].map(|address| node.held(address).unwrap_or_default());
+    if heartbeat > 0 {
+        section.put_time("heartbeat", heartbeat as u64);
+        said.insert(HEARTBEAT);
+    } else if guarding > 0 && factor > 0 {
+        section.put_time("guarding", guarding as u64);
+        if factor != i128::from(PATIENCE) {
+            section.put("retry", factor.to_string());
+        }
+        said.extend([GUARD_TIME, LIFE_TIME_FACTOR]);
+    }
+    let mut pdos = BTreeSet::new();
+    for name in PdoName::of_sheet(sheet) {
+        let Some(wanted) = PdoState::of_sheet(device, node.id, name) else { continue };
+        if let Some(text) = pdo(sheet, node.id, &wanted) {
+            pdos.extend([name.parameter(0).index(), name.mapping(0).index()]);
+            if !text.is_empty() {
+                section.put(&name.to_string().to_lowercase().replace("pdo", "pdo."), text);
+            }
+        }
+    }
+    let mut values = configured(device, node.id);
+    values.retain(|address, data| {
+        let entry = sheet.entry(address.index(), address.sub());
+        let differs = entry.is_some_and(|entry| initial(sheet, entry).of_node(node.id.get()) != *data);
+        differs && !said.contains(address) && !pdos.contains(&address.index())
+    });
+    put_settings(&mut section, sheet, node.id, &values);
+    section
+}
+
+/// What a PDO is, in the words of the file: empty if that is what the data sheet says; `None` if it cannot be said, or not so that
+/// the same comes of it.
+fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState) -> Option<String> {
+    let before = PdoState::of_sheet(sheet, id, wanted.name)?;
+    if before == *wanted {
+        return Some(String::new());
+    }
+    let becomes =
+        |change: &Change| Plan::new(Some(sheet), id, before.clone(), change).is_ok_and(|plan| plan.after == *wanted);
+    if !wanted.cob_id.is_valid() {
+        return becomes(&Change { on: Some(false), ..Change::default() }).then(|| quoted("off"));
+    }
+    let mut change = Change {
+        on: Some(true),
+        cob_id: None,
+        transmission: wanted.transmission.filter(|_| wanted.transmission != before.transmission),
+        inhibit_100us: wanted.inhibit_100us.filter(|_| wanted.inhibit_100us != before.inhibit_100us),
+        event_timer_ms: wanted.event_timer_ms.filter(|_| wanted.event_timer_ms != before.event_timer_ms),
+        mapping: (wanted.mapping != before.mapping).then(|| wanted.mapping.clone()),
+    };
+    let mut keys = Vec::new();
+    if let Some(mapping) = &change.mapping {
+        let objects: Option<Vec<_>> = mapping.iter().map(|mapped| mapped_object(sheet, wanted.name, *mapped)).collect();
+        keys.push(("map", format!("[{}]", objects?.join(", "))));
+    }
+    keys.extend(change.transmission.map(|it| ("transmission", transmission(it))));
+    if let Some(inhibit) = change.inhibit_100us {
+        // The file has whole milliseconds.
+        keys.push(("inhibit", time(inhibit.is_multiple_of(10).then_some(u64::from(inhibit) / 10)?)));
+    }
+    keys.extend(change.event_timer_ms.map(|ms| ("every", time(ms.into()))));
+    if keys.is_empty() || !becomes(&change) {
+        change.cob_id = Some(CobId::standard(u16::try_from(wanted.cob_id.id().raw()).ok()?)?);
+        keys.push(("cob-id", format!("{:#X}", wanted.cob_id.id().raw())));
+    }
+    becomes(&change).then(|| pdo_text(&keys))
+}
+
+/// A PDO in TOML: a list if nothing but its objects is given.
+pub(crate) fn pdo_text(keys: &[(&str, String)]) -> String {
+    if let [("map", objects)] = keys {
+        return objects.clone();
+    }
+    let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    format!("{{ {} }}", keys.join(", "))
+}
+
+/// A mapped object, or the data type of a gap, in TOML.
+fn mapped_object(sheet: &Device, pdo: PdoName, mapped: Mapped) -> Option<String> {
+    let address = mapped.address;
+    let name = match sheet.entry(address.index(), address.sub()) {
+        Some(_) => object_name(sheet, address),
+        None => lexican_eds::types::DataType::from_code(address.index()).to_string(),
+    };
+    (pdo.map(Some(sheet), &[&name]).ok()? == [mapped]).then(|| quoted(&name))
+}
+
+/// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark, and is returned.
+pub(crate) fn put_settings(
+    section: &mut Section,
+    sheet: &Device,
+    id: NodeId,
+    settings: &BTreeMap<Address, Vec<u8>>,
+) -> Vec<String> {
+    let mut values = DeviceValues::new(sheet);
+    let known = |(address, data): (&Address, &Vec<u8>)| {
+        let entry = sheet.entry(address.index(), address.sub())?;
+        Some((entry, parse(entry.data_type, data)?))
+    };
+    for (entry, value) in settings.iter().filter_map(known) {
+        values.set(Address::new(entry.index, entry.sub), &value);
+    }
+    let texts = settings.iter().filter_map(known).map(|(entry, value)| {
+        let text = values.describe(entry, &value);
+        let text = match &value {
+            Value::Integer(number) if matches!(entry.meaning, Meaning::Plain) => number.to_string(),
+            Value::Integer(number) if values.parse(entry, &text).as_ref() != Ok(&value) => format!("raw:{number}"),
+            _ => text,
+        };
+        (object_name(sheet, Address::new(entry.index, entry.sub)), text)
+    });
+    let texts: Vec<(String, String)> = texts.collect();
+    let pairs: Vec<_> = texts.iter().map(|(object, value)| (object.as_str(), value.as_str())).collect();
+    let (_, wrong) = encode(&pairs, &mut DeviceValues::new(sheet), Some(id));
+    let mut refused = Vec::new();
+    for (at, (object, value)) in texts.iter().enumerate() {
+        match wrong.iter().find(|wrong| wrong.at == at) {
+            Some(wrong) => refused.push(format!("{object} = {value}: {}", wrong.text)),
+            None if value.parse::<i64>().is_ok() => section.set(object, value),
+            None => section.set(object, &quoted(value)),
+        }
+    }
+    refused.iter().for_each(|refused| section.remark(refused));
+    refused
+}

@@ -1,0 +1,201 @@
+//! A machine that has no file yet, as it was [`Found`] on a bus or in DCFs, or as others describe it; and the text of its file.
+
+mod found;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use lexican_eds::model::Device;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::pdo::TransmissionType;
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::values::lookup::resolve;
+use lexican_toolbox::values::name;
+use toml_edit::{Key, Value};
+
+pub use found::Found;
+pub(crate) use found::{pdo_text, put_settings};
+
+use crate::nodes::is_name;
+
+/// The text of a machine's file in the making.
+#[derive(Clone, Debug, Default)]
+pub struct Draft {
+    pub(crate) bus: Section,
+    nodes: Vec<(String, Section)>,
+}
+
+/// A table of the file, line by line.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Section {
+    lines: Vec<String>,
+    settings: Vec<String>,
+}
+
+impl Section {
+    /// A key, whose value is TOML.
+    pub(crate) fn put(&mut self, key: &str, value: impl AsRef<str>) {
+        self.lines.push(format!("{key} = {}", value.as_ref()));
+    }
+
+    /// A time.
+    pub(crate) fn put_time(&mut self, key: &str, ms: u64) {
+        self.put(key, time(ms));
+    }
+
+    pub(crate) fn put_bit_rate(&mut self, kbit: u32) {
+        self.put("bit-rate", quoted(&format!("{kbit} kbit/s")));
+    }
+
+    /// A parameter, whose value is TOML.
+    pub(crate) fn set(&mut self, object: &str, value: &str) {
+        self.settings.push(format!("{} = {value}", Key::new(object).display_repr()));
+    }
+
+    /// What nodes are called that have this in common: after their data sheet.
+    fn kind_name(&self) -> String {
+        let sheet = self.lines.iter().find_map(|line| line.strip_prefix("sheet = "));
+        let stem = sheet.and_then(|name| Path::new(name.trim_matches('"')).file_stem()?.to_str());
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+        let word: String = stem.unwrap_or_default().chars().filter(|letter| is_word(*letter)).collect();
+        if word.is_empty() { "alike".to_owned() } else { word }
+    }
+
+    /// What other nodes may have as well.
+    fn common(&self) -> Section {
+        let lines = self.lines.iter().filter(|line| !is_own(line)).cloned().collect();
+        Section { lines, settings: self.settings.clone() }
+    }
+
+    /// What cannot be said in the file.
+    fn remark(&mut self, text: &str) {
+        self.settings.push(format!("# {}", text.replace(char::is_control, " ")));
+    }
+}
+
+impl Draft {
+    /// A machine on this bus, with its bit rate in bit/s, if that is known; without nodes.
+    #[must_use]
+    pub fn on(url: &str, bit_rate: Option<u32>) -> Self {
+        let mut draft = Draft::default();
+        draft.bus.put("url", quoted(url));
+        if let Some(rate) = bit_rate {
+            draft.bus.put_bit_rate(rate / 1000);
+        }
+        draft
+    }
+
+    /// Adds a node; returns the name that it gets, which is `wanted` if it can be.
+    pub(crate) fn add(&mut self, wanted: &str, otherwise: &str, section: Section) -> String {
+        let word = |name: &str| name.trim().replace(|letter: char| ".:= ".contains(letter) || letter.is_control(), "-");
+        let is_free = |name: &String| is_name(name) && !self.nodes.iter().any(|(other, _)| other == name);
+        let numbered = (2..).map(|number| format!("{otherwise}-{number}"));
+        let mut names = [word(wanted), otherwise.to_owned()].into_iter().chain(numbered);
+        let name = names.find(is_free).expect("one of the numbers is free");
+        self.nodes.push((name.clone(), section));
+        name
+    }
+
+    /// What several nodes have in common, by the names of the kinds.
+    fn kinds(&self) -> Vec<(String, Section)> {
+        let mut kinds: Vec<(String, Section)> = Vec::new();
+        for (at, (_, node)) in self.nodes.iter().enumerate() {
+            let common = node.common();
+            let is_other = self.nodes[at + 1..].iter().any(|(_, other)| other.common() == common);
+            if is_other && common.lines.len() > 1 && !kinds.iter().any(|(_, kind)| *kind == common) {
+                let name = common.kind_name();
+                let is_free = |name: &String| !kinds.iter().any(|(other, _)| other == name);
+                let numbered = (2..).map(|number| format!("{name}-{number}"));
+                let name = [name.clone()].into_iter().chain(numbered).find(is_free).expect("one of them is free");
+                kinds.push((name, common));
+            }
+        }
+        kinds
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let kinds = self.kinds();
+        // Writing to a string cannot fail.
+        let mut text = String::new();
+        let mut table = |name: &str, lines: &[String]| {
+            if !lines.is_empty() {
+                let gap = if text.is_empty() { "" } else { "\n" };
+                let _ = writeln!(text, "{gap}[{name}]\n{}", lines.join("\n"));
+            }
+        };
+        table("bus", &self.bus.lines);
+        for (name, kind) in &kinds {
+            table(&format!("kind.{name}"), &kind.lines);
+            table(&format!("kind.{name}.settings"), &kind.settings);
+        }
+        for (name, node) in &self.nodes {
+            let name = format!("node.{}", Key::new(name).display_repr());
+            let common = node.common();
+            match kinds.iter().find(|(_, kind)| *kind == common) {
+                Some((kind, _)) => {
+                    let mut lines: Vec<_> = node.lines.iter().filter(|line| is_own(line)).cloned().collect();
+                    lines.insert(1, format!("kind = {}", quoted(kind)));
+                    table(&name, &lines);
+                }
+                None => {
+                    table(&name, &node.lines);
+                    table(&format!("{name}.settings"), &node.settings);
+                }
+            }
+        }
+        text
+    }
+}
+
+/// Whether a line of a node is of no other one.
+fn is_own(line: &str) -> bool {
+    line.starts_with("id = ") || line.starts_with("identity = ")
+}
+
+/// A text in TOML.
+pub(crate) fn quoted(text: &str) -> String {
+    Value::from(text).to_string()
+}
+
+pub(crate) fn time(ms: u64) -> String {
+    quoted(&Duration::from_millis(ms).to_string())
+}
+
+/// The numbers of an identity that are given.
+pub(crate) fn identity(numbers: [Option<u32>; 4]) -> Option<String> {
+    let names = ["vendor", "product", "revision", "serial"].into_iter().zip(numbers);
+    let given: Vec<_> = names.filter_map(|(name, number)| Some(format!("{name} = {:#X}", number?))).collect();
+    (!given.is_empty()).then(|| format!("{{ {} }}", given.join(", ")))
+}
+
+pub(crate) fn transmission(transmission: TransmissionType) -> String {
+    match transmission {
+        TransmissionType::EventProfile => quoted("event"),
+        TransmissionType::SynchronousCyclic(1) => quoted("sync"),
+        TransmissionType::SynchronousCyclic(each) => quoted(&format!("sync {each}")),
+        other => other.code().to_string(),
+    }
+}
+
+/// An object by its name, or by its address where the name is that of several.
+pub(crate) fn object_name(device: &Device, address: Address) -> String {
+    let name = device.entry(address.index(), address.sub()).map(|entry| name(device, entry));
+    let name = name.filter(|name| resolve(Some(device), name).as_ref() == Ok(&address));
+    name.unwrap_or_else(|| match address.sub() {
+        0 => format!("{:04X}", address.index()),
+        _ => address.to_string(),
+    })
+}
+
+/// What a node is called that has no name.
+pub(crate) fn usual_name(device: Option<&Device>, id: NodeId) -> String {
+    let kind = match device.and_then(|device| device.profile) {
+        Some(401) => "io",
+        Some(402) => "drive",
+        Some(406) => "encoder",
+        _ => "node",
+    };
+    format!("{kind}{id}")
+}

@@ -1,0 +1,129 @@
+//! What other tools take of a machine: DCFs, the list of nodes, a CAN database; a page and a picture for people.
+
+mod page;
+mod picture;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use lexican_eds::model::{Commissioning, Device};
+use lexican_runtime::NodeId;
+use lexican_runtime::object::Direction;
+use lexican_toolbox::pdo::dbc::{self, Database};
+use lexican_toolbox::values::wire::parse_padded;
+
+use crate::model::{Machine, Node};
+use crate::nodes::MANAGER;
+use crate::wire::{Sent, active};
+
+impl Machine {
+    /// The data sheet of a node with all that a boot writes, and its node-ID, name and bit rate: what a DCF says. `None` without
+    /// a data sheet.
+    #[must_use]
+    pub fn configured(&self, node: &Node) -> Option<Device> {
+        let mut device = node.device()?.clone();
+        // Of several writes of an entry, the last one stays.
+        for write in self.writes(node) {
+            let object = device.objects.iter_mut().find(|object| object.index == write.address.index());
+            let entry = object.and_then(|object| object.entries.iter_mut().find(|it| it.sub == write.address.sub()));
+            if let Some(entry) = entry {
+                entry.configured = parse_padded(entry.data_type, &write.data);
+            }
+        }
+        device.describe_pdos();
+        let serial = node.identity.serial;
+        let known = device.commissioning.take().unwrap_or_default();
+        device.commissioning = Some(Commissioning {
+            node_id: node.id.map(NodeId::get).or(known.node_id),
+            node_name: Some(node.name.value.clone()),
+            bit_rate_kbit: self.bus.bit_rate.and_then(|rate| u16::try_from(rate / 1000).ok()).or(known.bit_rate_kbit),
+            network_name: self.name.clone().or(known.network_name),
+            serial_number: serial.or(known.serial_number),
+            ..known
+        });
+        device.file.last_eds = device.file.name.replace(format!("{}.dcf", node.name.value));
+        Some(device)
+    }
+
+    /// The DCF of a node (CiA 306-1).
+    #[must_use]
+    pub fn dcf(&self, node: &Node) -> Option<String> {
+        self.configured(node).as_ref().map(lexican_eds::write::dcf)
+    }
+
+    /// The list of the nodes and their DCFs (CiA 306-3, `nodelist.cpj`).
+    #[must_use]
+    pub fn node_list(&self) -> String {
+        let nodes = || self.nodes.iter().filter_map(|node| Some((node, node.id?.get())));
+        let mut list = "[Topology]\r\n".to_owned();
+        if let Some(name) = &self.name {
+            let _ = write!(list, "NetName={}\r\n", name.replace(char::is_control, " "));
+        }
+        let _ = write!(list, "Nodes=0x{:02X}\r\n", nodes().count());
+        let mut nodes: Vec<_> = nodes().collect();
+        nodes.sort_by_key(|(_, id)| *id);
+        for (Node { name, sheet, .. }, id) in nodes {
+            let name = &name.value;
+            let _ = write!(list, "Node{id}Present=0x01\r\nNode{id}Name={name}\r\n");
+            if sheet.is_some() {
+                let _ = write!(list, "Node{id}DCFName={name}.dcf\r\n");
+            }
+        }
+        list
+    }
+
+    /// A CAN database of the nodes that have a data sheet and a node-ID.
+    #[must_use]
+    pub fn database(&self) -> Database {
+        let devices = self.nodes.iter().filter_map(|node| Some((node, node.id?, self.configured(node)?)));
+        let devices: Vec<_> = devices.collect();
+        let nodes: Vec<_> =
+            devices.iter().map(|(node, id, device)| dbc::Node::named(&node.name, *id, device)).collect();
+        Database::new(&nodes)
+    }
+
+    /// Who takes a PDO: the nodes that receive its COB-ID, or else the manager.
+    fn takers<'m>(&'m self, sent: &Sent<'m>) -> Vec<&'m str> {
+        if sent.state.name.direction == Direction::Receive {
+            return vec![&sent.node.name.value];
+        }
+        let takes = |node: &&Node| {
+            active(node, Direction::Receive).iter().any(|it| it.state.cob_id.id() == sent.state.cob_id.id())
+        };
+        let nodes: Vec<_> = self.nodes.iter().filter(takes).map(|node| node.name.as_str()).collect();
+        if nodes.is_empty() { vec![MANAGER] } else { nodes }
+    }
+
+    /// The bus in a sentence: `500 kbit/s, SYNC every 10 ms, busy for 12.0 % in the worst case`.
+    fn bus_in_words(&self) -> String {
+        let bus = &self.bus;
+        let mut parts = Vec::new();
+        parts.extend(bus.bit_rate.map(|rate| format!("{} kbit/s", rate / 1000)));
+        parts.extend(bus.sync.map(|sync| format!("SYNC every {sync}")));
+        parts.extend(self.load().map(|load| format!("busy for {:.1} % in the worst case", load.percent)));
+        parts.join(", ")
+    }
+}
+
+impl Node {
+    /// How it is watched: `heartbeat 100 ms`.
+    fn error_control(&self) -> String {
+        match (self.heartbeat, self.guarding) {
+            (Some(time), _) => format!("heartbeat {time}"),
+            (None, Some(time)) => format!("guarding {time}, retry {}", self.retry),
+            (None, None) => "not watched".to_owned(),
+        }
+    }
+
+    /// The device of the library that it is, or the name of the file.
+    fn sheet_in_words(&self) -> String {
+        let Some(name) = &self.sheet_name else { return "no data sheet".to_owned() };
+        let is_known = self.sheet.as_ref().is_some_and(|sheet| sheet.library.is_some());
+        let file = Path::new(name).file_name().filter(|_| !is_known);
+        file.map_or_else(|| name.clone(), |file| file.to_string_lossy().into_owned())
+    }
+
+    fn id_in_words(&self) -> String {
+        self.id.map_or_else(|| "by LSS".to_owned(), |id| id.to_string())
+    }
+}

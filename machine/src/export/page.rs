@@ -1,0 +1,146 @@
+//! A page about a machine, in Markdown.
+
+use std::fmt::Write as _;
+
+use lexican_runtime::manager::OnLoss;
+use lexican_runtime::object::Direction;
+use lexican_toolbox::node::identity::words;
+use lexican_toolbox::pdo::{summary, title};
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
+
+use crate::model::{Machine, Node};
+use crate::nodes::MANAGER;
+use crate::plan::Why;
+
+impl Machine {
+    /// A page about it in Markdown: bus, nodes, PDOs, what is written, how it boots. `picture` is the name of its picture.
+    #[must_use]
+    pub fn page(&self, picture: Option<&str>) -> String {
+        // Writing to a string cannot fail.
+        let mut page = format!("# {}\n", self.name.as_deref().unwrap_or("Machine"));
+        if let Some(note) = &self.note {
+            let _ = write!(page, "\n{note}\n");
+        }
+        let url = self.bus.url.as_ref().map(|url| format!("`{}`", url.value));
+        let parts: Vec<_> =
+            url.into_iter().chain(Some(self.bus_in_words()).filter(|words| !words.is_empty())).collect();
+        let _ =
+            write!(page, "\nBus: {}\n", if parts.is_empty() { "not described".to_owned() } else { parts.join(", ") });
+        let unbounded = self.load().map(|load| load.unbounded).unwrap_or_default();
+        if !unbounded.is_empty() {
+            let _ = write!(page, "\nNot counted in that, since it may come at any time: {}.\n", unbounded.join(", "));
+        }
+        if let Some(picture) = picture {
+            let _ = write!(page, "\n![The network]({picture})\n");
+        }
+        self.nodes_of_page(&mut page);
+        self.pdos_of_page(&mut page);
+        self.writes_of_page(&mut page);
+        self.boot_of_page(&mut page);
+        page
+    }
+
+    fn nodes_of_page(&self, page: &mut String) {
+        page.push_str(
+            "\n## Nodes\n\n| node | ID | data sheet | identity | error control |\n| --- | ---: | --- | --- | --- |\n",
+        );
+        let manager = self.bus.manager.map_or_else(|| "none".to_owned(), |id| id.to_string());
+        let heartbeat =
+            self.bus.heartbeat.as_ref().map_or_else(String::new, |time| format!("heartbeat {}", time.value));
+        row(page, &[MANAGER, &manager, "", "", &heartbeat]);
+        for node in &self.nodes {
+            let name = if node.optional { format!("{} (optional)", node.name.value) } else { node.name.value.clone() };
+            let identity = words(node.identity.parts()).collect::<Vec<_>>().join(", ");
+            row(page, &[&name, &node.id_in_words(), &node.sheet_in_words(), &identity, &node.error_control()]);
+        }
+    }
+
+    fn pdos_of_page(&self, page: &mut String) {
+        let sent = self.sent();
+        if sent.is_empty() {
+            return;
+        }
+        page.push_str("\n## PDOs\n\n| from | to | PDO | objects |\n| --- | --- | --- | --- |\n");
+        for it in &sent {
+            let from = if it.state.name.direction == Direction::Receive { MANAGER } else { &it.node.name.value };
+            let objects: Vec<_> = it.state.mapping.iter().map(|mapped| title(mapped, it.node.device())).collect();
+            let pdo = format!("{}: {}", it.state.name, summary(&it.state));
+            row(page, &[from, &self.takers(it).join(", "), &pdo, &objects.join("; ")]);
+        }
+    }
+
+    fn writes_of_page(&self, page: &mut String) {
+        page.push_str("\n## What a boot writes\n");
+        for node in &self.nodes {
+            let _ = write!(page, "\n### {}\n\n", node.name.value);
+            let lines = self.writes_of(node);
+            page.push_str(&if lines.is_empty() { "Nothing.\n".to_owned() } else { lines });
+        }
+    }
+
+    fn writes_of(&self, node: &Node) -> String {
+        let mut values = node.device().map(DeviceValues::new);
+        let writes = self.writes(node);
+        let mut lines = String::new();
+        for write in &writes {
+            let report = ValueReport::of_bytes(values.as_ref(), write.address, &write.data);
+            if let (Some(values), Some(value)) = (&mut values, &report.value) {
+                values.set(write.address, value);
+            }
+            // The table of PDOs has them already.
+            if write.why != Why::Pdo {
+                let _ = writeln!(lines, "- {} ({})", escaped(&report.equation()), write.why.name());
+            }
+        }
+        let pdos = writes.iter().filter(|write| write.why == Why::Pdo).count();
+        if pdos > 0 {
+            let _ = writeln!(lines, "- {pdos} entries of PDOs");
+        }
+        lines
+    }
+
+    fn boot_of_page(&self, page: &mut String) {
+        let named = |is_wanted: &dyn Fn(&Node) -> bool| {
+            let names: Vec<_> = self.nodes.iter().filter(|node| is_wanted(node)).map(|it| it.name.as_str()).collect();
+            names.join(", ")
+        };
+        page.push_str("\n## How it boots\n\n");
+        let time = self.bus.boot_time.map_or_else(String::new, |time| format!(" within {time}"));
+        let on_loss = match self.bus.on_loss {
+            OnLoss::ResetNode => "it is reset and booted again",
+            OnLoss::ResetAll => "all nodes are reset and booted again",
+            OnLoss::StopAll => "all nodes are stopped",
+        };
+        let start = if self.bus.start_all { "by one command" } else { "one by one" };
+        for (what, names) in [
+            (format!("Mandatory{time}"), named(&|node| !node.optional)),
+            ("Optional".to_owned(), named(&|node| node.optional)),
+            (format!("Started, {start}"), named(&|node| node.start)),
+            ("Not reset while OPERATIONAL".to_owned(), named(&|node| node.keep_alive)),
+            ("Not booted again after a loss".to_owned(), named(&|node| !node.boots_again)),
+            ("When a mandatory node is lost".to_owned(), on_loss.to_owned()),
+        ] {
+            if !names.is_empty() {
+                let _ = writeln!(page, "- {what}: {names}");
+            }
+        }
+    }
+}
+
+fn row(page: &mut String, cells: &[&str]) {
+    let cells: Vec<_> = cells.iter().map(|cell| escaped(cell)).collect();
+    let _ = writeln!(page, "| {} |", cells.join(" | "));
+}
+
+/// A text in which nothing is Markdown.
+fn escaped(text: &str) -> String {
+    let mut out = String::new();
+    for letter in text.chars() {
+        if matches!(letter, '|' | '*' | '_' | '<' | '[' | '`' | '\\') {
+            out.push('\\');
+        }
+        out.push(if letter.is_control() { ' ' } else { letter });
+    }
+    out
+}
