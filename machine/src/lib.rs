@@ -3,6 +3,8 @@
 //!
 //! [`Machine::open`] reads it, with a finding for each mistake; [`Machine::writes`] is what is written into each node,
 //! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
+//! [`Machine::dcf`], [`Machine::database`], [`Machine::page`] and others are what other tools and people take of it. A [`Draft`] is the
+//! file of a machine that is there already, as it was [`Found`] on its bus, or described by a [`BusYml`].
 
 mod at;
 mod bench;

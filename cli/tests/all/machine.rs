@@ -203,13 +203,24 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         assert!(written.contains(lines), "{lines}\n{written}");
     }
     plan.on_stdout(0, "1A00:02");
-    // Their DCFs alone say the same.
-    lexican_in(&folder, &["machine", "new", "dcfs", "--sheets", MACHINES, "-o", "again.toml"]).on_stdout(0, "");
-    let again = std::fs::read_to_string(folder.join("again.toml")).unwrap();
+    // Their DCFs say the same, and so do their backups.
     let named = written.replace(".drive5", ".a").replace(".drive6", ".b").replace(".encoder8", ".c");
-    assert!(again.lines().all(|line| named.lines().any(|other| other == line)), "{again}\n{named}");
-    assert_eq!(again.matches("[node.").count(), 5, "{again}");
-    lexican_in(&folder, &["machine", "plan", "again.toml", "--bus", "sim:bus.toml"]).on_stdout(0, "(as it is)");
+    let sheet = format!("8={MACHINES}/encoder.eds");
+    let devices = ["--device", "5=siko/ag03-1", "--device", "6=kollmorgen/akd", "--device", &sheet];
+    let backup = ["backup", "--bus", "sim:bus.toml", "5,6,8", "-o", "backups/{node}.dcf"];
+    std::fs::create_dir_all(folder.join("backups")).unwrap();
+    lexican_in(&folder, &[&backup[..], &devices[..]].concat()).on_stdout(0, "node 8: ");
+    for (source, names) in [("dcfs", &named), ("backups", &written)] {
+        lexican_in(&folder, &["machine", "new", source, "--sheets", MACHINES, "-o", "again.toml", "--force"])
+            .on_stdout(0, "");
+        let again = std::fs::read_to_string(folder.join("again.toml")).unwrap();
+        assert!(again.lines().all(|line| names.lines().any(|other| other == line)), "{again}\n{names}");
+        assert_eq!(again.matches("[node.").count(), 5, "{again}");
+        lexican_in(&folder, &["machine", "plan", "again.toml", "--bus", "sim:bus.toml"]).on_stdout(0, "(as it is)");
+    }
+    // Without its data sheet a node is what it says of itself.
+    lexican_in(&folder, &["machine", "new", "--bus", "sim:bus.toml"])
+        .on_stdout(0, "[node.node8]\nid = 8\nidentity = { vendor = 0x4C58, product = 0x406, revision = 0x10000 }\n");
 }
 
 #[test]
@@ -224,7 +235,9 @@ fn a_bus_yml_becomes_a_machine() {
     let slave = "master: {node_id: 1}\nio:\n  node_id: 7\n  dcf: io.eds\n";
     run(&format!("{slave}  hartbeat_producer: 100\n")).on_stderr(0, "did you mean `heartbeat_producer`?");
     let written = std::fs::read_to_string(folder.join("machine.toml")).unwrap();
-    assert!(written.contains("[node.io]\nid = 7\nsheet = \"config/io.eds\"\noptional = true\n"), "{written}");
+    // dcfgen has revision and serial number checked that the data sheet gives.
+    let node = "[node.io]\nid = 7\nsheet = \"config/io.eds\"\nidentity = { revision = 0x10000, serial = 0x1 }\n";
+    assert!(written.contains(node), "{written}");
     run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))
         .on_stderr(1, "the data sheet has no 9999:00: dcfgen stops here");
     lexican_in(&folder, &["machine", "new"]).on_stderr(2, "from what?");

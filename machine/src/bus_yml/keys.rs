@@ -10,44 +10,10 @@ use crate::at::At;
 use crate::read::{Out, similar};
 
 /// What ros2_canopen reads when it runs, and no network has.
-const OF_ROS: [&str; 36] = [
-    "dcf_path",
-    "driver",
-    "package",
-    "namespace",
-    "remappings",
-    "enable_lazy_load",
-    "polling",
-    "period",
-    "non_transmit_timeout",
-    "sdo_timeout_ms",
-    "boot_timeout",
-    "boot_timeout_ms",
-    "diagnostics",
-    "scale_pos_to_dev",
-    "scale_pos_from_dev",
-    "scale_vel_to_dev",
-    "scale_vel_from_dev",
-    "scale_eff_to_dev",
-    "scale_eff_from_dev",
-    "offset_pos_to_dev",
-    "offset_pos_from_dev",
-    "switching_state",
-    "homing_timeout_seconds",
-    "num_channels",
-    "channel_names",
-    "channels",
-    "position_mode",
-    "velocity_mode",
-    "effort_mode",
-    "cyclic_position_mode",
-    "cyclic_velocity_mode",
-    "cyclic_torque_mode",
-    "interpolated_position_mode",
-    "profiled_position_mode",
-    "profiled_velocity_mode",
-    "configuration_file",
-];
+const OF_ROS: &str = "dcf_path driver package namespace remappings enable_lazy_load polling period non_transmit_timeout \
+    sdo_timeout_ms boot_timeout boot_timeout_ms diagnostics scale_pos_to_dev scale_pos_from_dev scale_vel_to_dev \
+    scale_vel_from_dev scale_eff_from_dev offset_pos_to_dev offset_pos_from_dev switching_state homing_timeout_seconds \
+    num_channels channel_names channels position_mode velocity_mode effort_mode";
 
 /// A table of the file.
 pub(super) struct Keys {
@@ -108,11 +74,12 @@ impl Keys {
     /// Says what nobody knows; what only ros2_canopen reads is collected.
     pub(super) fn end(&self, tool: &str, of_ros: &mut BTreeSet<String>, out: &mut Out) {
         let asked = self.asked.borrow();
+        let ros = || OF_ROS.split_whitespace();
         for (key, _) in &self.entries {
-            if OF_ROS.contains(&key.as_str()) {
+            if ros().any(|known| known == key.value) {
                 of_ros.insert(key.value.clone());
             } else if !asked.contains(key.as_str()) {
-                let known = asked.iter().copied().chain(OF_ROS);
+                let known = asked.iter().copied().chain(ros());
                 let what = format!("unknown key `{}`, which {tool} ignores without a word", key.value);
                 out.push(Severity::Warning, "bus-yml::key", &key.span, what, similar(key, known));
             }

@@ -71,6 +71,9 @@ impl BusYml {
     }
 }
 
+/// A value that is written, and where the file says so.
+type Given = (Address, i64, Range<usize>);
+
 struct Reader<'a> {
     files: Files<'a>,
     name: &'a dyn Fn(&str) -> String,
@@ -265,15 +268,22 @@ impl Reader<'_> {
             section.put("sheet", quoted(&(self.name)(file)));
         }
         let device = sheet.map(|(_, device)| device).unwrap_or_default();
-        let [revision, serial] = ["revision_number", "serial_number"]
-            .map(|key| keys.number::<u32>(key, &mut self.out).filter(|number| *number != 0));
+        let commissioned = device.commissioning.as_ref().and_then(|it| it.serial_number);
+        let [revision, serial] =
+            [("revision_number", device.info.revision_number, 3), ("serial_number", commissioned, 4)].map(
+                |(key, known, sub)| {
+                    let held = || u32::try_from(held(&device, id, Address::new(cia301::IDENTITY, sub))?).ok();
+                    let given = keys.number::<u32>(key, &mut self.out);
+                    given.or(known.filter(|number| *number != 0)).or_else(held).filter(|number| *number != 0)
+                },
+            );
         if let Some(identity) = identity([None, None, revision, serial]) {
             section.put("identity", identity);
         }
         if !keys.flag("mandatory", false, &mut self.out) {
             section.put("optional", "true");
         }
-        self.error_control(&keys, name, &device, id, &mut section);
+        let given = self.error_control(&keys, name, &device, id, &mut section);
         if !keys.flag("boot", true, &mut self.out) {
             section.put("boots-again", "false");
         }
@@ -283,11 +293,12 @@ impl Reader<'_> {
         for direction in [Direction::Receive, Direction::Transmit] {
             self.pdos(&keys, direction, &device, id, &mut section);
         }
-        self.settings(&keys, name, &device, id, &mut section);
+        self.settings(given, &keys, name, &device, id, &mut section);
         keys.leave_out(
             &[
                 ("software_file", "`lexican flash` writes it"),
                 ("software_version", "`lexican flash` writes it"),
+                ("configuration_file", "dcfgen means to take it for the concise DCF, but does not"),
                 ("restore_configuration", "nodes are not restored before they are configured"),
             ],
             &mut self.out,
@@ -315,15 +326,26 @@ impl Reader<'_> {
         }
     }
 
-    fn error_control(&mut self, keys: &Keys, name: &At<String>, device: &Device, id: NodeId, section: &mut Section) {
-        let mut of = |key, index| {
-            let own = keys.number::<u16>(key, &mut self.out);
-            let known = || u16::try_from(held(device, id, Address::new(index, 0))?).ok();
-            own.or_else(known).unwrap_or(0)
-        };
-        let heartbeat = of("heartbeat_producer", cia301::PRODUCER_HEARTBEAT_TIME);
-        let guard_time = of("guard_time", cia301::GUARD_TIME);
-        let factor = of("life_time_factor", cia301::LIFE_TIME_FACTOR);
+    /// Heartbeat or guarding, of which a machine has one; returns what else is written of them.
+    fn error_control(
+        &mut self,
+        keys: &Keys,
+        name: &At<String>,
+        device: &Device,
+        id: NodeId,
+        section: &mut Section,
+    ) -> Vec<Given> {
+        let parts = [
+            ("heartbeat_producer", cia301::PRODUCER_HEARTBEAT_TIME),
+            ("guard_time", cia301::GUARD_TIME),
+            ("life_time_factor", cia301::LIFE_TIME_FACTOR),
+        ];
+        let [(heartbeat, own_heartbeat), (guard_time, own_time), (factor, own_factor)] = parts.map(|(key, index)| {
+            let (address, own) = (Address::new(index, 0), keys.number::<u16>(key, &mut self.out));
+            let known = held(device, id, address).and_then(|known| u16::try_from(known).ok());
+            let differs = own.filter(|own| Some(*own) != known);
+            (own.or(known).unwrap_or(0), differs.map(|own| (address, own.into(), name.span.clone())))
+        });
         let retry = keys.number("retry_factor", &mut self.out).unwrap_or(self.retry);
         self.watching.push(keys.flag("heartbeat_consumer", false, &mut self.out));
         self.multiplier(keys);
@@ -336,9 +358,10 @@ impl Reader<'_> {
         if heartbeat > 0 {
             section.put_time("heartbeat", heartbeat.into());
             if guard_time > 0 {
-                let what = format!("{} has heartbeat and guarding: only the heartbeat is kept", name.value);
+                let what = format!("{} has heartbeat and guarding: it is not guarded", name.value);
                 self.warn(&name.span, what, None);
             }
+            [own_time, own_factor].into_iter().flatten().collect()
         } else if guard_time > 0 && factor > 0 {
             section.put_time("guarding", guard_time.into());
             if u16::from(retry) != factor {
@@ -351,15 +374,25 @@ impl Reader<'_> {
             if factor != u16::from(PATIENCE) {
                 section.put("retry", factor.min(255).to_string());
             }
+            own_heartbeat.into_iter().collect()
+        } else {
+            [own_heartbeat, own_time, own_factor].into_iter().flatten().collect()
         }
     }
 
     /// What is written besides: error behaviour, the COB-ID of TIME, `sdo`.
-    fn settings(&mut self, keys: &Keys, name: &At<String>, device: &Device, id: NodeId, section: &mut Section) {
+    fn settings(
+        &mut self,
+        mut given: Vec<Given>,
+        keys: &Keys,
+        name: &At<String>,
+        device: &Device,
+        id: NodeId,
+        section: &mut Section,
+    ) {
         let mut settings: BTreeMap<Address, Vec<u8>> = BTreeMap::new();
         let time = Address::new(cia301::COB_ID_TIME, 0);
         let time_id = keys.number::<u32>("time_cob_id", &mut self.out).filter(|id| *id != 0x100);
-        let mut given: Vec<(Address, i64, Range<usize>)> = Vec::new();
         given.extend(time_id.map(|id| (time, id.into(), name.span.clone())));
         for (sub, value) in keys.get("error_behavior").and_then(Yaml::map).unwrap_or_default() {
             if let (Ok(sub), Some(value)) = (sub.parse(), value.integer()) {

@@ -8,13 +8,10 @@ use std::path::Path;
 
 use lexican_eds::model::{Commissioning, Device};
 use lexican_runtime::NodeId;
-use lexican_runtime::object::Direction;
 use lexican_toolbox::pdo::dbc::{self, Database};
 use lexican_toolbox::values::wire::parse_padded;
 
 use crate::model::{Machine, Node};
-use crate::nodes::MANAGER;
-use crate::wire::{Sent, active};
 
 impl Machine {
     /// The data sheet of a node with all that a boot writes, and its node-ID, name and bit rate: what a DCF says. `None` without
@@ -80,18 +77,6 @@ impl Machine {
         let nodes: Vec<_> =
             devices.iter().map(|(node, id, device)| dbc::Node::named(&node.name, *id, device)).collect();
         Database::new(&nodes)
-    }
-
-    /// Who takes a PDO: the nodes that receive its COB-ID, or else the manager.
-    fn takers<'m>(&'m self, sent: &Sent<'m>) -> Vec<&'m str> {
-        if sent.state.name.direction == Direction::Receive {
-            return vec![&sent.node.name.value];
-        }
-        let takes = |node: &&Node| {
-            active(node, Direction::Receive).iter().any(|it| it.state.cob_id.id() == sent.state.cob_id.id())
-        };
-        let nodes: Vec<_> = self.nodes.iter().filter(takes).map(|node| node.name.as_str()).collect();
-        if nodes.is_empty() { vec![MANAGER] } else { nodes }
     }
 
     /// The bus in a sentence: `500 kbit/s, SYNC every 10 ms, busy for 12.0 % in the worst case`.

@@ -1,7 +1,9 @@
 //! A page about a machine, in Markdown.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use lexican_runtime::CobId;
 use lexican_runtime::manager::OnLoss;
 use lexican_runtime::object::Direction;
 use lexican_toolbox::node::identity::words;
@@ -12,6 +14,7 @@ use lexican_toolbox::values::report::ValueReport;
 use crate::model::{Machine, Node};
 use crate::nodes::MANAGER;
 use crate::plan::Why;
+use crate::wire::active;
 
 impl Machine {
     /// A page about it in Markdown: bus, nodes, PDOs, what is written, how it boots. `picture` is the name of its picture.
@@ -62,11 +65,19 @@ impl Machine {
             return;
         }
         page.push_str("\n## PDOs\n\n| from | to | PDO | objects |\n| --- | --- | --- | --- |\n");
+        let mut takers: BTreeMap<CobId, Vec<&str>> = BTreeMap::new();
+        for taken in self.nodes.iter().flat_map(|node| active(node, Direction::Receive)) {
+            takers.entry(taken.state.cob_id.id()).or_default().push(&taken.node.name);
+        }
         for it in &sent {
-            let from = if it.state.name.direction == Direction::Receive { MANAGER } else { &it.node.name.value };
+            let name = it.node.name.as_str();
+            let (from, to) = match (it.state.name.direction, takers.get(&it.state.cob_id.id())) {
+                (Direction::Receive, _) => (MANAGER, name.to_owned()),
+                (Direction::Transmit, takers) => (name, takers.map_or_else(|| MANAGER.to_owned(), |it| it.join(", "))),
+            };
             let objects: Vec<_> = it.state.mapping.iter().map(|mapped| title(mapped, it.node.device())).collect();
             let pdo = format!("{}: {}", it.state.name, summary(&it.state));
-            row(page, &[from, &self.takers(it).join(", "), &pdo, &objects.join("; ")]);
+            row(page, &[from, &to, &pdo, &objects.join("; ")]);
         }
     }
 

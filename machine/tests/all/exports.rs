@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use lexican_eds::{Input, Source, load};
 use lexican_machine::{Files, Machine, Node};
+use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 
 use crate::{cantools, machine, sound};
@@ -60,7 +61,7 @@ fn a_dcf_is_all_that_a_boot_writes() {
         let (device, findings) = load(&Input::new(Source::new("node.dcf", dcf.as_str())));
         assert!(!findings.has_errors(), "{}", findings.render(&Input::new(Source::new("node.dcf", dcf.as_str()))));
         let commissioning = device.commissioning.unwrap();
-        assert_eq!(commissioning.node_id, node.id.map(|id| id.get()));
+        assert_eq!(commissioning.node_id, node.id.map(NodeId::get));
         assert_eq!(commissioning.bit_rate_kbit, Some(500));
         assert_eq!(commissioning.node_name.as_deref(), Some(node.name.as_str()));
         assert_eq!(commissioning.network_name.as_deref(), Some("press 3"));
