@@ -9,6 +9,7 @@ mod plan;
 
 use crate::output::{Failure, Outcome, print_result};
 pub(crate) use file::{found, sound, without_errors};
+pub(crate) use plan::own_bus;
 
 /// The commands for a machine in one file.
 #[derive(clap::Subcommand, Debug)]

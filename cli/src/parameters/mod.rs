@@ -1,6 +1,7 @@
 //! `lexican backup`, `restore`, `compare` and `apply`: the parameters of devices.
 
 pub(crate) mod apply;
+pub(crate) mod archive;
 pub(crate) mod backup;
 pub(crate) mod compare;
 pub(crate) mod restore;

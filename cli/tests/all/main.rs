@@ -1,6 +1,7 @@
 //! The command, each of its subcommands by a file.
 
 mod access;
+mod archive;
 mod boot;
 mod bus;
 mod certify;
