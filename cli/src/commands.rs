@@ -5,7 +5,7 @@ use crate::chaos;
 use crate::output::{Failure, Outcome};
 use crate::{
     access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lss, machine,
-    monitor, nmt, parameters, pdo, scan, send, simulate, statistics,
+    monitor, nmt, parameters, pdo, replace, scan, send, simulate, statistics,
 };
 
 #[derive(clap::Subcommand, Debug)]
@@ -24,6 +24,7 @@ pub(crate) enum Command {
     Backup(parameters::backup::Args),
     Restore(parameters::restore::Args),
     Compare(parameters::compare::Args),
+    Replace(replace::Args),
     Apply(parameters::apply::Args),
     Nmt(nmt::Args),
     Boot(boot::Args),
@@ -72,6 +73,7 @@ impl Command {
             Command::Backup(args) => parameters::backup::run(&args),
             Command::Restore(args) => parameters::restore::run(&args),
             Command::Compare(args) => parameters::compare::run(&args),
+            Command::Replace(args) => replace::run(&args),
             Command::Apply(args) => parameters::apply::run(&args),
             Command::Nmt(args) => nmt::run(&args),
             Command::Boot(args) => boot::run(&args),

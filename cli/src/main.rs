@@ -42,6 +42,7 @@ mod whole {
     mod pages;
     pub(crate) mod parameters;
     pub(crate) mod pdo;
+    pub(crate) mod replace;
     pub(crate) mod scan;
     pub(crate) mod screen;
     pub(crate) mod send;

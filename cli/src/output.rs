@@ -279,6 +279,10 @@ pub(crate) struct ForceArgs {
 }
 
 impl ForceArgs {
+    pub(crate) const fn is_given(self) -> bool {
+        self.force
+    }
+
     pub(crate) const fn existing(self) -> Existing {
         if self.force { Existing::Replace } else { Existing::Keep }
     }

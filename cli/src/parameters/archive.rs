@@ -43,7 +43,7 @@ pub(super) fn take<L: Link>(network: &mut Network<L>, machine: &Machine, watch: 
                 let mut remote = RemoteNode::new(network, id);
                 ArchivedNode::take(&mut remote, &name, sheet, &mut |progress| watch.see(progress)).map(Ok).or_else(
                     |ended| match ended {
-                        Ended::Stopped => Ok(Err(ended)),
+                        Ended::Stopped | Ended::Restarted => Ok(Err(ended)),
                         Ended::Lost(error) => Err(error.to_string()),
                     },
                 )
@@ -159,7 +159,7 @@ pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure>
             (Some(one), Some(other)) => {
                 let node = machine.as_ref().and_then(|machine| machine.node(name));
                 let overlays = node.map_or_else(Vec::new, |node| overlays(node));
-                for version in one.other_versions(other) {
+                for version in one.other_versions(&other.identity, &other.versions) {
                     differs(version)?;
                 }
                 if let ([.., Some(one)], [.., Some(other)]) = (one.identity, other.identity)

@@ -26,17 +26,17 @@ use serde_json::{Value as Json, json};
 use crate::output::{self, Failure, ctrl_c, fields, note, print_result, progress, warn};
 
 /// Shows the progress, and stops an operation at Ctrl-C.
-struct Watch {
-    bar: ProgressBar,
+pub(crate) struct Watch {
+    pub(crate) bar: ProgressBar,
     interrupted: Arc<AtomicBool>,
 }
 
 impl Watch {
-    fn new() -> Result<Self, Failure> {
+    pub(crate) fn new() -> Result<Self, Failure> {
         Ok(Watch { bar: progress("{msg} {wide_bar} {pos}/{len}", 1), interrupted: ctrl_c()? })
     }
 
-    fn see(&self, progress: Progress<'_>) -> ControlFlow<()> {
+    pub(crate) fn see(&self, progress: Progress<'_>) -> ControlFlow<()> {
         let step = match progress {
             Progress::Reading { address, at, of } => Some((format!("reading {address}"), at, of)),
             Progress::Writing { address, at, of } => Some((format!("writing {address}"), at, of)),
@@ -52,7 +52,11 @@ impl Watch {
             self.bar.set_length(of as u64);
             self.bar.set_position(at as u64);
         }
-        if self.interrupted.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
     }
 }
 
@@ -65,7 +69,7 @@ impl Drop for Watch {
 impl From<Ended> for Failure {
     fn from(ended: Ended) -> Self {
         match ended {
-            Ended::Stopped => Failure::new(ended),
+            Ended::Stopped | Ended::Restarted => Failure::new(ended),
             Ended::Lost(error) => error.into(),
         }
     }

@@ -288,12 +288,12 @@ impl ArchivedNode {
         (compare(&side(self), &side(other)), domains)
     }
 
-    /// What of the device itself is another than in another one, in words: its name and its versions, its revision.
+    /// What another device says of its revision and its versions, where that is something else.
     #[must_use]
-    pub fn other_versions(&self, other: &ArchivedNode) -> Vec<String> {
-        let revision = |node: &ArchivedNode| node.identity[2].map(|revision| format!("{revision:X}h"));
-        let versions = VERSIONS.into_iter().zip(self.versions.iter().cloned().zip(other.versions.iter().cloned()));
-        let all = versions.chain([("revision", (revision(self), revision(other)))]);
+    pub fn other_versions(&self, identity: &Identity, versions: &[Option<String>; 3]) -> Vec<String> {
+        let revision = |identity: &Identity| identity[2].map(|revision| format!("{revision:X}h"));
+        let versions = VERSIONS.into_iter().zip(self.versions.iter().cloned().zip(versions.iter().cloned()));
+        let all = versions.chain([("revision", (revision(&self.identity), revision(identity)))]);
         let text = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         all.filter(|(_, (one, other))| one != other)
             .map(|(what, (one, other))| format!("{what} {}, and not {}", text(other), text(one)))
@@ -301,8 +301,8 @@ impl ArchivedNode {
     }
 }
 
-/// What a node says of its versions, as far as its data sheet has them.
-fn read_versions<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
+/// What a node says of its versions, as far as its data sheet has them: as [`VERSIONS`].
+pub fn read_versions<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
     let values = DeviceValues::new(sheet);
     let mut versions = [const { None }; 3];
     for (version, index) in versions.iter_mut().zip(cia301::MANUFACTURER_DEVICE_NAME..) {

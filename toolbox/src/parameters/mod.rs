@@ -76,6 +76,9 @@ pub enum Ended {
     /// The caller has stopped it.
     #[error("it was interrupted")]
     Stopped,
+    /// The node has booted meanwhile, and may have forgotten what was written before.
+    #[error("the node has restarted meanwhile")]
+    Restarted,
     /// The link has failed, or the node is gone.
     #[error(transparent)]
     Lost(#[from] AccessError),
