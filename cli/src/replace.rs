@@ -28,8 +28,8 @@ use crate::send::time::now;
 ///
 /// Finds it: at its node-ID, without one, or the only one of its vendor and product at another one; the last two get the node-ID by LSS,
 /// and store it. Checks that it is of the vendor and product of the backup, and says what else is another than before. Restores its
-/// parameters from the backup, lets it store them, resets it, and compares all that can be read with the backup. Then boots it as
-/// machine.toml says, falls silent, and waits for it to notice that its manager is gone. Writes a report.
+/// parameters from the backup, lets it store them, and resets it. Boots it as machine.toml says, falls silent, and waits for it to notice that
+/// its manager is gone. Resets it again, and compares all that can be read with the backup. Writes a report.
 ///
 /// Nothing moves. If it ends early (Ctrl-C, a lost bus, a power cut), the same command goes on: what has been done is seen of the device.
 /// Exit code 1 if the device cannot take the place, or is not protected; 2 if it ends early.

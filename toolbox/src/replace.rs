@@ -1,4 +1,4 @@
-//! A device in the place of one that has failed: found, given its node-ID, checked, restored, compared, and its protection tested.
+//! A device in the place of one that has failed: found, given its node-ID, checked, restored, its protection tested, and compared.
 //!
 //! What has been done is seen of the device and kept nowhere else, so [`replace`] that was interrupted anywhere is called again.
 
@@ -93,7 +93,7 @@ pub enum Step {
     Restored { written: usize, equal: usize, stored: bool },
     /// It has been reset, and has booted.
     Booted,
-    /// It cannot keep parameters without power, and has got them again.
+    /// It does not keep all of its parameters without power, and has got them again.
     Forgetful,
     /// All that can be read is what the backup has.
     Equal { compared: usize },
@@ -121,8 +121,8 @@ impl fmt::Display for Step {
                 write!(f, "{written} parameters written, {equal} had their value{stored}")
             }
             Step::Booted => f.write_str("reset, and booted again"),
-            Step::Forgetful => f.write_str("it does not keep its parameters without power; they were written again"),
-            Step::Equal { compared } => write!(f, "{compared} parameters read back after that: all as in the backup"),
+            Step::Forgetful => f.write_str("it does not keep all of them without power; they were written again"),
+            Step::Equal { compared } => write!(f, "{compared} parameters read back after that, all as in the backup"),
             Step::Protected { after } => {
                 write!(f, "booted as in the machine; when the manager fell silent, it noticed after {after}")
             }
@@ -223,8 +223,8 @@ pub fn replace<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>
         return Err(ReplaceError::NotBack);
     }
     done(see, &Step::Booted)?;
-    prove(link, of, see)?;
-    protect(link, of, see)
+    protect(link, of, see)?;
+    prove(link, of, see)
 }
 
 fn done(see: OnReplacing<'_>, step: &Step) -> Result<(), ReplaceError> {

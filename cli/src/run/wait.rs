@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use lexican_eds::model::Value;
-use lexican_machine::Machine;
+use lexican_machine::{Machine, Setting};
 use lexican_runtime::host::Pace;
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
@@ -34,6 +34,8 @@ pub(super) struct Wait {
 struct Until {
     node: NodeId,
     sheet: Arc<DataSheet>,
+    /// What the machine sets it to, on which the meanings of others depend.
+    settings: Vec<(Address, Value)>,
     address: Address,
     /// What the order of the two may be.
     is: fn(Ordering) -> bool,
@@ -68,12 +70,16 @@ impl Wait {
         // An element of an array as in a wire.
         let object = object.replace('[', "/").replace(']', "");
         let address = resolve(Some(&sheet.device), &object).map_err(|error| format!("{error}; {}", error.advice()))?;
-        let values = DeviceValues::new(&sheet.device);
-        let entry = values.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
-        let value = values.parse(entry, &value)?;
-        let (sheet, is) = (Arc::clone(sheet), order(&condition[place]).expect("it was found"));
-        let until = Until { node: id, sheet, address, is, value, text: condition.join(" ") };
-        Ok(Wait { within: span, until: Some(until) })
+        let entry = |address: Address| sheet.device.entry(address.index(), address.sub());
+        let set = |setting: &Setting| {
+            Some((setting.address, parse_padded(entry(setting.address)?.data_type, &setting.data)?))
+        };
+        let settings = node.settings.iter().filter_map(set).collect();
+        let (is, text) = (order(&condition[place]).expect("it was found"), condition.join(" "));
+        let entry = entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
+        let until = Until { node: id, sheet: Arc::clone(sheet), settings, address, is, value: Value::Integer(0), text };
+        let value = until.values().parse(entry, &value)?;
+        Ok(Wait { within: span, until: Some(Until { value, ..until }) })
     }
 
     pub(super) fn run(&self, args: &Args, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
@@ -84,7 +90,7 @@ impl Wait {
                 None => None,
                 Some(until) => {
                     let data = network.read_bytes(until.node, until.address)?;
-                    let (values, address) = (DeviceValues::new(&until.sheet.device), until.address);
+                    let (values, address) = (until.values(), until.address);
                     let value = values.entry(address).and_then(|entry| parse_padded(entry.data_type, &data));
                     let report = ValueReport::of_bytes(Some(&values), address, &data);
                     if value.and_then(|value| compare(&value, &until.value)).is_some_and(until.is) {
@@ -107,6 +113,14 @@ impl Wait {
             }
             network.wait_for(LOOK.min(end.since(now)), |_| None::<()>)?;
         }
+    }
+}
+
+impl Until {
+    fn values(&self) -> DeviceValues<'_> {
+        let mut values = DeviceValues::new(&self.sheet.device);
+        self.settings.iter().for_each(|(address, value)| values.set(*address, value));
+        values
     }
 }
 

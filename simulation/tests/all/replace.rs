@@ -177,8 +177,8 @@ fn a_drive_without_node_id_takes_the_place() {
     let steps = rig.replace(&place.replacement()).unwrap();
     assert_eq!(steps[0], Step::Named { before: None });
     assert!(matches!(steps[2], Step::Restored { written: 1, stored: true, .. }), "{steps:?}");
-    assert!(matches!(steps[4], Step::Equal { compared } if compared > 40), "{steps:?}");
-    let Step::Protected { after } = steps[5] else { panic!("{steps:?}") };
+    assert!(matches!(steps[5], Step::Equal { compared } if compared > 40), "{steps:?}");
+    let Step::Protected { after } = steps[4] else { panic!("{steps:?}") };
     assert!((WATCHED.within - BEAT..WATCHED.within + BEAT).contains(&after), "{after}");
     // Once more: it is seen to be there, and nothing is written.
     let again = rig.replace(&place.replacement()).unwrap();
