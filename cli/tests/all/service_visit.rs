@@ -124,7 +124,7 @@ fn without_measurements(text: &str) -> String {
 
 fn without_measurement(line: &str) -> String {
     let is_measured = line.starts_with(' ') && line.trim_start().starts_with(|first: char| first.is_ascii_digit())
-        || line.contains(" per second, ");
+        || [" per second, ", " noticed after ", " UTC", " lines in "].iter().any(|words| line.contains(words));
     if !is_measured {
         return line.to_owned();
     }
