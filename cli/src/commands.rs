@@ -5,7 +5,7 @@ use crate::chaos;
 use crate::output::{Failure, Outcome};
 use crate::{
     access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lss, machine,
-    monitor, nmt, parameters, pdo, scan, send, simulate, statistics,
+    monitor, nmt, parameters, pdo, replace, run, scan, send, simulate, statistics,
 };
 
 #[derive(clap::Subcommand, Debug)]
@@ -24,6 +24,7 @@ pub(crate) enum Command {
     Backup(parameters::backup::Args),
     Restore(parameters::restore::Args),
     Compare(parameters::compare::Args),
+    Replace(replace::Args),
     Apply(parameters::apply::Args),
     Nmt(nmt::Args),
     Boot(boot::Args),
@@ -31,6 +32,7 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Lss(lss::Command),
     Drive(drive::Args),
+    Run(run::Args),
     Send(send::frames::Args),
     Sync(send::sync::Args),
     Time(send::time::Args),
@@ -59,6 +61,14 @@ pub(crate) enum Command {
 }
 
 impl Command {
+    /// What shows before it runs, and not while it is parsed.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        match self {
+            Command::Drive(args) => args.check_value(),
+            _ => Ok(()),
+        }
+    }
+
     /// Runs it; `whole` is the command with all of them.
     pub(crate) fn run(self, whole: fn() -> clap::Command) -> Result<Outcome, Failure> {
         match self {
@@ -72,12 +82,14 @@ impl Command {
             Command::Backup(args) => parameters::backup::run(&args),
             Command::Restore(args) => parameters::restore::run(&args),
             Command::Compare(args) => parameters::compare::run(&args),
+            Command::Replace(args) => replace::run(&args),
             Command::Apply(args) => parameters::apply::run(&args),
             Command::Nmt(args) => nmt::run(&args),
             Command::Boot(args) => boot::run(&args),
             Command::Flash(args) => flash::run(&args),
             Command::Lss(command) => command.run(),
             Command::Drive(args) => drive::run(&args),
+            Command::Run(args) => run::run(&args),
             Command::Send(args) => send::frames::run(&args),
             Command::Sync(args) => send::sync::run(&args),
             Command::Time(args) => send::time::run(&args),

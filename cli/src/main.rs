@@ -42,6 +42,8 @@ mod whole {
     mod pages;
     pub(crate) mod parameters;
     pub(crate) mod pdo;
+    pub(crate) mod replace;
+    pub(crate) mod run;
     pub(crate) mod scan;
     pub(crate) mod screen;
     pub(crate) mod send;
@@ -51,6 +53,7 @@ mod whole {
     mod style;
 }
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -97,17 +100,40 @@ enum Command {
 fn main() -> ExitCode {
     #[cfg(feature = "full")]
     completions::answer(Cli::command);
-    let (cli, args) = (Cli::command(), std::env::args_os().collect());
-    #[cfg(feature = "full")]
-    let args = machine::names::resolved(args, &cli);
-    let args = node_place::settled(args, &cli);
-    let result = match Cli::parse_from(args).command {
-        Command::Demo(args) => demo::run(&args),
-        #[cfg(feature = "full")]
-        Command::Other(command) => command.run(Cli::command),
-    };
+    let args = resolved(std::env::args_os().collect(), &Cli::command());
+    let result = parse(args).unwrap_or_else(|error| error.exit()).run();
     match result {
         Ok(outcome) => outcome.into(),
         Err(failure) => failure.report(),
+    }
+}
+
+/// The arguments with the names of a machine and with the node where its command has it.
+fn resolved(args: Vec<OsString>, cli: &clap::Command) -> Vec<OsString> {
+    #[cfg(feature = "full")]
+    let args = machine::names::resolved(args, cli);
+    node_place::settled(args, cli)
+}
+
+fn parse(args: Vec<OsString>) -> Result<Command, clap::Error> {
+    Cli::try_parse_from(args).map(|cli| cli.command)
+}
+
+impl Command {
+    /// What shows before it runs, and not while it is parsed.
+    #[cfg(feature = "full")]
+    fn check(&self) -> Result<(), output::Failure> {
+        match self {
+            Command::Other(command) => command.check(),
+            Command::Demo(_) => Ok(()),
+        }
+    }
+
+    fn run(self) -> Result<output::Outcome, output::Failure> {
+        match self {
+            Command::Demo(args) => demo::run(&args),
+            #[cfg(feature = "full")]
+            Command::Other(command) => command.run(Cli::command),
+        }
     }
 }

@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -183,10 +183,20 @@ pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     Ok(flag)
 }
 
-/// Calls this at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command by themselves.
+/// Calls this at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command by themselves. A sequence has several commands, each with
+/// its own.
 #[cfg(feature = "full")]
 pub(crate) fn on_ctrl_c(handler: impl FnMut() + Send + 'static) -> Result<(), Failure> {
-    ctrlc::set_handler(handler).map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))
+    static HANDLERS: Mutex<Vec<Box<dyn FnMut() + Send>>> = Mutex::new(Vec::new());
+    let all = || HANDLERS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut handlers = all();
+    handlers.push(Box::new(handler));
+    if handlers.len() > 1 {
+        return Ok(());
+    }
+    drop(handlers);
+    ctrlc::set_handler(move || all().iter_mut().for_each(|handler| handler()))
+        .map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))
 }
 
 /// Whether colours are wanted on stdout: not in a pipe, and not where NO_COLOR is set (<https://no-color.org>).
@@ -279,6 +289,10 @@ pub(crate) struct ForceArgs {
 }
 
 impl ForceArgs {
+    pub(crate) const fn is_given(self) -> bool {
+        self.force
+    }
+
     pub(crate) const fn existing(self) -> Existing {
         if self.force { Existing::Replace } else { Existing::Keep }
     }

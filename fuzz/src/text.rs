@@ -1,5 +1,6 @@
 //! No file and no text makes a reader panic, and what it has read it writes so that it reads the same.
 
+use std::collections::BTreeSet;
 use std::fmt::{Debug, Display};
 use std::io::{self, Cursor, Write};
 use std::str::FromStr;
@@ -13,6 +14,7 @@ use lexican_runtime::host::candump::Line;
 use lexican_runtime::host::slcan::{Decoder, Message, line};
 use lexican_runtime::procedure::ConciseDcf;
 use lexican_toolbox::log::{Format, Reader, Record, Writer};
+use lexican_toolbox::parameters::archive::Archive;
 use siko_ag03_1::od;
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{MODEL, NonVolatile};
@@ -110,6 +112,17 @@ pub fn slcan(data: &[u8]) {
 pub fn script(data: &[u8]) {
     if let Err(error) = Script::from_toml(&MODEL, &String::from_utf8_lossy(data)) {
         assert!(!error.to_string().is_empty());
+    }
+}
+
+/// The backup of a machine: what was read is written again, and reads the same.
+pub fn archive(data: &[u8]) {
+    let Ok(read) = Archive::read(data) else { return };
+    let names: BTreeSet<_> = read.nodes.iter().map(|node| &node.name).collect();
+    if names.len() == read.nodes.len()
+        && let Ok(bytes) = read.to_bytes()
+    {
+        assert_eq!(Archive::read(&bytes).expect("what was written can be read"), read);
     }
 }
 

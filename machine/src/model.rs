@@ -169,6 +169,13 @@ impl Identity {
     pub fn parts(&self) -> [Option<u32>; 4] {
         [self.vendor, self.product, self.revision.map(|revision| revision.number), self.serial]
     }
+
+    /// Those that must be so and not otherwise.
+    #[must_use]
+    pub fn exact(&self) -> [Option<u32>; 4] {
+        let revision = self.revision.filter(|revision| !revision.or_later);
+        Identity { revision, ..*self }.parts()
+    }
 }
 
 /// A parameter of a node.

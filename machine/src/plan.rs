@@ -134,7 +134,9 @@ impl Machine {
         }
     }
 
-    fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
+    /// What the manager does with one of them.
+    #[must_use]
+    pub fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
         let writes = self.writes(node);
         let steps = writes.iter().map(|write| Step::bytes(write.address, &write.data));
         let configuration = ConciseDcf::to_vec(steps).expect("these are writes");

@@ -13,6 +13,7 @@
 //! | [`trace`] | values over time; as pictures with the feature `pictures` |
 //! | [`data_sheet`] | a data sheet, found by file or by its name in the library |
 //! | [`text`] | files, TOML, times of day, node-IDs |
+//! | `replace` | a device in the place of another one, with the feature `archive` |
 //! | `drive` | orders to a drive by hand, with the feature `drives` |
 
 pub mod bus;
@@ -25,6 +26,8 @@ pub mod lss;
 pub mod node;
 pub mod parameters;
 pub mod pdo;
+#[cfg(feature = "archive")]
+pub mod replace;
 pub mod text;
 pub mod trace;
 pub mod values;

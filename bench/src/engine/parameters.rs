@@ -152,6 +152,7 @@ fn report(worker: &Worker, job: &Job, sheet: Sheet, progress: Progress<'_>) -> C
 fn ended(worker: &Worker, ended: Ended) -> Refused {
     match ended {
         Ended::Stopped => Refused::interrupted(),
+        Ended::Restarted => Refused::new(Ended::Restarted),
         Ended::Lost(error) => Refused::new(error).with_remedy(lock(&worker.model).no_answer(worker.node)),
     }
 }

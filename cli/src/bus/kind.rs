@@ -52,6 +52,7 @@ pub(crate) struct Bus {
 }
 
 /// Simulated devices, and their bus.
+#[derive(Clone)]
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     /// In bits per second.

@@ -11,6 +11,7 @@ mod profibus;
 pub(crate) mod pty;
 mod serial;
 pub(crate) mod serial_terminal;
+mod shared;
 mod simulation;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -35,6 +36,7 @@ pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
 
 pub(crate) use kinds::url;
 pub(crate) use known::KnownArgs;
+pub(crate) use shared::share;
 pub(crate) use simulation::{read_plant, simulate};
 
 use kind::{Kind, listen};
@@ -84,7 +86,7 @@ impl BusArgs {
 
     /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
-        (Kind::of(&self.bus).open)(&self.bus, pace)
+        shared::open(&self.bus, || (Kind::of(&self.bus).open)(&self.bus, pace))
     }
 }
 

@@ -88,7 +88,6 @@ pub(crate) struct Connected {
 pub(crate) struct Nodes {
     pub(crate) network: Network<BoxedLink>,
     pub(crate) ids: Vec<NodeId>,
-    timeout: Duration,
     /// The data sheets that `--device` names, of a node or of all, and how; no sheet for `none`.
     named: Vec<(SheetName, Option<Device>)>,
     /// The nodes that the URL of the bus describes.
@@ -135,6 +134,11 @@ impl NetworkArgs {
         Ok(Connected { network: nodes.network, id, device })
     }
 
+    /// [`SheetArgs::connect_known`]
+    pub(crate) fn connect_known(&self, ids: impl IntoIterator<Item = NodeId>) -> Result<Network<BoxedLink>, Failure> {
+        self.sheet.connect_known(&self.bus, ids)
+    }
+
     /// Opens the bus; `None` for the only node that the URL names.
     pub(crate) fn connect_several(&self, nodes: Option<&NodeIds>) -> Result<Nodes, Failure> {
         self.sheet.connect(&self.bus, nodes.map(|nodes| nodes.0.clone()), Pace::Virtual)
@@ -145,6 +149,17 @@ impl SheetArgs {
     /// The data sheet of a file or of the library, with the overlays.
     pub(crate) fn load(&self, name: &str) -> Result<Device, Failure> {
         Ok(load(name, &self.overlay)?.device)
+    }
+
+    /// Opens a bus with nodes whose data sheets a machine has.
+    pub(crate) fn connect_known(
+        &self,
+        bus: &BusArgs,
+        ids: impl IntoIterator<Item = NodeId>,
+    ) -> Result<Network<BoxedLink>, Failure> {
+        let mut network = network(bus.open(Pace::Virtual)?.settled()?.link)?;
+        ids.into_iter().for_each(|id| limit(&mut network, id, self.timeout));
+        Ok(network)
     }
 
     /// Opens a bus with at least one node.
@@ -189,7 +204,6 @@ impl SheetArgs {
         let mut nodes = Nodes {
             network: network(link)?,
             ids,
-            timeout: self.timeout,
             named,
             known,
             overlays: self.overlay.clone(),
@@ -197,7 +211,7 @@ impl SheetArgs {
             identity: Identity::default(),
         };
         for id in nodes.ids.clone() {
-            nodes.limit(id);
+            limit(&mut nodes.network, id, self.timeout);
         }
         Ok(nodes)
     }
@@ -279,15 +293,15 @@ impl Nodes {
     pub(crate) fn are_several(&self) -> bool {
         self.ids.len() > 1
     }
+}
 
-    /// Limits the time for each answer of a node.
-    fn limit(&mut self, id: NodeId) {
-        let (now, timeout) = (self.network.now(), self.timeout + self.network.latency());
-        let manager = self.network.manager();
-        manager.add(now, Remote::new(id)).expect("there is room for all nodes");
-        let client = manager.sdo(id).expect("it was added");
-        *client = client.clone().with_timeout(timeout);
-    }
+/// Limits the time for each answer of a node.
+pub(crate) fn limit<L: Link>(network: &mut Network<L>, id: NodeId, timeout: Duration) {
+    let (now, timeout) = (network.now(), timeout + network.latency());
+    let manager = network.manager();
+    manager.add(now, Remote::new(id)).expect("there is room for all nodes");
+    let client = manager.sdo(id).expect("it was added");
+    *client = client.clone().with_timeout(timeout);
 }
 
 /// Recognises a node by its identity, and says so.

@@ -43,6 +43,9 @@ pub(crate) struct Args {
     #[arg(allow_hyphen_values = true)]
     value: Option<String>,
 
+    /// The unit, if it is a word of its own
+    unit: Option<String>,
+
     /// The drive: an EDS or DCF file, or a device that lexican knows
     ///
     /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
@@ -100,6 +103,7 @@ const EXAMPLES: &str = "\
 Examples:
     lexican drive --bus can0 5 enable
     lexican drive --bus can0 5 move-to 5000
+    lexican drive feeder move-to 50 mm
     lexican drive --bus can0 5 step \"-0.5 mm\"
     lexican drive --bus can0 7 run \"60 rpm\" --for 10s --enable --device FILE.eds --overlay units.toml
     lexican drive --bus can0 5 watch
@@ -119,8 +123,13 @@ impl Args {
         self.order.is_some_and(Verb::lasts) && self.span.is_none()
     }
 
-    pub(super) fn check_value(&self) -> Result<(), Failure> {
-        self.verb().check(self.value.as_deref()).map_err(Failure::new)
+    pub(crate) fn check_value(&self) -> Result<(), Failure> {
+        self.verb().check(self.value().as_deref()).map_err(Failure::new)
+    }
+
+    fn value(&self) -> Option<String> {
+        let unit = self.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+        Some(self.value.clone()? + &unit)
     }
 
     /// None is given with `--explain`, which looks.
@@ -145,6 +154,6 @@ impl Args {
     }
 
     pub(super) fn order(&self, scales: &Scales<'_>) -> Result<Order, Failure> {
-        self.verb().order(self.value.as_deref(), scales).map_err(Failure::new)
+        self.verb().order(self.value().as_deref(), scales).map_err(Failure::new)
     }
 }

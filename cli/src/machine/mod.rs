@@ -10,6 +10,7 @@ mod plan;
 
 use crate::output::{Failure, Outcome, print_result};
 pub(crate) use file::{OnBus, found, machine_of_sheet, on_bus, sheet_of_node, sound_on_bus, without_errors};
+pub(crate) use plan::own_bus;
 
 /// The commands for a machine in one file.
 #[derive(clap::Subcommand, Debug)]

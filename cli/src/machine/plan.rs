@@ -74,7 +74,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-fn own_bus(machine: &Machine) -> Result<BusUrl, Failure> {
+/// The bus that a machine names.
+pub(crate) fn own_bus(machine: &Machine) -> Result<BusUrl, Failure> {
     let place = machine.bus.url.as_ref().ok_or_else(|| {
         Failure::new("the machine does not say where its bus is").help("[bus] url = \"can0\", or --bus")
     })?;

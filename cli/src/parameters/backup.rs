@@ -9,11 +9,15 @@ use lexican_toolbox::parameters::backup::backup;
 use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
+use super::archive::{self, is_archive};
 use super::{LeftOutArgs, Watch, by_reason, known, print_refused};
 use crate::bus::{Identity, NODES, NetworkArgs, NodeIds};
 use crate::output::{Failure, ForceArgs, Outcome, plural, print_result};
 
-/// Save the parameters of nodes as DCF
+/// Save the parameters of nodes as DCF, or of a whole machine in one file
+///
+/// Without NODES, of all nodes of machine.toml: a tar archive with a DCF for each node, also the DOMAINs, and a manifest with what
+/// each node is, its versions, what was left out and why, and checksums.
 ///
 /// Reads every entry that the data sheet lets one read and write, but for set-points (target positions, outputs), what an
 /// active RPDO writes, and commands (1003h, 1010h, 1011h, programs, 6040h). The DCF has the node-ID and the identity of the
@@ -22,17 +26,17 @@ use crate::output::{Failure, ForceArgs, Outcome, plural, print_result};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    network: NetworkArgs,
+    pub(super) network: NetworkArgs,
 
     #[arg(value_name = "NODES", help = NODES)]
     nodes: Option<NodeIds>,
 
-    /// The DCF to write; {node} in it is the node-ID
+    /// The DCF to write; {node} in it is the node-ID. For a machine FILE.tar, by default its name and the date
     #[arg(long, short, value_name = "FILE")]
-    output: PathBuf,
+    pub(super) output: Option<PathBuf>,
 
     #[command(flatten)]
-    force: ForceArgs,
+    pub(super) force: ForceArgs,
 
     /// Also save DOMAINs, which may be long: each in a file beside the DCF, which names it (DownloadFile)
     #[arg(long)]
@@ -43,20 +47,29 @@ pub(crate) struct Args {
 
     /// Print one JSON object per line
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
+    lexican backup                                     (the machine of this folder)
     lexican backup --bus can0 5 -o drive.dcf
     lexican backup --bus can0 3,5-9 -o machine/{node}.dcf
     lexican backup --bus can0 7 --device FILE.eds -o drive.dcf
     lexican backup --bus can0 5,7 --device 5=DRIVE.eds --device 7=VALVE.eds -o machine/{node}.dcf";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let output = match &args.output {
+        Some(output) if !is_archive(output) => output,
+        _ if args.nodes.is_none() => return archive::backup(args),
+        Some(_) => {
+            return Err(Failure::new("a machine is saved as a whole").help("without nodes; of a node: -o FILE.dcf"));
+        }
+        None => return Err(Failure::new("where to?").help("-o FILE.dcf")),
+    };
     let mut nodes = args.network.connect_several(args.nodes.as_ref())?;
     nodes.identity = Identity::Product;
-    let name = args.output.to_string_lossy().into_owned();
+    let name = output.to_string_lossy().into_owned();
     if nodes.are_several() && !name.contains(NODE) {
         return Err(Failure::new("several nodes need several files").help("write {node} into the name: -o {node}.dcf"));
     }

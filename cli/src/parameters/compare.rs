@@ -4,20 +4,25 @@ use std::io::Write;
 
 use anstyle::AnsiColor;
 use lexican_eds::model::Device;
+use lexican_machine::Machine;
 use lexican_runtime::NodeId;
+use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::compare::{Difference, Side, compare};
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Value as Json, json};
 
+use super::archive::{compare_machines, is_archive};
 use super::{LeftOutArgs, Watch, by_reason, known};
-use crate::bus::{BUS, BusArgs, Nodes, SheetArgs, node_id, url};
+use crate::bus::{BUS, BoxedLink, BusArgs, Nodes, SheetArgs, node_id, url};
+use crate::machine::own_bus;
 use crate::output::{self, Failure, Outcome, fields, plural, print_result, styled};
 
 /// Compare the parameters of two devices, backups or data sheets
 ///
-/// Each side is a node of the bus (node:5), a DCF, an EDS, or a device that lexican knows. Of a DCF the configured values
+/// Each side is a node of the bus (node:5), a DCF, an EDS, or a device that lexican knows; or both are of a whole machine: `machine`,
+/// what the nodes of machine.toml have now, or a backup of it (FILE.tar). Of a DCF the configured values
 /// count, of an EDS the defaults. What is no parameter of either side is left out, as in a backup. `lexican eds diff` compares the
 /// data sheets themselves, `lexican check` a device with its data sheet. Exit code 1 if anything differs.
 #[derive(clap::Args, Debug)]
@@ -35,22 +40,26 @@ pub(crate) struct Args {
 
     /// Print one JSON object per line
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 
-    /// The first side: node:5, FILE.dcf, FILE.eds, siko/ag03-1
+    /// The first side: node:5, FILE.dcf, FILE.eds, siko/ag03-1; machine, FILE.tar
     #[arg(value_name = "A")]
-    a: String,
+    pub(super) a: String,
 
     /// The second side
     #[arg(value_name = "B")]
-    b: String,
+    pub(super) b: String,
 }
 
 const EXAMPLES: &str = "\
 Examples:
     lexican compare --bus can0 node:5 drive.dcf
     lexican compare --bus can0 node:5 node:0x10
-    lexican compare drive.dcf siko/ag03-1 --json";
+    lexican compare drive.dcf siko/ag03-1 --json
+    lexican compare labeller.tar machine";
+
+/// The side that is the machine of this folder.
+pub(super) const MACHINE: &str = "machine";
 
 /// The node that a side names.
 fn node(side: &str) -> Result<Option<NodeId>, Failure> {
@@ -58,6 +67,9 @@ fn node(side: &str) -> Result<Option<NodeId>, Failure> {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if [&args.a, &args.b].iter().any(|side| *side == MACHINE || is_archive(side.as_ref())) {
+        return compare_machines(args);
+    }
     let (a, b) = (node(&args.a)?, node(&args.b)?);
     let ids: Vec<_> = a.into_iter().chain(b).collect();
     let mut nodes = match (&args.bus, ids.is_empty()) {
@@ -91,7 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     drop(watch);
     let comparison = compare(&a, &b);
     let count = comparison.differences.len();
-    comparison.differences.iter().try_for_each(|difference| args.print(difference))?;
+    comparison.differences.iter().try_for_each(|difference| args.print(None, difference))?;
     let unknown = match comparison.unknown.len() {
         0 => String::new(),
         count => format!("; {count} are known of one side only"),
@@ -126,7 +138,14 @@ fn commissioned(device: &Device) -> Option<NodeId> {
 }
 
 impl Args {
-    fn print(&self, difference: &Difference) -> Result<(), Failure> {
+    /// The nodes of a machine, on its bus unless another one is named.
+    pub(super) fn connect(&self, machine: &Machine) -> Result<Network<BoxedLink>, Failure> {
+        let bus = self.bus.clone().map_or_else(|| own_bus(machine), Ok)?;
+        self.sheet.connect_known(&BusArgs::named(bus), machine.nodes.iter().filter_map(|node| node.id))
+    }
+
+    /// Prints a difference, of a node if there are several.
+    pub(super) fn print(&self, name: Option<&str>, difference: &Difference) -> Result<(), Failure> {
         let Difference { a, b, .. } = difference;
         let Some(known) = a.as_ref().or(b.as_ref()) else { return Ok(()) };
         let mut stdout = output::stdout();
@@ -138,6 +157,7 @@ impl Args {
             let mut object = known.json();
             object.retain(|key, _| !is_of_value(key));
             object.extend(fields(json!({ "event": "difference", "a": side(a), "b": side(b) })));
+            object.extend(name.map(|name| ("name".to_owned(), json!(name))));
             writeln!(stdout, "{}", Json::Object(object))?;
         } else {
             let text = |side: &Option<ValueReport>| match side {
@@ -147,7 +167,8 @@ impl Args {
             let (a, b) = (text(a), text(b));
             let a = styled(AnsiColor::Red.on_default(), format_args!("{a:<28}"));
             let b = styled(AnsiColor::Green.on_default(), b);
-            writeln!(stdout, "{:<44}  {a}  {b}", known.title())?;
+            let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
+            writeln!(stdout, "{:<44}  {a}  {b}", name + &known.title())?;
         }
         stdout.flush()?;
         Ok(())

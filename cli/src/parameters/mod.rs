@@ -1,6 +1,7 @@
 //! `lexican backup`, `restore`, `compare` and `apply`: the parameters of devices.
 
 pub(crate) mod apply;
+pub(crate) mod archive;
 pub(crate) mod backup;
 pub(crate) mod compare;
 pub(crate) mod restore;
@@ -26,7 +27,7 @@ use crate::output::{self, Failure, ctrl_c, fields, note, print_result, progress,
 
 /// Shows the progress, and stops an operation at Ctrl-C.
 pub(crate) struct Watch {
-    bar: ProgressBar,
+    pub(crate) bar: ProgressBar,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -51,7 +52,11 @@ impl Watch {
             self.bar.set_length(of as u64);
             self.bar.set_position(at as u64);
         }
-        if self.interrupted.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
     }
 }
 
@@ -64,7 +69,7 @@ impl Drop for Watch {
 impl From<Ended> for Failure {
     fn from(ended: Ended) -> Self {
         match ended {
-            Ended::Stopped => Failure::new(ended),
+            Ended::Stopped | Ended::Restarted => Failure::new(ended),
             Ended::Lost(error) => error.into(),
         }
     }

@@ -1,6 +1,7 @@
 //! The command, each of its subcommands by a file.
 
 mod access;
+mod archive;
 mod boot;
 mod bus;
 mod certify;
@@ -20,6 +21,7 @@ mod help;
 mod identity;
 mod logs;
 mod machine;
+mod machine_life;
 mod monitor;
 mod monitor_json;
 mod output;
@@ -31,6 +33,7 @@ mod pdo;
 mod plant;
 mod profibus;
 mod recorded_trace;
+mod run;
 mod screens;
 mod send;
 mod service_visit;

@@ -19,11 +19,11 @@ struct Desk {
     folder: PathBuf,
     /// What makes the bus.
     machine: Option<Simulation>,
-    /// The drive at the last terminal of the bus.
+    /// The new drive, at the last terminal of the bus.
     drive: Option<Simulation>,
     /// The lines that every later one needs.
     exported: String,
-    /// The file that a block of TOML makes.
+    /// The file that a block makes.
     file: PathBuf,
     second: Vec<(String, Child)>,
 }
@@ -32,7 +32,7 @@ impl Desk {
     /// What a line of the page prints.
     fn act(&mut self, language: &str, line: &str) -> String {
         match (language, line.split_once(' ')) {
-            ("toml", _) => self.write_file(line),
+            ("toml" | "seq", _) => self.write_file(line),
             ("simulation", _) => self.handle(line),
             ("sh", Some(("export", _))) => self.exported += &(self.here(line) + "\n"),
             ("sh", Some(("lexican", simulation))) if simulation.starts_with("simulate ") => self.simulate(line),
@@ -44,27 +44,26 @@ impl Desk {
 
     /// Appends a line to the file that the first line of the block names.
     fn write_file(&mut self, line: &str) {
-        if let Some(name) = line.strip_prefix("# ").filter(|name| name.ends_with(".toml")) {
+        if let Some(name) = line.strip_prefix("# ").filter(|name| name.ends_with(".toml") || name.ends_with(".seq")) {
             self.file = self.folder.join(name);
         }
         let file = OpenOptions::new().create(true).append(true).open(&self.file);
-        writeln!(file.expect("a block of TOML begins with the name of its file"), "{line}").unwrap();
+        writeln!(file.expect("a block of a file begins with the name of its file"), "{line}").unwrap();
     }
 
-    /// Types a line into the terminal of the drive.
+    /// Types a line into the terminal of the machine.
     fn handle(&mut self, line: &str) {
-        let event = if line.starts_with("fault") { "emcy" } else { "boot-up" };
-        self.drive.as_mut().expect("the drive is simulated").asks(line, event);
+        let event = if line.contains("fault") { "emcy" } else { "state" };
+        self.machine.as_mut().expect("the machine is simulated").asks(line, event);
     }
 
-    /// Begins a simulation. That of a drive takes the place of the one before.
+    /// Begins a simulation: of the machine, then of the new drive.
     fn simulate(&mut self, line: &str) {
         let line = self.here(line);
         let words: Vec<_> = line.split_whitespace().skip(2).collect();
         if self.machine.is_none() {
             self.machine = Some(Simulation::begin(&self.folder, &words));
         } else {
-            drop(self.drive.take());
             self.drive = Some(Simulation::begin(&self.folder, &words));
         }
     }
@@ -125,7 +124,7 @@ fn without_measurements(text: &str) -> String {
 
 fn without_measurement(line: &str) -> String {
     let is_measured = line.starts_with(' ') && line.trim_start().starts_with(|first: char| first.is_ascii_digit())
-        || line.contains(" per second, ");
+        || [" per second, ", " noticed after ", " UTC", " lines in "].iter().any(|words| line.contains(words));
     if !is_measured {
         return line.to_owned();
     }
@@ -161,8 +160,8 @@ fn the_page_exchanges_a_drive() {
     };
     let page = root.join("cli/service-visit.md");
     follow(&page, "service_visit", without_measurements, |language, line| desk.act(language, line));
-    let made = ["axis.dcf", "axis.eds", "axis.toml", "encoder.eds", "machine.toml", "new.txt", "report.txt"];
-    assert_eq!(files(&folder), [&made[..], &["travel.csv", "travel.svg"]].concat());
+    let made = ["axis.eds", "axis.toml", "encoder.eds", "labeller.tar", "machine.toml", "new.txt", "report.txt"];
+    assert_eq!(files(&folder), [&made[..], &["travel.csv", "travel.seq", "travel.svg"]].concat());
     // The drive went to 50 mm and back, and that is what the picture shows.
     let table = fs::read_to_string(folder.join("travel.csv")).unwrap();
     let positions: Vec<_> = table.lines().filter(|line| line.contains("6064:00")).collect();

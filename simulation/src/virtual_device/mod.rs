@@ -350,7 +350,7 @@ impl Node for VirtualDevice {
         }
         self.on = on;
         if boots {
-            let node = self.given.or(self.memory.node());
+            let node = self.memory.node().or(self.given);
             self.lss = LssDevice::new(self.identity, node);
             self.boot(now, node, Reset::Node);
         }

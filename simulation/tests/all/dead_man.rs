@@ -88,22 +88,25 @@ fn golden_page_has_the_dead_man_time_of_each_drive() {
 /// A follower disarms as a drive does: what another tool has set up is there again.
 #[test]
 fn an_axis_that_stands_at_the_end_of_its_path_holds_what_it_held_before() {
-    // A node without a time, which watches over nothing.
-    const BEFORE: u32 = 0x0005_0000;
+    // A node without a time, which watches over nothing; and the manager with the time of its machine.
+    [0x0005_0000, 0x007F_0258].into_iter().for_each(holds_again);
+}
+
+fn holds_again(before: u32) {
     let consumer = Object::<u32, Rw>::new(0x1016, 0x01);
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(SimulatedServo::new(bus.now(), &MODEL, NODE));
     let connect = || Drive::<_, Any>::connect_described_unprotected(bus.link(), NODE, &AKD_BY_SDO).unwrap();
     let mut drive = connect();
-    drive.write(consumer, BEFORE).unwrap();
+    drive.write(consumer, before).unwrap();
     let settings = AxisSettings::new(Mode::InterpolatedPosition, Duration::from_millis(4), 100);
     let axis = drive.prepare_cyclic(settings).unwrap();
     assert!(matches!(axis.protection(), Protection::Heartbeat { entry: 1, .. }), "{}", axis.protection());
-    assert_ne!(drive.read(consumer).unwrap(), BEFORE);
+    assert_ne!(drive.read(consumer).unwrap(), before);
     drop(drive);
     let path = |cycle: u64, _: &mut [i32]| if cycle < 100 { Supply::Ready } else { Supply::End };
     let mut follower = Follower::new(vec![axis], path, Settings::default()).unwrap();
     let report = follow(&mut bus.link(), &mut follower, &CancelHandle::default()).unwrap();
     assert_eq!(report.reason, None, "{report}");
-    assert_eq!(connect().read(consumer).unwrap(), BEFORE);
+    assert_eq!(connect().read(consumer).unwrap(), before);
 }

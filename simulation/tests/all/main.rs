@@ -5,3 +5,4 @@ mod chaos;
 mod corpus_files;
 mod dead_man;
 mod declared;
+mod replace;

@@ -84,6 +84,11 @@ fn any_bus_yml_is_read() {
 }
 
 #[test]
+fn any_backup_of_a_machine_is_read() {
+    check(fuzz::archive, "fuzz/corpus/archive");
+}
+
+#[test]
 fn any_kept_parameters_are_read() {
     check(fuzz::parameters, "fuzz/corpus/parameters");
 }

@@ -1,7 +1,10 @@
-//! The parameters of a device: read as a [`backup`], written back by [`restore`], and compared ([`compare`]).
+//! The parameters of a device: read as a [`backup`], written back by [`restore`], and compared ([`compare`]);
+//! those of a whole machine in one file, with the feature `archive`.
 //!
 //! Every operation reports its [`Progress`] as values and can be stopped by the answer; nothing is printed.
 
+#[cfg(feature = "archive")]
+pub mod archive;
 pub mod backup;
 pub mod compare;
 pub mod order;
@@ -73,6 +76,9 @@ pub enum Ended {
     /// The caller has stopped it.
     #[error("it was interrupted")]
     Stopped,
+    /// The node has booted meanwhile, and may have forgotten what was written before.
+    #[error("the node has restarted meanwhile")]
+    Restarted,
     /// The link has failed, or the node is gone.
     #[error(transparent)]
     Lost(#[from] AccessError),

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_runtime::host::Link;
+use lexican_runtime::manager::Event;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{NodeId, cia301};
@@ -133,6 +134,7 @@ pub fn restore<L: Link>(
     progress: OnProgress<'_>,
     outcome: &mut Outcome,
 ) -> Result<(), Ended> {
+    has_restarted(node)?;
     let writes = differing(node, sheet, settings, progress, outcome)?;
     if options.dry_run {
         return Ok(());
@@ -142,10 +144,24 @@ pub fn restore<L: Link>(
         node.network().command(NmtCommand::EnterPreOperational, Some(id))?;
     }
     write(node, sheet, writes, progress, outcome)?;
+    // It has forgotten what it was told before, and would store that.
+    if has_restarted(node)? {
+        return Err(Ended::Restarted);
+    }
     if options.store && outcome.refused.is_empty() {
         store(node, progress, outcome)?;
     }
     Ok(())
+}
+
+/// Whether a node has booted since this was asked before.
+fn has_restarted<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<bool, Ended> {
+    let (id, network) = (node.id(), node.network());
+    let (now, mut has_restarted) = (network.now(), false);
+    while let Some(event) = network.next_event(now)? {
+        has_restarted |= event == Event::BootedUp { node: id };
+    }
+    Ok(has_restarted)
 }
 
 /// What to write, in order.

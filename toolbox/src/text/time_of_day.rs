@@ -15,6 +15,12 @@ pub fn of_unix(ms: u64) -> Option<TimeOfDay> {
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (ms % MS_PER_DAY) as u32 })
 }
 
+/// The milliseconds since the beginning of 1970.
+#[must_use]
+pub fn to_unix(time: TimeOfDay) -> u64 {
+    (u64::from(time.days) + EPOCH as u64) * MS_PER_DAY + u64::from(time.ms)
+}
+
 /// The same time so many milliseconds later; `None` when the days have no place in 16 bits.
 #[must_use]
 pub fn later(time: TimeOfDay, ms: u64) -> Option<TimeOfDay> {

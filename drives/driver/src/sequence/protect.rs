@@ -27,7 +27,7 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
     if period.is_zero() || within_ms > u64::from(u16::MAX) {
         return Err(OutOfRange { address: GUARD_TIME.address(), above: !period.is_zero() }.into());
     }
-    for (entry, before) in free_consumers(drive, manager.get()).await? {
+    for (entry, before) in free_consumers(drive, manager.get(), within_ms as i64).await? {
         // Some have limits of 16 bits, which leave no room for a node-ID.
         if known(drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await)?.is_some() {
             keep(drive, before.map(|before| vec![(consumer(entry), before)]));
@@ -70,15 +70,15 @@ fn keep(drive: &DriveContext, before: Option<Vec<(Number, i64)>>) {
 }
 
 /// The entries of 1016h that may watch over this manager: the one that does so already, or else those that watch over no node,
-/// since their node-ID or time is 0 (CiA 301, 7.5.2.19), with what they hold.
-async fn free_consumers(drive: &DriveContext, manager: u8) -> Result<Vec<(u8, Option<i64>)>, Error> {
+/// since their node-ID or time is 0 (CiA 301, 7.5.2.19), with what they hold. The time of another one is that of its machine.
+async fn free_consumers(drive: &DriveContext, manager: u8, within_ms: i64) -> Result<Vec<(u8, Option<i64>)>, Error> {
     let entries = known(drive.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
     let mut free = Vec::new();
     for entry in 1..=entries {
         let Some(value) = known(drive.get(consumer(entry)).await)? else { continue };
         let (node, time) = (value >> 16 & 0xFF, value & 0xFFFF);
         if node == i64::from(manager) {
-            return Ok(vec![(entry, None)]);
+            return Ok(vec![(entry, (time != within_ms).then_some(value))]);
         }
         if node == 0 || time == 0 {
             free.push((entry, Some(value)));

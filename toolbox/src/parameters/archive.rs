@@ -1,0 +1,325 @@
+//! The parameters of a machine in one file: a tar archive, which other tools read as well, of
+//!
+//! - `backup.json`: when it was made, what each node is, what was left out of it and why, and the checksum of each other file;
+//! - `NAME.dcf` for each node, and beside it a file for each DOMAIN that the DCF names (`DownloadFile`, CiA 306).
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+
+use lexican_eds::model::Device;
+use lexican_eds::{Input, Source, load};
+use lexican_runtime::host::Link;
+use lexican_runtime::object::{Address, TimeOfDay};
+use lexican_runtime::{NodeId, cia301};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use tar::{Builder, EntryType, Header};
+
+use super::backup::{Identity, backup, read_identity};
+use super::compare::{Comparison, Side, compare};
+use super::restore::{Settings, configured};
+use super::{Ended, OnProgress};
+use crate::node::remote::RemoteNode;
+use crate::text::time_of_day;
+use crate::values::report::ValueReport;
+use crate::values::{DeviceValues, address};
+
+/// The ending of its name.
+pub const ENDING: &str = "tar";
+/// The most bytes of an archive that are read.
+pub const LONGEST: usize = 1 << 30;
+
+const MANIFEST: &str = "backup.json";
+const FORMAT: u32 = 1;
+/// Of what the versions are, in words.
+pub const VERSIONS: [&str; 3] = ["device name", "hardware version", "software version"];
+
+/// The parameters of a machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Archive {
+    /// What the machine is called.
+    pub machine: Option<String>,
+    /// When they were read, in UTC.
+    pub made: TimeOfDay,
+    /// The nodes that were read.
+    pub nodes: Vec<ArchivedNode>,
+    /// The names of the nodes that were not, and why.
+    pub unread: BTreeMap<String, String>,
+}
+
+/// The parameters of a node, and what it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArchivedNode {
+    /// What it is called.
+    pub name: String,
+    /// Its node-ID.
+    pub node: NodeId,
+    /// Vendor-ID, product code, revision number, serial number (1018h).
+    pub identity: Identity,
+    /// As [`VERSIONS`] (1008h, 1009h, 100Ah).
+    pub versions: [Option<String>; 3],
+    /// Its DCF.
+    pub dcf: String,
+    /// The contents of its DOMAINs.
+    pub domains: Settings,
+    /// What is no parameter, and why.
+    pub left_out: BTreeMap<String, String>,
+    /// What could not be read, and why.
+    pub refused: BTreeMap<String, String>,
+}
+
+/// Why a file is no archive.
+#[derive(Debug, thiserror::Error)]
+pub enum ArchiveError {
+    /// It is no tar archive, or ends too early.
+    #[error("it is no backup of a machine: {0}")]
+    Tar(#[from] io::Error),
+    /// It is an archive of something else.
+    #[error("it is no backup of a machine: it has no {MANIFEST}")]
+    NoManifest,
+    /// The manifest is wrong.
+    #[error("its {MANIFEST} cannot be read: {0}")]
+    Manifest(#[from] serde_json::Error),
+    /// It was made by another version of this program.
+    #[error("its format is {0}, and this program knows {FORMAT}")]
+    Format(u32),
+    /// A file is not there.
+    #[error("it lacks {0}")]
+    Missing(String),
+    /// A file has not the checksum of the manifest.
+    #[error("its {0} is not what was saved: the checksum differs")]
+    Changed(String),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Manifest {
+    format: u32,
+    machine: Option<String>,
+    made: String,
+    nodes: Vec<Entry>,
+    unread: BTreeMap<String, String>,
+    /// SHA-256, as `sha256sum` prints it.
+    sha256: BTreeMap<String, String>,
+}
+
+/// A node in the manifest.
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    name: String,
+    node: u8,
+    dcf: String,
+    vendor: Option<u32>,
+    product: Option<u32>,
+    revision: Option<u32>,
+    serial: Option<u32>,
+    device_name: Option<String>,
+    hardware_version: Option<String>,
+    software_version: Option<String>,
+    left_out: BTreeMap<String, String>,
+    refused: BTreeMap<String, String>,
+}
+
+impl Archive {
+    /// The node of this name.
+    #[must_use]
+    pub fn node(&self, name: &str) -> Option<&ArchivedNode> {
+        self.nodes.iter().find(|node| node.name == name)
+    }
+
+    /// The bytes of the file.
+    ///
+    /// Errors: a name is none for a file.
+    pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
+        let mut files = BTreeMap::new();
+        for node in &self.nodes {
+            let device = node.device(&[]);
+            let domains = node.domains.iter().filter_map(|(address, data)| {
+                let named = device.entry(address.index(), address.sub())?.download_file.clone()?;
+                Some((named, data.as_slice()))
+            });
+            files.extend(domains);
+            files.insert(node.file(), node.dcf.as_bytes());
+        }
+        let made = time_of_day::text(self.made);
+        let manifest = Manifest {
+            format: FORMAT,
+            machine: self.machine.clone(),
+            made,
+            nodes: self.nodes.iter().map(Entry::of).collect(),
+            unread: self.unread.clone(),
+            sha256: files.iter().map(|(name, data)| (name.clone(), checksum(data))).collect(),
+        };
+        let manifest = serde_json::to_vec_pretty(&manifest).expect("texts and numbers are JSON");
+        let mut tar = Builder::new(Vec::new());
+        for (name, data) in [(MANIFEST.to_owned(), manifest.as_slice())].into_iter().chain(files) {
+            let mut header = Header::new_gnu();
+            header.set_size(data.len() as u64);
+            header.set_mode(0o644);
+            header.set_mtime(time_of_day::to_unix(self.made) / 1000);
+            tar.append_data(&mut header, name, data)?;
+        }
+        tar.into_inner()
+    }
+
+    /// Reads a file, all of whose parts have to be what they were when it was made.
+    pub fn read(bytes: &[u8]) -> Result<Self, ArchiveError> {
+        let mut files = BTreeMap::new();
+        let mut tar = tar::Archive::new(bytes);
+        for entry in tar.entries()? {
+            let mut entry = entry?;
+            // No other kind is in it, and some become longer than the archive.
+            if entry.header().entry_type() == EntryType::Regular {
+                let name = entry.path()?.to_string_lossy().into_owned();
+                let mut data = Vec::new();
+                entry.read_to_end(&mut data)?;
+                files.insert(name, data);
+            }
+        }
+        let manifest = files.get(MANIFEST).ok_or(ArchiveError::NoManifest)?;
+        let manifest: Manifest = serde_json::from_slice(manifest)?;
+        if manifest.format != FORMAT {
+            return Err(ArchiveError::Format(manifest.format));
+        }
+        let file = |name: &str| match (files.get(name), manifest.sha256.get(name)) {
+            (Some(data), Some(sum)) if checksum(data) == *sum => Ok(data.clone()),
+            (Some(_), Some(_)) => Err(ArchiveError::Changed(name.to_owned())),
+            _ => Err(ArchiveError::Missing(name.to_owned())),
+        };
+        let node = |entry: &Entry| {
+            let dcf = String::from_utf8_lossy(&file(&entry.dcf)?).into_owned();
+            let device = load(&Input::new(Source::new(entry.dcf.as_str(), dcf.as_str()))).0;
+            let named = device.entries().filter_map(|it| Some((address(it), it.download_file.as_ref()?)));
+            let domains =
+                named.map(|(address, name)| Ok((address, file(name)?))).collect::<Result<_, ArchiveError>>()?;
+            let wrong = || ArchiveError::Missing(format!("a node-ID of {}", entry.name));
+            Ok(ArchivedNode {
+                name: entry.name.clone(),
+                node: NodeId::new(entry.node).ok_or_else(wrong)?,
+                identity: [entry.vendor, entry.product, entry.revision, entry.serial],
+                versions: [&entry.device_name, &entry.hardware_version, &entry.software_version].map(Clone::clone),
+                dcf,
+                domains,
+                left_out: entry.left_out.clone(),
+                refused: entry.refused.clone(),
+            })
+        };
+        Ok(Archive {
+            made: time_of_day::parse(&manifest.made).unwrap_or_default(),
+            nodes: manifest.nodes.iter().map(node).collect::<Result<_, ArchiveError>>()?,
+            machine: manifest.machine,
+            unread: manifest.unread,
+        })
+    }
+}
+
+impl Entry {
+    fn of(node: &ArchivedNode) -> Self {
+        let [vendor, product, revision, serial] = node.identity;
+        let [device_name, hardware_version, software_version] = node.versions.clone();
+        Entry {
+            name: node.name.clone(),
+            node: node.node.get(),
+            dcf: node.file(),
+            vendor,
+            product,
+            revision,
+            serial,
+            device_name,
+            hardware_version,
+            software_version,
+            left_out: node.left_out.clone(),
+            refused: node.refused.clone(),
+        }
+    }
+}
+
+impl ArchivedNode {
+    /// Reads all parameters of a node, also those that are DOMAINs, and what it is.
+    pub fn take<L: Link>(
+        node: &mut RemoteNode<'_, L>,
+        name: &str,
+        sheet: &Device,
+        progress: OnProgress<'_>,
+    ) -> Result<Self, Ended> {
+        let (identity, versions) = (read_identity(node)?, read_versions(node, sheet)?);
+        let mut backup = backup(node, sheet, true, progress)?;
+        drop(backup.domain_files(&stem(name)));
+        let left_out = backup.no_parameters.iter().map(|(address, why)| (address.to_string(), why.words(1).to_owned()));
+        let refused = backup.left_out.iter().map(|(address, why)| (address.to_string(), why.to_string()));
+        Ok(ArchivedNode {
+            name: name.to_owned(),
+            node: node.id(),
+            identity,
+            versions,
+            dcf: backup.dcf(),
+            left_out: left_out.collect(),
+            refused: refused.collect(),
+            domains: backup.domains,
+        })
+    }
+
+    fn file(&self) -> String {
+        format!("{}.dcf", stem(&self.name))
+    }
+
+    /// The device of its DCF, with corrections and meanings in addition.
+    #[must_use]
+    pub fn device(&self, overlays: &[Source]) -> Device {
+        let input = Input::new(Source::new(self.file(), self.dcf.as_str()));
+        load(&overlays.iter().cloned().fold(input, Input::overlay)).0
+    }
+
+    /// All that a device in its place gets.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        let mut settings = configured(&self.device(&[]), self.node);
+        settings.extend(self.domains.clone());
+        settings
+    }
+
+    /// Compares the parameters with those of another node, also the DOMAINs: the addresses of those that differ.
+    #[must_use]
+    pub fn compare(&self, other: &ArchivedNode, overlays: &[Source]) -> (Comparison, Vec<Address>) {
+        let side = |node: &ArchivedNode| Side::of_sheet(node.device(overlays), node.node);
+        let all = self.domains.keys().chain(other.domains.keys());
+        let mut domains: Vec<_> = all.filter(|it| self.domains.get(it) != other.domains.get(it)).copied().collect();
+        domains.sort();
+        domains.dedup();
+        (compare(&side(self), &side(other)), domains)
+    }
+
+    /// What another device says of its revision and its versions, where that is something else.
+    #[must_use]
+    pub fn other_versions(&self, identity: &Identity, versions: &[Option<String>; 3]) -> Vec<String> {
+        let revision = |identity: &Identity| identity[2].map(|revision| format!("{revision:X}h"));
+        let versions = VERSIONS.into_iter().zip(self.versions.iter().cloned().zip(versions.iter().cloned()));
+        let all = versions.chain([("revision", (revision(&self.identity), revision(identity)))]);
+        let text = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
+        all.filter(|(_, (one, other))| one != other)
+            .map(|(what, (one, other))| format!("{what} {}, and not {}", text(other), text(one)))
+            .collect()
+    }
+}
+
+/// What a node says of its versions, as far as its data sheet has them: as [`VERSIONS`].
+pub fn read_versions<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
+    let values = DeviceValues::new(sheet);
+    let mut versions = [const { None }; 3];
+    for (version, index) in versions.iter_mut().zip(cia301::MANUFACTURER_DEVICE_NAME..) {
+        let address = Address::new(index, 0);
+        if values.entry(address).is_some() {
+            let data = node.read(address)?.ok();
+            *version = data.map(|data| ValueReport::of_bytes(Some(&values), address, &data).text().to_owned());
+        }
+    }
+    Ok(versions)
+}
+
+/// How the names of its files begin.
+fn stem(name: &str) -> String {
+    name.replace(['/', '\\'], "_")
+}
+
+fn checksum(data: &[u8]) -> String {
+    Sha256::digest(data).iter().map(|byte| format!("{byte:02x}")).collect()
+}
