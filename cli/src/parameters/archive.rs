@@ -126,8 +126,11 @@ pub(crate) fn stamp() -> String {
 pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure> {
     let is_live = [&args.a, &args.b].iter().any(|side| *side == compare::MACHINE);
     // Without it, the values of two backups have no units.
-    let machine =
-        if is_live { Some(sound_on_bus(&found(None)?)?) } else { found(None).ok().and_then(|path| sound_on_bus(&path).ok()) };
+    let machine = if is_live {
+        Some(sound_on_bus(&found(None)?)?)
+    } else {
+        found(None).ok().and_then(|path| sound_on_bus(&path).ok())
+    };
     let watch = Watch::new()?;
     let side = |name: &str| {
         if is_archive(name.as_ref()) {

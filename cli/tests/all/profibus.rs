@@ -19,7 +19,7 @@ fn a_drive_on_profibus_is_a_node_for_every_command() {
     let url = &drive.buses[0];
     assert!(url.starts_with("profibus:/dev/") && url.ends_with("?device=siko/ag03-1&address=5"), "{url}");
     let check = |command: &str, args: &[&str], words: &str| {
-        until(|| drive.run(command, args), |run| run.code == Some(0)).on_stdout(0, words);
+        until(|| drive.run(command, args), |run| run.code == Some(0) && run.stdout.contains(words)).on_stdout(0, words);
     };
     check("scan", &[], "node   5  siko/ag03-1, CiA 402");
     check("write", &["2412", "2.5 mm"], "Spindle Pitch = 2.50 mm");

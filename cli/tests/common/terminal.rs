@@ -62,6 +62,8 @@ impl Terminal {
             .stderr(end())
             .spawn()
             .expect("the command is there");
+        // It keeps its ends for the next process that it starts, and the terminal would never be left by all.
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         let mut output = master.try_clone().expect("a descriptor");
         let screen = Arc::new(Mutex::new(Parser::new(ROWS, COLUMNS, 0)));
         let shown = Arc::clone(&screen);
@@ -132,13 +134,13 @@ impl Terminal {
     #[track_caller]
     pub(crate) fn end(mut self) -> (Option<i32>, String) {
         let code = self.wait();
-        // Its last output may still be on the way.
-        let (mut before, mut text) = (String::new(), self.text());
-        while before != text {
-            thread::sleep(Duration::from_millis(50));
-            before = std::mem::replace(&mut text, self.text());
+        // Its last output may still be on the way: the reader ends behind it.
+        let begun = Instant::now();
+        while self.reader.as_ref().is_some_and(|reader| !reader.is_finished()) {
+            assert!(begun.elapsed() < PATIENCE, "a process has the terminal:\n{}", self.text());
+            thread::sleep(Duration::from_millis(10));
         }
-        (code, text)
+        (code, self.text())
     }
 }
 
