@@ -14,6 +14,8 @@ mod model;
 mod nodes;
 mod plan;
 mod read;
+#[cfg(feature = "shells")]
+mod shell;
 mod wire;
 
 pub use at::At;
@@ -22,6 +24,8 @@ pub use files::Files;
 pub use format::format;
 pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated};
 pub use plan::{Why, Write};
+#[cfg(feature = "shells")]
+pub use shell::{Event, MachineError, What, blocking, tokio};
 
 /// The JSON Schema of the file, for editors.
 #[must_use]
