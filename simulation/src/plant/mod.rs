@@ -106,8 +106,20 @@ impl Plant {
     pub fn link(&self, pace: Pace) -> Result<VirtualLink, PlantError> {
         let bus = VirtualBus::with_bit_rate(self.bit_rate_kbit);
         bus.set_pace(pace);
-        bus.attach(self.segment(bus.now())?);
+        self.attach(&bus)?;
         Ok(bus.link())
+    }
+
+    /// Switches the devices on, and puts them on a bus: each with a controller of its own, unless faults happen between them.
+    pub fn attach(&self, bus: &VirtualBus) -> Result<(), PlantError> {
+        if !self.faults.is_empty() {
+            bus.attach(self.segment(bus.now())?);
+            return Ok(());
+        }
+        for device in &self.devices {
+            bus.attach(device.simulate(bus.now())?);
+        }
+        Ok(())
     }
 
     /// Nodes for its devices, in their order, behind one link.
