@@ -20,6 +20,8 @@ mod model;
 mod nodes;
 mod plan;
 mod read;
+#[cfg(feature = "shells")]
+mod shell;
 mod wire;
 
 pub use at::{At, Revision};
@@ -30,6 +32,8 @@ pub use files::Files;
 pub use format::format;
 pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
+#[cfg(feature = "shells")]
+pub use shell::{Event, MachineError, What, blocking, tokio};
 
 /// The JSON Schema of the file, for editors.
 #[must_use]

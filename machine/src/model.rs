@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lexican_eds::text::Span;
-use lexican_eds::{Diagnostics, Input};
+use lexican_eds::{Diagnostics, Input, Severity};
 use lexican_runtime::manager::OnLoss;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::lss;
@@ -221,6 +221,25 @@ impl Machine {
             None => Some(self).filter(|_| self.others.is_empty()),
         };
         found.ok_or_else(|| WhichBus { wanted: bus.map(str::to_owned), names: names.join(", ") })
+    }
+
+    /// The same, by itself.
+    pub fn into_bus(mut self, bus: Option<&str>) -> Result<Machine, WhichBus> {
+        let found = self.on(bus)?;
+        let place = self.buses().position(|machine| std::ptr::eq(machine, found)).unwrap_or(0);
+        let mut others = std::mem::take(&mut self.others);
+        if place == 0 {
+            return Ok(self);
+        }
+        let findings = self.findings;
+        Ok(Machine { findings, ..others.swap_remove(place - 1) })
+    }
+
+    /// The errors of its file, with the lines that they are about; empty if there are none.
+    #[must_use]
+    pub fn errors(&self) -> String {
+        let errors = self.findings.iter().filter(|finding| finding.severity == Severity::Error);
+        errors.map(|finding| finding.render(&self.input) + "\n\n").collect()
     }
 
     /// The file of a machine, and the name of the bus that is meant: `machine.toml#left`.

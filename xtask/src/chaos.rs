@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use crate::outside::{empty_folder, write};
 use crate::{command, workspace};
 
-const RECIPE: &str = "name = \"Disturbed\"\n\n[[drive]]\nname = \"rail\"\nnode = 5\nkind = \"siko/ag03-1\"\n\
-    position.increments = 3000\nsimulated.limits = [-500, 200000]\n";
+const RECIPE: &str =
+    "name = \"Disturbed\"\nmachine = \"machine.toml\"\n\n[[drive]]\nnode = \"rail\"\nposition.increments = 3000\n";
 /// A drive that is set otherwise than at power-on, so that restoring its parameters has to write.
 const MACHINE: &str = "[node.rail]\nid = 5\nsheet = \"siko/ag03-1\"\nguarding = \"100 ms\"\n\n[node.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 40\n2412 = \"2.5 mm\"\n\n[simulate.rail.settings]\n\"Motor Parameter Set/v-Pos\" = 35\n";
 

@@ -22,7 +22,7 @@ lexican-profibus: runtime
 lexican-pictures:
 lexican-conform: eds runtime
 lexican-toolbox: driver eds pictures registry runtime
-lexican-machine: eds pictures runtime toolbox
+lexican-machine: driver eds pictures runtime toolbox
 lexican-registry: driver runtime simulator DRIVES
 lexican-simulation: eds machine profibus registry runtime siko-ag03-1 siko-profibus siko-serial simulator toolbox
 lexican-bench: driver eds pictures runtime toolbox
@@ -35,8 +35,8 @@ lexican-siko-serial: siko siko-ag02 driver runtime
 lexican-siko-profibus: driver profibus siko siko-ag02 siko-ag03-1 runtime
 lexican: bench eds codegen conform driver machine pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
     siko-ag03-1 siko-profibus siko-serial toolbox
-changeover: driver pictures profibus runtime kollmorgen-akd siko-ag02 siko-ag03-1 siko-profibus siko-serial
-circle: driver runtime kollmorgen-akd pictures
+changeover: driver eds machine pictures profibus runtime simulation siko-profibus siko-serial
+circle: driver eds machine runtime kollmorgen-akd pictures simulation
 doors: pictures profibus runtime siko-ag02 siko-profibus siko-serial
 xtask:
 ";

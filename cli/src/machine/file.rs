@@ -5,7 +5,6 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use lexican_eds::Severity;
 use lexican_machine::Machine;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::text::files::ReadError;
@@ -154,10 +153,9 @@ pub(crate) fn on_bus(all: Arc<Machine>, bus: Option<&str>) -> Result<OnBus, Fail
 
 /// The same of one that has been read.
 pub(crate) fn without_errors(machine: Arc<Machine>, name: &str) -> Result<Arc<Machine>, Failure> {
-    if !machine.findings.has_errors() {
+    let errors = machine.errors();
+    if errors.is_empty() {
         return Ok(machine);
     }
-    let errors = machine.findings.iter().filter(|finding| finding.severity == Severity::Error);
-    let errors: String = errors.map(|finding| finding.render(&machine.input) + "\n\n").collect();
     Err(Failure::new(format_args!("{name} cannot be used: see above")).after(errors))
 }

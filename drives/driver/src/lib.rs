@@ -120,6 +120,8 @@ pub mod sequence;
 mod session;
 mod set_point;
 #[cfg(feature = "tokio")]
+pub mod shared;
+#[cfg(feature = "tokio")]
 pub mod tokio;
 mod units;
 

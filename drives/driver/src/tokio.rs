@@ -247,6 +247,13 @@ impl<K> Drive<K> {
         Ok(recovered)
     }
 
+    /// Stops the drive, if it may be moving, after a call was dropped; what that call comes to.
+    pub(crate) async fn cancel(&mut self) -> Error {
+        let (node, stopped) = (self.node, self.session.context().may_move());
+        let ended = if stopped { self.stop().await } else { Ok(()) };
+        ended.err().unwrap_or(Error::Cancelled { node, stopped })
+    }
+
     /// Leaves the drive as it is, moving or not. One that is protected is kept going by its network.
     pub fn release(self) {
         self.session.context().lock().rest();

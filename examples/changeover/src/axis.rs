@@ -3,14 +3,15 @@
 use std::future::Future;
 
 use lexican_driver::sequence::Progress;
-use lexican_driver::tokio::Drive;
-use lexican_driver::{Any, DriveContext, Error, Mode, Outcome, Units};
+use lexican_driver::{Description, Error, Mode, Outcome, Units};
+use lexican_machine::MachineError;
+use lexican_machine::tokio::{Drive, Machine};
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Instant};
 
 use crate::progress::Bar;
-use crate::recipe::{Entry, Problem, Simulated, Unit};
+use crate::recipe::{Entry, Problem, Unit};
 use crate::stop::{Reason, Stop};
 
 /// How long a drive may take to stand once it has been ordered to, and to be disabled then.
@@ -19,7 +20,7 @@ const WITHIN: Duration = Duration::from_secs(5);
 /// A drive and its way.
 pub(crate) struct Axis {
     pub(crate) entry: Entry,
-    drive: Drive<Any>,
+    pub(crate) drive: Drive,
     network: Network,
     units: Option<Units>,
     pub(crate) limits: Option<(i32, i32)>,
@@ -44,18 +45,20 @@ pub(crate) struct End {
 }
 
 impl Axis {
-    pub(crate) async fn connect(network: Network, entry: Entry, is_simulated: bool) -> Result<Axis, Problem> {
+    pub(crate) async fn connect(machine: Machine, entry: Entry) -> Result<Axis, Problem> {
         let problem = |error: &Error| Problem {
             what: format!("{}: {error}", entry.name),
             span: entry.node_span.clone(),
             remedy: error.remedy().text.to_owned(),
         };
-        let description = entry.kind.description;
-        let connected = Drive::connect_described(network.clone(), entry.node, description).await;
-        let mut drive = connected.map_err(|error| problem(&error))?;
-        if is_simulated {
-            commission(&mut drive, &entry).await.map_err(|error| problem(&error))?;
-        }
+        let mut drive = machine.drive(&entry.name).await.map_err(|error| match error {
+            MachineError::Drive(error) => problem(&error),
+            other => Problem {
+                what: other.to_string(),
+                span: entry.node_span.clone(),
+                remedy: "see its data sheet in the machine's file".to_owned(),
+            },
+        })?;
         let units = match drive.units().await {
             Ok(units) => Some(units),
             Err(Error::Unsupported { .. }) => None,
@@ -63,12 +66,14 @@ impl Axis {
         };
         let limits = drive.limits().await.map_err(|error| problem(&error))?;
         let from = drive.position().await.map_err(|error| problem(&error))?;
-        let to = target(&entry, units, limits)?;
+        let description =
+            drive.run(async |context| Ok(context.description())).await.map_err(|error| problem(&error))?;
+        let to = target(&entry, description, units, limits)?;
         let by_sync = entry.sync && description.outputs.start_by_sync().is_some();
         Ok(Axis {
             entry,
             drive,
-            network,
+            network: machine.network().clone(),
             units,
             limits,
             from,
@@ -156,7 +161,7 @@ impl Axis {
 
     /// Starts by itself.
     pub(crate) async fn start(&mut self) -> Result<(), Error> {
-        self.drive.start_moving_to(self.to).await
+        (*self.drive).start_moving_to(self.to).await
     }
 
     /// Releases the motor, and takes back that the drive waits for SYNC, as it would until it restarts.
@@ -236,27 +241,13 @@ async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>
     }
 }
 
-/// Sets a simulated drive up as the recipe has it.
-async fn commission(drive: &mut Drive<Any>, entry: &Entry) -> Result<(), Error> {
-    let Simulated { spindle_pitch_mm, limits } = entry.simulated;
-    let description = entry.kind.description;
-    let pitch =
-        spindle_pitch_mm.zip(description.units).map(|(mm, units)| (units.spindle_pitch_10um, (mm * 100.0) as i64));
-    let limits = limits.zip(description.objects.position_limits);
-    let limits = limits.into_iter().flat_map(|(values, objects)| objects.into_iter().zip(values.map(i64::from)));
-    let settings: Vec<_> = pitch.into_iter().chain(limits).collect();
-    drive
-        .run(async move |context: DriveContext| {
-            for (object, value) in settings {
-                context.set(object, value).await?;
-            }
-            Ok(())
-        })
-        .await
-}
-
 /// Where the drive is to go, as it counts, if it can go there.
-fn target(entry: &Entry, units: Option<Units>, limits: Option<(i32, i32)>) -> Result<i32, Problem> {
+fn target(
+    entry: &Entry,
+    description: &Description,
+    units: Option<Units>,
+    limits: Option<(i32, i32)>,
+) -> Result<i32, Problem> {
     let (position, span) = (entry.position, entry.position_span.clone());
     let unit = position.unit();
     let Some(target) = position.counts(units) else {
@@ -276,7 +267,7 @@ fn target(entry: &Entry, units: Option<Units>, limits: Option<(i32, i32)>) -> Re
         let remedy = "give a position between them; or set other limits up (607Dh), if the machine has room";
         return Err(Problem { what, span, remedy: remedy.to_owned() });
     }
-    if let Err(error) = entry.kind.description.objects.target_position.check(target.into()) {
+    if let Err(error) = description.objects.target_position.check(target.into()) {
         let remedy = "give a position that the drive can count".to_owned();
         return Err(Problem { what: format!("{}: {error}", entry.name), span, remedy });
     }

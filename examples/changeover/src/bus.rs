@@ -1,13 +1,18 @@
-//! The simulated bus, with all drives of a recipe on it.
+//! The simulated bus, with the drives of the machine on it.
 
 use std::str::FromStr;
 
 use clap::ValueEnum;
-use lexican_runtime::host::{self, Link, Node};
-use lexican_runtime::{Duration, Frame, Instant, NodeId};
-
-use crate::kinds::{Fail, Lines};
-use crate::recipe::Recipe;
+use lexican_eds::Source;
+use lexican_machine::Machine;
+use lexican_profibus::bus::Bus;
+use lexican_profibus::virtual_bus::VirtualBus as Profibus;
+use lexican_runtime::NodeId;
+use lexican_runtime::host::{self, Link, VirtualBus};
+use lexican_simulation::{Plant, PlantDevice};
+use siko_profibus::{bus::attach_unknown, line};
+use siko_serial::sim::{SerialDrive, VirtualLine};
+use siko_serial::{Settings, gateway};
 
 /// How fast simulated time passes.
 #[derive(Clone, Copy, Default, ValueEnum)]
@@ -23,7 +28,7 @@ pub(crate) enum Pace {
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
     node: NodeId,
-    at: Instant,
+    ms: u64,
 }
 
 impl FromStr for Fault {
@@ -33,53 +38,55 @@ impl FromStr for Fault {
         let (node, seconds) = text.split_once('@').ok_or("say which node, and when: 7@2.5")?;
         let node = node.parse().ok().and_then(NodeId::new).ok_or("a node-ID is 1 to 127")?;
         let seconds = seconds.parse::<f64>().ok().filter(|seconds| (0.0..1e6).contains(seconds));
-        let micros = (seconds.ok_or("the time is a number of seconds")? * 1e6) as u64;
-        Ok(Fault { node, at: Instant::ZERO + Duration::from_micros(micros) })
+        let ms = (seconds.ok_or("the time is a number of seconds")? * 1e3) as u64;
+        Ok(Fault { node, ms })
     }
 }
 
-/// A bus with the drives of the recipe.
-pub(crate) fn simulated(recipe: &Recipe, pace: Pace, fault: Option<Fault>) -> Result<Box<dyn Link + Send>, String> {
-    let lines = Lines::new();
-    let mut failing = None;
-    for drive in &recipe.drives {
-        let fail = (drive.kind.simulate)(&lines, drive.node);
-        if let Some(fault) = fault.filter(|fault| fault.node == drive.node) {
-            failing = Some(Alarm { at: fault.at, fail: Some(fail) });
-        }
+/// A bus with the drives of the machine; with `doors`, those of SIKO at their other interfaces.
+pub(crate) fn simulated(
+    machine: &Machine,
+    pace: Pace,
+    fault: Option<Fault>,
+    doors: bool,
+) -> Result<Box<dyn Link + Send>, String> {
+    let mut plant = Plant::of_machine(machine).map_err(|error| error.to_string())?;
+    if let Some(Fault { node, ms }) = fault {
+        let device = plant.devices.iter_mut().find(|device| device.node == Some(node));
+        let device = device.ok_or_else(|| format!("--fault: the machine has no drive at node {node}"))?;
+        // The shaft of a drive of SIKO is held; the motor of an AKD does not follow.
+        let what = if device.device.starts_with("siko/") { "shaft = \"blocked\"" } else { "fault = 0x8611" };
+        device.script = Some(Source::new("--fault", format!("[[step]]\nat_ms = {ms}\n{what}\n")));
     }
-    match (failing, fault) {
-        (Some(alarm), _) => drop(lines.can.attach(alarm)),
-        (None, Some(Fault { node, .. })) => return Err(format!("--fault: the recipe has no drive at node {node}")),
-        (None, None) => {}
-    }
-    lines.can.set_pace(match pace {
+    let can = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
+    let profibus = Bus::new(Profibus::new());
+    plant.devices.retain(|device| !(doors && behind_its_door(device, &can, &profibus)));
+    plant.attach(&can).map_err(|error| error.to_string())?;
+    can.set_pace(match pace {
         Pace::Virtual => host::Pace::Virtual,
         Pace::Real => host::Pace::RealTime,
     });
-    Ok(Box::new(lines.can.link()))
+    Ok(Box::new(can.link()))
 }
 
-/// Has a drive fail when its time has come. It is a node of the bus, which calls its nodes in virtual time.
-struct Alarm {
-    at: Instant,
-    fail: Option<Fail>,
-}
-
-impl Node for Alarm {
-    fn handle_frame(&mut self, _: Instant, _: &Frame) {}
-
-    fn handle_timeout(&mut self, now: Instant) {
-        if let Some(fail) = self.fail.take() {
-            fail(now);
+/// Puts a drive of SIKO at its serial port or on PROFIBUS, where a gateway makes it a node of the bus; whether it is one.
+fn behind_its_door(
+    device: &PlantDevice,
+    can: &VirtualBus,
+    profibus: &Bus<Profibus<siko_profibus::ProfibusDrive>>,
+) -> bool {
+    let Some(node) = device.node else { return false };
+    match device.device.as_str() {
+        "siko/ag02" => {
+            drop(can.attach(gateway::node(VirtualLine::new(SerialDrive::default()), Settings::default(), node)));
         }
+        // All of them share one segment; a node-ID is an address there.
+        "siko/ag03-1" => {
+            let model = &siko_profibus::AG03_1;
+            let _ = profibus.with(|segment| attach_unknown(segment, model, node.get()));
+            drop(can.attach(line::node(profibus, model, node).expect("the machine's addresses are below 127")));
+        }
+        _ => return false,
     }
-
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        None
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.fail.as_ref().map(|_| self.at)
-    }
+    true
 }

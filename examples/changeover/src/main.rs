@@ -1,7 +1,7 @@
 //! A format change-over: the drives of a machine move to the positions of a recipe, together.
 //!
 //! ```text
-//! recipe      which drive goes where, in mm and degrees; kinds: what drives there are
+//! recipe      which drive goes where, in mm and degrees; the machine says what these are
 //!   bus       a real bus, or a simulated one
 //!   run       all drives: connect, check, enable, release by SYNC, travel, disable
 //!     axis    one of them; stop: what ends all of them
@@ -11,7 +11,6 @@
 
 mod axis;
 mod bus;
-mod kinds;
 mod plot;
 mod progress;
 mod recipe;
@@ -23,8 +22,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use lexican_machine::tokio::Machine;
 use lexican_runtime::host::BusUrl;
-use lexican_runtime::host::tokio::Network;
 
 use bus::{Fault, Pace};
 use recipe::Recipe;
@@ -62,6 +61,10 @@ struct Args {
     #[arg(long, value_enum, default_value_t, conflicts_with = "bus")]
     pace: Pace,
 
+    /// Simulate an AG02 at its serial port and an AG03/1 on PROFIBUS, behind gateways
+    #[arg(long, conflicts_with_all = ["bus", "fault"])]
+    doors: bool,
+
     /// Let a simulated drive fail, so many seconds after the program has begun: 7@2.5
     #[arg(long, value_name = "NODE@SECONDS", conflicts_with = "bus")]
     fault: Option<Fault>,
@@ -80,10 +83,10 @@ fn main() -> ExitCode {
 
 /// Whether all drives are where the recipe has them; else why nothing has moved.
 fn changeover(args: &Args) -> Result<bool, String> {
-    let recipe = Recipe::read(&args.recipe)?;
+    let (recipe, machine) = Recipe::read(&args.recipe)?;
     let link = match &args.bus {
         Some(url) => url.open().map_err(|error| format!("cannot open {url}: {error}"))?,
-        None => bus::simulated(&recipe, args.pace, args.fault)?,
+        None => bus::simulated(&machine, args.pace, args.fault, args.doors)?,
     };
     let stop = Stop::default();
     let signal = stop.clone();
@@ -93,8 +96,8 @@ fn changeover(args: &Args) -> Result<bool, String> {
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|error| error.to_string())?;
     let report = runtime.block_on(async {
-        let network = Network::spawn(link).map_err(|error| error.to_string())?;
-        let mut run = Run::connect(network, &recipe, args.bus.is_none(), stop).await?;
+        let machine = Machine::over(link, machine).map_err(|error| error.to_string())?;
+        let mut run = Run::connect(machine, &recipe, stop).await?;
         if !args.dry_run {
             run.change_over().await;
         }

@@ -7,11 +7,9 @@ use std::path::{Path, PathBuf};
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use lexican_driver::Units;
-use lexican_runtime::NodeId;
+use lexican_machine::Machine;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
-
-use crate::kinds::{DriveKind, KINDS};
 
 /// A recipe that has been read and makes sense by itself.
 pub(crate) struct Recipe {
@@ -23,13 +21,11 @@ pub(crate) struct Recipe {
 /// A drive of a recipe.
 #[derive(Clone)]
 pub(crate) struct Entry {
+    /// Its name in the machine.
     pub(crate) name: String,
-    pub(crate) node: NodeId,
-    pub(crate) kind: &'static DriveKind,
     pub(crate) position: Position,
     /// Whether it is to wait for SYNC, if it can.
     pub(crate) sync: bool,
-    pub(crate) simulated: Simulated,
     /// Where the node and the position stand in the file.
     pub(crate) node_span: Range<usize>,
     pub(crate) position_span: Range<usize>,
@@ -53,15 +49,6 @@ pub(crate) enum Unit {
     Increments,
 }
 
-/// How a simulated drive is set up; a real one has been commissioned.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Simulated {
-    pub(crate) spindle_pitch_mm: Option<f64>,
-    /// The lowest and the highest position, in increments.
-    pub(crate) limits: Option<[i32; 2]>,
-}
-
 /// What is wrong, where in the recipe, and what to do about it.
 pub(crate) struct Problem {
     pub(crate) what: String,
@@ -79,6 +66,7 @@ pub(crate) struct Source {
 #[serde(deny_unknown_fields)]
 struct File {
     name: String,
+    machine: Spanned<PathBuf>,
     #[serde(rename = "drive")]
     drives: Vec<Row>,
 }
@@ -86,18 +74,14 @@ struct File {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
-    name: String,
-    node: Spanned<u8>,
-    kind: Spanned<String>,
+    node: Spanned<String>,
     position: Spanned<Position>,
     sync: Option<bool>,
-    #[serde(default)]
-    simulated: Simulated,
 }
 
 impl Recipe {
-    /// Reads a recipe; else what to print.
-    pub(crate) fn read(path: &Path) -> Result<Recipe, String> {
+    /// Reads a recipe and its machine; else what to print.
+    pub(crate) fn read(path: &Path) -> Result<(Recipe, Machine), String> {
         let text = std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let source = Source { path: path.to_owned(), text };
         let file: File = toml::from_str(&source.text).map_err(|error| {
@@ -105,41 +89,33 @@ impl Recipe {
             let remedy = "examples/changeover/README.md has the keys of a recipe".to_owned();
             source.report(&[Problem { what: error.message().to_owned(), span, remedy }])
         })?;
+        let machine = path.parent().unwrap_or(Path::new("")).join(file.machine.get_ref());
+        let machine = Machine::open(&machine).map_err(|error| {
+            let remedy = "its path is relative to the recipe".to_owned();
+            source.report(&[Problem { what: error.to_string(), span: file.machine.span(), remedy }])
+        })?;
+        let machine = machine.sound().map_err(|error| error.to_string())?;
         let (mut drives, mut problems) = (Vec::<Entry>::new(), Vec::new());
-        for row in file.drives {
-            match Entry::of(row, &drives) {
-                Ok(entry) => drives.push(entry),
-                Err(problem) => problems.push(problem),
+        for Row { node, position, sync } in file.drives {
+            let (span, name) = (node.span(), node.into_inner());
+            let wrong = match machine.node(&name) {
+                _ if drives.iter().any(|other| other.name == name) => Some(("is in the recipe already", "remove one")),
+                Some(node) if node.id.is_some() && node.sheet.is_some() => None,
+                Some(_) => Some(("has no node-ID or no data sheet", "give it both in the machine's file")),
+                None => Some(("is no node of the machine", "its names are those of the machine's file")),
+            };
+            if let Some((what, remedy)) = wrong {
+                problems.push(Problem { what: format!("{name} {what}"), span, remedy: remedy.to_owned() });
+                continue;
             }
+            let position_span = position.span();
+            let (position, sync) = (position.into_inner(), sync.unwrap_or(true));
+            drives.push(Entry { name, position, sync, node_span: span, position_span });
         }
-        if problems.is_empty() { Ok(Recipe { name: file.name, drives, source }) } else { Err(source.report(&problems)) }
-    }
-}
-
-impl Entry {
-    fn of(row: Row, before: &[Entry]) -> Result<Entry, Problem> {
-        let (name, node_span) = (row.name, row.node.span());
-        let number = row.node.into_inner();
-        let node = NodeId::new(number).ok_or_else(|| Problem {
-            what: format!("{name}: {number} is no node-ID"),
-            span: node_span.clone(),
-            remedy: "a node-ID is 1 to 127".to_owned(),
-        })?;
-        if let Some(other) = before.iter().find(|other| other.node == node) {
-            let what = format!("{name}: node {node} is {} already", other.name);
-            return Err(Problem { what, span: node_span, remedy: "each drive has a node-ID of its own".to_owned() });
+        match problems.is_empty() {
+            true => Ok((Recipe { name: file.name, drives, source }, machine)),
+            false => Err(source.report(&problems)),
         }
-        let kind = KINDS.iter().find(|kind| kind.name == row.kind.get_ref()).ok_or_else(|| {
-            let names: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
-            Problem {
-                what: format!("{name}: {:?} is no kind of drive", row.kind.get_ref()),
-                span: row.kind.span(),
-                remedy: format!("name one of these: {}", names.join(", ")),
-            }
-        })?;
-        let position_span = row.position.span();
-        let (position, sync) = (row.position.into_inner(), row.sync.unwrap_or(true));
-        Ok(Entry { name, node, kind, position, sync, simulated: row.simulated, node_span, position_span })
     }
 }
 

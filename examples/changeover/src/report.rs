@@ -49,7 +49,7 @@ pub(crate) struct Stop {
 pub(crate) struct Row {
     pub(crate) name: String,
     node: u8,
-    kind: &'static str,
+    kind: String,
     pub(crate) unit: Unit,
     from: f64,
     pub(crate) to: f64,
@@ -168,8 +168,8 @@ impl Row {
         let entry = &axis.entry;
         Row {
             name: entry.name.clone(),
-            node: entry.node.get(),
-            kind: entry.kind.name,
+            node: axis.drive.node().id().get(),
+            kind: axis.drive.node().stated().sheet_name.clone().unwrap_or_default(),
             unit: entry.position.unit(),
             from: axis.value(axis.from),
             to: axis.value(axis.to),
@@ -196,7 +196,7 @@ impl Row {
         [
             self.name.clone(),
             self.node.to_string(),
-            self.kind.to_owned(),
+            self.kind.clone(),
             show(self.from),
             show(self.to),
             limits.map(|(low, high)| format!("{} to {}", show(low), show(high))).unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use std::future::Future;
 
-use lexican_runtime::host::tokio::Network;
+use lexican_machine::tokio::Machine;
 use lexican_runtime::{CobId, Frame, Instant};
 
 use crate::axis::Axis;
@@ -12,7 +12,7 @@ use crate::stop::{Reason, Stop};
 
 /// The drives of a recipe, connected and checked.
 pub(crate) struct Run<'a> {
-    network: Network,
+    machine: Machine,
     pub(crate) recipe: &'a Recipe,
     pub(crate) axes: Vec<Axis>,
     stop: Stop,
@@ -21,15 +21,10 @@ pub(crate) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Connects to all drives, and checks whether they can go where the recipe has them; else what to print.
-    pub(crate) async fn connect(
-        network: Network,
-        recipe: &'a Recipe,
-        is_simulated: bool,
-        stop: Stop,
-    ) -> Result<Self, String> {
-        let connected =
-            at_once(recipe.drives.clone(), |entry| Axis::connect(network.clone(), entry, is_simulated)).await;
+    /// Boots the machine, connects to all drives, and checks whether they can go where the recipe has them; else what to print.
+    pub(crate) async fn connect(machine: Machine, recipe: &'a Recipe, stop: Stop) -> Result<Self, String> {
+        machine.boot().await.map_err(|error| error.to_string())?;
+        let connected = at_once(recipe.drives.clone(), |entry| Axis::connect(machine.clone(), entry)).await;
         let (mut axes, mut problems) = (Vec::new(), Vec::new());
         for axis in connected {
             match axis {
@@ -38,7 +33,7 @@ impl<'a> Run<'a> {
             }
         }
         if problems.is_empty() {
-            Ok(Run { network, recipe, axes, stop, released: None })
+            Ok(Run { machine, recipe, axes, stop, released: None })
         } else {
             Err(recipe.source.report(&problems))
         }
@@ -68,8 +63,8 @@ impl<'a> Run<'a> {
     async fn travel(&mut self) {
         let progress = Progress::new(self.axes.iter().map(|axis| axis.entry.name.as_str()));
         // A drive that misses it reports that it has not started.
-        let _ = self.network.send(Frame::from_array(CobId::SYNC, [])).await;
-        self.released = self.network.now().await.ok();
+        let _ = self.machine.network().send(Frame::from_array(CobId::SYNC, [])).await;
+        self.released = self.machine.network().now().await.ok();
         let mut axes = std::mem::take(&mut self.axes);
         axes.sort_by_key(|axis| !axis.by_sync);
         let mut tasks = Vec::with_capacity(axes.len());

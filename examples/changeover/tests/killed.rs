@@ -20,15 +20,9 @@ use siko_ag03_1::sim::{MODEL, Setup, SimulatedDrive};
 
 const NODE: NodeId = NodeId::literal(5);
 /// A travel of minutes.
-const RECIPE: &str = r#"name = "Killed"
-
-[[drive]]
-name = "rail"
-node = 5
-kind = "siko/ag03-1"
-position.increments = 100000
-simulated.limits = [-500, 200000]
-"#;
+const RECIPE: &str =
+    "name = \"Killed\"\nmachine = \"killed.machine.toml\"\n[[drive]]\nnode = \"rail\"\nposition.increments = 100000\n";
+const MACHINE: &str = "[node.rail]\nid = 5\nsheet = \"siko/ag03-1\"\n";
 
 /// The adapter, seen from its other end.
 struct Adapter {
@@ -93,6 +87,7 @@ fn a_drive_whose_program_is_killed_stands_within_its_dead_man_time() {
 
     let recipe = Path::new(env!("CARGO_TARGET_TMPDIR")).join("killed.toml");
     std::fs::write(&recipe, RECIPE).unwrap();
+    std::fs::write(recipe.with_extension("machine.toml"), MACHINE).unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_changeover"))
         .arg(recipe)
         .args(["--bus", &format!("slcan:{}?bitrate=500000", port.display())])

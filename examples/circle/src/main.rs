@@ -15,11 +15,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use kollmorgen_akd::driver::FreeDrive;
-use kollmorgen_akd::sim::{MODEL, SimulatedServo};
 use lexican_driver::cyclic::{AxisSettings, Follower, Report, Settings, Stop, follow};
 use lexican_driver::{CancelHandle, Mode};
-use lexican_runtime::host::{self, BusUrl, Link, VirtualBus};
+use lexican_eds::Source;
+use lexican_machine::{Files, Machine};
+use lexican_runtime::host::{self, BusUrl, Link};
 use lexican_runtime::{Duration, NodeId};
+use lexican_simulation::Plant;
 
 use path::Circle;
 use recorder::{Recorder, Recording};
@@ -31,13 +33,12 @@ use recorder::{Recorder, Recording};
 #[derive(Parser)]
 #[command(version)]
 struct Args {
+    /// The machine, whose nodes x and y are the axes; that of this example without it
+    machine: Option<PathBuf>,
+
     /// The bus: can0, or slcan:/dev/ttyACM0?bitrate=1000000. Without it, both drives are simulated
     #[arg(long, value_name = "URL")]
     bus: Option<BusUrl>,
-
-    /// The node-IDs of x and y
-    #[arg(long, num_args = 2, value_names = ["X", "Y"], default_values = ["1", "2"], value_parser = node)]
-    nodes: Vec<NodeId>,
 
     /// From one SYNC to the next, in milliseconds
     #[arg(long, value_name = "MS", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=10))]
@@ -81,10 +82,6 @@ enum Pace {
     Real,
 }
 
-fn node(text: &str) -> Result<NodeId, &'static str> {
-    text.parse().ok().and_then(NodeId::new).ok_or("a node-ID is 1 to 127")
-}
-
 fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(true) => ExitCode::SUCCESS,
@@ -98,16 +95,19 @@ fn main() -> ExitCode {
 
 /// Whether the circle has been followed to its end; else why nothing has moved.
 fn run(args: &Args) -> Result<bool, String> {
-    if args.nodes[0] == args.nodes[1] {
-        return Err("x and y have the same node-ID".to_owned());
-    }
-    let mut link = open(args)?;
+    let machine = match &args.machine {
+        Some(path) => Machine::open(path).map_err(|error| error.to_string())?,
+        None => Machine::parse(Source::new("machine.toml", include_str!("../machine.toml")), Files::Embedded(&[])),
+    };
+    let machine = machine.sound().map_err(|error| error.to_string())?;
+    let nodes = [node(&machine, "x")?, node(&machine, "y")?];
+    let mut link = open(args, &machine)?;
     let period = Duration::from_millis(args.period);
     // What the axes can do: somewhat more than the circle needs.
     let max_step = (args.circle.greatest_step(period) * 1.5) as u32 + 1;
     let settings = AxisSettings::new(Mode::CyclicPosition, period, max_step);
     let mut axes = Vec::new();
-    for node in args.nodes.iter().copied() {
+    for node in nodes {
         let axis = FreeDrive::connect_unprotected(&mut link, node).and_then(|mut drive| drive.prepare_cyclic(settings));
         axes.push(axis.map_err(|error| format!("node {node}: {error}"))?);
     }
@@ -123,7 +123,7 @@ fn run(args: &Args) -> Result<bool, String> {
         Way::Quick => Stop::Quick,
     };
     let settings = Settings { stop, ..Settings::default() };
-    eprintln!("x is node {}, y is node {}; Ctrl-C stops both", args.nodes[0], args.nodes[1]);
+    eprintln!("x is node {}, y is node {}; Ctrl-C stops both", nodes[0], nodes[1]);
     let mut follower = Follower::new(axes, path, settings).map_err(|error| error.to_string())?;
     let report = follow(&mut recorder, &mut follower, &cancel).map_err(|error| error.to_string())?;
     let recording = recorder.finish(start, args.circle.radius);
@@ -141,22 +141,23 @@ fn run(args: &Args) -> Result<bool, String> {
     Ok(report.reason.is_none())
 }
 
-/// The bus that was named, or one with two simulated drives.
-fn open(args: &Args) -> Result<Box<dyn Link>, String> {
+/// The node-ID of an axis.
+fn node(machine: &Machine, name: &str) -> Result<NodeId, String> {
+    let id = machine.node(name).and_then(|node| node.id);
+    id.ok_or_else(|| format!("{}: there is no node {name:?} with a node-ID", machine.input.eds.name()))
+}
+
+/// The bus that was named, or one with the simulated machine.
+fn open(args: &Args, machine: &Machine) -> Result<Box<dyn Link>, String> {
     if let Some(url) = &args.bus {
-        let link = url.open().map_err(|error| format!("cannot open {url}: {error}"))?;
-        return Ok(link);
+        return Ok(url.open().map_err(|error| format!("cannot open {url}: {error}"))?);
     }
-    let bus = VirtualBus::with_bit_rate(1000);
-    for node in args.nodes.iter().copied() {
-        bus.attach(SimulatedServo::new(bus.now(), &MODEL, node));
-    }
-    let link = bus.link();
-    bus.set_pace(match args.pace {
+    let pace = match args.pace {
         Pace::Virtual => host::Pace::Virtual,
         Pace::Real => host::Pace::RealTime,
-    });
-    Ok(Box::new(link))
+    };
+    let link = Plant::of_machine(machine).and_then(|plant| plant.link(pace));
+    Ok(Box::new(link.map_err(|error| error.to_string())?))
 }
 
 /// The result in one line.

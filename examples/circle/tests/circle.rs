@@ -43,8 +43,9 @@ fn a_stop_is_along_the_circle_or_each_axis_on_its_own() {
 fn what_cannot_begin_is_said_with_exit_code_2() {
     for (args, said) in [
         (&["--bus", "slcan:/dev/nothing"][..], "there is no serial port /dev/nothing"),
-        (&["--nodes", "1", "200"], "a node-ID is 1 to 127"),
-        (&["--nodes", "1", "1"], "x and y have the same node-ID"),
+        (&["nowhere.toml"], "cannot read nowhere.toml"),
+        (&["../../cli/Cargo.toml"], "unknown section `package`"),
+        (&["--pace", "slow"], "possible values"),
         (&["--period", "0"], "1..=10"),
         (&["--radius", "1e12"], "a number from 0.01 to"),
     ] {

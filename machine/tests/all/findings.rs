@@ -190,6 +190,8 @@ fn a_machine_of_several_buses_says_where_its_nodes_are() {
     let on = |bus| machine.on(Some(bus)).unwrap().nodes[0].name.value.clone();
     assert_eq!([on("left"), on("right")], ["a", "b"]);
     assert_eq!(machine.on(None).unwrap_err().to_string(), "the machine has several buses: left, right");
+    let right = machine.into_bus(Some("right")).unwrap();
+    assert!(right.nodes[0].name.value == "b" && right.into_bus(None).is_ok());
     check(
         &format!("{two}[wire]\n\"a.6041\" = \"b.6040\""),
         "14:1: error[machine::wire]: this goes from one bus to another",

@@ -8,6 +8,7 @@ mod files;
 mod findings;
 mod joints;
 mod plans;
+mod shells;
 
 use lexican_eds::Source;
 use lexican_machine::{Files, Machine};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use lexican_eds::{Input, Source};
 use lexican_machine::{Fault, Files, Machine, Node as MachineNode, Simulated};
-use lexican_runtime::host::Node;
+use lexican_runtime::host::{Node, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::{Instant, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::values::DeviceValues;
@@ -95,6 +95,26 @@ impl Plant {
     pub fn segment(&self, now: Instant) -> Result<Segment<SimulatedDevice>, PlantError> {
         let devices = self.devices.iter().map(|device| device.simulate(now)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.wire(devices))
+    }
+
+    /// A link to the devices on a bus of their own, which are switched on.
+    pub fn link(&self, pace: Pace) -> Result<VirtualLink, PlantError> {
+        let bus = VirtualBus::with_bit_rate(self.bit_rate_kbit);
+        bus.set_pace(pace);
+        self.attach(&bus)?;
+        Ok(bus.link())
+    }
+
+    /// Switches the devices on, and puts them on a bus: each with a controller of its own, unless faults happen between them.
+    pub fn attach(&self, bus: &VirtualBus) -> Result<(), PlantError> {
+        if !self.faults.is_empty() {
+            bus.attach(self.segment(bus.now())?);
+            return Ok(());
+        }
+        for device in &self.devices {
+            bus.attach(device.simulate(bus.now())?);
+        }
+        Ok(())
     }
 
     /// Nodes for its devices, in their order, behind one link.

@@ -17,6 +17,7 @@ use lexican_runtime::{CobId, Frame, NodeId};
 use crate::values::DeviceValues;
 
 pub use decoded::{Decoded, Detail, Emcy, Pdo, Sdo, Service, Side, Step};
+pub use pdo::content;
 
 use sdo::Channel;
 

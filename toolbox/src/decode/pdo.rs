@@ -93,8 +93,8 @@ fn parameter(pdo: &model::Pdo) -> Option<u16> {
     })
 }
 
-/// The mapped values, without dummy entries.
-fn content(device: &mut DeviceValues<'_>, mapping: &[Mapped], data: &[u8]) -> Vec<ValueReport> {
+/// The mapped values of a PDO's data, without dummy entries.
+pub fn content(device: &mut DeviceValues<'_>, mapping: &[Mapped], data: &[u8]) -> Vec<ValueReport> {
     let mut bytes = [0; 8];
     bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
     let mut rest = u64::from_le_bytes(bytes);

@@ -35,6 +35,7 @@
 mod node;
 mod outgoing;
 mod owner;
+mod runner;
 mod transfers;
 mod wait;
 
@@ -47,6 +48,7 @@ use tokio::sync::{broadcast, mpsc, oneshot};
 pub use self::node::{Named, RemoteNode};
 pub use self::owner::Event;
 use self::owner::{Owner, Request};
+pub use self::runner::Runner;
 use self::transfers::Transfer;
 use super::access::{AccessError, LONGEST};
 use super::boot::{BootNetworkError, Plan};

@@ -1,0 +1,217 @@
+//! A machine for programs that block: [`tokio`](super::tokio)'s, which runs inside, so that all drives of a machine share one adapter.
+
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
+
+use lexican_driver::shared::{self, StopHandle};
+use lexican_driver::{Any, Error};
+use lexican_runtime::host::Link;
+use lexican_runtime::host::tokio::Runner;
+use lexican_runtime::object::{Object, Readable, Value, Writable};
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::drive::{Ending, Order};
+use lexican_toolbox::values::report::ValueReport;
+
+use super::{Event, MachineError, tokio};
+use crate::model;
+
+/// A machine on its bus. Clones are the same machine, and may be used in other threads; it ends with the last of them and of what
+/// it has given.
+#[derive(Clone)]
+pub struct Machine {
+    machine: tokio::Machine,
+    runner: Runner,
+    stop: StopHandle,
+}
+
+impl Machine {
+    /// The machine of a file, on the bus that the file names; `machine.toml#left` of one that has several. Nothing is sent.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
+        let file = model::Machine::of_bus(path.as_ref())?;
+        Machine::over(file.link()?, file)
+    }
+
+    /// A machine on another bus: one that is simulated.
+    pub fn over(link: impl Link + Send + 'static, file: model::Machine) -> Result<Self, MachineError> {
+        let file = file.sound()?.into_bus(None)?;
+        let (runner, network) = Runner::spawn(link)?;
+        Ok(Machine { machine: tokio::Machine::on(network, file), runner, stop: StopHandle::default() })
+    }
+
+    /// What its file says.
+    #[must_use]
+    pub fn file(&self) -> &model::Machine {
+        self.machine.file()
+    }
+
+    /// The same machine for a part of the program that is asynchronous, and what runs it.
+    #[must_use]
+    pub fn inner(&self) -> (&tokio::Machine, &Runner) {
+        (&self.machine, &self.runner)
+    }
+
+    /// What stops all its drives from another thread: for `ctrlc::set_handler`, say.
+    #[must_use]
+    pub fn stop_handle(&self) -> StopHandle {
+        self.stop.clone()
+    }
+
+    /// As [`tokio::Machine::boot`].
+    pub fn boot(&self) -> Result<(), MachineError> {
+        self.runner.block_on(self.machine.boot())
+    }
+
+    /// As [`tokio::Machine::events`].
+    #[must_use]
+    pub fn events(&self) -> Events {
+        Events { events: self.machine.events(), machine: self.clone() }
+    }
+
+    /// The node of this name.
+    pub fn node(&self, name: &str) -> Result<Node, MachineError> {
+        Ok(Node { node: self.machine.node(name)?, runner: self.runner.clone() })
+    }
+
+    /// As [`tokio::Machine::drive`].
+    pub fn drive(&self, name: &str) -> Result<Drive, MachineError> {
+        let drive = self.runner.block_on(self.machine.drive(name))?;
+        Ok(Drive(shared::Drive::new(drive, self.runner.clone(), self.stop.clone())))
+    }
+
+    /// As [`tokio::move_together`]; the drives are stopped by the [stop handle](Machine::stop_handle), too.
+    pub fn move_together(&self, orders: &mut [(&mut Drive, &str)]) -> Result<(), MachineError> {
+        let mut inner: Vec<_> = orders.iter_mut().map(|(drive, position)| (drive.0.inner(), *position)).collect();
+        self.runner.block_on(async {
+            match self.stop.unless_stopped(tokio::move_together(&mut inner)).await {
+                Some(ended) => ended,
+                None => {
+                    let node = inner.first().map_or(NodeId::literal(127), |(drive, _)| drive.node().id());
+                    tokio::stop_all(inner.iter_mut().map(|(drive, _)| &mut **drive)).await?;
+                    Err(Error::Cancelled { node, stopped: true }.into())
+                }
+            }
+        })
+    }
+
+    /// Lets time pass, in which nodes are watched and booted.
+    pub fn pass(&self, span: Duration) -> Result<(), MachineError> {
+        let network = self.machine.network();
+        self.runner.block_on(async { Ok(network.sleep_until(network.now().await? + span).await.map(|_| ())?) })
+    }
+}
+
+impl fmt::Debug for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.machine.fmt(f)
+    }
+}
+
+/// What happens to the nodes of a machine. Made by [`Machine::events`].
+pub struct Events {
+    events: tokio::Events,
+    machine: Machine,
+}
+
+impl Events {
+    /// Waits for the next event no longer than `within`, by the time of the bus.
+    pub fn next(&mut self, within: Duration) -> Result<Option<Event>, MachineError> {
+        let network = self.machine.machine.network();
+        self.machine.runner.block_on(async {
+            let until = network.now().await? + within;
+            ::tokio::select! {
+                biased;
+                event = self.events.next() => Ok(event),
+                over = network.sleep_until(until) => Ok(over.map(|_| None)?),
+            }
+        })
+    }
+
+    /// The next event that has come already.
+    pub fn take(&mut self) -> Option<Event> {
+        self.events.take()
+    }
+}
+
+/// A node of a machine. Made by [`Machine::node`].
+#[derive(Clone, Debug)]
+pub struct Node {
+    node: tokio::Node,
+    runner: Runner,
+}
+
+impl Node {
+    /// Its node-ID.
+    #[must_use]
+    pub fn id(&self) -> NodeId {
+        self.node.id()
+    }
+
+    /// As [`tokio::Node::read`].
+    pub fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, MachineError> {
+        self.runner.block_on(self.node.read(object))
+    }
+
+    /// As [`tokio::Node::write`].
+    pub fn write<T: Value, A: Writable, M, D>(&self, object: Object<T, A, M, D>, value: T) -> Result<(), MachineError> {
+        self.runner.block_on(self.node.write(object, value))
+    }
+
+    /// As [`tokio::Node::get`].
+    pub fn get(&self, object: &str) -> Result<ValueReport, MachineError> {
+        self.runner.block_on(self.node.get(object))
+    }
+
+    /// As [`tokio::Node::set`].
+    pub fn set(&self, object: &str, value: &str) -> Result<(), MachineError> {
+        self.runner.block_on(self.node.set(object, value))
+    }
+}
+
+/// A drive of a machine. It is [the driver's](shared::Drive), whose methods take positions as the drive counts them; those here take
+/// them as people write them.
+///
+/// One that is dropped while it may be moving is sent a stop, and standard error says so.
+#[derive(Debug)]
+pub struct Drive(shared::Drive<Any, tokio::Drive>);
+
+impl Drive {
+    /// As [`tokio::Drive::counts`].
+    pub fn counts(&mut self, position: &str) -> Result<i32, MachineError> {
+        self.0.call(async |drive| drive.counts(position).await)
+    }
+
+    /// As [`tokio::Drive::move_to`].
+    pub fn move_to(&mut self, position: &str) -> Result<Ending, MachineError> {
+        self.0.call(async |drive| drive.move_to(position).await)
+    }
+
+    /// As [`tokio::Drive::start_moving_to`]; [`finish`](shared::Drive::finish) waits for the end.
+    pub fn start_moving_to(&mut self, position: &str) -> Result<(), MachineError> {
+        self.0.call(async |drive| drive.start_moving_to(position).await)
+    }
+
+    /// As [`tokio::Drive::run_at`].
+    pub fn run_at(&mut self, velocity: &str, lasting: Duration) -> Result<Ending, MachineError> {
+        self.0.call(async |drive| drive.run_at(velocity, lasting).await)
+    }
+
+    /// As [`tokio::Drive::carry_out`].
+    pub fn carry_out(&mut self, order: Order, lasting: Option<Duration>) -> Result<Ending, MachineError> {
+        self.0.call(async |drive| drive.carry_out(order, lasting).await)
+    }
+}
+
+impl Deref for Drive {
+    type Target = shared::Drive<Any, tokio::Drive>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl DerefMut for Drive {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}

@@ -1,0 +1,139 @@
+//! What happens to the nodes of a machine, by their names.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use lexican_eds::model;
+use lexican_runtime::host::{BusState, tokio as shell};
+use lexican_runtime::manager::{self, NetworkEvent};
+use lexican_runtime::object::Direction;
+use lexican_runtime::procedure::BootError;
+use lexican_runtime::wire::emcy::Emergency;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{CobId, NodeId};
+use lexican_toolbox::decode::content;
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
+
+use crate::model::Machine;
+use crate::wire::active;
+
+/// Something that has happened to a machine. `Display` is a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// The name of the node, or its node-ID if the file has none for it; `None` for what concerns all.
+    pub node: Option<String>,
+    /// What has happened.
+    pub what: What,
+}
+
+/// What has happened.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum What {
+    /// The node has sent its boot-up message: it was reset, or its power has come.
+    BootedUp,
+    /// It has been checked, configured and started, for the first time or again.
+    Booted,
+    /// It cannot be booted.
+    Failed(BootError),
+    /// All mandatory nodes have booted.
+    Ready,
+    /// Not all mandatory nodes have booted in time.
+    BootTimeElapsed,
+    /// It is in another state.
+    State(NmtState),
+    /// Its heartbeat, or its answers to guarding, are missing.
+    Lost,
+    /// It boots again and again, or is lost again and again.
+    BootLoop,
+    /// It reports an error, or the end of one.
+    Emergency(Emergency),
+    /// It has sent a PDO, with these values.
+    Pdo(Vec<ValueReport>),
+    /// The bus is in another state.
+    Bus(BusState),
+    /// This many frames, or events, are missing here: this program was too slow.
+    Missed(u64),
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(node) = &self.node {
+            write!(f, "{node}: ")?;
+        }
+        match &self.what {
+            What::BootedUp => f.write_str("boot-up"),
+            What::Booted => f.write_str("has booted"),
+            What::Failed(error) => write!(f, "{error}"),
+            What::Ready => f.write_str("the machine is ready"),
+            What::BootTimeElapsed => f.write_str("the boot time is over"),
+            What::State(state) => write!(f, "{state}"),
+            What::Lost => f.write_str("is lost"),
+            What::BootLoop => f.write_str("boots again and again, or is lost each time; from now on with a pause"),
+            What::Emergency(Emergency { code, register, .. }) => {
+                write!(f, "EMCY {code}, error register = {:02X}h", register.0)
+            }
+            What::Pdo(values) => f.write_str(&values.iter().map(ValueReport::brief).collect::<Vec<_>>().join(", ")),
+            What::Bus(state) => write!(f, "the bus is {state}"),
+            What::Missed(number) => write!(f, "{number} frames or events are missing"),
+        }
+    }
+}
+
+/// Which node sends which PDO, and what is in it.
+pub(super) type Pdos = BTreeMap<CobId, (usize, Vec<model::Mapped>)>;
+
+impl Machine {
+    pub(super) fn pdos(&self) -> Pdos {
+        let sent =
+            |at: usize| active(&self.nodes[at], Direction::Transmit).into_iter().map(move |sent| (at, sent.state));
+        let row = |(at, state): (usize, lexican_toolbox::pdo::PdoState)| {
+            let mapped = state.mapping.iter().map(|it| model::Mapped {
+                index: it.address.index(),
+                sub: it.address.sub(),
+                bits: it.bits,
+            });
+            (state.cob_id.id(), (at, mapped.collect()))
+        };
+        (0..self.nodes.len()).flat_map(sent).map(row).collect()
+    }
+
+    /// An event by name; `None` of what no user of a machine waits for.
+    pub(super) fn named(&self, pdos: &Pdos, event: shell::Event) -> Option<Event> {
+        let of = |node: NodeId, what| Some(Event { node: Some(self.name_of(node)), what });
+        let of_all = |what| Some(Event { node: None, what });
+        match event {
+            shell::Event::Bus(state) => of_all(What::Bus(state)),
+            shell::Event::Gap(frames) => of_all(What::Missed(frames.into())),
+            shell::Event::Manager(event) => match event {
+                manager::Event::BootedUp { node } => of(node, What::BootedUp),
+                manager::Event::Lost { node } => of(node, What::Lost),
+                manager::Event::Emergency { node, emergency } => of(node, What::Emergency(emergency)),
+                manager::Event::Pdo { frame, .. } => {
+                    let (at, mapping) = pdos.get(&frame.id())?;
+                    let node = &self.nodes[*at];
+                    let values = content(&mut DeviceValues::new(node.device()?), mapping, frame.data());
+                    Some(Event { node: Some(node.name.value.clone()), what: What::Pdo(values) })
+                }
+                manager::Event::Network(event) => match event {
+                    NetworkEvent::Booted(node) => of(node, What::Booted),
+                    NetworkEvent::Failed { node, error, .. } => of(node, What::Failed(error)),
+                    NetworkEvent::Ready => of_all(What::Ready),
+                    NetworkEvent::BootTimeElapsed => of_all(What::BootTimeElapsed),
+                    NetworkEvent::StateChanged { node, state } => of(node, What::State(state)),
+                    NetworkEvent::Lost { node, .. } => of(node, What::Lost),
+                    NetworkEvent::BootLoop(node) => of(node, What::BootLoop),
+                    // It is said by the manager's event.
+                    NetworkEvent::BootedUp(_) => None,
+                },
+                _ => None,
+            },
+        }
+    }
+
+    fn name_of(&self, id: NodeId) -> String {
+        let node = self.nodes.iter().find(|node| node.id == Some(id));
+        node.map_or_else(|| id.to_string(), |node| node.name.value.clone())
+    }
+}

@@ -1,0 +1,376 @@
+//! A machine for programs on tokio.
+
+use std::fmt;
+use std::future::{Future, poll_fn};
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::Poll;
+
+use lexican_driver::{Any, Description, DriveContext};
+use lexican_eds::model::Device;
+use lexican_runtime::host::Link;
+use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
+use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
+use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, prepare};
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::lookup::resolve;
+use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::values::wire::{encode, parse_padded, written};
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::{RecvError, TryRecvError};
+
+use super::event::Pdos;
+use super::{Event, MachineError, What};
+use crate::model;
+
+/// The time within which the mandatory nodes must boot, unless the file has another one.
+const BOOT_TIME: Duration = Duration::from_secs(10);
+
+/// A machine on its bus. Clones are the same machine; it ends with the last of them and of what it has given.
+#[derive(Clone)]
+pub struct Machine {
+    file: Arc<model::Machine>,
+    network: Network,
+    /// From then on its nodes are watched, and its drives watch it.
+    is_booted: Arc<AtomicBool>,
+}
+
+impl Machine {
+    /// The machine of a file, on the bus that the file names; `machine.toml#left` of one that has several. Nothing is sent.
+    ///
+    /// # Panics
+    ///
+    /// Outside a tokio runtime.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
+        let file = model::Machine::of_bus(path.as_ref())?;
+        Machine::over(file.link()?, file)
+    }
+
+    /// A machine on another bus: one that is simulated.
+    ///
+    /// # Panics
+    ///
+    /// Outside a tokio runtime.
+    pub fn over(link: impl Link + Send + 'static, file: model::Machine) -> Result<Self, MachineError> {
+        let file = file.sound()?.into_bus(None)?;
+        Ok(Machine::on(Network::spawn(link)?, file))
+    }
+
+    pub(super) fn on(network: Network, file: model::Machine) -> Self {
+        Machine { file: Arc::new(file), network, is_booted: Arc::default() }
+    }
+
+    /// What its file says.
+    #[must_use]
+    pub fn file(&self) -> &model::Machine {
+        &self.file
+    }
+
+    /// Its network, for all else.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Boots the machine as planned (CiA 302-2): checks, configures, watches and starts its nodes, and keeps them up from now on. A
+    /// node that is lost, or comes back, is booted again. What happens is among the [`events`](Machine::events).
+    pub async fn boot(&self) -> Result<(), MachineError> {
+        let bus = &self.file.bus;
+        let file = Arc::clone(&self.file);
+        self.network.with_manager(move |manager, now| file.produce(manager, now)).await?;
+        self.is_booted.store(true, Ordering::Relaxed);
+        let (plan, within) = (self.file.boot_plan(), bus.boot_time.unwrap_or(BOOT_TIME));
+        Ok(self.network.boot(plan, within, |_| {}).await?)
+    }
+
+    /// What happens to all its nodes from now on: the last 1024 events wait until they are taken.
+    #[must_use]
+    pub fn events(&self) -> Events {
+        Events { receiver: self.network.events(), pdos: self.file.pdos(), file: Arc::clone(&self.file) }
+    }
+
+    /// The node of this name.
+    pub fn node(&self, name: &str) -> Result<Node, MachineError> {
+        let at = self.file.place(name)?;
+        let id = self.file.nodes[at].id.ok_or_else(|| self.file.nodes[at].lacks("node-ID: it gets one by LSS"))?;
+        Ok(Node { machine: self.clone(), at, id })
+    }
+
+    /// The drive of this name. Where it can notice that this program is gone, that is armed, unless the machine has booted and its
+    /// file has the drive guarded, or watch the manager's heartbeat.
+    pub async fn drive(&self, name: &str) -> Result<Drive, MachineError> {
+        use lexican_driver::tokio::Drive as Driver;
+        let node = self.node(name)?;
+        let description = node.description()?;
+        let it = node.stated();
+        let watches = it.protection != Some(Duration::ZERO)
+            && self.file.bus.heartbeat.is_some()
+            && it.device().is_some_and(|device| device.entry(cia301::CONSUMER_HEARTBEAT_TIME, 1).is_some());
+        let (network, id) = (self.network.clone(), node.id);
+        let drive = match self.is_booted.load(Ordering::Relaxed) && (it.guarding.is_some() || watches) {
+            true => Driver::connect_described_unprotected(network, id, description).await?,
+            false => Driver::connect_described(network, id, description).await?,
+        };
+        Ok(Drive { drive, node })
+    }
+}
+
+impl fmt::Debug for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let nodes: Vec<_> = self.file.nodes.iter().map(|node| node.name.as_str()).collect();
+        f.debug_struct("Machine").field("nodes", &nodes).finish_non_exhaustive()
+    }
+}
+
+/// What happens to the nodes of a machine. Made by [`Machine::events`].
+pub struct Events {
+    receiver: Receiver<NetworkEvent>,
+    pdos: Pdos,
+    file: Arc<model::Machine>,
+}
+
+impl Events {
+    /// Waits for the next event; `None` when the bus is gone.
+    pub async fn next(&mut self) -> Option<Event> {
+        loop {
+            let event = match self.receiver.recv().await {
+                Ok(event) => self.file.named(&self.pdos, event),
+                Err(RecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
+                Err(RecvError::Closed) => return None,
+            };
+            if event.is_some() {
+                return event;
+            }
+        }
+    }
+
+    /// The next event that has come already.
+    pub fn take(&mut self) -> Option<Event> {
+        loop {
+            let event = match self.receiver.try_recv() {
+                Ok(event) => self.file.named(&self.pdos, event),
+                Err(TryRecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
+                Err(TryRecvError::Empty | TryRecvError::Closed) => return None,
+            };
+            if event.is_some() {
+                return event;
+            }
+        }
+    }
+}
+
+/// A node of a machine. Made by [`Machine::node`].
+#[derive(Clone, Debug)]
+pub struct Node {
+    machine: Machine,
+    at: usize,
+    id: NodeId,
+}
+
+impl Node {
+    /// Its node-ID.
+    #[must_use]
+    pub fn id(&self) -> NodeId {
+        self.id
+    }
+
+    /// What its file says of it.
+    #[must_use]
+    pub fn stated(&self) -> &model::Node {
+        &self.machine.file.nodes[self.at]
+    }
+
+    /// Reads an object by its handle.
+    pub async fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, MachineError> {
+        self.machine.network.read(self.id, object).await.map_err(|error| self.stated().access(error))
+    }
+
+    /// Writes an object by its handle.
+    pub async fn write<T: Value, A: Writable, M, D>(
+        &self,
+        object: Object<T, A, M, D>,
+        value: T,
+    ) -> Result<(), MachineError> {
+        self.machine.network.write(self.id, object, value).await.map_err(|error| self.stated().access(error))
+    }
+
+    /// Reads an object by name: "position actual value", `6064`, "Motor Parameter Set/v-Pos".
+    pub async fn get(&self, object: &str) -> Result<ValueReport, MachineError> {
+        let (values, address) = self.found(object).await?;
+        Ok(ValueReport::of_bytes(Some(&values), address, &self.bytes(address).await?))
+    }
+
+    /// Writes an object by name, with a value and its unit: "2.5 mm", "profile velocity".
+    pub async fn set(&self, object: &str, value: &str) -> Result<(), MachineError> {
+        let (values, address) = self.found(object).await?;
+        let it = self.stated();
+        let entry = values.entry(address).ok_or_else(|| it.wrong(format_args!("the data sheet has no {address}")))?;
+        let value = values.parse(entry, value).map_err(|error| it.wrong(format_args!("{address}: {error}")))?;
+        values.check_write(entry, &value, self.id).map_err(|error| it.wrong(format_args!("{address}: {error}")))?;
+        let data = encode(entry.data_type, &value)
+            .ok_or_else(|| it.wrong(format_args!("{address}: the value is no {}", entry.data_type)))?;
+        let data = written(it.device(), data);
+        self.machine.network.write_bytes(self.id, address, &data).await.map_err(|error| it.access(error))
+    }
+
+    /// An object by its name, and the values on which its unit and limits depend.
+    async fn found(&self, object: &str) -> Result<(DeviceValues<'_>, Address), MachineError> {
+        let device = self.device()?;
+        let address = resolve(Some(device), object)
+            .map_err(|error| MachineError::Object { node: self.stated().name.value.clone(), error })?;
+        let mut values = DeviceValues::new(device);
+        self.read_conditions([address], &mut values).await?;
+        Ok((values, address))
+    }
+
+    async fn read_conditions(
+        &self,
+        objects: impl IntoIterator<Item = Address>,
+        values: &mut DeviceValues<'_>,
+    ) -> Result<(), MachineError> {
+        for address in objects {
+            for when in values.entry(address).map(|entry| values.conditions(entry)).unwrap_or_default() {
+                let Some(entry) = values.entry(when).filter(|_| values.seen(when).is_none()) else { continue };
+                let bytes = self.bytes(when).await?;
+                parse_padded(entry.data_type, &bytes).iter().for_each(|value| values.set(when, value));
+            }
+        }
+        Ok(())
+    }
+
+    async fn bytes(&self, address: Address) -> Result<Vec<u8>, MachineError> {
+        self.machine.network.read_bytes(self.id, address).await.map_err(|error| self.stated().access(error))
+    }
+
+    fn device(&self) -> Result<&Device, MachineError> {
+        self.stated().device().ok_or_else(|| self.stated().lacks("data sheet"))
+    }
+
+    fn description(&self) -> Result<&'static Description, MachineError> {
+        let it = self.stated();
+        let sheet = it.sheet.as_ref().ok_or_else(|| it.lacks("data sheet"))?;
+        describe(&sheet.input).map_err(|error| MachineError::NotADrive { node: it.name.value.clone(), error })
+    }
+
+    /// Positions and velocities of a drive by their units, which depend on how it is set.
+    async fn scales(&self) -> Result<Scales<'_>, MachineError> {
+        let mut scales = Scales::new(self.device()?, self.description()?);
+        let objects: Vec<_> = scales.objects().collect();
+        self.read_conditions(objects, scales.values()).await?;
+        Ok(scales)
+    }
+}
+
+/// A drive of a machine. It is [the driver's](lexican_driver::tokio::Drive), whose methods take positions as the drive counts them;
+/// those here take them as people write them.
+///
+/// One that is dropped while it may be moving is sent a stop, and standard error says so.
+pub struct Drive {
+    drive: lexican_driver::tokio::Drive<Any>,
+    node: Node,
+}
+
+impl Drive {
+    /// The node that it is.
+    #[must_use]
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// A position as the drive counts it: "120 mm".
+    pub async fn counts(&self, position: &str) -> Result<i32, MachineError> {
+        let scales = self.node.scales().await?;
+        scales.parse_position(position).map_err(|error| self.node.stated().wrong(error))
+    }
+
+    /// Travels to a position, and waits for the end: "120 mm".
+    pub async fn move_to(&mut self, position: &str) -> Result<Ending, MachineError> {
+        let target = self.counts(position).await?;
+        self.carry_out(Order::MoveTo(target), None).await
+    }
+
+    /// Starts to travel; [`finish`](lexican_driver::tokio::Drive::finish) waits for the end.
+    pub async fn start_moving_to(&mut self, position: &str) -> Result<(), MachineError> {
+        let target = self.counts(position).await?;
+        self.drive.run(async |context: DriveContext| prepare(&context, Order::MoveTo(target)).await).await?;
+        Ok(self.drive.start_moving_to(target).await?)
+    }
+
+    /// Runs at a velocity for a time, and stops: "60 rpm".
+    pub async fn run_at(&mut self, velocity: &str, lasting: Duration) -> Result<Ending, MachineError> {
+        let velocity = self.node.scales().await?.parse_velocity(velocity);
+        let velocity = velocity.map_err(|error| self.node.stated().wrong(error))?;
+        self.carry_out(Order::Run(velocity), Some(lasting)).await
+    }
+
+    /// Carries an order out: its mode is set, it is checked before anything moves, and a drive that stalls or is late is stopped.
+    pub async fn carry_out(&mut self, order: Order, lasting: Option<Duration>) -> Result<Ending, MachineError> {
+        let carry_out = async |context: DriveContext| {
+            let times = Times { within: context.patience(), lasting };
+            carry_out(&context, order, times, &mut |_| {}, &mut |_| None).await
+        };
+        Ok(self.drive.run(carry_out).await?)
+    }
+}
+
+impl Deref for Drive {
+    type Target = lexican_driver::tokio::Drive<Any>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.drive
+    }
+}
+
+impl DerefMut for Drive {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.drive
+    }
+}
+
+impl fmt::Debug for Drive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.drive.fmt(f)
+    }
+}
+
+/// Has several drives travel at once, and waits until all have reached their positions. When one has not, all others are stopped.
+pub async fn move_together(orders: &mut [(&mut Drive, &str)]) -> Result<(), MachineError> {
+    let travel = async |drive: &mut Drive, position: &str| match drive.move_to(position).await? {
+        ending if ending.is_success() => Ok(()),
+        ending => Err(MachineError::Together { node: drive.node.stated().name.value.clone(), ending }),
+    };
+    let ended = all_or_none(orders.iter_mut().map(|(drive, position)| travel(drive, position))).await;
+    if ended.is_err() {
+        stop_all(orders.iter_mut().map(|(drive, _)| &mut **drive)).await?;
+    }
+    ended
+}
+
+/// Stops drives at once.
+pub(super) async fn stop_all(drives: impl Iterator<Item = &mut Drive>) -> Result<(), MachineError> {
+    all_or_none(drives.map(async |drive| Ok(drive.drive.stop().await?))).await
+}
+
+/// Waits for all futures, or until one fails.
+async fn all_or_none<F: Future<Output = Result<(), MachineError>>>(
+    futures: impl Iterator<Item = F>,
+) -> Result<(), MachineError> {
+    let mut futures: Vec<Pin<Box<F>>> = futures.map(Box::pin).collect();
+    poll_fn(|context| {
+        let mut failed = None;
+        futures.retain_mut(|future| match (&failed, future.as_mut().poll(context)) {
+            (None, Poll::Ready(Err(error))) => failed.insert(error).to_string().is_empty(),
+            (_, polled) => polled.is_pending(),
+        });
+        match failed {
+            Some(error) => Poll::Ready(Err(error)),
+            None if futures.is_empty() => Poll::Ready(Ok(())),
+            None => Poll::Pending,
+        }
+    })
+    .await
+}

@@ -1,0 +1,227 @@
+//! A machine at work in both shells, on simulated devices in virtual time.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_eds::Source;
+use lexican_machine::{Files, Machine, MachineError, What, blocking, tokio as asynchronous};
+use lexican_runtime::host::{Link, Pace, VirtualBus, VirtualLink};
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::{Duration, NodeId};
+use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
+use lexican_toolbox::drive::Ending;
+
+const MACHINE: &str = r#"
+[bus]
+manager = 127
+heartbeat = "100 ms"                     # the lift watches it
+
+[node.feeder]
+id = 5
+sheet = "siko/ag03-1"
+guarding = "100 ms"
+settings = { "spindle pitch" = "4.00 mm" }
+
+[node.lift]
+id = 6
+sheet = "kollmorgen/akd"
+heartbeat = "100 ms"
+optional = true
+tpdo.3 = { inhibit = "20 ms" }
+tpdo.4 = { inhibit = "20 ms" }
+
+[wire]
+"feeder.statusword" = "manager"
+"#;
+
+/// The devices of the machine, and what happens to them.
+#[derive(Clone)]
+struct Devices {
+    bus: VirtualBus,
+    segment: Arc<Mutex<Segment<SimulatedDevice>>>,
+}
+
+impl Devices {
+    fn new() -> (Machine, VirtualLink, Devices) {
+        let machine = Machine::parse(Source::new("machine.toml", MACHINE), Files::Embedded(&[]));
+        assert!(!machine.findings.has_errors(), "{}", machine.findings.render(&machine.input));
+        let bus = VirtualBus::with_bit_rate(500);
+        let segment = Plant::of_machine(&machine).unwrap().segment(bus.now()).unwrap();
+        let segment = Arc::new(Mutex::new(segment));
+        bus.attach(Arc::clone(&segment));
+        (machine, bus.link(), Devices { bus, segment })
+    }
+
+    fn upset(&self, node: &str, line: &str) {
+        let now = self.bus.now();
+        let mut segment = self.segment.lock().unwrap();
+        let device = segment.nodes_mut().find(|device| device.is_called(node)).unwrap();
+        device.carry_out(now, &command::parse(line).unwrap().unwrap()).unwrap();
+    }
+
+    fn get(&self, node: &str, object: &str) -> String {
+        let now = self.bus.now();
+        let mut segment = self.segment.lock().unwrap();
+        let device = segment.nodes_mut().find(|device| device.is_called(node)).unwrap();
+        device.carry_out(now, &command::parse(&format!("get {object}")).unwrap().unwrap()).unwrap()
+    }
+}
+
+/// What is said of nodes until something is said.
+fn until(events: &mut blocking::Events, last: &str) -> Vec<String> {
+    let mut said = Vec::new();
+    while !said.iter().any(|line: &String| line.starts_with(last)) {
+        let event = events.next(Duration::from_secs(5)).unwrap();
+        said.push(event.unwrap_or_else(|| panic!("no {last:?} after {said:#?}")).to_string());
+    }
+    said
+}
+
+/// Find, boot, map, read and write typed, two axes at once, EMCY, a lost heartbeat, and back.
+#[test]
+fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
+    let (file, link, devices) = Devices::new();
+    let machine = blocking::Machine::over(link, file)?;
+    let mut events = machine.events();
+    machine.boot()?;
+    until(&mut events, "feeder: Statusword = ");
+    let io = machine.node("feeder")?;
+    io.set("position window", "0.05 mm")?;
+    io.write(siko_ag03_1::od::POSITION_WINDOW, siko_ag03_1::od::PositionWindow(3))?;
+    assert_eq!(io.get("position window")?.text(), "0.03 mm");
+    let (mut feeder, mut lift) = (machine.drive("feeder")?, machine.drive("lift")?);
+    feeder.enable()?;
+    lift.enable()?;
+    feeder.start_moving_to("12 mm")?;
+    lift.start_moving_to("60000")?;
+    assert_eq!(Ending::from(lift.finish()?), Ending::Reached);
+    assert_ne!(io.get("position actual value")?.text(), "+12.00 mm", "both were under way");
+    assert_eq!(Ending::from(feeder.finish()?), Ending::Reached);
+    assert_eq!(io.get("position actual value")?.text(), "+12.00 mm");
+    machine.move_together(&mut [(&mut feeder, "0 mm"), (&mut lift, "0")])?;
+    devices.upset("lift", "fault = 0x4310");
+    until(&mut events, "lift: EMCY 4310h");
+    devices.upset("lift", "power off");
+    until(&mut events, "lift: is lost");
+    devices.upset("lift", "power on");
+    let said = until(&mut events, "lift: has booted");
+    assert!(said.contains(&"lift: boot-up".to_owned()), "{said:#?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "current_thread")]
+async fn the_whole_job_on_tokio() -> Result<(), MachineError> {
+    let (file, link, devices) = Devices::new();
+    let machine = asynchronous::Machine::over(link, file)?;
+    let mut events = machine.events();
+    machine.boot().await?;
+    let io = machine.node("feeder")?;
+    io.set("position window", "0.05 mm").await?;
+    assert_eq!(io.read(siko_ag03_1::od::POSITION_WINDOW).await?, siko_ag03_1::od::PositionWindow(5));
+    let (mut feeder, mut lift) = (machine.drive("feeder").await?, machine.drive("lift").await?);
+    feeder.enable().await?;
+    lift.enable().await?;
+    let (fed, lifted) = tokio::join!(feeder.move_to("12 mm"), lift.move_to("60000"));
+    assert_eq!((fed?, lifted?), (Ending::Reached, Ending::Reached));
+    devices.upset("lift", "fault = 0x4310");
+    while !matches!(events.next().await.unwrap().what, What::Emergency(_)) {}
+    devices.upset("lift", "power off");
+    while events.next().await.unwrap().what != What::Lost {}
+    devices.upset("lift", "power on");
+    while events.next().await.unwrap().what != What::Booted {}
+    Ok(())
+}
+
+#[test]
+fn when_one_of_several_drives_jams_the_others_are_stopped() -> Result<(), MachineError> {
+    let (file, link, devices) = Devices::new();
+    let machine = blocking::Machine::over(link, file)?;
+    machine.boot()?;
+    let (mut feeder, mut lift) = (machine.drive("feeder")?, machine.drive("lift")?);
+    feeder.enable()?;
+    lift.enable()?;
+    devices.upset("feeder", "shaft = blocked");
+    let ended = machine.move_together(&mut [(&mut feeder, "12 mm"), (&mut lift, "1000000")]);
+    let said = ended.unwrap_err().to_string();
+    assert!(said.starts_with("feeder: ") && said.ends_with("; all drives that moved with it are stopped"), "{said}");
+    assert_eq!(lift.velocity()?, 0);
+    Ok(())
+}
+
+/// The handle is one of another thread, as a signal's.
+#[test]
+fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
+    let (file, link, _) = Devices::new();
+    let machine = blocking::Machine::over(link, file)?;
+    machine.boot()?;
+    let (mut feeder, mut lift) = (machine.drive("feeder")?, machine.drive("lift")?);
+    feeder.enable()?;
+    lift.enable()?;
+    feeder.start_moving_to("100 mm")?;
+    lift.start_moving_to("10000000")?;
+    let stop = machine.stop_handle();
+    std::thread::spawn(move || stop.stop()).join().unwrap();
+    for drive in [&mut feeder, &mut lift] {
+        let error = drive.finish().unwrap_err();
+        assert!(error.to_string().ends_with("has been stopped"), "{error}");
+        assert_eq!((drive.velocity()?, drive.state()?), (0, State::OperationEnabled));
+    }
+    Ok(())
+}
+
+/// The frames of a stop are on the bus when the machine is gone, though nothing runs it any more.
+#[test]
+fn a_drive_that_is_dropped_on_its_way_is_stopped() -> Result<(), MachineError> {
+    let (file, link, devices) = Devices::new();
+    let mut other = devices.bus.link();
+    {
+        let machine = blocking::Machine::over(link, file)?;
+        machine.boot()?;
+        let mut feeder = machine.drive("feeder")?;
+        feeder.enable()?;
+        feeder.start_moving_to("100 mm")?;
+        machine.pass(Duration::from_secs(1))?;
+        assert_ne!(feeder.velocity()?, 0);
+    }
+    // The life guarding of the machine is over as well: a stop comes long before the drive notices that.
+    let until = devices.bus.now() + Duration::from_millis(250);
+    while other.receive_frame(until).unwrap().is_some() {}
+    assert!(devices.get("feeder", "606C").ends_with("= 0 rev/min"), "{}", devices.get("feeder", "606C"));
+    Ok(())
+}
+
+/// The machine watches and is watched while its program does something else.
+#[test]
+fn between_calls_a_thread_runs_the_machine_in_real_time() -> Result<(), MachineError> {
+    let (file, _, devices) = Devices::new();
+    devices.bus.set_pace(Pace::RealTime);
+    let machine = blocking::Machine::over(devices.bus.link(), file)?;
+    machine.boot()?;
+    let (mut other, mut heard) = (devices.bus.link(), 0);
+    let until = devices.bus.now() + Duration::from_secs(1);
+    while let Some(frame) = other.receive_frame(until).unwrap() {
+        heard += usize::from(frame.id().raw() == 0x77F);
+    }
+    assert!(heard > 2, "{heard} heartbeats of the manager within a second");
+    Ok(())
+}
+
+#[test]
+fn what_a_machine_has_not_is_said_with_what_is_meant() {
+    let (file, link, _) = Devices::new();
+    let machine = blocking::Machine::over(link, file).unwrap();
+    let error = machine.node("feder").unwrap_err().to_string();
+    assert_eq!(error, "machine.toml: there is no node \"feder\"; did you mean `feeder`?");
+    let feeder = machine.node("feeder").unwrap();
+    assert_eq!(feeder.id(), NodeId::literal(5));
+    for (object, value, said) in [
+        ("positon window", "1 mm", "feeder: the data sheet names no object \"positon window\"; did you mean "),
+        ("statusword", "1", "feeder: 6041:00: the data sheet says ro"),
+        ("position window", "1 kg", "feeder: "),
+    ] {
+        let error = feeder.set(object, value).unwrap_err().to_string();
+        assert!(error.starts_with(said), "{error}");
+    }
+    let file = Machine::parse(Source::new("m.toml", "[node.a]\nid = 300"), Files::Embedded(&[]));
+    let error = file.sound().unwrap_err().to_string();
+    assert!(error.contains("m.toml:2:6") && error.starts_with("m.toml cannot be used"), "{error}");
+}
