@@ -2,7 +2,8 @@
 //! and how it is simulated.
 //!
 //! [`Machine::open`] reads it, with a finding for each mistake; [`Machine::writes`] is what is written into each node,
-//! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
+//! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors. With the feature `codegen`,
+//! `generate` makes a typed machine of it in a build script.
 
 mod at;
 mod check;
@@ -10,6 +11,8 @@ mod faults;
 mod file;
 mod files;
 mod format;
+#[cfg(feature = "codegen")]
+mod generate;
 mod model;
 mod nodes;
 mod plan;
@@ -20,6 +23,10 @@ pub use at::At;
 pub use check::Load;
 pub use files::Files;
 pub use format::format;
+#[cfg(feature = "codegen")]
+pub use generate::generate;
+#[cfg(feature = "codegen")]
+pub use lexican_codegen::{Config, Error as BuildError};
 pub use model::{Bus, Fault, Machine, Node, PlannedPdo, Setting, Simulated};
 pub use plan::{Why, Write};
 

@@ -123,7 +123,7 @@ impl Machine {
         plan
     }
 
-    fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
+    pub(crate) fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
         let writes = self.writes(node);
         let steps = writes.iter().map(|write| Step::bytes(write.address, &write.data));
         let configuration = ConciseDcf::to_vec(steps).expect("these are writes");

@@ -2,6 +2,8 @@
 
 mod files;
 mod findings;
+#[cfg(feature = "codegen")]
+mod generate;
 mod joints;
 mod plans;
 
