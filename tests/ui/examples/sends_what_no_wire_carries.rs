@@ -1,5 +1,5 @@
-// error: `Rpdo1` has no field named `target_position`
-// error: available fields are: `controlword`
+// error: has no field named `target_position`
+// error: all struct fields are already assigned
 
 use lexican_runtime::host::{VirtualBus, blocking::Network};
 use lexican_runtime::manager::MachinePdo as _;

@@ -95,7 +95,11 @@ fn boot_a_machine(root: &Path, lexican: &Path, elf: &Path) -> Result<u64, String
     let mut running = board.start()?;
     let bus = format!("slcan:{}?bitrate=500000", running.terminal().display());
     let mut simulation = qemu::in_time(lexican);
-    simulation.args(["simulate", MACHINE, "--bus", &bus]).current_dir(root).stdin(Stdio::null()).stdout(Stdio::null());
+    simulation
+        .args(["simulate", "--json", MACHINE, "--bus", &bus])
+        .current_dir(root)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null());
     let mut simulation = simulation.spawn().map_err(|error| format!("lexican simulate: {error}"))?;
     let ended = running.wait();
     // It has ended already if it has noticed that the board is gone.
