@@ -1,9 +1,11 @@
 //! From the model to text.
 
-use lexican_eds::Diagnostics;
 use lexican_eds::model::Device;
+use lexican_eds::{Diagnostics, Span};
 
+use crate::name::Case;
 use crate::options::Options;
+use crate::scope::{self, Claim};
 use crate::{defined, emit, plan, standard};
 
 /// Generated code and findings.
@@ -27,10 +29,32 @@ pub fn compile(device: &Device, options: &Options) -> Output {
         diagnostics.extend(findings);
         drive
     });
+    planned(device, diagnostics, |plan| emit::emit(plan, drive.as_ref(), options))
+}
+
+/// Generates the structs of a device's PDOs alone, for a module inside of that with the rest, of which it has the types:
+/// nodes of one data sheet have different PDOs.
+///
+/// # Panics
+///
+/// As [`compile`].
+#[must_use]
+pub fn compile_pdos(device: &Device, options: &Options) -> Output {
+    planned(device, Diagnostics::default(), |plan| emit::emit_pdos(plan, options))
+}
+
+fn planned(device: &Device, mut diagnostics: Diagnostics, emit: impl FnOnce(&plan::Plan<'_>) -> String) -> Output {
     let mut device = standard::complete(device);
     defined::resolve(&mut device);
-    let plan = plan::Plan::new(&device, &mut diagnostics);
-    let code = emit::emit(&plan, drive.as_ref(), options);
+    let code = emit(&plan::Plan::new(&device, &mut diagnostics));
     diagnostics.finish();
     Output { code, diagnostics }
+}
+
+/// The identifiers of modules by these names: no two are equal, and none is in `reserved`.
+#[must_use]
+pub fn module_names(names: &[&str], reserved: &[&str]) -> Vec<String> {
+    let claim = |name: &&str| Claim::new(name, Case::Snake, "x".into(), Span::default());
+    let claims: Vec<Claim> = names.iter().map(claim).collect();
+    scope::resolve("module", reserved, &claims, &mut Diagnostics::default())
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostic, Input, Severity, Source, drive, library, rules, text};
+use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, Source, drive, library, rules, text};
 
 use crate::compile::compile;
 use crate::error::Error;
@@ -150,16 +150,7 @@ impl Config {
         if self.sheets.is_empty() {
             return Err(Error::NoDataSheet);
         }
-        if !name::is_path(&self.options.runtime_path) {
-            return Err(Error::RuntimePath(self.options.runtime_path));
-        }
-        if let Some(Rule { code, .. }) = self.rules.iter().find(|rule| !codes().any(|code| code == rule.code)) {
-            return Err(Error::UnknownCode { code: code.clone(), near: near(code, codes()) });
-        }
-        let out_dir = self.out_dir.or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)?;
-        // Without any such line Cargo would watch every file of the package. The script itself it always does, under
-        // whatever name; a name that is not there would have it run every time.
-        println!("cargo:rerun-if-changed=Cargo.toml");
+        let out_dir = self.begin()?;
         let mut files: Vec<(String, String)> = Vec::new();
         let mut warnings = Vec::new();
         for sheet in &self.sheets {
@@ -171,10 +162,37 @@ impl Config {
             warnings.push(Warnings { report: out_dir.join(format!("{name}.findings.txt")), findings, input });
             files.push((name, code));
         }
-        files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))?;
-        warnings.iter().try_for_each(Warnings::show)?;
-        announce(files.into_iter().map(|(name, _)| name));
-        Ok(())
+        finish(&out_dir, files, &warnings)
+    }
+
+    /// Writes what another generator makes of a file, as [`generate`](Config::generate) writes what it makes of a data
+    /// sheet: an error among the findings is one of the build, a warning is shown, and `include_od!(name)` includes it.
+    pub fn emit(
+        self,
+        name: &str,
+        input: Input,
+        mut findings: Diagnostics,
+        code: impl FnOnce(&Options) -> String,
+    ) -> Result<(), Error> {
+        let out_dir = self.begin()?;
+        self.rules.iter().for_each(|rule| findings.set_severity(&rule.code, rule.severity));
+        let findings = without_errors(&findings, &input, "")?;
+        let warnings = Warnings { report: out_dir.join(format!("{name}.findings.txt")), findings, input };
+        finish(&out_dir, vec![(name.to_owned(), code(&self.options))], &[warnings])
+    }
+
+    /// Checks what was set; the folder to write to.
+    fn begin(&self) -> Result<PathBuf, Error> {
+        if !name::is_path(&self.options.runtime_path) {
+            return Err(Error::RuntimePath(self.options.runtime_path.clone()));
+        }
+        if let Some(Rule { code, .. }) = self.rules.iter().find(|rule| !codes().any(|code| code == rule.code)) {
+            return Err(Error::UnknownCode { code: code.clone(), near: near(code, codes()) });
+        }
+        // Without any such line Cargo would watch every file of the package. The script itself it always does, under
+        // whatever name; a name that is not there would have it run every time.
+        println!("cargo:rerun-if-changed=Cargo.toml");
+        self.out_dir.clone().or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)
     }
 
     fn sheet(mut self, origin: Origin) -> Self {
@@ -226,21 +244,34 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<(String,
     for rule in rules {
         findings.set_severity(&rule.code, rule.severity);
     }
+    let warnings = without_errors(&findings, input, " in the data sheet")?;
+    if device.objects.is_empty() {
+        let summary = format!("{}: there is no object in it; nothing was generated", input.eds.name());
+        return Err(Error::Findings { summary, report: findings.render(input) });
+    }
+    Ok((output.code, warnings))
+}
+
+/// The warnings, if there is no error.
+fn without_errors(findings: &Diagnostics, input: &Input, place: &str) -> Result<Vec<Diagnostic>, Error> {
     if findings.has_errors() {
         let errors = findings.count(Severity::Error);
         let summary = format!(
-            "{}: {errors} {} in the data sheet; nothing was generated",
+            "{}: {errors} {}{place}; nothing was generated",
             input.eds.name(),
             if errors == 1 { "error" } else { "errors" }
         );
         return Err(Error::Findings { summary, report: findings.render(input) });
     }
-    if device.objects.is_empty() {
-        let summary = format!("{}: there is no object in it; nothing was generated", input.eds.name());
-        return Err(Error::Findings { summary, report: findings.render(input) });
-    }
-    let warnings = findings.iter().filter(|finding| finding.severity == Severity::Warning);
-    Ok((output.code, warnings.cloned().collect()))
+    Ok(findings.iter().filter(|finding| finding.severity == Severity::Warning).cloned().collect())
+}
+
+/// Writes the files, shows the warnings.
+fn finish(out_dir: &Path, files: Vec<(String, String)>, warnings: &[Warnings]) -> Result<(), Error> {
+    files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))?;
+    warnings.iter().try_for_each(Warnings::show)?;
+    announce(files.into_iter().map(|(name, _)| name));
+    Ok(())
 }
 
 /// Lets `include_od!` say which names there are: those of all calls of a build script.

@@ -35,7 +35,7 @@ mod plan;
 mod scope;
 mod standard;
 
-pub use compile::{Output, compile};
+pub use compile::{Output, compile, compile_pdos, module_names};
 pub use config::Config;
 pub use error::Error;
 pub use findings::FINDINGS;

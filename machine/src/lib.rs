@@ -5,6 +5,7 @@
 //! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
 //! [`Machine::dcf`], [`Machine::database`], [`Machine::page`] and others are what other tools and people take of it. A [`Draft`] is the
 //! file of a machine that is there already, as it was [`Found`] on its bus, or described by a [`BusYml`].
+//! With the feature `codegen`, `generate` makes a typed machine of it in a build script.
 
 mod at;
 mod bench;
@@ -16,6 +17,8 @@ mod faults;
 mod file;
 mod files;
 mod format;
+#[cfg(feature = "codegen")]
+mod generate;
 mod model;
 mod nodes;
 mod plan;
@@ -30,6 +33,10 @@ pub use check::Load;
 pub use draft::{Draft, Found};
 pub use files::Files;
 pub use format::format;
+#[cfg(feature = "codegen")]
+pub use generate::generate;
+#[cfg(feature = "codegen")]
+pub use lexican_codegen::{Config, Error as BuildError};
 pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
 #[cfg(feature = "shells")]

@@ -141,6 +141,12 @@ impl Running {
         sent.unwrap_or(Ok(())).map_err(|error| format!("{}: {error}", self.terminal.display()))
     }
 
+    /// Waits until the program ends itself.
+    pub(crate) fn wait(&mut self) -> Result<(), String> {
+        let ended = self.child.wait().map_err(|error| format!("{QEMU}: {error}"))?;
+        if ended.success() { Ok(()) } else { Err(format!("{QEMU}: {ended} (124: not done in time)")) }
+    }
+
     /// Cuts the board's power.
     pub(crate) fn stop(&mut self) {
         if matches!(self.child.try_wait(), Ok(None)) {

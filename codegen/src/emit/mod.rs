@@ -28,7 +28,7 @@ pub(crate) fn emit(plan: &Plan<'_>, drive: Option<&Drive>, options: &Options) ->
     facts(&context, options.names, &mut code);
     plan.newtypes.iter().for_each(|newtype| newtype::newtype(&context, newtype, &mut code));
     plan.items.iter().for_each(|item| object::item(&context, item, &mut code));
-    plan.pdos.iter().for_each(|pdo| pdo::pdo(&context, pdo, &mut code));
+    plan.pdos.iter().for_each(|pdo| pdo::pdo(&context, pdo, "mapped by default", &mut code));
     plan.interfaces.iter().for_each(|item| interface::interface(&context, item, &mut code));
     if options.storage {
         tables::device(&context, &mut code);
@@ -39,6 +39,14 @@ pub(crate) fn emit(plan: &Plan<'_>, drive: Option<&Drive>, options: &Options) ->
     if let Some(drive) = drive {
         driver::driver(&context, drive, &mut code);
     }
+    code
+}
+
+/// The PDOs of a plan, for a module inside of that with the plan's other code.
+pub(crate) fn emit_pdos(plan: &Plan<'_>, options: &Options) -> String {
+    let context = Context::new(plan, &options.runtime_path, options.storage);
+    let mut code = String::new();
+    plan.pdos.iter().for_each(|pdo| pdo::pdo(&context, pdo, "the machine maps it", &mut code));
     code
 }
 

@@ -11,7 +11,7 @@ use super::layout::line;
 use super::{docs, literal};
 use crate::plan::{Field, PdoItem};
 
-pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>, code: &mut String) {
+pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>, mapped: &str, code: &mut String) {
     let pdo = item.pdo;
     let direction = if pdo.direction == Direction::Receive { "Receive" } else { "Transmit" };
     let (ident, number) = (&item.ident, pdo.number);
@@ -24,7 +24,7 @@ pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>, code: &mut String) 
     *code += &format!(
         "
 pdo! {{
-    /// {direction} PDO {number}, as mapped by default in {:04X}.
+    /// {direction} PDO {number}, as {mapped} in {:04X}.
     ///
     /// {}
     ///

@@ -6,6 +6,8 @@ mod cantools;
 mod exports;
 mod files;
 mod findings;
+#[cfg(feature = "codegen")]
+mod generate;
 mod joints;
 mod plans;
 mod shells;

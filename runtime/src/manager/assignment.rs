@@ -121,6 +121,13 @@ impl<C> Assignment<C> {
         Assignment { heartbeat: Duration::ZERO, guarding: Some(guarding), plan, ..self }
     }
 
+    /// The same with a configuration that lies elsewhere.
+    pub fn with_configuration<D>(self, configuration: D) -> Assignment<D> {
+        let Assignment { client, mandatory, boots_again, heartbeat, guarding, plan } = self;
+        let plan = plan.with_configuration(configuration);
+        Assignment { client, mandatory, boots_again, heartbeat, guarding, plan }
+    }
+
     /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
     /// entry in 1016h, and [`BootPlan::load`]. A node whose heartbeat is consumed is not guarded. `None` when the node does not belong to the network.
     #[must_use]

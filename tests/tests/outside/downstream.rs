@@ -40,6 +40,11 @@ fn a_drive_takes_no_line_beyond_its_data_sheet() {
 }
 
 #[test]
+fn a_machine_is_typed_and_boots_its_simulation() {
+    check("downstream/machine", &["test"]);
+}
+
+#[test]
 fn every_type_goes_through_a_pdo_at_every_bit() {
     check("downstream/bits", &["test"]);
 }

@@ -22,6 +22,9 @@ fn what_the_data_sheet_forbids_does_not_compile() {
     for name in ["access_and_mapping", "overlay", "data_types", "interfaces"] {
         fs::write(code.join(name).with_extension("rs"), cases::case(name).code()).expect("the code can be written");
     }
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("downstream/machine/machine.toml");
+    let typed = lexican_machine::generate(machine, lexican_machine::Config::new().out_dir(&code));
+    typed.expect("the machine has no mistake");
     let wrong: Vec<String> = examples.iter().filter_map(|example| check(example, &code)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }

@@ -22,6 +22,11 @@ pub mod doors {
     include!(concat!(env!("LEXICAN_CODE"), "/interfaces.rs"));
 }
 
+/// The machine of the downstream crate.
+pub mod machine {
+    include!(concat!(env!("LEXICAN_CODE"), "/machine.rs"));
+}
+
 /// Reads through an interface that has texts for numbers.
 pub fn read_serial<T: Value, A: Readable>(parameter: Parameter<T, A, &'static str>) -> Option<T> {
     parameter.decode(0)

@@ -39,6 +39,10 @@ pub(crate) struct Arguments {
 /// What runs in QEMU.
 const PROGRAM: &str = "firmware-mps2";
 
+/// A manager that runs there, too, and what it boots.
+const MASTER: &str = "master-mps2";
+const MACHINE: &str = "examples/firmware/mps2/machine.toml";
+
 /// A test, and what it shows.
 type Test = (&'static str, fn(&mut Bench<'_>) -> Result<(), String>);
 
@@ -66,6 +70,9 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
     let lexican = outside::lexican(root)?;
     // That it is linked is all that is asked of the other board's.
     build(root, "firmware-stm32")?;
+    let master = build(root, PROGRAM)?.with_file_name(MASTER);
+    println!("test a master boots the machine that the command simulates, and enables its drive");
+    let unused_by_master = boot_a_machine(root, &lexican, &master)?;
     on_bench(root, lexican, |bench| {
         bench.round_trips = arguments.round_trips;
         bench.run(&["eds", "lint", "--strict", EDS])?;
@@ -75,8 +82,38 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
             test(bench).map_err(failed)?;
         }
         let unused_stack = bench.number("2001")?;
-        sizes::run(root, bench.board.elf, unused_stack, arguments.check)
+        let programs = [("device", bench.board.elf, unused_stack), ("master", &master, unused_by_master)];
+        sizes::run(root, &programs, arguments.check)
     })
+}
+
+/// Has the master boot the machine that the command simulates at its UART, until its drive is enabled; how much of its stack
+/// is unused then.
+fn boot_a_machine(root: &Path, lexican: &Path, elf: &Path) -> Result<u64, String> {
+    let folder = outside::empty_folder(root, "firmware-master")?;
+    let board = Board { elf, folder: &folder, icount: None, seconds: 60 };
+    let mut running = board.start()?;
+    let bus = format!("slcan:{}?bitrate=500000", running.terminal().display());
+    let mut simulation = qemu::in_time(lexican);
+    simulation
+        .args(["simulate", "--json", MACHINE, "--bus", &bus])
+        .current_dir(root)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null());
+    let mut simulation = simulation.spawn().map_err(|error| format!("lexican simulate: {error}"))?;
+    let ended = running.wait();
+    // It has ended already if it has noticed that the board is gone.
+    let _ = simulation.kill().and_then(|()| simulation.wait());
+    let failed = |what: &str| format!("the master: {what}{}", board.complaints());
+    ended.map_err(|error| failed(&error))?;
+    let printed = board.printed()?;
+    for node in [5, 7] {
+        if !printed.contains(&format!("node {node} has booted")) {
+            return Err(failed(&format!("node {node} has not booted")));
+        }
+    }
+    let unused = printed.split("feeder is enabled, ").nth(1).and_then(|rest| rest.split(' ').next()?.parse().ok());
+    unused.ok_or_else(|| failed("the drive is not enabled"))
 }
 
 /// Has the conformance test write what it says of the firmware, as JSON. Cases may fail.

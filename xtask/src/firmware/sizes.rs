@@ -16,8 +16,13 @@ const MORE: f64 = 1.03;
 const LESS: f64 = 0.8;
 
 /// Writes the figures; with `check` only compares them.
-pub(super) fn run(root: &Path, elf: &Path, unused_stack: u64, check: bool) -> Result<(), String> {
-    let rows = measure(elf, unused_stack)?;
+///
+/// Of each program: what it is called, its file, and how much of its stack it leaves unused.
+pub(super) fn run(root: &Path, programs: &[(&str, &Path, u64)], check: bool) -> Result<(), String> {
+    let mut rows = Vec::new();
+    for (program, elf, unused_stack) in programs {
+        rows.extend(measure(elf, *unused_stack)?.map(|(what, bytes)| (format!("{program}: {what}"), bytes)));
+    }
     let table: String = rows.iter().map(|(name, bytes)| format!("| {name} | {bytes} |\n")).collect();
     print!("{table}");
     let path = root.join(FIGURES);
@@ -52,8 +57,8 @@ fn measure(path: &Path, unused_stack: u64) -> Result<[(&'static str, u64); 4], S
 }
 
 /// The figures that are written are those of now.
-fn compare(written: &str, rows: &[(&str, u64)]) -> Result<(), String> {
-    let is_near = |(name, bytes): &(&str, u64)| {
+fn compare(written: &str, rows: &[(String, u64)]) -> Result<(), String> {
+    let is_near = |(name, bytes): &(String, u64)| {
         let old = written
             .lines()
             .find_map(|line| line.strip_prefix(&format!("| {name} | "))?.strip_suffix(" |")?.parse().ok());
@@ -69,14 +74,16 @@ fn compare(written: &str, rows: &[(&str, u64)]) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn a_figure_that_is_off_by_more_than_the_tolerance_is_found() {
         let written = "| code | 1000 |\n| constants | 500 |\n";
-        assert_eq!(compare(written, &[("code", 1030), ("constants", 400)]), Ok(()));
-        assert!(compare(written, &[("code", 1031)]).unwrap_err().contains("code takes 1031 bytes"));
-        assert!(compare(written, &[("code", 799)]).is_err());
-        assert!(compare(written, &[("stack", 1)]).is_err());
+        let compare = |rows: &[(&str, u64)]| {
+            let rows: Vec<_> = rows.iter().map(|(name, bytes)| ((*name).to_owned(), *bytes)).collect();
+            super::compare(written, &rows)
+        };
+        assert_eq!(compare(&[("code", 1030), ("constants", 400)]), Ok(()));
+        assert!(compare(&[("code", 1031)]).unwrap_err().contains("code takes 1031 bytes"));
+        assert!(compare(&[("code", 799)]).is_err());
+        assert!(compare(&[("stack", 1)]).is_err());
     }
 }

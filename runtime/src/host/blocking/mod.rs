@@ -40,7 +40,7 @@ use super::pump::{Pump, Turn};
 use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::manager::{Event, Manager, NetworkEvent};
+use crate::manager::{Event, MachinePlan, Manager, NetworkEvent};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::service::sdo_client::{Payload, Scalar};
 use crate::time::{Duration, Instant};
@@ -133,6 +133,21 @@ impl<L: Link> Network<L> {
                 }
             }
         }
+    }
+
+    /// Boots a machine, and keeps it up from now on as [`Network::boot`] does, with its SYNC and its heartbeat.
+    ///
+    /// # Panics
+    ///
+    /// If the machine has more than 127 nodes, which no bus has.
+    pub fn boot_machine<const NODES: usize>(
+        &mut self,
+        machine: &MachinePlan<NODES>,
+        report: impl FnMut(&NetworkEvent),
+    ) -> Result<(), BootNetworkError> {
+        let now = self.now();
+        machine.prepare(now, self.manager()).expect("there is room for all nodes");
+        self.boot(machine.network().expect("there is room for all nodes"), machine.boot_time, report)
     }
 
     /// The network that is kept up: to query its state, and to boot nodes.

@@ -8,6 +8,7 @@ use crate::host::remote_node::remote_nodes;
 use crate::host::settings::Found;
 use crate::host::{AccessError, Link, LinkError, MappedPdo, PdoOptions, Settings};
 use crate::id::NodeId;
+use crate::manager::Shell;
 use crate::object::{
     Address, Array, DeviceModel, Fits, Mapping, Name, Object, PdoDirection, Readable, Value, Values, Writable,
 };
@@ -59,6 +60,17 @@ impl<L: Link> Network<L> {
     /// ```
     pub const fn node<D: DeviceModel>(&mut self, node: NodeId, device: D) -> RemoteNode<'_, L, D> {
         RemoteNode { network: self, node, device }
+    }
+}
+
+impl<L: Link> Shell for Network<L> {
+    type Node<'s, D: DeviceModel>
+        = RemoteNode<'s, L, D>
+    where
+        L: 's;
+
+    fn bind<D: DeviceModel>(&mut self, node: NodeId, device: D) -> RemoteNode<'_, L, D> {
+        self.node(node, device)
     }
 }
 

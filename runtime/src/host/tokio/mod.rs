@@ -56,7 +56,7 @@ use super::bytes::Bytes;
 use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::manager::{self, Manager, NetworkEvent};
+use crate::manager::{self, MachinePlan, Manager, NetworkEvent};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::{NmtCommand, NmtMessage};
@@ -128,6 +128,20 @@ impl Network {
             handle(event);
         }
         Ok(end.map_err(|_| self.closed())??)
+    }
+
+    /// Boots a machine, and keeps it up from now on as [`Network::boot`] does, with its SYNC and its heartbeat.
+    ///
+    /// # Panics
+    ///
+    /// If the machine has more than 127 nodes, which no bus has.
+    pub async fn boot_machine<const NODES: usize>(
+        &self,
+        machine: &'static MachinePlan<NODES>,
+        report: impl FnMut(&NetworkEvent),
+    ) -> Result<(), BootNetworkError> {
+        self.with_manager(|manager, now| machine.prepare(now, manager).expect("there is room for all nodes")).await?;
+        self.boot(machine.network().expect("there is room for all nodes"), machine.boot_time, report).await
     }
 
     /// Reads an object.

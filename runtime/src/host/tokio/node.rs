@@ -8,6 +8,7 @@ use crate::host::remote_node::remote_nodes;
 use crate::host::settings::Found;
 use crate::host::{AccessError, LinkError, MappedPdo, PdoOptions, Settings};
 use crate::id::NodeId;
+use crate::manager::Shell;
 use crate::object::{
     Address, Array, DeviceModel, Fits, Mapping, Name, Object, PdoDirection, Readable, Value, Values, Writable,
 };
@@ -27,6 +28,14 @@ impl Network {
     #[must_use]
     pub fn node<D: DeviceModel>(&self, node: NodeId, device: D) -> RemoteNode<D> {
         RemoteNode { network: self.clone(), node, device }
+    }
+}
+
+impl Shell for Network {
+    type Node<'s, D: DeviceModel> = RemoteNode<D>;
+
+    fn bind<D: DeviceModel>(&mut self, node: NodeId, device: D) -> RemoteNode<D> {
+        self.node(node, device)
     }
 }
 

@@ -44,6 +44,25 @@ pub struct BootPlan<C> {
 }
 
 impl<C> BootPlan<C> {
+    /// The same with a configuration that lies elsewhere.
+    pub fn with_configuration<D>(self, configuration: D) -> BootPlan<D> {
+        let BootPlan { device_type, vendor, product, revision, serial, configured, .. } = self;
+        let BootPlan { or_later, error_control, start, keep_alive, .. } = self;
+        BootPlan {
+            device_type,
+            vendor,
+            product,
+            revision,
+            or_later,
+            serial,
+            configured,
+            configuration,
+            error_control,
+            start,
+            keep_alive,
+        }
+    }
+
     /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
     /// with the node-ID as its sub-index, where 0 means any; 1F80h bit 3, which leaves starting
     /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.

@@ -1,0 +1,3 @@
+fn main() -> Result<(), lexican_machine::BuildError> {
+    lexican_machine::generate("machine.toml", lexican_machine::Config::new())
+}

@@ -1,0 +1,6 @@
+//! A machine, typed.
+#![no_std]
+
+pub mod machine {
+    lexican_runtime::include_od!("machine");
+}
