@@ -69,8 +69,8 @@ impl Command {
         }
     }
 
-    /// Runs it; `whole` is the command with all of them.
-    pub(crate) fn run(self, whole: fn() -> clap::Command) -> Result<Outcome, Failure> {
+    /// Runs it; `shell` is the command with all of them.
+    pub(crate) fn run(self, shell: run::Shell) -> Result<Outcome, Failure> {
         match self {
             Command::Bench(args) => bench::run(&args),
             Command::Eds(command) => command.run(),
@@ -89,7 +89,7 @@ impl Command {
             Command::Flash(args) => flash::run(&args),
             Command::Lss(command) => command.run(),
             Command::Drive(args) => drive::run(&args),
-            Command::Run(args) => run::run(&args),
+            Command::Run(args) => run::run(&args, shell),
             Command::Send(args) => send::frames::run(&args),
             Command::Sync(args) => send::sync::run(&args),
             Command::Time(args) => send::time::run(&args),
@@ -111,7 +111,7 @@ impl Command {
             Command::Chaos(args) => chaos::run(&args),
             Command::Devices => devices::run(),
             Command::Completions(args) => completions::completions(&args),
-            Command::Man(args) => completions::man(&args, whole()),
+            Command::Man(args) => completions::man(&args, (shell.command)()),
         }
     }
 }

@@ -101,8 +101,7 @@ fn main() -> ExitCode {
     #[cfg(feature = "full")]
     completions::answer(Cli::command);
     let args = resolved(std::env::args_os().collect(), &Cli::command());
-    let result = parse(args).unwrap_or_else(|error| error.exit()).run();
-    match result {
+    match carried_out(args) {
         Ok(outcome) => outcome.into(),
         Err(failure) => failure.report(),
     }
@@ -115,25 +114,28 @@ fn resolved(args: Vec<OsString>, cli: &clap::Command) -> Vec<OsString> {
     node_place::settled(args, cli)
 }
 
-fn parse(args: Vec<OsString>) -> Result<Command, clap::Error> {
-    Cli::try_parse_from(args).map(|cli| cli.command)
+fn carried_out(args: Vec<OsString>) -> Result<output::Outcome, output::Failure> {
+    match Cli::try_parse_from(args).unwrap_or_else(|error| error.exit()).command {
+        Command::Demo(args) => demo::run(&args),
+        #[cfg(feature = "full")]
+        Command::Other(command) => command.run(SHELL),
+    }
 }
 
-impl Command {
-    /// What shows before it runs, and not while it is parsed.
-    #[cfg(feature = "full")]
-    fn check(&self) -> Result<(), output::Failure> {
-        match self {
-            Command::Other(command) => command.check(),
-            Command::Demo(_) => Ok(()),
-        }
-    }
+/// What a sequence needs of it.
+#[cfg(feature = "full")]
+const SHELL: run::Shell = run::Shell { command: Cli::command, resolved, check: understood, run: carried_out };
 
-    fn run(self) -> Result<output::Outcome, output::Failure> {
-        match self {
-            Command::Demo(args) => demo::run(&args),
-            #[cfg(feature = "full")]
-            Command::Other(command) => command.run(Cli::command),
+/// Whether arguments are understood; if not, why.
+#[cfg(feature = "full")]
+fn understood(args: Vec<OsString>) -> Result<(), String> {
+    match Cli::try_parse_from(args) {
+        Ok(Cli { command: Command::Other(command), .. }) => command.check().map_err(|failure| failure.to_string()),
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let text = error.to_string();
+            let reason = text.split("\n\nUsage:").next().and_then(|text| text.split("\n\nFor more").next());
+            Err(reason.unwrap_or_default().trim_start_matches("error: ").to_owned())
         }
     }
 }

@@ -9,16 +9,19 @@ use lexican_runtime::host::blocking::Network;
 use lexican_toolbox::node::remote::RemoteNode;
 use lexican_toolbox::parameters::Ended;
 use lexican_toolbox::parameters::archive::{Archive, ArchivedNode, ENDING, LONGEST};
+use lexican_toolbox::parameters::compare::Difference;
 use lexican_toolbox::text::files::read_up_to;
 use lexican_toolbox::text::time_of_day;
 use serde_json::json;
 
-use super::backup::Args;
-use super::compare;
 use super::{Watch, known};
+use crate::bus::{BoxedLink, NetworkArgs};
 use crate::machine::{found, sound_on_bus};
-use crate::output::{Failure, Outcome, note, plural, print_result, warn};
+use crate::output::{Failure, ForceArgs, Outcome, note, plural, print_result, warn};
 use crate::send::time::now;
+
+/// The side of a comparison that is the machine of this folder.
+pub(super) const MACHINE: &str = "machine";
 
 /// Whether a file is the backup of a machine, by its name.
 pub(crate) fn is_archive(path: &Path) -> bool {
@@ -58,12 +61,17 @@ pub(super) fn take<L: Link>(network: &mut Network<L>, machine: &Machine, watch: 
 }
 
 /// Saves the parameters of all nodes of the machine of this folder.
-pub(super) fn backup(args: &Args) -> Result<Outcome, Failure> {
+pub(super) fn backup(
+    network: &NetworkArgs,
+    output: Option<&PathBuf>,
+    force: ForceArgs,
+    as_json: bool,
+) -> Result<Outcome, Failure> {
     let path = found(None)?;
     let machine = sound_on_bus(&path)?;
-    let output = args.output.clone().unwrap_or_else(|| default_name(&machine, &path));
-    args.force.guard(&output, [path.as_path()])?;
-    let mut network = args.network.connect_known(machine.nodes.iter().filter_map(|node| node.id))?;
+    let output = output.cloned().unwrap_or_else(|| default_name(&machine, &path));
+    force.guard(&output, [path.as_path()])?;
+    let mut network = network.connect_known(machine.nodes.iter().filter_map(|node| node.id))?;
     let watch = Watch::new()?;
     let archive = take(&mut network, &machine, &watch)?;
     drop(watch);
@@ -72,7 +80,7 @@ pub(super) fn backup(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new(format_args!("no node of {} can be read: {why}", path.display())));
     }
     let bytes = archive.to_bytes().map_err(|error| Failure::file("write", &output, &error))?;
-    args.force.write(&output, &bytes)?;
+    force.write(&output, &bytes)?;
     let mut outcome = Outcome::Clean;
     for node in &archive.nodes {
         for (address, why) in &node.refused {
@@ -89,7 +97,7 @@ pub(super) fn backup(args: &Args) -> Result<Outcome, Failure> {
             count => format!(", {count} are missing"),
         };
         let text = format!("{} (node {}): {}{missing}", node.name, node.node, plural(kept, "parameter"));
-        print_result(args.json, object, text)?;
+        print_result(as_json, object, text)?;
     }
     for (name, why) in &archive.unread {
         outcome = outcome.max(match machine.node(name).is_some_and(|node| node.optional) {
@@ -100,7 +108,7 @@ pub(super) fn backup(args: &Args) -> Result<Outcome, Failure> {
     }
     let (file, count) = (output.display().to_string(), archive.nodes.len());
     let object = json!({ "event": "summary", "file": file, "nodes": count, "unread": archive.unread });
-    print_result(args.json, object, format_args!("{} in {file}", plural(count, "node")))?;
+    print_result(as_json, object, format_args!("{} in {file}", plural(count, "node")))?;
     Ok(outcome)
 }
 
@@ -123,8 +131,14 @@ pub(crate) fn stamp() -> String {
 }
 
 /// Compares the machine or a backup of it with another one.
-pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure> {
-    let is_live = [&args.a, &args.b].iter().any(|side| *side == compare::MACHINE);
+pub(super) fn compare_machines(
+    [a, b]: [&str; 2],
+    as_json: bool,
+    connect: impl Fn(&Machine) -> Result<Network<BoxedLink>, Failure>,
+    print: impl Fn(&str, &Difference) -> Result<(), Failure>,
+) -> Result<Outcome, Failure> {
+    let (name_a, name_b) = (a, b);
+    let is_live = [a, b].contains(&MACHINE);
     // Without it, the values of two backups have no units.
     let machine = if is_live {
         Some(sound_on_bus(&found(None)?)?)
@@ -136,15 +150,15 @@ pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure>
         if is_archive(name.as_ref()) {
             return read(name.as_ref());
         }
-        if name != compare::MACHINE {
+        if name != MACHINE {
             return Err(Failure::new(format_args!("the backup of a machine cannot be compared with {name}")).help(
                 "with `machine`, or with another backup; of a single node it has the DCF, `tar -xf` takes it out",
             ));
         }
         let machine = machine.as_ref().expect("it is there if a side is the machine");
-        take(&mut args.connect(machine)?, machine, &watch)
+        take(&mut connect(machine)?, machine, &watch)
     };
-    let (a, b) = (side(&args.a)?, side(&args.b)?);
+    let (a, b) = (side(a)?, side(b)?);
     drop(watch);
     let (mut compared, mut count) = (0, 0);
     let names = a.nodes.iter().map(|node| &node.name).chain(a.unread.keys());
@@ -156,12 +170,12 @@ pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure>
         let mut differs = |what: String| {
             count += 1;
             let object = json!({ "event": "difference", "name": name, "text": what });
-            print_result(args.json, object, format_args!("{name}: {what}"))
+            print_result(as_json, object, format_args!("{name}: {what}"))
         };
         match (a.node(name), b.node(name)) {
             (Some(one), Some(other)) => {
                 let node = machine.as_ref().and_then(|machine| machine.node(name));
-                let overlays = node.map_or_else(Vec::new, |node| overlays(node));
+                let overlays = node.map_or_else(Vec::new, overlays);
                 for version in one.other_versions(&other.identity, &other.versions) {
                     differs(version)?;
                 }
@@ -176,15 +190,15 @@ pub(super) fn compare_machines(args: &compare::Args) -> Result<Outcome, Failure>
                     differs(format!("{address}: another content"))?;
                 }
                 count += comparison.differences.len();
-                comparison.differences.iter().try_for_each(|difference| args.print(Some(name), difference))?;
+                comparison.differences.iter().try_for_each(|difference| print(name, difference))?;
             }
-            (_, None) => differs(format!("not in {}: {}", args.b, why(&b, name)))?,
-            (None, _) => differs(format!("not in {}: {}", args.a, why(&a, name)))?,
+            (_, None) => differs(format!("not in {}: {}", name_b, why(&b, name)))?,
+            (None, _) => differs(format!("not in {}: {}", name_a, why(&a, name)))?,
         }
     }
     let verdict = if count == 0 { "the same".to_owned() } else { format!("{count} differ") };
     let object = json!({ "event": "summary", "compared": compared, "differ": count });
-    print_result(args.json, object, format_args!("{} compared, {verdict}", plural(compared, "parameter")))?;
+    print_result(as_json, object, format_args!("{} compared, {verdict}", plural(compared, "parameter")))?;
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }
 

@@ -26,17 +26,17 @@ use crate::output::{Failure, ForceArgs, Outcome, plural, print_result};
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    pub(super) network: NetworkArgs,
+    network: NetworkArgs,
 
     #[arg(value_name = "NODES", help = NODES)]
     nodes: Option<NodeIds>,
 
     /// The DCF to write; {node} in it is the node-ID. For a machine FILE.tar, by default its name and the date
     #[arg(long, short, value_name = "FILE")]
-    pub(super) output: Option<PathBuf>,
+    output: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(super) force: ForceArgs,
+    force: ForceArgs,
 
     /// Also save DOMAINs, which may be long: each in a file beside the DCF, which names it (DownloadFile)
     #[arg(long)]
@@ -47,7 +47,7 @@ pub(crate) struct Args {
 
     /// Print one JSON object per line
     #[arg(long)]
-    pub(super) json: bool,
+    json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -61,7 +61,9 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let output = match &args.output {
         Some(output) if !is_archive(output) => output,
-        _ if args.nodes.is_none() => return archive::backup(args),
+        _ if args.nodes.is_none() => {
+            return archive::backup(&args.network, args.output.as_ref(), args.force, args.json);
+        }
         Some(_) => {
             return Err(Failure::new("a machine is saved as a whole").help("without nodes; of a node: -o FILE.dcf"));
         }

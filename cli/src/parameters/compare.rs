@@ -13,7 +13,7 @@ use lexican_toolbox::parameters::compare::{Difference, Side, compare};
 use lexican_toolbox::values::report::ValueReport;
 use serde_json::{Value as Json, json};
 
-use super::archive::{compare_machines, is_archive};
+use super::archive::{MACHINE, compare_machines, is_archive};
 use super::{LeftOutArgs, Watch, by_reason, known};
 use crate::bus::{BUS, BoxedLink, BusArgs, Nodes, SheetArgs, node_id, url};
 use crate::machine::own_bus;
@@ -40,15 +40,15 @@ pub(crate) struct Args {
 
     /// Print one JSON object per line
     #[arg(long)]
-    pub(super) json: bool,
+    json: bool,
 
     /// The first side: node:5, FILE.dcf, FILE.eds, siko/ag03-1; machine, FILE.tar
     #[arg(value_name = "A")]
-    pub(super) a: String,
+    a: String,
 
     /// The second side
     #[arg(value_name = "B")]
-    pub(super) b: String,
+    b: String,
 }
 
 const EXAMPLES: &str = "\
@@ -58,9 +58,6 @@ Examples:
     lexican compare drive.dcf siko/ag03-1 --json
     lexican compare labeller.tar machine";
 
-/// The side that is the machine of this folder.
-pub(super) const MACHINE: &str = "machine";
-
 /// The node that a side names.
 fn node(side: &str) -> Result<Option<NodeId>, Failure> {
     side.strip_prefix("node:").map(node_id).transpose().map_err(Failure::new)
@@ -68,7 +65,8 @@ fn node(side: &str) -> Result<Option<NodeId>, Failure> {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if [&args.a, &args.b].iter().any(|side| *side == MACHINE || is_archive(side.as_ref())) {
-        return compare_machines(args);
+        let print = |name: &str, difference: &Difference| args.print(Some(name), difference);
+        return compare_machines([&args.a, &args.b], args.json, |machine| args.connect(machine), print);
     }
     let (a, b) = (node(&args.a)?, node(&args.b)?);
     let ids: Vec<_> = a.into_iter().chain(b).collect();
@@ -139,13 +137,13 @@ fn commissioned(device: &Device) -> Option<NodeId> {
 
 impl Args {
     /// The nodes of a machine, on its bus unless another one is named.
-    pub(super) fn connect(&self, machine: &Machine) -> Result<Network<BoxedLink>, Failure> {
+    fn connect(&self, machine: &Machine) -> Result<Network<BoxedLink>, Failure> {
         let bus = self.bus.clone().map_or_else(|| own_bus(machine), Ok)?;
         self.sheet.connect_known(&BusArgs::named(bus), machine.nodes.iter().filter_map(|node| node.id))
     }
 
     /// Prints a difference, of a node if there are several.
-    pub(super) fn print(&self, name: Option<&str>, difference: &Difference) -> Result<(), Failure> {
+    fn print(&self, name: Option<&str>, difference: &Difference) -> Result<(), Failure> {
         let Difference { a, b, .. } = difference;
         let Some(known) = a.as_ref().or(b.as_ref()) else { return Ok(()) };
         let mut stdout = output::stdout();

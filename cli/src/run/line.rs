@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 
-use clap::CommandFactory;
 use lexican_eds::Source;
 use lexican_machine::Machine;
 use lexican_toolbox::drive::describe;
@@ -10,10 +9,21 @@ use lexican_toolbox::drive::describe;
 use super::wait::Wait;
 use crate::bus::BusArgs;
 use crate::node_place::command;
-use crate::output::Failure;
+use crate::output::{Failure, Outcome};
 
 /// What does not end by itself, or opens buses of its own.
 const REFUSED: [&str; 6] = ["run", "bench", "demo", "simulate", "chaos", "completions"];
+
+/// What the whole command does with its arguments.
+#[derive(Clone, Copy)]
+pub(crate) struct Shell {
+    pub(crate) command: fn() -> clap::Command,
+    /// Names of nodes replaced by what the machine says of them.
+    pub(crate) resolved: fn(Vec<OsString>, &clap::Command) -> Vec<OsString>,
+    /// Whether it understands them; if not, why.
+    pub(crate) check: fn(Vec<OsString>) -> Result<(), String>,
+    pub(crate) run: fn(Vec<OsString>) -> Result<Outcome, Failure>,
+}
 
 pub(super) struct Lines {
     pub(super) steps: Vec<Line>,
@@ -38,6 +48,7 @@ impl Lines {
     /// Reads a sequence; all of its mistakes are in the failure.
     pub(super) fn read(
         source: &Source,
+        shell: Shell,
         bus: &BusArgs,
         as_json: bool,
         machine: Option<&Machine>,
@@ -57,7 +68,7 @@ impl Lines {
             {
                 drives.push(who.clone());
             }
-            match Step::of(&words, bus, as_json, machine) {
+            match Step::of(&words, shell, bus, as_json, machine) {
                 Ok(step) => steps.push(Line { number, text: text.to_owned(), step }),
                 Err(why) => wrong += &format!("{}:{number}: {}\n", source.name(), why.trim_end()),
             }
@@ -76,7 +87,7 @@ impl Lines {
         }
         let stop = |who: String| {
             let words = ["drive", &who, "stop"].map(str::to_owned);
-            let step = Step::of(&words, bus, as_json, machine).map_err(Failure::new)?;
+            let step = Step::of(&words, shell, bus, as_json, machine).map_err(Failure::new)?;
             Ok::<_, Failure>((who, step))
         };
         Ok(Lines { steps, stops: drives.into_iter().map(stop).collect::<Result<_, _>>()? })
@@ -84,14 +95,20 @@ impl Lines {
 }
 
 impl Step {
-    fn of(words: &[String], bus: &BusArgs, as_json: bool, machine: Option<&Machine>) -> Result<Self, String> {
+    fn of(
+        words: &[String],
+        shell: Shell,
+        bus: &BusArgs,
+        as_json: bool,
+        machine: Option<&Machine>,
+    ) -> Result<Self, String> {
         match words.first().map(String::as_str) {
             Some("") => return Err("a quotation does not end".to_owned()),
             Some("wait") => return Wait::parse(&words[1..], machine).map(Step::Wait),
             Some(word) if REFUSED.contains(&word) => return Err(format!("`{word}` has no place in a sequence")),
             _ => {}
         }
-        let cli = crate::Cli::command();
+        let cli = (shell.command)();
         let mut args: Vec<OsString> = ["lexican".to_owned()].iter().chain(words).map(OsString::from).collect();
         let takes = |long: &str| command(&args, &cli).0.get_arguments().any(|arg| arg.get_long() == Some(long));
         let is_given = |long: &str| words.iter().any(|word| word.split('=').next() == Some(long));
@@ -103,14 +120,7 @@ impl Step {
             more.push("--json".into());
         }
         args.extend(more);
-        let args = crate::resolved(args, &cli);
-        match crate::parse(args.clone()) {
-            Ok(parsed) => parsed.check().map(|()| Step::Command(args)).map_err(|failure| failure.to_string()),
-            Err(error) => {
-                let text = error.to_string();
-                let reason = text.split("\n\nUsage:").next().and_then(|text| text.split("\n\nFor more").next());
-                Err(reason.unwrap_or_default().trim_start_matches("error: ").to_owned())
-            }
-        }
+        let args = (shell.resolved)(args, &cli);
+        (shell.check)(args.clone()).map(|()| Step::Command(args))
     }
 }

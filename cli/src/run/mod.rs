@@ -5,7 +5,7 @@ mod wait;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_runtime::host::{Link, Pace};
 use lexican_toolbox::text::files::read;
@@ -14,6 +14,7 @@ use serde_json::json;
 use crate::bus::{BusArgs, share};
 use crate::machine::{found, sound_on_bus};
 use crate::output::{Failure, Outcome, ctrl_c, plural, print_result};
+pub(crate) use line::Shell;
 use line::{Lines, Step};
 
 /// Run a sequence: a file of the command's own lines, without `lexican`
@@ -52,10 +53,10 @@ A sequence:
     wait 500 ms
     check feeder";
 
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     let source = read(&args.file)?;
     let machine = found(None).and_then(|path| sound_on_bus(&path)).ok();
-    let lines = Lines::read(&source, &args.bus, args.json, machine.as_deref())?;
+    let lines = Lines::read(&source, shell, &args.bus, args.json, machine.as_deref())?;
     let interrupted = ctrl_c()?;
     share();
     let clock = args.bus.open(Pace::Virtual)?.settled()?.link;
@@ -66,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let at = seconds(&*clock) - begun;
         let object = json!({ "event": "line", "line": line.number, "text": line.text, "time": at });
         print_result(args.json, object, format_args!("{at:>10.3}  {}: {}", line.number, line.text))?;
-        result = carried_out(&line.step, args, &interrupted);
+        result = carried_out(&line.step, shell, args, &interrupted);
         if interrupted.load(Ordering::Relaxed) {
             result = Err(Failure::new("interrupted"));
         }
@@ -77,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let mut unstopped = Vec::new();
     for (who, stop) in lines.stops {
-        if let Err(failure) = carried_out(&stop, args, &interrupted) {
+        if let Err(failure) = carried_out(&stop, shell, args, &interrupted) {
             failure.report();
             unstopped.push(who);
         }
@@ -105,10 +106,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// Carries a line out. A command that panics has failed.
-fn carried_out(step: &Step, args: &Args, interrupted: &std::sync::atomic::AtomicBool) -> Result<Outcome, Failure> {
+fn carried_out(step: &Step, shell: Shell, args: &Args, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
     let run = || match step {
-        Step::Wait(wait) => wait.run(args, interrupted),
-        Step::Command(words) => crate::parse(words.clone()).map_err(|error| Failure::new(error.to_string()))?.run(),
+        Step::Wait(wait) => wait.run(&args.bus, args.json, interrupted),
+        Step::Command(words) => (shell.run)(words.clone()),
     };
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(Failure::new("the command has crashed: see above")))
 }

@@ -17,8 +17,7 @@ use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::parse_padded;
 use serde_json::json;
 
-use super::Args;
-use crate::bus::network;
+use crate::bus::{BusArgs, network};
 use crate::output::{Failure, Outcome, print_result, warn};
 
 /// How often an object is read.
@@ -82,8 +81,8 @@ impl Wait {
         Ok(Wait { within: span, until: Some(Until { value, ..until }) })
     }
 
-    pub(super) fn run(&self, args: &Args, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
-        let mut network = network(args.bus.open(Pace::Virtual)?.link)?;
+    pub(super) fn run(&self, bus: &BusArgs, as_json: bool, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
+        let mut network = network(bus.open(Pace::Virtual)?.link)?;
         let end = network.now() + self.within;
         loop {
             let seen = match &self.until {
@@ -95,7 +94,7 @@ impl Wait {
                     let report = ValueReport::of_bytes(Some(&values), address, &data);
                     if value.and_then(|value| compare(&value, &until.value)).is_some_and(until.is) {
                         let object = json!({ "event": "wait", "value": report.text() });
-                        print_result(args.json, object, report.equation())?;
+                        print_result(as_json, object, report.equation())?;
                         return Ok(Outcome::Clean);
                     }
                     Some((until, report))
