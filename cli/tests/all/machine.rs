@@ -195,7 +195,7 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         "\nbit-rate = \"500 kbit/s\"\nmanager = 127\nheartbeat = \"200 ms\"\n",
         "guarding = \"100 ms\"\nretry = 4\ntpdo.1 = { every = \"50 ms\" }\ntpdo.3 = \"off\"\n",
         "\n[node.drive5.settings]\n\"Spindle Pitch\" = \"2.50 mm\"\n",
-        "tpdo.1 = { map = [\"Statusword\", \"Velocity actual value\"], transmission = \"sync 4\", cob-id = 0x1A6 }\n",
+        "tpdo.1 = { map = [\"Statusword\", \"Velocity actual value\"], cob-id = 0x1A6, transmission = \"sync 4\" }\n",
         "rpdo.2 = \"off\"\n",
         "\"Profile velocity\" = \"5000 units\"\n",
         "[node.encoder8]\nid = 8\nsheet = \"",

@@ -71,8 +71,26 @@ impl BusYml {
     }
 }
 
+/// What of a master goes into its dictionary.
+#[rustfmt::skip]
+const OF_MASTER: [&str; 10] = [
+    "vendor_id", "product_code", "revision_number", "serial_number", "sync_window", "sync_overflow", "emcy_inhibit_time",
+    "nmt_inhibit_time", "error_behavior", "time_cob_id",
+];
+
 /// A value that is written, and where the file says so.
 type Given = (Address, i64, Range<usize>);
+
+/// A node of the network.
+struct Slave {
+    name: At<String>,
+    keys: Keys,
+    /// Its data sheet, which is empty if there is none.
+    device: Device,
+    id: NodeId,
+    /// What becomes of it.
+    section: Section,
+}
 
 struct Reader<'a> {
     files: Files<'a>,
@@ -195,19 +213,9 @@ impl Reader<'_> {
             }
         }
         let no_device = "the manager of a machine has no dictionary of its own";
-        let of_master = [
-            "vendor_id",
-            "product_code",
-            "revision_number",
-            "serial_number",
-            "sync_window",
-            "sync_overflow",
-            "emcy_inhibit_time",
-            "nmt_inhibit_time",
-            "error_behavior",
-            "time_cob_id",
-        ];
-        keys.leave_out(&of_master.map(|key| (key, no_device)), out);
+        for key in OF_MASTER {
+            keys.leave_out(&[(key, no_device)], out);
+        }
         self.multiplier(&keys);
         let heard = is_heard.map(|ms| (keys.get("heartbeat_producer").unwrap_or(master).at.clone(), ms.into()));
         keys.end(self.tool, &mut self.of_ros, &mut self.out);
@@ -268,43 +276,39 @@ impl Reader<'_> {
             section.put("sheet", quoted(&(self.name)(file)));
         }
         let device = sheet.map(|(_, device)| device).unwrap_or_default();
-        let commissioned = device.commissioning.as_ref().and_then(|it| it.serial_number);
-        let [revision, serial] =
-            [("revision_number", device.info.revision_number, 3), ("serial_number", commissioned, 4)].map(
-                |(key, known, sub)| {
-                    let held = || u32::try_from(held(&device, id, Address::new(cia301::IDENTITY, sub))?).ok();
-                    let given = keys.number::<u32>(key, &mut self.out);
-                    given.or(known.filter(|number| *number != 0)).or_else(held).filter(|number| *number != 0)
-                },
-            );
+        let slave = &mut Slave { name: name.clone(), keys, device, id, section };
+        let commissioned = slave.device.commissioning.as_ref().and_then(|it| it.serial_number);
+        let known = [("revision_number", slave.device.info.revision_number, 3), ("serial_number", commissioned, 4)];
+        let [revision, serial] = known.map(|(key, known, sub)| {
+            let held = || u32::try_from(held(&slave.device, id, Address::new(cia301::IDENTITY, sub))?).ok();
+            let given = slave.keys.number::<u32>(key, &mut self.out);
+            given.or(known.filter(|number| *number != 0)).or_else(held).filter(|number| *number != 0)
+        });
         if let Some(identity) = identity([None, None, revision, serial]) {
-            section.put("identity", identity);
+            slave.section.put("identity", identity);
         }
-        if !keys.flag("mandatory", false, &mut self.out) {
-            section.put("optional", "true");
+        for (key, usual, ours, value) in [
+            ("mandatory", false, "optional", "true"),
+            ("boot", true, "boots-again", "false"),
+            ("reset_communication", true, "keep-alive", "true"),
+        ] {
+            if !slave.keys.flag(key, usual, &mut self.out) {
+                slave.section.put(ours, value);
+            }
         }
-        let given = self.error_control(&keys, name, &device, id, &mut section);
-        if !keys.flag("boot", true, &mut self.out) {
-            section.put("boots-again", "false");
-        }
-        if !keys.flag("reset_communication", true, &mut self.out) {
-            section.put("keep-alive", "true");
-        }
-        for direction in [Direction::Receive, Direction::Transmit] {
-            self.pdos(&keys, direction, &device, id, &mut section);
-        }
-        self.settings(given, &keys, name, &device, id, &mut section);
-        keys.leave_out(
-            &[
-                ("software_file", "`lexican flash` writes it"),
-                ("software_version", "`lexican flash` writes it"),
-                ("configuration_file", "dcfgen means to take it for the concise DCF, but does not"),
-                ("restore_configuration", "nodes are not restored before they are configured"),
-            ],
-            &mut self.out,
-        );
-        keys.end(self.tool, &mut self.of_ros, &mut self.out);
-        let added = self.draft.add(&name.value, &format!("node{id}"), section);
+        let given = self.error_control(slave);
+        self.pdos(slave, Direction::Receive);
+        self.pdos(slave, Direction::Transmit);
+        self.settings(slave, given);
+        let left_out = [
+            ("software_file", "`lexican flash` writes it"),
+            ("software_version", "`lexican flash` writes it"),
+            ("configuration_file", "dcfgen means to take it for the concise DCF, but does not"),
+            ("restore_configuration", "nodes are not restored before they are configured"),
+        ];
+        slave.keys.leave_out(&left_out, &mut self.out);
+        slave.keys.end(self.tool, &mut self.of_ros, &mut self.out);
+        let added = self.draft.add(name, &format!("node{id}"), std::mem::take(&mut slave.section));
         if added != name.value {
             self.warn(&name.span, format!("{:?} cannot be the name of a node: it is {added}", name.value), None);
         }
@@ -327,14 +331,8 @@ impl Reader<'_> {
     }
 
     /// Heartbeat or guarding, of which a machine has one; returns what else is written of them.
-    fn error_control(
-        &mut self,
-        keys: &Keys,
-        name: &At<String>,
-        device: &Device,
-        id: NodeId,
-        section: &mut Section,
-    ) -> Vec<Given> {
+    fn error_control(&mut self, slave: &mut Slave) -> Vec<Given> {
+        let Slave { name, keys, device, id, section } = slave;
         let parts = [
             ("heartbeat_producer", cia301::PRODUCER_HEARTBEAT_TIME),
             ("guard_time", cia301::GUARD_TIME),
@@ -342,7 +340,7 @@ impl Reader<'_> {
         ];
         let [(heartbeat, own_heartbeat), (guard_time, own_time), (factor, own_factor)] = parts.map(|(key, index)| {
             let (address, own) = (Address::new(index, 0), keys.number::<u16>(key, &mut self.out));
-            let known = held(device, id, address).and_then(|known| u16::try_from(known).ok());
+            let known = held(device, *id, address).and_then(|known| u16::try_from(known).ok());
             let differs = own.filter(|own| Some(*own) != known);
             (own.or(known).unwrap_or(0), differs.map(|own| (address, own.into(), name.span.clone())))
         });
@@ -381,15 +379,8 @@ impl Reader<'_> {
     }
 
     /// What is written besides: error behaviour, the COB-ID of TIME, `sdo`.
-    fn settings(
-        &mut self,
-        mut given: Vec<Given>,
-        keys: &Keys,
-        name: &At<String>,
-        device: &Device,
-        id: NodeId,
-        section: &mut Section,
-    ) {
+    fn settings(&mut self, slave: &mut Slave, mut given: Vec<Given>) {
+        let Slave { name, keys, device, id, section } = slave;
         let mut settings: BTreeMap<Address, Vec<u8>> = BTreeMap::new();
         let time = Address::new(cia301::COB_ID_TIME, 0);
         let time_id = keys.number::<u32>("time_cob_id", &mut self.out).filter(|id| *id != 0x100);
@@ -397,8 +388,8 @@ impl Reader<'_> {
         for (sub, value) in keys.get("error_behavior").and_then(Yaml::map).unwrap_or_default() {
             if let (Ok(sub), Some(value)) = (sub.parse(), value.integer()) {
                 let address = Address::new(cia301::ERROR_BEHAVIOUR, sub);
-                if held(device, id, address) != Some(value.into()) {
-                    given.push((address, value, sub_span(keys, name)));
+                if held(device, *id, address) != Some(value.into()) {
+                    given.push((address, value, name.span.clone()));
                 }
             }
         }
@@ -437,7 +428,7 @@ impl Reader<'_> {
                 self.warn(&at, format!("{address} is written twice: the last value is kept"), None);
             }
         }
-        for wrong in put_settings(section, device, id, &settings) {
+        for wrong in put_settings(section, device, *id, &settings) {
             self.out.wrong("bus-yml::value", &name.span, format!("left out: {wrong}"), None);
         }
     }
@@ -460,10 +451,6 @@ impl Reader<'_> {
             }
         }
     }
-}
-
-fn sub_span(keys: &Keys, name: &At<String>) -> Range<usize> {
-    keys.get("error_behavior").map_or_else(|| name.span.clone(), |it| it.at.clone())
 }
 
 /// What a data sheet gives an entry, as a number.

@@ -4,42 +4,35 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use lexican_eds::model::Device;
-use lexican_runtime::object::{Address, Direction};
+use lexican_runtime::object::{Address, Direction, Mapped};
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{CobId, NodeId, cia301};
 use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
 
-use super::Reader;
 use super::keys::Keys;
 use super::tree::Yaml;
-use crate::draft::{Section, object_name, pdo_text, quoted, time, transmission};
+use super::{Reader, Slave};
+use crate::draft::{object_name, pdo_text, quoted};
 
 /// The pool of "auto".
 pub(super) const FREE: Range<u16> = 0x680..0x6E0;
 
 impl Reader<'_> {
-    pub(super) fn pdos(
-        &mut self,
-        keys: &Keys,
-        direction: Direction,
-        device: &Device,
-        id: NodeId,
-        section: &mut Section,
-    ) {
+    pub(super) fn pdos(&mut self, slave: &mut Slave, direction: Direction) {
         let key = if direction == Direction::Receive { "rpdo" } else { "tpdo" };
-        let Some(blocks) = keys.get(key) else { return };
+        let Some(blocks) = slave.keys.get(key).cloned() else { return };
         let mut done = BTreeSet::new();
-        for (number, block) in Keys::of(blocks, &mut self.out).each() {
+        for (number, block) in Keys::of(&blocks, &mut self.out).each() {
             let name = number.parse().ok().filter(|number| (1..=512).contains(number));
             let state = name.map(|number| PdoName { direction, number });
-            match state.and_then(|name| PdoState::of_sheet(device, id, name)) {
+            match state.and_then(|name| PdoState::of_sheet(&slave.device, slave.id, name)) {
                 Some(before) if !done.insert(before.name) => {
                     self.out.wrong("bus-yml::pdo", &number.span, format!("{} comes twice", before.name), None);
                 }
                 Some(before) => {
                     let number = before.name.number;
-                    if let Some(text) = self.pdo(block, before, device, id) {
-                        section.put(&format!("{key}.{number}"), text);
+                    if let Some(text) = self.pdo(block, before, slave) {
+                        slave.section.put(&format!("{key}.{number}"), text);
                     }
                 }
                 None => {
@@ -52,12 +45,13 @@ impl Reader<'_> {
     }
 
     /// A PDO in the words of a machine.
-    fn pdo(&mut self, block: &Yaml, before: PdoState, device: &Device, id: NodeId) -> Option<String> {
+    fn pdo(&mut self, block: &Yaml, before: PdoState, slave: &Slave) -> Option<String> {
         let keys = Keys::of(block, &mut self.out);
+        let Slave { device, id, .. } = slave;
         let (name, is_sent) = (before.name, before.name.direction == Direction::Transmit);
         let is_on = keys.flag("enabled", true, &mut self.out);
         let cob_id = match keys.get("cob_id") {
-            Some(auto) if auto.text() == Some("auto") => Some(self.auto(name, id, auto)?),
+            Some(auto) if auto.text() == Some("auto") => Some(self.auto(name, *id, auto)?),
             _ => keys.number::<u32>("cob_id", &mut self.out),
         };
         let code = keys.number::<u8>("transmission", &mut self.out);
@@ -86,16 +80,16 @@ impl Reader<'_> {
             return Some(quoted("off"));
         }
         let given = cob_id.filter(|id| *id != before.cob_id.0 & 0x7FF || !before.cob_id.is_valid());
-        let change = Change {
+        let mut change = Change {
             on: Some(true),
             cob_id: given.and_then(|id| u16::try_from(id).ok()).and_then(CobId::standard),
             transmission: code.map(TransmissionType::from_code),
             inhibit_100us: inhibit,
             event_timer_ms: if is_sent { timer } else { deadline },
-            mapping: mapping.clone(),
+            mapping,
         };
         let is_known = given.is_some() == change.cob_id.is_some();
-        let plan = Plan::new(Some(device), id, before, &change);
+        let plan = Plan::new(Some(device), *id, before, &change);
         let objections = plan.err().into_iter().flatten().map(|it| it.to_string());
         let objections: Vec<_> =
             objections.chain((!is_known).then(|| format!("{raw:X}h is no COB-ID of 11 bits"))).collect();
@@ -104,27 +98,16 @@ impl Reader<'_> {
             self.out.wrong("bus-yml::pdo", &block.at, what, None);
             return None;
         }
-        let mut texts = Vec::new();
-        if let Some(mapping) = mapping {
-            let objects: Vec<_> = mapping.iter().map(|it| quoted(&object_name(device, it.address))).collect();
-            texts.push(("map", format!("[{}]", objects.join(", "))));
+        if let Some(ticks) = inhibit.filter(|ticks| !ticks.is_multiple_of(10)) {
+            let what = format!("an inhibit time of {ticks}00 us is left out: a machine has whole milliseconds");
+            self.warn(&block.at, what, None);
+            change.inhibit_100us = None;
         }
-        texts.extend(given.map(|id| ("cob-id", format!("{id:#X}"))));
-        texts.extend(change.transmission.map(|it| ("transmission", transmission(it))));
-        match inhibit {
-            Some(ticks) if ticks.is_multiple_of(10) => texts.push(("inhibit", time(u64::from(ticks) / 10))),
-            Some(ticks) => {
-                let what = format!("an inhibit time of {ticks}00 us is left out: a machine has whole milliseconds");
-                self.warn(&block.at, what, None);
-            }
-            None => {}
-        }
-        texts.extend(change.event_timer_ms.map(|ms| ("every", time(ms.into()))));
-        Some(pdo_text(&texts))
+        pdo_text(device, name, &change)
     }
 
     /// The objects of a PDO.
-    fn mapping(&mut self, keys: &Keys, name: PdoName, device: &Device) -> Option<Vec<lexican_runtime::object::Mapped>> {
+    fn mapping(&mut self, keys: &Keys, name: PdoName, device: &Device) -> Option<Vec<Mapped>> {
         let mut mapping = Vec::new();
         for item in keys.get("mapping")?.list().unwrap_or_default() {
             let item_keys = Keys::of(item, &mut self.out);

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_eds::model::{Device, Meaning, Value};
 use lexican_eds::start::initial;
+use lexican_eds::types::DataType;
 use lexican_runtime::object::{Address, Mapped};
 use lexican_runtime::{CobId, NodeId, cia301};
-use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::parameters::restore::configured;
 use lexican_toolbox::parameters::settings::encode;
 use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
@@ -87,12 +87,10 @@ fn section(node: &Found, watches: bool) -> Section {
         let (_, sheet, _) = node.sheet.as_ref()?;
         given(sheet.entry(address.index(), address.sub())?)?.as_integer()
     };
-    let addresses = [VENDOR, PRODUCT, Address::new(cia301::IDENTITY, 3), Address::new(cia301::IDENTITY, 4)];
-    let said = |number: Option<u32>, address| number.filter(|it| *it != 0 && known(address) != Some((*it).into()));
-    let mut numbers = node.identity;
-    for (number, address) in numbers.iter_mut().zip(addresses) {
-        *number = said(*number, address);
-    }
+    let numbers = [1, 2, 3, 4].map(|sub| {
+        let number = node.identity[usize::from(sub) - 1].filter(|number| *number != 0)?;
+        (known(Address::new(cia301::IDENTITY, sub)) != Some(number.into())).then_some(number)
+    });
     if let Some((name, ..)) = &node.sheet {
         section.put("sheet", quoted(name));
     }
@@ -150,49 +148,49 @@ fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState) -> Option<String> {
     if !wanted.cob_id.is_valid() {
         return becomes(&Change { on: Some(false), ..Change::default() }).then(|| quoted("off"));
     }
-    let mut change = Change {
+    let moves = wanted.cob_id.id() != before.cob_id.id() || !before.cob_id.is_valid();
+    let cob_id = u16::try_from(wanted.cob_id.id().raw()).ok().and_then(CobId::standard).filter(|_| moves);
+    let change = Change {
         on: Some(true),
-        cob_id: None,
+        cob_id,
         transmission: wanted.transmission.filter(|_| wanted.transmission != before.transmission),
         inhibit_100us: wanted.inhibit_100us.filter(|_| wanted.inhibit_100us != before.inhibit_100us),
         event_timer_ms: wanted.event_timer_ms.filter(|_| wanted.event_timer_ms != before.event_timer_ms),
         mapping: (wanted.mapping != before.mapping).then(|| wanted.mapping.clone()),
     };
+    pdo_text(sheet, wanted.name, &change).filter(|_| becomes(&change))
+}
+
+/// A change of a PDO in TOML, a list if it is about nothing but the objects; `None` if the file cannot say it.
+pub(crate) fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
     let mut keys = Vec::new();
     if let Some(mapping) = &change.mapping {
-        let objects: Option<Vec<_>> = mapping.iter().map(|mapped| mapped_object(sheet, wanted.name, *mapped)).collect();
-        keys.push(("map", format!("[{}]", objects?.join(", "))));
+        let name = |mapped: &Mapped| match sheet.entry(mapped.address.index(), mapped.address.sub()) {
+            Some(_) => object_name(sheet, mapped.address),
+            None => DataType::from_code(mapped.address.index()).to_string(),
+        };
+        let names: Vec<_> = mapping.iter().map(name).collect();
+        if pdo.map(Some(sheet), &names).ok()? != *mapping {
+            return None;
+        }
+        let objects: Vec<_> = names.iter().map(|name| quoted(name)).collect();
+        keys.push(("map", format!("[{}]", objects.join(", "))));
     }
+    keys.extend(change.cob_id.map(|id| ("cob-id", format!("{:#X}", id.raw()))));
     keys.extend(change.transmission.map(|it| ("transmission", transmission(it))));
     if let Some(inhibit) = change.inhibit_100us {
         // The file has whole milliseconds.
         keys.push(("inhibit", time(inhibit.is_multiple_of(10).then_some(u64::from(inhibit) / 10)?)));
     }
     keys.extend(change.event_timer_ms.map(|ms| ("every", time(ms.into()))));
-    if keys.is_empty() || !becomes(&change) {
-        change.cob_id = Some(CobId::standard(u16::try_from(wanted.cob_id.id().raw()).ok()?)?);
-        keys.push(("cob-id", format!("{:#X}", wanted.cob_id.id().raw())));
-    }
-    becomes(&change).then(|| pdo_text(&keys))
-}
-
-/// A PDO in TOML: a list if nothing but its objects is given.
-pub(crate) fn pdo_text(keys: &[(&str, String)]) -> String {
-    if let [("map", objects)] = keys {
-        return objects.clone();
-    }
-    let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-    format!("{{ {} }}", keys.join(", "))
-}
-
-/// A mapped object, or the data type of a gap, in TOML.
-fn mapped_object(sheet: &Device, pdo: PdoName, mapped: Mapped) -> Option<String> {
-    let address = mapped.address;
-    let name = match sheet.entry(address.index(), address.sub()) {
-        Some(_) => object_name(sheet, address),
-        None => lexican_eds::types::DataType::from_code(address.index()).to_string(),
-    };
-    (pdo.map(Some(sheet), &[&name]).ok()? == [mapped]).then(|| quoted(&name))
+    Some(match &keys[..] {
+        [] => "{}".to_owned(),
+        [("map", objects)] => objects.clone(),
+        keys => {
+            let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+            format!("{{ {} }}", keys.join(", "))
+        }
+    })
 }
 
 /// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark, and is returned.

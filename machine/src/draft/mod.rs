@@ -159,7 +159,7 @@ pub(crate) fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }
 
-pub(crate) fn time(ms: u64) -> String {
+fn time(ms: u64) -> String {
     quoted(&Duration::from_millis(ms).to_string())
 }
 
@@ -170,7 +170,7 @@ pub(crate) fn identity(numbers: [Option<u32>; 4]) -> Option<String> {
     (!given.is_empty()).then(|| format!("{{ {} }}", given.join(", ")))
 }
 
-pub(crate) fn transmission(transmission: TransmissionType) -> String {
+fn transmission(transmission: TransmissionType) -> String {
     match transmission {
         TransmissionType::EventProfile => quoted("event"),
         TransmissionType::SynchronousCyclic(1) => quoted("sync"),
@@ -190,7 +190,7 @@ pub(crate) fn object_name(device: &Device, address: Address) -> String {
 }
 
 /// What a node is called that has no name.
-pub(crate) fn usual_name(device: Option<&Device>, id: NodeId) -> String {
+fn usual_name(device: Option<&Device>, id: NodeId) -> String {
     let kind = match device.and_then(|device| device.profile) {
         Some(401) => "io",
         Some(402) => "drive",
