@@ -22,7 +22,7 @@ lexican-profibus: runtime
 lexican-pictures:
 lexican-conform: eds runtime
 lexican-toolbox: driver eds pictures registry runtime
-lexican-machine: driver eds pictures runtime toolbox
+lexican-machine: codegen driver eds pictures runtime toolbox
 lexican-registry: driver runtime simulator DRIVES
 lexican-simulation: eds machine profibus registry runtime siko-ag03-1 siko-profibus siko-serial simulator toolbox
 lexican-bench: driver eds pictures runtime toolbox
