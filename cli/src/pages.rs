@@ -7,7 +7,7 @@ use std::{fs, iter};
 
 use clap::{Command, CommandFactory};
 
-use lexican_machine::Machine;
+use lexican_machine::{At, Machine};
 
 use crate::machine::names;
 use crate::{Cli, node_place};
@@ -94,8 +94,12 @@ fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     }
     let parse = |extra: Option<&str>| {
         let words = words.iter().cloned().chain(extra.iter().flat_map(|bus| ["--bus", bus]).map(OsString::from));
-        // The pages name the nodes of the demo.
-        let demo = |_| Some((DEMO.into(), Machine::open(DEMO.as_ref()).ok()?.into()));
+        // The pages name the nodes of the demo, as if it had a bus.
+        let demo = |_| {
+            let mut machine = Machine::open(DEMO.as_ref()).ok()?;
+            machine.bus.url = Some(At { value: "can0".to_owned(), span: 0..0 });
+            Some((DEMO.into(), machine.into()))
+        };
         let args = names::resolved_by(words.collect(), &Cli::command(), demo);
         let args = node_place::settled(args, &Cli::command());
         Cli::command().try_get_matches_from(args)
@@ -161,7 +165,7 @@ fn every_command_in_every_page_is_understood() {
 #[test]
 fn a_wrong_command_is_noticed() {
     assert!(misread("lexican heartbeat --node 5 --bus can0", None).is_some());
-    assert!(misread("lexican scan", None).is_some());
+    assert!(misread("lexican read --node 5 --bus can0", None).is_some());
     assert_eq!(misread("lexican scan > report.txt  # nodes", Some("can0")), None);
     assert!(unknown("lexican eds nothing").is_some());
     assert!(unknown("lexican drive --speed").is_some());

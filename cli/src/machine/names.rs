@@ -34,8 +34,9 @@ pub(crate) fn resolved_by(
     let (command, begin) = command(&args, cli);
     let option = |long: &str| command.get_arguments().find(|arg| arg.get_long() == Some(long));
     let takes = |long: &str| option(long).is_some();
-    // The bus of a simulation is where its devices go.
-    let Some(bus) = option("bus").filter(|_| command.get_name() != "simulate") else { return args };
+    // The bus of a simulation is where its devices go, and a demo has its own.
+    let has_own_bus = command.get_name() == "simulate" || args.iter().any(|word| word == "--demo");
+    let Some(bus) = option("bus").filter(|_| !has_own_bus) else { return args };
     let place = Words { args: &args, command }.node_word(begin);
     let is_given = |args: &[OsString], long: &str| valued(args, long).is_some();
     let needs_bus = !is_given(&args, "--bus") && std::env::var_os(BUS).is_none();

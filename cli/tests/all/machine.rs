@@ -76,6 +76,7 @@ fn every_command_takes_the_names_of_its_nodes() {
     run("compare", &["compare", "node:feeder", "siko/ag03-1"]).on_stdout(0, ", the same");
     run("statistics", &["statistics", "--for", "2s"]).on_stdout(0, "load 0.");
     run("unknown", &["read", "feedr", "statusword"]).on_stderr(2, "feedr");
+    run("demo", &["bench", "--demo", "--tui"]).on_stderr(2, "the terminal cannot be used");
     // What is given wins.
     run("bus", &["read", "--bus", "sim:siko/ag02?node=5", "feeder", "1000", "--device", "none"])
         .on_stdout(0, "1000:00");
