@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use lexican_machine::{Machine, Node};
 use lexican_runtime::host::Pace;
-use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::describe;
 use lexican_toolbox::lss::Times;
 use lexican_toolbox::node::identity::words;
@@ -69,9 +69,6 @@ Examples:
     lexican replace feeder
     lexican replace feeder labeller-12.tar -o feeder.txt";
 
-/// How long a step of the search for devices without node-ID lasts.
-const STEP: Duration = Duration::from_millis(25);
-
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let path = found(None)?;
     let machine = sound_on_bus(&path)?;
@@ -104,7 +101,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         others: others.filter(|other| *other != args.node).collect(),
         assignment: machine.assignment(node, args.node),
         watched: watched(&machine, node),
-        times: Times { response: args.timeout, step: STEP },
+        times: Times { response: args.timeout, ..Times::default() },
         force: args.force.is_given(),
     };
     let watch = Watch::new()?;
@@ -202,11 +199,9 @@ fn newest(path: &Path, name: &str) -> Result<(PathBuf, Archive), Failure> {
 
 /// By what a node notices that its manager is gone.
 fn watched(machine: &Machine, node: &Node) -> Option<Watched> {
-    let has = |index, sub| node.device().is_some_and(|device| device.entry(index, sub).is_some());
-    if let Some(guard_time) = node.guarding.filter(|_| has(cia301::LIFE_TIME_FACTOR, 0)) {
-        return Some(Watched { heartbeat: None, within: guard_time.times(node.retry.into()) });
+    if let Some(within) = node.life_time() {
+        return Some(Watched { heartbeat: None, within });
     }
-    let (period, manager) = (machine.bus.heartbeat.as_ref()?.value, machine.bus.manager?);
-    has(cia301::CONSUMER_HEARTBEAT_TIME, 1)
-        .then(|| Watched { heartbeat: Some((manager, period)), within: period.times(3) })
+    let (manager, within) = machine.watches_manager(node)?;
+    Some(Watched { heartbeat: Some((manager, machine.bus.heartbeat.as_ref()?.value)), within })
 }

@@ -140,7 +140,6 @@ fn cob_ids(machine: &Machine, out: &mut Out) {
 
 /// Whether nodes are watched, and drives notice that nobody watches them any more.
 fn error_control(machine: &Machine, out: &mut Out) {
-    let watches = machine.bus.heartbeat.is_some() && machine.bus.manager.is_some();
     if let (Some(heartbeat), None) = (&machine.bus.heartbeat, machine.bus.manager) {
         let help = Some("give it one: [bus] manager = 127".to_owned());
         out.wrong("machine::error-control", &heartbeat.span, "a manager without node-ID has no heartbeat", help);
@@ -160,8 +159,7 @@ fn error_control(machine: &Machine, out: &mut Out) {
             let what = format!("the data sheet of {} has no heartbeat (1017h)", node.name.value);
             out.wrong("machine::error-control", at, what, help);
         }
-        let is_guarded = node.guarding.is_some() && has(cia301::GUARD_TIME, 0);
-        let is_watching = watches && has(cia301::CONSUMER_HEARTBEAT_TIME, 1);
+        let (is_guarded, is_watching) = (node.life_time().is_some(), machine.watches_manager(node).is_some());
         let is_drive = role(device, CONTROL_WORD, 0) == Some(Role::Command);
         match node.protection {
             Some(Duration::ZERO) => continue,

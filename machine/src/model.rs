@@ -212,21 +212,25 @@ impl Machine {
         std::iter::once(self).chain(&self.others)
     }
 
-    /// The machine on the bus of this name, or on the only one.
-    pub fn on(&self, bus: Option<&str>) -> Result<&Machine, WhichBus> {
+    /// The place among its [buses](Machine::buses) of the one of this name, or of the only one.
+    pub fn place_of_bus(&self, bus: Option<&str>) -> Result<usize, WhichBus> {
         let names: Vec<_> =
             self.buses().filter_map(|machine| Some(machine.bus.name.as_ref()?.value.as_str())).collect();
         let found = match bus {
-            Some(bus) => names.iter().position(|name| *name == bus).and_then(|at| self.buses().nth(at)),
-            None => Some(self).filter(|_| self.others.is_empty()),
+            Some(bus) => names.iter().position(|name| *name == bus),
+            None => self.others.is_empty().then_some(0),
         };
         found.ok_or_else(|| WhichBus { wanted: bus.map(str::to_owned), names: names.join(", ") })
     }
 
+    /// The machine on the bus of this name, or on the only one.
+    pub fn on(&self, bus: Option<&str>) -> Result<&Machine, WhichBus> {
+        Ok(self.buses().nth(self.place_of_bus(bus)?).expect("it is one of its buses"))
+    }
+
     /// The same, by itself.
     pub fn into_bus(mut self, bus: Option<&str>) -> Result<Machine, WhichBus> {
-        let found = self.on(bus)?;
-        let place = self.buses().position(|machine| std::ptr::eq(machine, found)).unwrap_or(0);
+        let place = self.place_of_bus(bus)?;
         let mut others = std::mem::take(&mut self.others);
         if place == 0 {
             return Ok(self);

@@ -74,11 +74,8 @@ impl Machine {
         }
         let of_dcf = device.map(|device| configured(device, id)).unwrap_or_default();
         in_order(of_dcf).into_iter().for_each(|write| put(Why::Dcf, write.address, write.data));
-        let is_protected = node.protection != Some(Duration::ZERO);
-        if let (Some(heartbeat), Some(manager), true) = (&self.bus.heartbeat, self.bus.manager, is_protected)
-            && device.is_some_and(|device| device.entry(cia301::CONSUMER_HEARTBEAT_TIME, 1).is_some())
-        {
-            let ms = Time(node.protection.unwrap_or(heartbeat.value.times(PATIENCE.into()))).ms() as u32;
+        if let Some((manager, within)) = self.watches_manager(node) {
+            let ms = Time(within).ms() as u32;
             let value = u32::from(manager.get()) << 16 | ms & 0xFFFF;
             put(Why::ErrorControl, Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1), value.to_le_bytes().to_vec());
         }
@@ -86,14 +83,10 @@ impl Machine {
             let ms = Time(heartbeat).ms() as u16;
             put(Why::ErrorControl, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), ms.to_le_bytes().to_vec());
         }
-        if let Some(guard_time) = node.guarding {
-            // By these it notices itself that nobody guards it any more.
-            let has = |index| device.is_some_and(|device| device.entry(index, 0).is_some());
-            if is_protected && has(cia301::GUARD_TIME) && has(cia301::LIFE_TIME_FACTOR) {
-                let ms = Time(guard_time).ms() as u16;
-                put(Why::ErrorControl, Address::new(cia301::GUARD_TIME, 0), ms.to_le_bytes().to_vec());
-                put(Why::ErrorControl, Address::new(cia301::LIFE_TIME_FACTOR, 0), vec![node.retry]);
-            }
+        if let (Some(guard_time), Some(_)) = (node.guarding, node.life_time()) {
+            let ms = Time(guard_time).ms() as u16;
+            put(Why::ErrorControl, Address::new(cia301::GUARD_TIME, 0), ms.to_le_bytes().to_vec());
+            put(Why::ErrorControl, Address::new(cia301::LIFE_TIME_FACTOR, 0), vec![node.retry]);
         }
         for direction in [Direction::Receive, Direction::Transmit] {
             let mut pdos: Vec<_> = node.pdos.iter().filter(|pdo| pdo.after.name.direction == direction).collect();
@@ -108,6 +101,14 @@ impl Machine {
         let is_switch = |write: &Write| write.why == Why::Pdo && is_switched(node, write.address);
         writes.iter_mut().filter(|write| is_switch(write)).for_each(|write| write.is_default = false);
         writes
+    }
+
+    /// The manager whose heartbeat a node watches (1016h), and the time within which it notices that it is gone.
+    #[must_use]
+    pub fn watches_manager(&self, node: &Node) -> Option<(NodeId, Duration)> {
+        let within = node.protection.unwrap_or(self.bus.heartbeat.as_ref()?.value.times(PATIENCE.into()));
+        let watches = !within.is_zero() && node.has(cia301::CONSUMER_HEARTBEAT_TIME, 1);
+        self.bus.manager.filter(|_| watches).map(|manager| (manager, within))
     }
 
     /// What the manager of the machine does with its nodes.
@@ -170,6 +171,22 @@ impl Machine {
         let writes = self.writes(node);
         let steps = writes.iter().filter(|write| !write.is_default || write.why == Why::Setting);
         ConciseDcf::to_vec(steps.map(|write| Step::bytes(write.address, &write.data))).expect("these are writes")
+    }
+}
+
+impl Node {
+    /// The time within which a node notices that nobody guards it any more (100Ch, 100Dh).
+    #[must_use]
+    pub fn life_time(&self) -> Option<Duration> {
+        let notices = self.protection != Some(Duration::ZERO)
+            && self.has(cia301::GUARD_TIME, 0)
+            && self.has(cia301::LIFE_TIME_FACTOR, 0);
+        self.guarding.filter(|_| notices).map(|guard_time| guard_time.times(self.retry.into()))
+    }
+
+    /// Whether its data sheet has an entry.
+    pub(crate) fn has(&self, index: u16, sub: u8) -> bool {
+        self.device().is_some_and(|device| device.entry(index, sub).is_some())
     }
 }
 

@@ -144,10 +144,9 @@ pub(crate) fn sound_on_bus(name: &Path) -> Result<OnBus, Failure> {
 
 /// A machine on its only bus, or on the one of this name.
 pub(crate) fn on_bus(all: Arc<Machine>, bus: Option<&str>) -> Result<OnBus, Failure> {
-    let found = all.on(bus).map_err(|which| {
+    let at = all.place_of_bus(bus).map_err(|which| {
         Failure::new(which).help("--bus takes the name of one; so does the file, as machine.toml#NAME")
     })?;
-    let at = all.buses().position(|machine| std::ptr::eq(machine, found)).expect("it is one of its buses");
     Ok(OnBus { all, at })
 }
 

@@ -14,7 +14,7 @@ use lexican_eds::model::Device;
 use lexican_runtime::host::Link;
 use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
 use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
-use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, prepare};
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::lookup::resolve;
@@ -107,9 +107,7 @@ impl Machine {
         let node = self.node(name)?;
         let description = node.description()?;
         let it = node.stated();
-        let watches = it.protection != Some(Duration::ZERO)
-            && self.file.bus.heartbeat.is_some()
-            && it.device().is_some_and(|device| device.entry(cia301::CONSUMER_HEARTBEAT_TIME, 1).is_some());
+        let watches = self.file.watches_manager(it).is_some();
         let (network, id) = (self.network.clone(), node.id);
         let drive = match self.is_booted.load(Ordering::Relaxed) && (it.guarding.is_some() || watches) {
             true => Driver::connect_described_unprotected(network, id, description).await?,
