@@ -180,8 +180,8 @@ fn show_bits(f: &mut fmt::Formatter<'_>, bits: &[BitName<'_>], raw: u64) -> fmt:
     let (mut rest, mut separator) = (raw, "");
     for (at, bits_of) in bits.iter().enumerate() {
         let value = super::take(rest, bits_of.low, bits_of.width);
-        let is_first = bits.iter().position(|it| it.name.eq_ignore_ascii_case(bits_of.name)) == Some(at);
-        if value == 0 || !is_first {
+        let is_first = || !bits[..at].iter().any(|it| it.name.eq_ignore_ascii_case(bits_of.name));
+        if value == 0 || !is_first() {
             continue;
         }
         match bits_of.width {

@@ -7,7 +7,7 @@ mod network;
 pub(crate) mod pdo;
 mod sdo;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use lexican_eds::model::{Device, Mapped};
 use lexican_runtime::cia301::connection;
@@ -27,6 +27,7 @@ use sdo::Channel;
 pub struct Decoder<'a> {
     nodes: BTreeMap<NodeId, DeviceValues<'a>>,
     channels: BTreeMap<NodeId, Channel>,
+    pdos: HashMap<CobId, pdo::Configured>,
 }
 
 impl<'a> Decoder<'a> {
@@ -38,6 +39,7 @@ impl<'a> Decoder<'a> {
     /// Sets the device of a node.
     pub fn introduce(&mut self, node: NodeId, device: &'a Device) {
         self.nodes.insert(node, DeviceValues::new(device));
+        self.pdos = pdo::table(&self.nodes);
     }
 
     /// The values of a node that were seen, if its device is known.
@@ -49,14 +51,21 @@ impl<'a> Decoder<'a> {
     /// What a PDO of a known device carries, in order, as the frames so far have configured it; empty for other frames.
     #[must_use]
     pub fn mapping(&self, frame: &Frame) -> Vec<Mapped> {
-        self.nodes.iter().find_map(|(node, device)| pdo::mapping_of(device, *node, frame)).unwrap_or_default()
+        self.pdos.get(&frame.id()).map(|pdo| pdo.mapping.clone()).unwrap_or_default()
     }
 
     /// Decodes the next frame of the bus.
     pub fn decode(&mut self, frame: &Frame) -> Decoded {
-        if let Some(decoded) = pdo::configured(&mut self.nodes, frame) {
-            return decoded;
+        let pdo = self.pdos.get(&frame.id()).and_then(|pdo| pdo.decode(&mut self.nodes, frame));
+        let decoded = pdo.unwrap_or_else(|| self.other_than_configured_pdo(frame));
+        let node = decoded.node.and_then(|node| self.nodes.get_mut(&node));
+        if node.is_some_and(|values| values.pdos_have_changed()) {
+            self.pdos = pdo::table(&self.nodes);
         }
+        decoded
+    }
+
+    fn other_than_configured_pdo(&mut self, frame: &Frame) -> Decoded {
         match frame.id() {
             CobId::NMT => return network::nmt(frame),
             CobId::SYNC => return network::sync(frame),

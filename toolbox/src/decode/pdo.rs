@@ -1,6 +1,6 @@
 //! PDOs: by the configuration of a known device, else by the predefined connection set.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use lexican_eds::model::{self, Direction, Mapped, Value};
 use lexican_eds::types::DataType;
@@ -14,39 +14,55 @@ use crate::values::report::ValueReport;
 use crate::values::wire::of_bits;
 use crate::values::{DeviceValues, resolved};
 
-/// A PDO of a known device.
-pub(super) fn configured(nodes: &mut BTreeMap<NodeId, DeviceValues<'_>>, frame: &Frame) -> Option<Decoded> {
-    let (node, device, pdo) = nodes.iter_mut().find_map(|(node, device)| {
-        let pdo = device.device.pdos.iter().find(|pdo| cob_id(device, *node, pdo) == Some(frame.id()))?;
-        Some((*node, device, pdo))
-    })?;
-    let (received, number, mapping) = (pdo.direction == Direction::Receive, pdo.number, mapping(device, pdo));
-    let mut decoded = new(received, number, node);
-    if frame.is_remote() {
-        "asked for".clone_into(&mut decoded.text);
-        return Some(decoded);
-    }
-    let bits: u32 = mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
-    let (expected, len) = (bits.div_ceil(8), u32::from(frame.dlc()));
-    if len < expected {
-        let text = format!("{len} bytes instead of {expected}");
-        return Some(Decoded { text, alarming: true, ..decoded });
-    }
-    let fields = content(device, &mapping, frame.data());
-    let mut parts: Vec<_> = fields.iter().map(ValueReport::brief).collect();
-    if len > expected {
-        // A device uses the bytes that are mapped, and may send EMCY 8220h because of the others (CiA 301, 7.2.2.4). A PDO
-        // that it sends itself must be as long as its mapping.
-        parts.push(format!("{len} bytes instead of {expected}"));
-        decoded.alarming = !received;
-    }
-    Some(decoded.with(parts.join(", "), Detail::Pdo(Pdo { number, received, fields })))
+/// A PDO of a known device, as it is configured.
+pub(super) struct Configured {
+    node: NodeId,
+    received: bool,
+    number: u16,
+    pub(super) mapping: Vec<Mapped>,
 }
 
-/// The mapping of the PDO that this frame is.
-pub(super) fn mapping_of(device: &DeviceValues<'_>, node: NodeId, frame: &Frame) -> Option<Vec<Mapped>> {
-    let pdo = device.device.pdos.iter().find(|pdo| cob_id(device, node, pdo) == Some(frame.id()))?;
-    Some(mapping(device, pdo))
+/// The PDOs of known devices by their COB-IDs: to find out how one is configured takes longer than to decode it. Of two with
+/// the same COB-ID it has that of the lower node-ID.
+pub(super) fn table(nodes: &BTreeMap<NodeId, DeviceValues<'_>>) -> HashMap<CobId, Configured> {
+    let mut table = HashMap::new();
+    for (node, device) in nodes {
+        for pdo in &device.device.pdos {
+            let Some(cob_id) = cob_id(device, *node, pdo) else { continue };
+            let received = pdo.direction == Direction::Receive;
+            let configured = || Configured { node: *node, received, number: pdo.number, mapping: mapping(device, pdo) };
+            table.entry(cob_id).or_insert_with(configured);
+        }
+    }
+    table
+}
+
+impl Configured {
+    /// Decodes a frame with the COB-ID of this PDO.
+    pub(super) fn decode(&self, nodes: &mut BTreeMap<NodeId, DeviceValues<'_>>, frame: &Frame) -> Option<Decoded> {
+        let Configured { node, received, number, ref mapping } = *self;
+        let device = nodes.get_mut(&node)?;
+        let mut decoded = new(received, number, node);
+        if frame.is_remote() {
+            "asked for".clone_into(&mut decoded.text);
+            return Some(decoded);
+        }
+        let bits: u32 = mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+        let (expected, len) = (bits.div_ceil(8), u32::from(frame.dlc()));
+        if len < expected {
+            let text = format!("{len} bytes instead of {expected}");
+            return Some(Decoded { text, alarming: true, ..decoded });
+        }
+        let fields = content(device, mapping, frame.data());
+        let mut parts: Vec<_> = fields.iter().map(ValueReport::brief).collect();
+        if len > expected {
+            // A device uses the bytes that are mapped, and may send EMCY 8220h because of the others (CiA 301, 7.2.2.4). A
+            // PDO that it sends itself must be as long as its mapping.
+            parts.push(format!("{len} bytes instead of {expected}"));
+            decoded.alarming = !received;
+        }
+        Some(decoded.with(parts.join(", "), Detail::Pdo(Pdo { number, received, fields })))
+    }
 }
 
 /// A PDO of an unknown device, by the predefined connection set (CiA 301, 7.3.3).

@@ -9,23 +9,25 @@ pub mod wire;
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use lexican_eds::model::{Bits, Condition, ConditionalRange, Device, Entry, Meaning, Named, Unit, Value};
 use lexican_eds::types::{Class, DataType};
-use lexican_runtime::NodeId;
 use lexican_runtime::object::{self, Address};
+use lexican_runtime::{NodeId, cia301};
 
 /// A data sheet, and the values that were seen on the bus. Units and names of values depend on other values.
 pub struct DeviceValues<'a> {
     /// The data sheet.
     pub device: &'a Device,
     seen: BTreeMap<Address, i128>,
+    pdos_have_changed: bool,
 }
 
 impl<'a> DeviceValues<'a> {
     /// A device of which nothing was seen.
     pub fn new(device: &'a Device) -> Self {
-        DeviceValues { device, seen: BTreeMap::new() }
+        DeviceValues { device, seen: BTreeMap::new(), pdos_have_changed: false }
     }
 
     /// The entry at an address.
@@ -41,8 +43,16 @@ impl<'a> DeviceValues<'a> {
     /// Remembers a value that was seen.
     pub fn set(&mut self, address: Address, value: &Value) {
         if let Value::Integer(number) = value {
-            self.seen.insert(address, *number);
+            let before = self.seen.insert(address, *number);
+            let index = address.index();
+            let is_of_pdo = cia301::is_pdo_communication(index) || cia301::is_pdo_mapping(index);
+            self.pdos_have_changed |= is_of_pdo && before != Some(*number);
         }
+    }
+
+    /// Whether a parameter of a PDO has got another value since this was asked last.
+    pub(crate) fn pdos_have_changed(&mut self) -> bool {
+        std::mem::take(&mut self.pdos_have_changed)
     }
 
     /// The value that was seen last.
@@ -277,7 +287,13 @@ fn ascii(number: i128, bits: u8, first_is_high: bool) -> Option<String> {
 
 /// `1F 00 88`.
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+    let mut text = String::with_capacity(3 * bytes.len());
+    for (at, byte) in bytes.iter().enumerate() {
+        let space = if at == 0 { "" } else { " " };
+        // Cannot fail: a text grows.
+        let _ = write!(text, "{space}{byte:02X}");
+    }
+    text
 }
 
 #[cfg(test)]

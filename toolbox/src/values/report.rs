@@ -35,7 +35,10 @@ pub struct ValueReport {
 impl ValueReport {
     /// An entry without its value.
     pub fn without_value(device: Option<&DeviceValues<'_>>, address: Address) -> Self {
-        let entry = device.and_then(|device| Some((device, device.entry(address)?)));
+        Self::new(address, device.and_then(|device| Some((device, device.entry(address)?))))
+    }
+
+    fn new(address: Address, entry: Option<(&DeviceValues<'_>, &Entry)>) -> Self {
         ValueReport {
             address,
             name: entry.map(|(device, entry)| device.name(entry)),
@@ -50,8 +53,8 @@ impl ValueReport {
 
     /// An entry with the bytes of an SDO transfer.
     pub fn of_bytes(device: Option<&DeviceValues<'_>>, address: Address, data: &[u8]) -> Self {
-        let mut report = ValueReport { raw: Some(data.to_vec()), ..ValueReport::without_value(device, address) };
         let entry = device.and_then(|device| Some((device, device.entry(address)?)));
+        let mut report = ValueReport { raw: Some(data.to_vec()), ..ValueReport::new(address, entry) };
         match entry {
             Some((device, entry)) => match parse_padded(entry.data_type, data) {
                 Some(value) => report.set_value(device, entry, value),
@@ -69,7 +72,7 @@ impl ValueReport {
 
     /// An entry with its value in a PDO.
     pub fn of_value(device: &DeviceValues<'_>, entry: &Entry, value: Value) -> Self {
-        let mut report = ValueReport::without_value(Some(device), Address::new(entry.index, entry.sub));
+        let mut report = ValueReport::new(super::address(entry), Some((device, entry)));
         report.set_value(device, entry, value);
         report
     }
