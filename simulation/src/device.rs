@@ -450,6 +450,9 @@ impl Node for SimulatedDevice {
     fn generation(&self) -> u32 {
         self.as_node().generation()
     }
+    fn changes_only_when_called(&self) -> bool {
+        self.as_node().changes_only_when_called()
+    }
     fn set_power(&mut self, now: Instant, on: bool) {
         self.as_node_mut().set_power(now, on);
         if let Kind::Drive(siko) = &mut self.kind {

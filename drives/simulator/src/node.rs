@@ -317,6 +317,10 @@ impl Node for SimulatedServo {
         self.device.generation()
     }
 
+    fn changes_only_when_called(&self) -> bool {
+        true
+    }
+
     fn set_power(&mut self, now: Instant, on: bool) {
         // The method of the type, which its users have without the trait.
         SimulatedServo::set_power(self, now, on);

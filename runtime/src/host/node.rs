@@ -33,6 +33,12 @@ pub trait Node {
         0
     }
 
+    /// Whether nothing but these calls changes what it sends and when it is due, so that it need not be asked before one of
+    /// them. Not so of a node that others hold as well, as by an [`Arc`], and so not the default.
+    fn changes_only_when_called(&self) -> bool {
+        false
+    }
+
     /// The node loses its power, or gets it back: then it boots, with what it has stored. Without power, nothing else is
     /// called. The default does nothing, so such a node forgets nothing.
     fn set_power(&mut self, now: Instant, on: bool) {
@@ -58,6 +64,9 @@ impl<N: Node + ?Sized> Node for Box<N> {
     }
     fn generation(&self) -> u32 {
         (**self).generation()
+    }
+    fn changes_only_when_called(&self) -> bool {
+        (**self).changes_only_when_called()
     }
     fn set_power(&mut self, now: Instant, on: bool) {
         (**self).set_power(now, on);
@@ -114,6 +123,9 @@ impl<N: Node> Node for Vec<N> {
     }
     fn generation(&self) -> u32 {
         self.iter().fold(0, |sum, node| sum.wrapping_add(node.generation()))
+    }
+    fn changes_only_when_called(&self) -> bool {
+        self.iter().all(Node::changes_only_when_called)
     }
     fn set_power(&mut self, now: Instant, on: bool) {
         self.iter_mut().for_each(|node| node.set_power(now, on));

@@ -341,6 +341,10 @@ impl Node for VirtualDevice {
         self.device.as_ref().filter(|_| self.on).map_or(0, |device| device.generation())
     }
 
+    fn changes_only_when_called(&self) -> bool {
+        true
+    }
+
     fn set_power(&mut self, now: Instant, on: bool) {
         let boots = on && !self.on;
         if on != self.on

@@ -45,6 +45,8 @@ pub struct SimulatedDrive {
     pub(super) storage: Box<dyn Storage>,
     pub(super) controller: Controller,
     effects: Vec<Effect>,
+    /// Whether the objects may hold other parameters than the controller has: to read them all takes long.
+    pub(super) parameters_written: bool,
     /// Whether an SDO is being served.
     pub(super) by_sdo: bool,
     /// Until when everything has been looked at: what changes by itself after it is still to be reported.
@@ -78,6 +80,7 @@ impl SimulatedDrive {
             device: Device::new(node, setup.behaviour),
             controller: Controller::new(setup.model, now, parameters, setup.inputs, position),
             effects: Vec::new(),
+            parameters_written: false,
             by_sdo: false,
             storage,
             setup,
@@ -186,6 +189,7 @@ impl SimulatedDrive {
     /// has it.
     pub fn set_inching_stop(&mut self, now: Instant, braking: Braking) {
         self.setup.non_volatile.inching_stop = u8::from(braking == Braking::Programmed);
+        self.parameters_written = true;
         self.settle(now);
     }
 
@@ -347,6 +351,7 @@ impl SimulatedDrive {
             by_sdo: self.by_sdo,
             storage: &mut *self.storage,
             inching_stop: &mut self.setup.non_volatile.inching_stop,
+            parameters_written: &mut self.parameters_written,
             controller: &self.controller,
             effects: &mut self.effects,
         };
@@ -383,15 +388,17 @@ impl SimulatedDrive {
     }
 
     fn settle_running(&mut self, now: Instant) {
-        let parameters = self.parameters();
-        if parameters != self.controller.parameters {
-            self.controller.set_parameters(now, parameters);
+        if std::mem::take(&mut self.parameters_written) {
+            let parameters = self.parameters();
+            if parameters != self.controller.parameters {
+                self.controller.set_parameters(now, parameters);
+            }
         }
         for effect in std::mem::take(&mut self.effects) {
             match effect {
                 Effect::Control(word) => self.controller.control(now, word),
                 Effect::ControlWithoutTarget(word) => self.controller.control_without_target(now, word),
-                Effect::Calibrate => self.controller.calibrate(now, parameters.calibration_value),
+                Effect::Calibrate => self.controller.calibrate(now, self.controller.parameters.calibration_value),
             }
         }
         self.controller.advance(now);

@@ -31,7 +31,6 @@ impl Node for SimulatedDrive {
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let emergencies = CobId::from_parameter(emergency_parameter(&*self.storage));
         loop {
             let was = self.device.nmt_state();
             let bus = self.inputs().bus;
@@ -41,7 +40,7 @@ impl Node for SimulatedDrive {
                 self.enter(now, self.device.nmt_state());
             }
             // Error passive: "communication is no longer enabled", but the emergency says so.
-            let is_emergency = frame.id() == emergencies;
+            let is_emergency = frame.id() == CobId::from_parameter(emergency_parameter(&*self.storage));
             if is_switched_off(self.setup.model, &*self.storage, &frame) {
                 continue;
             }
@@ -64,6 +63,10 @@ impl Node for SimulatedDrive {
 
     fn generation(&self) -> u32 {
         self.device.generation()
+    }
+
+    fn changes_only_when_called(&self) -> bool {
+        true
     }
 
     fn set_power(&mut self, now: Instant, on: bool) {

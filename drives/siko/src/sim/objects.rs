@@ -25,6 +25,7 @@ pub(super) struct Objects<'a> {
     pub(super) storage: &'a mut dyn Storage,
     /// Parameter 25, where no object holds it.
     pub(super) inching_stop: &'a mut u8,
+    pub(super) parameters_written: &'a mut bool,
     pub(super) controller: &'a Controller,
     pub(super) effects: &'a mut Vec<Effect>,
 }
@@ -62,6 +63,7 @@ impl<'a> Layer for Objects<'a> {
         let value = signed(entry.data_type, raw_of(data)).unwrap_or_default();
         self.check(entry, value)?;
         self.storage.write(entry, offset, data, last)?;
+        *self.parameters_written = true;
         self.follow(entry.address, value);
         Ok(())
     }

@@ -69,6 +69,7 @@ impl SimulatedDrive {
         let kept = Setup { non_volatile: self.non_volatile(now), ..self.setup.clone() };
         let node = if self.setup.model.addressing == Addressing::Object { kept.node() } else { switched };
         self.storage = kept.storage(node);
+        self.parameters_written = true;
         self.controller = self.controller.restarted(now, *self.inputs());
         let rate = self.storage.raw(address::BIT_RATE).and_then(|rate| BIT_RATES.get(rate as usize));
         self.bit_rate = rate.copied().unwrap_or(0);

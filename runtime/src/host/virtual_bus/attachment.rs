@@ -28,7 +28,7 @@ use crate::{Duration, Frame, Instant};
 #[derive(Clone)]
 pub struct Attachment {
     state: Arc<Mutex<State>>,
-    place: usize,
+    pub(super) place: usize,
 }
 
 impl Attachment {
@@ -96,8 +96,6 @@ impl Attachment {
     }
 
     fn with_controller<R>(&self, what: impl FnOnce(&mut Controller, Instant) -> R) -> R {
-        let mut state = lock(&self.state);
-        let now = state.clock.now();
-        what(&mut state.controllers[self.place], now)
+        lock(&self.state).call(self.place, what)
     }
 }

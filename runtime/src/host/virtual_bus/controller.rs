@@ -8,7 +8,6 @@ use super::fate::Judge;
 use super::inbox::Inbox;
 use crate::host::node::lock;
 use crate::host::{BusState, Incoming, Node};
-use crate::time::sooner;
 use crate::{CobId, Duration, Frame, Instant};
 
 /// A CAN controller with acceptance filters, a mailbox and a transmit buffer of one frame, and the node behind it.
@@ -16,6 +15,9 @@ pub(super) struct Controller {
     node: Box<dyn Node + Send>,
     /// The queues of a link; the node is these.
     link: Option<Arc<Mutex<Inbox>>>,
+    /// Whether the node is due at `due` until it is called again. Otherwise it is asked each time.
+    pub(super) is_settled: bool,
+    due: Option<Instant>,
     is_attached: bool,
     has_power: bool,
     /// A frame that lost arbitration waits here, and what else the node has to send waits behind it.
@@ -32,9 +34,20 @@ pub(super) struct Controller {
     pub(super) judge: Judge,
 }
 
+/// What a controller does with a frame.
+pub(super) enum Taken {
+    /// Its filters or a full mailbox leave it out.
+    Not,
+    Handled,
+    /// It is in the mailbox, until the node has handled it.
+    Until(Instant),
+}
+
 impl Controller {
     pub(super) fn new(node: Box<dyn Node + Send>, response_time: Duration) -> Self {
         Controller {
+            is_settled: node.changes_only_when_called(),
+            due: node.poll_timeout(),
             node,
             link: None,
             is_attached: true,
@@ -52,7 +65,8 @@ impl Controller {
     /// A link. It reports a frame when it comes, as the controllers of interfaces take its time.
     pub(super) fn of_link(inbox: &Arc<Mutex<Inbox>>) -> Self {
         let controller = Controller::new(Box::new(Arc::clone(inbox)), Duration::ZERO);
-        Controller { link: Some(Arc::clone(inbox)), ..controller }
+        // It is never due, and the link says when it sends.
+        Controller { link: Some(Arc::clone(inbox)), is_settled: true, ..controller }
     }
 
     /// Whether it receives and sends.
@@ -68,7 +82,7 @@ impl Controller {
         if core::mem::replace(&mut self.has_power, on) != on {
             self.buffer = None;
             self.mailbox.clear();
-            self.node.set_power(now, on);
+            self.call(|node| node.set_power(now, on));
         }
     }
 
@@ -96,7 +110,7 @@ impl Controller {
             return None;
         }
         if self.buffer.is_none() {
-            self.buffer = self.node.poll_transmit(now);
+            self.buffer = self.call(|node| node.poll_transmit(now));
         }
         self.buffer
     }
@@ -112,23 +126,26 @@ impl Controller {
     }
 
     /// A frame has come over the bus.
-    pub(super) fn receive(&mut self, now: Instant, frame: &Frame) {
+    pub(super) fn receive(&mut self, now: Instant, frame: &Frame) -> Taken {
         if !self.is_on_bus() {
-            return;
+            return Taken::Not;
         }
         if self.response_time.is_zero() && self.mailbox.is_empty() {
-            return self.node.handle_frame(now, frame);
+            self.call(|node| node.handle_frame(now, frame));
+            return Taken::Handled;
         }
         if !self.accepts(frame.id()) {
-            return;
+            return Taken::Not;
         }
         if self.mailbox.len() >= self.capacity {
             self.overruns += 1;
-            return;
+            return Taken::Not;
         }
         // One after the other.
         let begins = self.mailbox.back().map_or(now, |(handled, _)| *handled);
-        self.mailbox.push_back((begins + self.response_time, *frame));
+        let handled = begins + self.response_time;
+        self.mailbox.push_back((handled, *frame));
+        Taken::Until(handled)
     }
 
     fn accepts(&mut self, id: CobId) -> bool {
@@ -141,23 +158,33 @@ impl Controller {
     }
 
     /// The node handles the oldest frame of the mailbox, if it is done with it by `now`.
-    pub(super) fn handle_mail(&mut self, now: Instant) -> bool {
-        let is_handled = self.mailbox.front().is_some_and(|(handled, _)| *handled <= now);
-        if is_handled && let Some((_, frame)) = self.mailbox.pop_front() {
-            self.node.handle_frame(now, &frame);
+    pub(super) fn handle_mail(&mut self, now: Instant) {
+        if self.mailbox.front().is_some_and(|(handled, _)| *handled <= now)
+            && let Some((_, frame)) = self.mailbox.pop_front()
+        {
+            self.call(|node| node.handle_frame(now, &frame));
         }
-        is_handled
     }
 
     pub(super) fn handle_timeout(&mut self, now: Instant) {
-        if self.has_power && self.node.poll_timeout().is_some_and(|at| at <= now) {
-            self.node.handle_timeout(now);
+        if self.node_timeout().is_some_and(|at| at <= now) {
+            self.call(|node| node.handle_timeout(now));
         }
     }
 
-    /// When it does something by itself.
-    pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        let handled = self.mailbox.front().map(|(handled, _)| *handled);
-        if self.has_power { sooner(self.node.poll_timeout(), handled) } else { None }
+    /// When the node does something by itself.
+    pub(super) fn node_timeout(&self) -> Option<Instant> {
+        if !self.has_power {
+            return None;
+        }
+        if self.is_settled { self.due } else { self.node.poll_timeout() }
+    }
+
+    fn call<R>(&mut self, what: impl FnOnce(&mut dyn Node) -> R) -> R {
+        let result = what(&mut *self.node);
+        if self.is_settled {
+            self.due = self.node.poll_timeout();
+        }
+        result
     }
 }

@@ -40,11 +40,11 @@ impl Link for VirtualLink {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        let condition = lock(&self.state).condition;
-        if !condition.carries_frames() {
-            return Err(LinkError::NoBus(condition));
+        let mut state = lock(&self.state);
+        if !state.condition.carries_frames() {
+            return Err(LinkError::NoBus(state.condition));
         }
-        lock(&self.inbox).outgoing.push_back(*frame);
+        state.call(self.attachment.place, |_, _| lock(&self.inbox).outgoing.push_back(*frame));
         Ok(())
     }
 

@@ -18,6 +18,7 @@
 //! - Clocks that drift: all nodes have the time of the bus, and the same bit rate.
 //! - The two bit times by which a frame is received before it is over.
 
+mod agenda;
 mod attachment;
 mod controller;
 mod fate;
@@ -160,6 +161,7 @@ mod tests {
     use super::*;
     use crate::CobId;
     use crate::host::{Incoming, Link, LinkError};
+    use proptest::prelude::*;
     use std::vec;
     use std::vec::Vec;
 
@@ -173,10 +175,16 @@ mod tests {
         every: Duration,
         next: Instant,
         due: bool,
+        is_settled: bool,
     }
 
     impl Node for Metronome {
-        fn handle_frame(&mut self, _: Instant, _: &Frame) {}
+        /// The rhythm begins anew with a frame whose data are those of the node's own.
+        fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+            if frame.data() == self.frame.data() {
+                self.next = now + self.every;
+            }
+        }
         fn handle_timeout(&mut self, now: Instant) {
             self.due = true;
             self.next = now + self.every;
@@ -187,11 +195,53 @@ mod tests {
         fn poll_timeout(&self) -> Option<Instant> {
             Some(self.next)
         }
+        fn concerns(&self) -> Vec<CobId> {
+            [0x100, self.frame.id().raw() as u16 ^ 1].into_iter().filter_map(CobId::standard).collect()
+        }
+        fn changes_only_when_called(&self) -> bool {
+            self.is_settled
+        }
     }
 
     fn metronome(id: u16) -> Metronome {
         let every = Duration::from_millis(10);
-        Metronome { frame: frame(id, &[0; 8]), every, next: Instant::ZERO + every, due: false }
+        Metronome { frame: frame(id, &[0; 8]), every, next: Instant::ZERO + every, due: false, is_settled: true }
+    }
+
+    /// What is on a bus of metronomes, of which each has an identifier, a period in 100 us and a byte, while the plug of the
+    /// first is pulled for 10 ms, and the power of the last is off as long.
+    fn log(metronomes: &[(u16, u64, u8)], kbit_per_s: Option<u32>, is_settled: bool) -> Vec<(Instant, Frame)> {
+        let bus = kbit_per_s.map_or_else(VirtualBus::new, VirtualBus::with_bit_rate);
+        let nodes = metronomes.iter().map(|&(id, every, byte)| {
+            let every = Duration::from_micros(100 * every);
+            let frame = frame(id, &[byte]);
+            bus.attach(Metronome { frame, every, next: Instant::ZERO + every, is_settled, ..metronome(id) })
+        });
+        let nodes: Vec<_> = nodes.collect();
+        let log = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::clone(&log);
+        bus.observe(move |at, frame| heard.lock().unwrap().push((at, *frame)));
+        bus.advance(Duration::from_millis(20));
+        nodes[0].detach();
+        nodes[nodes.len() - 1].power_off();
+        bus.advance(Duration::from_millis(10));
+        nodes[0].attach();
+        nodes[nodes.len() - 1].power_on();
+        bus.advance(Duration::from_millis(20));
+        log.lock().unwrap().clone()
+    }
+
+    proptest! {
+        /// Those that say that nobody else changes them, and those that are asked before each event.
+        #[test]
+        fn nodes_that_are_not_asked_send_the_same(
+            metronomes in prop::collection::vec((0x100..0x108_u16, 1..30_u64, 0..4_u8), 1..8),
+            kbit_per_s in prop::option::of(Just(500_u32)),
+        ) {
+            let [settled, asked] = [true, false].map(|is_settled| log(&metronomes, kbit_per_s, is_settled));
+            prop_assert!(!asked.is_empty());
+            prop_assert_eq!(settled, asked);
+        }
     }
 
     #[test]

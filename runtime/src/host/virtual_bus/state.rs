@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::vec::Vec;
 
-use super::controller::Controller;
+use super::agenda::Agenda;
+use super::controller::{Controller, Taken};
 use super::fate::{Fate, Judge};
 use crate::host::clock::pause;
 use crate::host::node::lock;
@@ -26,6 +27,7 @@ pub(super) struct State {
     wire: Wire,
     pub(super) condition: BusState,
     pub(super) controllers: Vec<Controller>,
+    agenda: Agenda,
     delayed: Vec<InFlight>,
     pub(super) observers: Vec<Observer>,
     pub(super) judge: Judge,
@@ -95,8 +97,17 @@ impl State {
 
     /// Adds a controller, and returns its place.
     pub(super) fn add(&mut self, controller: Controller) -> usize {
+        self.agenda.add(&controller);
         self.controllers.push(controller);
         self.controllers.len() - 1
+    }
+
+    /// Calls a controller.
+    pub(super) fn call<R>(&mut self, place: usize, what: impl FnOnce(&mut Controller, Instant) -> R) -> R {
+        let controller = &mut self.controllers[place];
+        let result = what(controller, self.clock.now());
+        self.agenda.note(place, controller);
+        result
     }
 
     #[expect(clippy::disallowed_methods, reason = "real time is what is asked for")]
@@ -123,8 +134,12 @@ impl State {
         } else if let Some(at) = self.delayed.iter().position(|frame| frame.arrives <= next) {
             let arrived = self.delayed.remove(at);
             self.deliver(arrived.sender, &arrived.frame);
-        } else if !self.controllers.iter_mut().any(|controller| controller.handle_mail(next)) {
-            self.controllers.iter_mut().for_each(|controller| controller.handle_timeout(next));
+        } else if let Some(place) = self.agenda.take_mail(next) {
+            self.call(place, |controller, _| controller.handle_mail(next));
+        } else {
+            for place in self.agenda.take_due(next) {
+                self.call(place, |controller, _| controller.handle_timeout(next));
+            }
         }
         true
     }
@@ -137,11 +152,7 @@ impl State {
             return;
         }
         let now = self.clock.now();
-        let contenders = self.controllers.iter_mut().enumerate();
-        let winner = contenders
-            .filter_map(|(sender, controller)| Some((controller.contend(now)?, sender)))
-            .min_by_key(|(frame, sender)| (frame.arbitration(), *sender));
-        if let Some((frame, sender)) = winner {
+        if let Some((sender, frame)) = self.agenda.arbitrate(&mut self.controllers, now) {
             self.controllers[sender].win();
             self.wire.send(now, sender, frame);
         }
@@ -153,9 +164,9 @@ impl State {
     }
 
     fn next_event(&self) -> Option<Instant> {
-        let deadlines = self.controllers.iter().filter_map(Controller::poll_timeout);
         let arrivals = self.wire.frame.iter().chain(&self.delayed).map(|frame| frame.arrives);
-        deadlines.chain(arrivals).min().map(|next| next.max(self.clock.now()))
+        let deadline = self.agenda.poll_timeout(&self.controllers);
+        deadline.into_iter().chain(arrivals).min().map(|next| next.max(self.clock.now()))
     }
 
     fn pass_to(&mut self, next: Instant) {
@@ -199,8 +210,13 @@ impl State {
             observer(self.clock.now(), frame);
         }
         for (receiver, controller) in self.controllers.iter_mut().enumerate() {
-            if receiver != sender {
-                controller.receive(self.clock.now(), frame);
+            if receiver == sender {
+                continue;
+            }
+            match controller.receive(self.clock.now(), frame) {
+                Taken::Handled => self.agenda.note(receiver, controller),
+                Taken::Until(handled) => self.agenda.add_mail(handled, receiver),
+                Taken::Not => {}
             }
         }
     }
