@@ -7,7 +7,7 @@ mod file;
 mod fmt;
 mod lint;
 mod new;
-mod to_dbc;
+mod to_tools;
 
 use crate::output::{Failure, Outcome};
 
@@ -22,7 +22,20 @@ pub(crate) enum Command {
     Set(edit::SetArgs),
     Add(edit::AddArgs),
     Remove(edit::RemoveArgs),
-    ToDbc(to_dbc::Args),
+    /// Write a CAN database (DBC) of the messages of nodes with this data sheet
+    ///
+    /// PDOs by the mapping of the EDS or DCF, EMCY, SDO, heartbeat, NMT and SYNC. Names come from the data sheet, units,
+    /// scaling and named values from its overlay and from CiA 301 and 402. Exit code 1 if two messages have the same COB-ID, of
+    /// which the second is left out.
+    #[command(after_help = to_tools::DBC_EXAMPLES)]
+    ToDbc(to_tools::Args),
+    /// Write a script by which Wireshark and tshark show objects of nodes with this data sheet by name and unit
+    ///
+    /// PDOs by the mapping of the EDS or DCF, SDO transfers, and the vendor's error codes in EMCY. Each object is a field to
+    /// filter by. Units are those that the data sheet or DCF sets; the script does not follow a setting that changes them on the
+    /// bus, as `lexican monitor` does. A machine has one for all its nodes: `lexican machine export --format wireshark`.
+    #[command(after_help = to_tools::WIRESHARK_EXAMPLES)]
+    ToWireshark(to_tools::Args),
 }
 
 impl Command {
@@ -36,7 +49,8 @@ impl Command {
             Command::Set(args) => edit::set(&args),
             Command::Add(args) => edit::add(&args),
             Command::Remove(args) => edit::remove(&args),
-            Command::ToDbc(args) => to_dbc::run(&args),
+            Command::ToDbc(args) => to_tools::dbc(&args),
+            Command::ToWireshark(args) => to_tools::wireshark(&args),
         }
     }
 }

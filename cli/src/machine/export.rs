@@ -9,8 +9,8 @@ use crate::output::{self, Failure, ForceArgs, Outcome, warn};
 /// Write what other tools take of a machine into a folder
 ///
 /// For each node a DCF (NAME.dcf, CiA 306-1) and a concise DCF (NAME.bin, 1F22h of CiA 302-3), which is by the rules of dcfgen: what
-/// the data sheet says already is left out. Of all nodes their list (nodelist.cpj, CiA 306-3) and a CAN database (machine.dbc); for
-/// people a page (machine.md) and a picture (machine.svg). Exit code 1 if two messages have the same COB-ID, of which the database
+/// the data sheet says already is left out. Of all nodes their list (nodelist.cpj, CiA 306-3) a CAN database (machine.dbc) and names
+/// for Wireshark (machine.lua); for people a page (machine.md) and a picture (machine.svg). Exit code 1 if two messages have the same COB-ID, of which the database
 /// has the first.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -40,6 +40,8 @@ enum Format {
     Cpj,
     /// A CAN database
     Dbc,
+    /// A script for Wireshark
+    Wireshark,
     /// A page about the machine
     Markdown,
     /// A picture of the network
@@ -79,6 +81,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
                 outcome = Outcome::Found;
             }
             files.push((format!("{stem}.dbc"), database.to_bytes()));
+        }
+        if wants(Format::Wireshark) {
+            files.push((format!("{stem}.lua"), machine.wireshark_script().into_bytes()));
         }
         if wants(Format::Markdown) {
             let picture = format!("{stem}.svg");

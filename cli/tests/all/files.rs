@@ -12,12 +12,13 @@ fn no_command_replaces_a_file_unless_it_is_told_to() {
     std::fs::write(folder.join("in.log"), LOG).unwrap();
     let plot = ["plot", "--bus", DRIVE, "--for", "300ms", "6064"];
     // The name of the file, what stands before it, and options.
-    let commands: [(&str, &[&str], &[&str]); 9] = [
+    let commands: [(&str, &[&str], &[&str]); 10] = [
         ("kept.dcf", &["-o"], &["backup", "--bus", DRIVE]),
         ("bus.log", &["-o"], &["record", "--bus", "log:in.log", "--to", "candump"]),
         ("bus.asc", &[], &["convert", "in.log", "--to", "asc"]),
         ("drive.rs", &["-o"], &["gen", "siko/ag03-1"]),
         ("drive.dbc", &["-o"], &["eds", "to-dbc", "siko/ag03-1", "--node", "5"]),
+        ("drive.lua", &["-o"], &["eds", "to-wireshark", "siko/ag03-1", "--node", "5"]),
         ("name.bin", &["-o"], &["read", "--bus", DRIVE, "1008:00"]),
         ("curve.svg", &["--svg"], &plot),
         ("curve.csv", &["--csv"], &plot),

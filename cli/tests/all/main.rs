@@ -44,3 +44,4 @@ mod simulation;
 #[path = "../common/terminal.rs"]
 mod terminal;
 mod trace;
+mod wireshark;

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use lexican_eds::model::{Commissioning, Device};
 use lexican_runtime::NodeId;
+use lexican_toolbox::decode::wireshark;
 use lexican_toolbox::pdo::dbc::{self, Database};
 use lexican_toolbox::values::wire::parse_padded;
 
@@ -77,6 +78,15 @@ impl Machine {
         let nodes: Vec<_> =
             devices.iter().map(|(node, id, device)| dbc::Node::named(&node.name, *id, device)).collect();
         Database::new(&nodes)
+    }
+
+    /// A script by which Wireshark shows the objects of the nodes that have a data sheet and a node-ID.
+    #[must_use]
+    pub fn wireshark_script(&self) -> String {
+        let devices =
+            self.nodes.iter().filter_map(|node| Some((node.name.value.clone(), node.id?, self.configured(node)?)));
+        let devices: Vec<_> = devices.collect();
+        wireshark::script(devices.iter().map(|(name, id, device)| (name.clone(), *id, device)))
     }
 
     /// The bus in a sentence: `500 kbit/s, SYNC every 10 ms, busy for 12.0 % in the worst case`.

@@ -6,6 +6,7 @@ pub mod lss;
 mod network;
 pub(crate) mod pdo;
 mod sdo;
+pub mod wireshark;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -59,7 +60,7 @@ impl<'a> Decoder<'a> {
         let pdo = self.pdos.get(&frame.id()).and_then(|pdo| pdo.decode(&mut self.nodes, frame));
         let decoded = pdo.unwrap_or_else(|| self.other_than_configured_pdo(frame));
         let node = decoded.node.and_then(|node| self.nodes.get_mut(&node));
-        if node.is_some_and(|values| values.pdos_have_changed()) {
+        if node.is_some_and(DeviceValues::pdos_have_changed) {
             self.pdos = pdo::table(&self.nodes);
         }
         decoded
