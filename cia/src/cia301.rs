@@ -54,6 +54,10 @@ pub const IDENTITY: u16 = 0x1018;
 pub const SYNCHRONOUS_COUNTER_OVERFLOW: u16 = 0x1019;
 /// 1020h: date and time of the configuration.
 pub const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// 1021h: the device's own data sheet.
+pub const STORE_EDS: u16 = 0x1021;
+/// 1022h: in which form 1021h has it. 0 is text, from 128 on are the vendor's.
+pub const STORE_FORMAT: u16 = 0x1022;
 /// 1023h: a command to the operating system.
 pub const OS_COMMAND: u16 = 0x1023;
 /// 1024h: what the operating system does with commands.

@@ -51,6 +51,7 @@ const PAUSE: Duration = Duration::from_millis(1);
 /// How much later a second node with the same node-ID may respond.
 const GRACE: Duration = Duration::from_millis(30);
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
+const STORE_FORMAT: Address = Address::new(cia301::STORE_FORMAT, 0);
 
 /// A node that was found.
 #[derive(Debug, Default)]
@@ -116,6 +117,9 @@ impl<L: Link> Scanner<L> {
             self.listen(self.wait, true)?;
             self.listen(GRACE, false)?;
         }
+        let nodes: Vec<_> = self.found.keys().copied().collect();
+        self.ask(nodes.into_iter(), STORE_FORMAT)?;
+        self.listen(self.wait, true)?;
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
         // A node that sends segments without end, or repeats itself, has had its time.
@@ -229,6 +233,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
                 "revision": found.identity(3),
                 "serial": found.identity(4),
                 "device": found.device(),
+                "data_sheet": found.numbers.contains_key(&STORE_FORMAT),
                 "two_nodes": found.evidence,
                 "other_answers": others,
             });
@@ -236,6 +241,9 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
         } else {
             let name = styled(anstyle::Style::new().bold(), format_args!("node {node:>3}"));
             writeln!(stdout, "{name}  {}", found.describe())?;
+            if found.numbers.contains_key(&STORE_FORMAT) {
+                writeln!(stdout, "          its data sheet is in it: `lexican eds fetch {node}` reads it")?;
+            }
             for evidence in &found.evidence {
                 let text = format!("are there two nodes {node}? {evidence}{}", found.difference());
                 writeln!(stdout, "          {}", crate::print::notice(&text))?;

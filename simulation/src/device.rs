@@ -73,7 +73,7 @@ impl SimulatedDevice {
             (Some(DriveModel::Siko(model)), Some(node)) => Kind::drive(now, model, node, eeprom)?,
             (Some(DriveModel::Servo(model)), Some(node)) => Kind::servo(now, model, node, eeprom)?,
             (Some(_), None) => return Err(SimulationError::NoLss),
-            (None, node) => Kind::sheet(now, node, &device, eeprom)?,
+            (None, node) => Kind::sheet(now, node, sheet.input.eds.text(), &device, eeprom)?,
         };
         Ok(SimulatedDevice { sheet: device, name: None, given: node, kind, sent: VecDeque::new() })
     }
@@ -174,10 +174,12 @@ impl Kind {
     fn sheet(
         now: Instant,
         node: Option<NodeId>,
+        text: &str,
         sheet: &Arc<Device>,
         eeprom: Option<&Path>,
     ) -> Result<Self, EepromError> {
-        let memory = eeprom.map(|path| Memory::open(path, keeps(sheet))).transpose()?.unwrap_or_default();
+        let mut memory = eeprom.map(|path| Memory::open(path, keeps(sheet))).transpose()?.unwrap_or_default();
+        memory.data_sheet = text.as_bytes().to_vec();
         Ok(Kind::Sheet(Box::new(VirtualDevice::with_memory(now, node, Arc::clone(sheet), memory))))
     }
 

@@ -20,7 +20,7 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::output::{Failure, print_result, spinner, warn};
 
-pub(crate) use read::{ReadArgs, read};
+pub(crate) use read::{LONGEST, ReadArgs, read, save};
 pub(crate) use write::{WriteArgs, data_type, write};
 
 /// How results are printed.

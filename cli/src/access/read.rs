@@ -79,7 +79,7 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
             let [[address]] = addresses.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] else {
                 return Err(Failure::new("one file takes one entry").help("name the sub-index as well: 1F50:01"));
             };
-            return save(args, network, node, *address, path);
+            return save(network, node, *address, args.max, path, &args.force);
         }
         let printer = Printer { node, json: args.json, names_node };
         let mut reading = Reading { network, values: device.map(DeviceValues::new), printer, max: args.max };
@@ -92,20 +92,21 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
 }
 
 /// The most that is read without `--max`: 64 MiB.
-const LONGEST: u32 = 64 << 20;
+pub(crate) const LONGEST: u32 = 64 << 20;
 /// The most that is read of an object whose type has a size: enough to show what else a device sends there.
 const LONGEST_NUMBER: u32 = 64;
 
-/// Writes the bytes of an entry into a file.
-fn save(
-    args: &ReadArgs,
+/// Writes the bytes of an entry, no more than `max`, into a file.
+pub(crate) fn save(
     network: &mut Network<BoxedLink>,
     node: NodeId,
     address: Address,
+    max: u32,
     path: &Path,
+    force: &ForceArgs,
 ) -> Result<Outcome, Failure> {
     let (what, interrupted) = (format!("reading {address}"), ctrl_c()?);
-    let mut followed = follow(&what, None, Bytes::room_for(args.max as usize), &interrupted);
+    let mut followed = follow(&what, None, Bytes::room_for(max as usize), &interrupted);
     let result = network.read_into(node, address, &mut followed);
     if followed.is_interrupted() {
         return Err(Failure::new(format_args!("{address}: interrupted; {} is as it was", path.display())));
@@ -113,7 +114,7 @@ fn save(
     let data = match result {
         Ok(len) => followed.into_payload().into_vec(len),
         Err(AccessError::Sdo { error: SdoError::TooLong { address, capacity }, .. }) => {
-            return Err(too_long(address, capacity, args.max));
+            return Err(too_long(address, capacity, max));
         }
         Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
             Printer { node, json: false, names_node: false }
@@ -127,7 +128,7 @@ fn save(
         stdout.write_all(&data)?;
         stdout.flush()?;
     } else {
-        args.force.write(path, &data)?;
+        force.write(path, &data)?;
     }
     Ok(Outcome::Clean)
 }

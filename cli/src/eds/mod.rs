@@ -3,6 +3,7 @@
 mod diff;
 mod dump;
 mod edit;
+mod fetch;
 mod file;
 mod fmt;
 mod lint;
@@ -15,6 +16,7 @@ use crate::output::{Failure, Outcome};
 #[derive(clap::Subcommand, Debug)]
 pub(crate) enum Command {
     New(new::Args),
+    Fetch(fetch::Args),
     Dump(dump::Args),
     Lint(lint::Args),
     Diff(diff::Args),
@@ -42,6 +44,7 @@ impl Command {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self {
             Command::New(args) => new::run(&args),
+            Command::Fetch(args) => fetch::run(&args),
             Command::Dump(args) => dump::run(&args),
             Command::Lint(args) => lint::run(&args),
             Command::Diff(args) => diff::run(&args),

@@ -8,6 +8,29 @@ use crate::common::{folder, lexican, lexican_in};
 const DRIVE: &str = "sim:siko/ag03-1?node=5";
 const SHEET: &str = include_str!("../sensor.eds");
 
+/// Objects by which a device hands out its own data sheet.
+const OWN_DATA_SHEET: &str = "[1021]\nParameterName=Store EDS\nObjectType=0x2\nDataType=0x000F\nAccessType=ro\n\n\
+    [1022]\nParameterName=Store format\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nDefaultValue=0\n\n";
+
+#[test]
+fn a_device_hands_out_its_data_sheet() {
+    let folder = folder("eds-fetch");
+    let listed = SHEET.replace("SupportedObjects=6\n", "SupportedObjects=8\n7=0x1021\n8=0x1022\n");
+    let sheet = listed.replacen("[1018]", &(OWN_DATA_SHEET.to_owned() + "[1018]"), 1);
+    std::fs::write(folder.join("sensor.eds"), &sheet).unwrap();
+    let bus = "sim:sensor.eds?node=7";
+    lexican_in(&folder, &["scan", "--bus", bus]).on_stdout(0, "`lexican eds fetch 7` reads it");
+    let fetch = ["eds", "fetch", "7", "--bus", bus, "-o", "got.eds"];
+    lexican_in(&folder, &fetch).on_stderr(0, "got.eds: Sensor, ");
+    assert_eq!(std::fs::read_to_string(folder.join("got.eds")).unwrap(), sheet);
+    lexican_in(&folder, &fetch).on_stderr(2, "--force");
+    // A vendor's own form, and a device without one.
+    std::fs::write(folder.join("sensor.eds"), sheet.replace("DefaultValue=0\n\n", "DefaultValue=128\n\n")).unwrap();
+    lexican_in(&folder, &[&fetch[..], &["--force"]].concat()).on_stderr(1, "form 128 of the vendor");
+    let none = ["eds", "fetch", "5", "--bus", "sim:siko/ag03-1?node=5", "-o", "none.eds"];
+    lexican_in(&folder, &none).on_stderr(2, "node 5 has no data sheet in it");
+}
+
 /// A folder with the data sheet of a sensor that has a DOMAIN in place of its label.
 fn with_domain(name: &str) -> PathBuf {
     let folder = folder(name);

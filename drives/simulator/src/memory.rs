@@ -26,6 +26,8 @@ pub struct Memory {
     pub writable: Vec<Address>,
     /// The bit rates in kbit/s that the device takes by LSS.
     pub bit_rates_kbit: Vec<u16>,
+    /// The data sheet that the device hands out (1021h).
+    pub data_sheet: Vec<u8>,
     kept: Kept,
     file: Option<EepromFile<Kept>>,
 }

@@ -116,11 +116,16 @@ impl SheetDictionary {
             let Some(slot) = self.slots.get(&address).filter(|slot| !slot.is_given) else { continue };
             let bytes = value.to_le_bytes();
             let Some(data) = slot.entry.data_type.size().and_then(|size| bytes.get(..size)) else { continue };
-            if self.set(address, data).is_ok()
-                && let Some(slot) = self.slots.get_mut(&address)
-            {
-                slot.default = data.to_vec();
-            }
+            self.supply_default(address, data);
+        }
+    }
+
+    /// Makes bytes the default of an entry, if there is one that can have them.
+    pub(super) fn supply_default(&mut self, address: Address, data: &[u8]) {
+        if self.set(address, data).is_ok()
+            && let Some(slot) = self.slots.get_mut(&address)
+        {
+            slot.default = data.to_vec();
         }
     }
 

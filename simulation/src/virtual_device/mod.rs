@@ -106,6 +106,8 @@ impl VirtualDevice {
         if self.servo.is_some() {
             self.dictionary.supply_defaults(servo::DEFAULTS);
         }
+        let data_sheet = Address::new(cia301::STORE_EDS, 0);
+        self.dictionary.supply_default(data_sheet, &self.memory.data_sheet);
         self.dictionary.reset(self.memory.values());
         if reset == Reset::Communication {
             self.dictionary.keep_application(before);

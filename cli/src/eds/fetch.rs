@@ -1,0 +1,71 @@
+//! `lexican eds fetch`: the data sheet that a device has in it.
+
+use std::path::PathBuf;
+
+use lexican_runtime::host::{AccessError, Pace};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{AbortCode, NodeId, cia301};
+use lexican_toolbox::data_sheet::DataSheet;
+
+use crate::access::{LONGEST, save};
+use crate::bus::{Connected, Identity, NODE, NetworkArgs, node_id};
+use crate::device::show_errors;
+use crate::output::{Failure, ForceArgs, Outcome, note, plural};
+
+/// Read the data sheet that a device has in it (1021h)
+///
+/// `lexican scan` says which nodes have one. Vendors may store it in forms of their own (1022h), which only they can read: it is
+/// written as it is then, with exit code 1. Nothing is changed in the device.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    network: NetworkArgs,
+
+    /// The file to write; - for stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    force: ForceArgs,
+
+    #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
+    node: Option<NodeId>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican eds fetch 5 --bus can0 -o valve.eds
+    lexican eds fetch 5 --bus can0 -o - | less";
+
+/// The form of a text that is not compressed (CiA 301, object 1022h).
+const TEXT: u8 = 0;
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    args.force.guard(&args.output, args.network.files())?;
+    let Connected { mut network, id, .. } = args.network.connect_as(Pace::Virtual, args.node, Identity::Any)?;
+    let form = match network.read_bytes(id, Address::new(cia301::STORE_FORMAT, 0)) {
+        Ok(data) => data.first().copied().unwrap_or(TEXT),
+        Err(AccessError::Sdo { error: SdoError::Aborted { code: AbortCode::NO_SUCH_OBJECT, .. }, .. }) => {
+            let what = format_args!("node {id} has no data sheet in it: there is no 1022h");
+            return Err(Failure::new(what)
+                .help("`lexican devices` lists those that lexican knows; others come from the vendor"));
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let outcome = save(&mut network, id, Address::new(cia301::STORE_EDS, 0), LONGEST, &args.output, &args.force)?;
+    if outcome != Outcome::Clean || args.output.as_os_str() == "-" {
+        return Ok(outcome);
+    }
+    if form != TEXT {
+        let path = args.output.display();
+        note(format_args!("{path} is in form {form} of the vendor (1022h), and no text: its tools have to unpack it"));
+        return Ok(Outcome::Found);
+    }
+    let sheet = DataSheet::load(&args.output.to_string_lossy(), &[])?;
+    let objects = plural(sheet.device.objects.len(), "object");
+    let product = sheet.device.info.product_name.as_deref().unwrap_or("a device without a name");
+    note(format_args!("{}: {product}, {objects}", args.output.display()));
+    Ok(if show_errors(&sheet) { Outcome::Found } else { Outcome::Clean })
+}
