@@ -14,6 +14,7 @@ use super::hub::{self, Port, Ports};
 use super::lock::lock;
 use super::recording::{self, Recording};
 use super::reply::Gathered;
+use super::sequence::{Player, Recorded};
 use super::wanted::Wanted;
 use super::worker::{NOBODY, Worker};
 use super::{order, pdo};
@@ -51,18 +52,23 @@ pub struct Setup {
     pub nodes: Vec<(NodeId, Option<String>, Option<Sheet>)>,
     /// The simulated devices, if they are.
     pub simulation: Option<Box<dyn Simulation>>,
+    /// What people keep of the machine.
+    pub kept: view::Kept,
+    /// What plays sequences.
+    pub player: Option<Box<dyn Player>>,
 }
 
 impl Setup {
     /// A bus of which nothing is known yet.
     #[must_use]
     pub fn new(bus: BusInfo) -> Self {
-        Setup { bus, nodes: Vec::new(), simulation: None }
+        Setup { bus, nodes: Vec::new(), simulation: None, kept: view::Kept::default(), player: None }
     }
 
-    fn model(self, now: Instant) -> (Arc<Mutex<Model>>, Option<Box<dyn Simulation>>) {
-        let mut model = Model::new(now, self.bus);
-        for (node, name, sheet) in self.nodes {
+    fn model(&mut self, now: Instant) -> Arc<Mutex<Model>> {
+        let mut model = Model::new(now, self.bus.clone());
+        model.kept = std::mem::take(&mut self.kept);
+        for (node, name, sheet) in self.nodes.drain(..) {
             if let Some(sheet) = sheet {
                 model.introduce(node, sheet);
             }
@@ -70,7 +76,7 @@ impl Setup {
                 model.name(node, name);
             }
         }
-        (Arc::new(Mutex::new(model)), self.simulation)
+        Arc::new(Mutex::new(model))
     }
 }
 
@@ -89,6 +95,11 @@ pub(super) struct Shared {
     pub(super) wanted: Mutex<Wanted>,
     /// Links for what clients have started that is about no single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
+    pub(super) player: Option<Box<dyn Player>>,
+    /// What clients have done since one of them wanted it to be recorded.
+    pub(super) recorded: Mutex<Option<Vec<Recorded>>>,
+    /// The link of the sequence that is played.
+    pub(super) playing: Mutex<Option<u64>>,
 }
 
 #[derive(Default)]
@@ -107,10 +118,10 @@ impl Clients {
 
 impl Bench {
     /// A bench of a link in real time.
-    pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
-        let (model, simulation) = setup.model(link.now());
+    pub fn live(link: Box<dyn Link + Send>, mut setup: Setup) -> std::io::Result<Self> {
+        let model = setup.model(link.now());
         let ports = hub::begin(link, Arc::clone(&model))?;
-        let bench = Bench::new(model, ports, simulation, None);
+        let bench = Bench::new(model, ports, setup, None);
         let keeper = bench.clone();
         std::thread::Builder::new().name("nodes".to_owned()).spawn(move || keeper.keep())?;
         Ok(bench)
@@ -120,21 +131,18 @@ impl Bench {
     pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
         setup.bus.is_writable = false;
         let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
-        let (model, simulation) = setup.model(now);
+        let model = setup.model(now);
         let ports = hub::nowhere(now);
         let recording = recording::begin(frames, ports.clone(), Arc::clone(&model))?;
-        Ok(Bench::new(model, ports, simulation, Some(recording)))
+        Ok(Bench::new(model, ports, setup, Some(recording)))
     }
 
-    fn new(
-        model: Arc<Mutex<Model>>,
-        ports: Ports,
-        simulation: Option<Box<dyn Simulation>>,
-        recording: Option<Arc<Recording>>,
-    ) -> Self {
-        let (workers, clients, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
-        let (wanted, links) = (Mutex::default(), Mutex::default());
-        Bench(Arc::new(Shared { model, ports, workers, clients, simulation, recording, wanted, links }))
+    fn new(model: Arc<Mutex<Model>>, ports: Ports, setup: Setup, recording: Option<Arc<Recording>>) -> Self {
+        let (simulation, player) = (Mutex::new(setup.simulation), setup.player);
+        let (workers, clients, wanted, links, recorded, playing) = Default::default();
+        let of_clients =
+            Shared { model, ports, workers, clients, simulation, recording, wanted, links, player, recorded, playing };
+        Bench(Arc::new(of_clients))
     }
 
     /// What clients show.
@@ -335,6 +343,7 @@ impl Bench {
 
     /// Stops every drive, whatever else is under way; `done` hears when all of them stand, or why one does not.
     pub(super) fn stop_all(&self, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
+        self.end_play();
         let drives: Vec<_> = {
             let mut model = lock(&self.0.model);
             let is_drive = |node: &NodeId| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some());

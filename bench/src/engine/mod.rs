@@ -13,9 +13,11 @@ mod parameters;
 mod pdo;
 mod recording;
 mod reply;
+mod sequence;
 mod wanted;
 mod worker;
 
 pub use bench::{Bench, Setup, Simulation};
 pub use client::Client;
 pub use reply::Reply;
+pub use sequence::{Line, Player};

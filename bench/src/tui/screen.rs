@@ -86,6 +86,17 @@ impl Screen {
             KeyCode::Char(digit @ '1'..='8') => ui.tab = Tab::ALL[digit as usize - '1' as usize],
             KeyCode::Char('h') if view.control.holder == Some(ui.client) => return say(Request::ReleaseControl),
             KeyCode::Char(control @ ('h' | 'H')) => return say(Request::TakeControl { force: control == 'H' }),
+            KeyCode::F(5) => {
+                let request = Request::Record { on: view.kept.recorded.is_none() };
+                return Some(Action::Ask(Purpose::File(String::new()), request));
+            }
+            KeyCode::F(6) => {
+                return ui.ask(Text::AskSequence, view.kept.sequences.join(", "), |typed| {
+                    let name = typed.trim().to_owned();
+                    let text = Some(std::fs::read_to_string(&name).map_err(|error| format!("{name}: {error}"))?);
+                    Ok(Action::Ask(Purpose::File(String::new()), Request::PlaySequence { name, text }))
+                });
+            }
             KeyCode::Char('[') => ui.select_node(view, -1),
             KeyCode::Char(']') => ui.select_node(view, 1),
             KeyCode::Char('l') if view.log.is_some() => {

@@ -252,6 +252,10 @@ export default {
   'trigger.armed': 'Scharf …',
 
   'drives.none': 'Kein Knoten ist ein Antrieb.',
+  'sequences.title': 'Abläufe',
+  'sequences.record': 'Bedienung aufzeichnen',
+  'sequences.end': '{count} Zeilen speichern',
+  'sequences.play': 'Ablauf abspielen: am Ende kommt der Bericht, STOP bricht ab',
   'drive.machine': 'Zustandsmaschine nach CiA 402; jetzt: {state}',
   'drive.to-state': 'Nach {state}',
   'drive.position': 'Position',
