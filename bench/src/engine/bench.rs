@@ -14,12 +14,11 @@ use super::hub::{self, Port, Ports};
 use super::lock::lock;
 use super::recording::{self, Recording};
 use super::reply::Gathered;
-use super::sequence::{Player, Recorded};
 use super::wanted::Wanted;
 use super::worker::{NOBODY, Worker};
 use super::{order, pdo};
 use crate::model::{Braking, BusInfo, DEVICE_NAME, DRIVE, Model, watched};
-use crate::request::{Answer, Refused};
+use crate::request::{Answer, Refused, Request};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 
@@ -42,6 +41,25 @@ pub trait Simulation: Send {
 
     /// Switches a device on or off.
     fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
+}
+
+/// What understands lines: the command whose lines they are.
+pub trait Player: Send + Sync {
+    /// A request as a line, if there is one that does the same.
+    fn line(&self, request: &Request) -> Option<String>;
+
+    /// Understands a sequence before any of its lines runs, over this link. Without its text, it is one of the machine's.
+    fn read(&self, name: &str, text: Option<String>, link: Box<dyn Link + Send>) -> Result<Vec<Line>, Refused>;
+}
+
+/// A line that can run.
+pub struct Line {
+    /// `3: drive feeder move-to 50 mm`.
+    pub text: String,
+    /// The nodes that it talks to; all without them.
+    pub nodes: Option<Vec<NodeId>>,
+    /// Runs it: what it prints, and whether it is fulfilled.
+    pub run: Box<dyn FnOnce() -> (String, Result<(), Refused>) + Send>,
 }
 
 /// What a bench begins with.
@@ -96,8 +114,8 @@ pub(super) struct Shared {
     /// Links for what clients have started that is about no single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
     pub(super) player: Option<Box<dyn Player>>,
-    /// What clients have done since one of them wanted it to be recorded.
-    pub(super) recorded: Mutex<Option<Vec<Recorded>>>,
+    /// What clients do while it is recorded: its lines, and when the last one has ended.
+    pub(super) recorded: Mutex<Option<(String, Option<Instant>)>>,
     /// The link of the sequence that is played.
     pub(super) playing: Mutex<Option<u64>>,
 }

@@ -172,9 +172,9 @@ impl Client {
     /// What waits for nothing.
     fn at_once(&self, request: Request) -> Result<Answer, Refused> {
         let (bench, number) = (&self.bench, self.number);
-        let mut clients = lock(&bench.0.clients);
         match request {
             Request::TakeControl { force } => {
+                let mut clients = lock(&bench.0.clients);
                 let before = clients.holder.filter(|holder| *holder != number);
                 if let Some(other) = before {
                     if !force {
@@ -184,16 +184,14 @@ impl Client {
                 }
                 clients.holder = Some(number);
                 bench.show_control(&clients);
-                return Ok(Answer::Done);
+                Ok(Answer::Done)
             }
             Request::ReleaseControl => {
+                let mut clients = lock(&bench.0.clients);
                 clients.holder = clients.holder.filter(|holder| *holder != number);
                 bench.show_control(&clients);
-                return Ok(Answer::Done);
+                Ok(Answer::Done)
             }
-            _ => drop(clients),
-        }
-        match request {
             Request::Nmt { node, command } => {
                 bench.check_writable()?;
                 network::command(&bench.0.ports, node.map(node_id).transpose()?, command)
@@ -202,10 +200,7 @@ impl Client {
             Request::SetSheet { node, sheet } => {
                 let node = node_id(node)?;
                 let read = DataSheet::load(&sheet, &[]);
-                let read = read.map_err(|error| match error.remedy() {
-                    Some(remedy) => Refused::new(&error).with_remedy(remedy),
-                    None => Refused::new(&error),
-                })?;
+                let read = read.map_err(|error| Refused { remedy: error.remedy(), ..Refused::new(&error) })?;
                 lock(&bench.0.model).introduce(node, Sheet::new(&sheet, read));
                 if let Some(recording) = &bench.0.recording {
                     recording.show_anew();

@@ -17,7 +17,6 @@ mod sequence;
 mod wanted;
 mod worker;
 
-pub use bench::{Bench, Setup, Simulation};
+pub use bench::{Bench, Line, Player, Setup, Simulation};
 pub use client::Client;
 pub use reply::Reply;
-pub use sequence::{Line, Player};

@@ -2,39 +2,18 @@
 
 use std::sync::mpsc::{Sender, channel};
 
-use lexican_runtime::host::Link;
 use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::oneshot;
 
-use super::bench::Bench;
+use super::bench::{Bench, Player};
 use super::jobs::Job;
 use super::lock::lock;
 use crate::request::{Answer, Refused, Request, Verb};
 
-/// What understands lines: the command whose lines they are.
-pub trait Player: Send + Sync {
-    /// A request as a line, if there is one that does the same.
-    fn line(&self, request: &Request) -> Option<String>;
-
-    /// Understands a sequence before any of its lines runs, over this link. Without its text, it is one of the machine's.
-    fn read(&self, name: &str, text: Option<String>, link: Box<dyn Link + Send>) -> Result<Vec<Line>, Refused>;
-}
-
-/// A line that can run.
-pub struct Line {
-    /// `3: drive feeder move-to 50 mm`.
-    pub text: String,
-    /// The nodes that it talks to; all without them.
-    pub nodes: Option<Vec<NodeId>>,
-    /// Runs it: what it prints, and whether it is fulfilled.
-    pub run: Box<dyn FnOnce() -> (String, Result<(), Refused>) + Send>,
-}
-
-/// Something that was asked for while it was recorded.
-pub(super) struct Recorded {
+/// Something that is asked for while it is recorded.
+pub(super) struct Asked {
     text: String,
-    given: Instant,
-    ended: Instant,
+    at: Instant,
     has_no_end: bool,
 }
 
@@ -47,38 +26,43 @@ impl Bench {
     /// Begins to record, or ends it: then [`Answer::File`].
     pub(super) fn record(&self, on: bool) -> Result<Answer, Refused> {
         self.player()?;
-        let before = std::mem::replace(&mut *lock(&self.0.recorded), on.then(Vec::new));
+        let before = std::mem::replace(&mut *lock(&self.0.recorded), on.then(Default::default));
         lock(&self.0.model).kept.recorded = on.then_some(0);
         Ok(match before.filter(|_| !on) {
-            Some(lines) => Answer::File { name: "recorded.seq".to_owned(), bytes: sequence(lines).into() },
+            Some((text, _)) => Answer::File { name: "recorded.seq".to_owned(), bytes: text.into() },
             None => Answer::Done,
         })
     }
 
     /// What is asked for as a line, if it is recorded.
-    pub(super) fn line(&self, request: &Request) -> Option<Recorded> {
+    pub(super) fn line(&self, request: &Request) -> Option<Asked> {
         let text = lock(&self.0.recorded).is_some().then(|| self.player().ok()?.line(request))??;
         let has_no_end = matches!(request, Request::Drive { order: Verb::Run, .. });
-        let given = self.0.ports.now();
-        Some(Recorded { text, given, ended: given, has_no_end })
+        Some(Asked { text, at: self.0.ports.now(), has_no_end })
     }
 
     /// What was asked for has ended.
-    pub(super) fn note(&self, line: Option<Recorded>, was_stopped: bool, result: &Result<Answer, Refused>) {
+    pub(super) fn note(&self, asked: Option<Asked>, was_stopped: bool, result: &Result<Answer, Refused>) {
         let mut recorded = lock(&self.0.recorded);
-        let (Some(mut line), Some(lines)) = (line, recorded.as_mut()) else { return };
-        line.ended = self.0.ports.now();
-        line.text = match result {
-            Ok(_) if line.has_no_end => {
-                format!("{} --for {:.1}s", line.text, line.ended.since(line.given).as_secs_f64())
+        let (Some(Asked { text, at, has_no_end }), Some((lines, last))) = (asked, recorded.as_mut()) else { return };
+        let now = self.0.ports.now();
+        match last.replace(now) {
+            Some(last) if at < last => *lines += "# Given before the line above had ended:\n",
+            // A shorter pause is none of a person's.
+            Some(last) if at.since(last) >= Duration::from_millis(100) => {
+                *lines += &format!("wait {:.1}s\n", at.since(last).as_secs_f64());
             }
+            _ => {}
+        }
+        *lines += &match result {
+            Ok(_) if has_no_end => format!("{text} --for {:.1}s\n", now.since(at).as_secs_f64()),
             // Played, it would go on to its own end.
-            Ok(_) if was_stopped => format!("# {}: a stop has ended it", line.text),
-            Ok(_) => line.text,
-            Err(refused) => format!("# {}: {}", line.text, refused.why.replace('\n', " ")),
+            Ok(_) if was_stopped => format!("# {text}: a stop has ended it\n"),
+            Ok(_) => text + "\n",
+            Err(refused) => format!("# {text}: {}\n", refused.why.replace('\n', " ")),
         };
-        lines.push(line);
-        lock(&self.0.model).kept.recorded = u32::try_from(lines.len()).ok();
+        let count = &mut lock(&self.0.model).kept.recorded;
+        *count = count.map(|count| count + 1);
     }
 
     /// Ends the sequence that is played, if one is.
@@ -136,23 +120,4 @@ impl Bench {
         };
         nodes.into_iter().map(hold).collect()
     }
-}
-
-/// Lines as a sequence: one after another, with the pauses between them.
-fn sequence(mut lines: Vec<Recorded>) -> String {
-    lines.sort_by_key(|line| line.given);
-    let (mut text, mut last) = (String::new(), None);
-    for line in lines {
-        match last {
-            Some(last) if line.given < last => text += "# Given before the line above had ended:\n",
-            // A shorter pause is none of a person's.
-            Some(last) if line.given.since(last) >= Duration::from_millis(100) => {
-                text += &format!("wait {:.1}s\n", line.given.since(last).as_secs_f64());
-            }
-            _ => {}
-        }
-        text += &(line.text + "\n");
-        last = last.max(Some(line.ended));
-    }
-    text
 }
