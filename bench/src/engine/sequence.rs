@@ -104,6 +104,7 @@ impl Bench {
         let stand = stand.blocking_recv().unwrap_or_else(|_| Err(Refused::interrupted()));
         let lines = ended.and_then(|lines| stand.map(|_| lines))?;
         job.end(true, format!("{lines} lines; the drives stand"));
+        let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
         Ok(Answer::File { name: format!("{name}.txt"), bytes: report.into() })
     }
 

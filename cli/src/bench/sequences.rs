@@ -13,7 +13,7 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::text::files::read;
 
 use crate::bus::{Bus, lend};
-use crate::output::{Failure, Outcome, kept};
+use crate::output::{Outcome, kept};
 use crate::run::{Context, Lines};
 
 pub(super) struct Sequences {
@@ -27,7 +27,7 @@ impl Player for Sequences {
         let json = serde_json::to_value(request).ok()?;
         let word = |field: &str| json[field].as_str().unwrap_or_default().trim().to_owned();
         let id = json["node"].as_u64().map(|id| id.to_string());
-        let is_it = |node: &&Node| node.id.map(|id| id.to_string()) == id;
+        let is_it = |node: &&Node| node.id.is_some_and(|it| Some(it.to_string()) == id);
         let named = self.context.machine.as_ref().and_then(|machine| machine.nodes.iter().find(is_it));
         let who = named.map(|node| node.name.value.clone()).or(id).unwrap_or_else(|| "--all".to_owned());
         let words = match request {
@@ -46,7 +46,7 @@ impl Player for Sequences {
         let source = text.map_or_else(|| read(name.as_ref()), |text| Ok(Source::new(name, text)));
         let lines = Lines::read(&source.map_err(Refused::new)?, &self.context);
         let lines = lines.map_err(|wrong| Refused::new(wrong).with_remedy("nothing was done"))?;
-        lend(self.context.bus.url(), Bus::of(link, self.nodes.clone())).map_err(|failure| refused(&failure))?;
+        lend(self.context.bus.url(), Bus::of(link, self.nodes.clone())).map_err(Refused::new)?;
         let line = |line: crate::run::Line| {
             let (text, nodes) = (format!("{}: {}", line.number, line.text), line.step.nodes(self.context.shell));
             let context = Arc::clone(&self.context);
@@ -55,7 +55,10 @@ impl Player for Sequences {
                 let result = match result {
                     Ok(Outcome::Clean) => Ok(()),
                     Ok(_) => Err(Refused::new(printed.lines().last().unwrap_or("it has found something"))),
-                    Err(failure) => Err(refused(&failure)),
+                    Err(failure) => {
+                        let (why, remedy) = failure.words();
+                        Err(Refused { why: why.to_owned(), remedy: remedy.map(str::to_owned) })
+                    }
                 };
                 (printed, result)
             });
@@ -63,9 +66,4 @@ impl Player for Sequences {
         };
         Ok(lines.steps.into_iter().map(line).collect())
     }
-}
-
-fn refused(failure: &Failure) -> Refused {
-    let (why, remedy) = failure.words();
-    Refused { why: why.to_owned(), remedy: remedy.map(str::to_owned) }
 }

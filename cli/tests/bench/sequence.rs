@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
+use std::process::Command;
 
 use serde_json::{Value as Json, json};
 use tungstenite::client::IntoClientRequest;
@@ -13,6 +14,7 @@ use tungstenite::{Message, WebSocket, client};
 use crate::bench::Bench;
 use crate::browser::Browser;
 use crate::common::{folder, lexican_in};
+use crate::terminal::Terminal;
 
 const MACHINE: &str = "\
 [node.feeder]
@@ -212,4 +214,32 @@ fn the_page_plays_what_the_machine_lists_and_records() {
     page.reads("record", "Save 1 lines");
     assert_eq!(page.said(), [""; 0]);
     assert_eq!(page.nameless(), [""; 0]);
+}
+
+#[test]
+fn the_terminal_records_and_plays() {
+    const F5: &str = "\u{1b}[15~";
+    let folder = folder("bench-sequence-terminal");
+    fs::write(folder.join("machine.toml"), MACHINE).unwrap();
+    fs::write(folder.join("there.seq"), "boot\ndrive feeder move-to 5 mm --enable\n").unwrap();
+    fs::write(folder.join("recorded.seq"), "of yesterday").unwrap();
+    let args = ["bench", "--bus", "sim", "--tui", "--lang", "en"];
+    let mut screen = Terminal::of(Command::new(env!("CARGO_BIN_EXE_lexican")).args(args).current_dir(&folder));
+    screen.wait_for(|text| text.contains("feeder") && text.contains("cutter"));
+    screen.press(&format!("h6{F5}"));
+    screen.wait_for(|text| text.contains("done"));
+    screen.press("\u{1b}[17~");
+    screen.wait_for(|text| text.contains("there.seq"));
+    screen.press("there.seq\r");
+    screen.wait_for(|text| text.contains("there.seq.txt written"));
+    screen.press("d");
+    screen.wait_for(|text| text.contains("it is disabled"));
+    screen.press(F5);
+    screen.wait_for(|text| text.contains("2-recorded.seq written"));
+    screen.press("q");
+    assert_eq!(screen.end().0, Some(0));
+    let recorded = fs::read_to_string(folder.join("2-recorded.seq")).unwrap();
+    assert_eq!(recorded, "drive feeder disable\n");
+    let report = fs::read_to_string(folder.join("there.seq.txt")).unwrap();
+    assert!(report.contains("2: drive feeder move-to 5 mm --enable"), "{report}");
 }
