@@ -388,7 +388,10 @@ impl Bench {
             worker.leave(client);
         }
         let links = lock(&self.0.links).remove(&client);
-        links.into_iter().flatten().for_each(|link| self.0.ports.cut(link));
+        for link in links.into_iter().flatten() {
+            lock(&self.0.playing).take_if(|played| *played == link);
+            self.0.ports.cut(link);
+        }
     }
 
     /// A link that is lost when a client is closed.

@@ -83,27 +83,24 @@ impl Bench {
         if *lock(&self.0.playing).get_or_insert(link) != link {
             return Err(Refused::new("a sequence is played already").with_remedy("wait for it, or stop it"));
         }
-        let mut report = String::new();
-        let ended = player.read(name, text, Box::new(port)).and_then(|lines| {
-            let all = lines.len();
-            for (at, line) in lines.into_iter().enumerate() {
-                job.progress(at as f64 / all as f64, line.text.clone());
-                report += &format!("{:>10.3}  {}\n", self.0.ports.now().since(begun).as_secs_f64(), line.text);
-                let _held = self.hold(client, line.nodes)?;
-                let (printed, result) = (line.run)();
-                report += &printed;
-                if *lock(&self.0.playing) != Some(link) {
-                    return Err(Refused::interrupted());
-                }
-                result.map_err(|refused| Refused { why: format!("{}: {}", line.text, refused.why), ..refused })?;
-            }
-            Ok(all)
+        let lines = player.read(name, text, Box::new(port)).inspect_err(|_| self.end_play())?;
+        let (all, mut report) = (lines.len(), String::new());
+        let check = || (*lock(&self.0.playing) == Some(link)).then_some(()).ok_or_else(Refused::interrupted);
+        let ended = lines.into_iter().enumerate().try_for_each(|(at, line)| {
+            job.progress(at as f64 / all as f64, line.text.clone());
+            let _held = self.hold(client, line.nodes)?;
+            check()?;
+            report += &format!("{:>10.3}  {}\n", self.0.ports.now().since(begun).as_secs_f64(), line.text);
+            let (printed, result) = (line.run)();
+            report += &printed;
+            check()?;
+            result.map_err(|refused| Refused { why: format!("{}: {}", line.text, refused.why), ..refused })
         });
         let (sender, stand) = oneshot::channel();
         self.stop_all(move |result| drop(sender.send(result)));
         let stand = stand.blocking_recv().unwrap_or_else(|_| Err(Refused::interrupted()));
-        let lines = ended.and_then(|lines| stand.map(|_| lines))?;
-        job.end(true, format!("{lines} lines; the drives stand"));
+        ended.and(stand)?;
+        job.end(true, format!("{all} lines; the drives stand"));
         let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
         Ok(Answer::File { name: format!("{name}.txt"), bytes: report.into() })
     }

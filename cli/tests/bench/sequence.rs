@@ -166,6 +166,7 @@ fn a_sequence_is_played_on_the_link_of_the_bench_and_a_stop_ends_it() {
     let wrong = page.plays("boot\ndrive feeder move-too 5\ndrive knife stop\n");
     let why = wrong["refused"]["why"].as_str().unwrap();
     assert!(why.contains("a.seq:2: ") && why.contains("a.seq:3: "), "{why}");
+    assert_eq!(page.view["drives"][0]["ending"], Json::Null, "nothing was done, and nothing was stopped");
     let done = page.plays("boot\ndrive feeder move-to 2.5 mm --enable\nwait feeder.6064 >= 2.4 mm within 1 s\n");
     let report = page.file(&done);
     assert!(report.contains("2: drive feeder move-to 2.5 mm --enable\n"), "{report}");
