@@ -155,6 +155,15 @@ pub enum Request {
         value: Option<String>,
     },
 
+    /// Records what is ordered, written and commanded as lines of `lexican run`, or ends that: [`Answer::File`].
+    Record { on: bool },
+    /// Plays a sequence, which a stop ends, and stops all drives at its end: [`Answer::File`] is its report.
+    PlaySequence {
+        name: String,
+        /// Its lines; without them it is one of [`Kept::sequences`](crate::view::Kept::sequences).
+        text: Option<String>,
+    },
+
     /// An input of a simulated device, in the words of `lexican simulate`: `blocked = true`.
     Input { node: u8, text: String },
     /// Switches a simulated device on or off.

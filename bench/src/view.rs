@@ -26,6 +26,17 @@ pub struct View {
     pub control: Control,
     /// The recorded log, if it is one.
     pub log: Option<Log>,
+    pub kept: Kept,
+}
+
+/// What people keep of a machine, besides what they watch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Kept {
+    /// The sequences that its file lists.
+    pub sequences: Vec<String>,
+    /// While what somebody does is recorded: how many lines there are.
+    pub recorded: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -72,7 +72,7 @@ impl Command {
     /// Runs it; `shell` is the command with all of them.
     pub(crate) fn run(self, shell: run::Shell) -> Result<Outcome, Failure> {
         match self {
-            Command::Bench(args) => bench::run(&args),
+            Command::Bench(args) => bench::run(&args, shell),
             Command::Eds(command) => command.run(),
             Command::Gen(args) => generate::run(&args),
             Command::Machine(command) => command.run(),

@@ -1,5 +1,6 @@
 //! What a command prints and writes: text on the terminal, files, an exit code.
 
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
@@ -81,7 +82,6 @@ impl Failure {
     }
 
     /// The message and the advice.
-    #[cfg(test)]
     pub(crate) fn words(&self) -> (&str, Option<&str>) {
         (&self.message, self.help.as_deref())
     }
@@ -91,7 +91,7 @@ impl Failure {
         if self.silent {
             return ExitCode::SUCCESS;
         }
-        let mut stderr = anstream::stderr().lock();
+        let mut stderr = stderr();
         let (error, help) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default().bold());
         // If stderr is closed, the exit code has to do.
         let _ = writeln!(stderr, "{}{error}error{error:#}: {}", self.findings, self.message);
@@ -207,24 +207,24 @@ pub(crate) fn colours() -> bool {
 /// A remark on stderr.
 pub(crate) fn note(message: impl Display) {
     let note = AnsiColor::Green.on_default().bold();
-    let _ = writeln!(anstream::stderr().lock(), "{note}note{note:#}: {message}");
+    let _ = writeln!(stderr(), "{note}note{note:#}: {message}");
 }
 
 /// A problem that does not end the command, on stderr.
 pub(crate) fn warn(message: impl Display) {
     let warning = AnsiColor::Yellow.on_default().bold();
-    let _ = writeln!(anstream::stderr().lock(), "{warning}warning{warning:#}: {message}");
+    let _ = writeln!(stderr(), "{warning}warning{warning:#}: {message}");
 }
 
 /// A progress bar on stderr; hidden if stderr is no terminal.
 pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template(template).expect("the template is valid");
-    ProgressBar::new(steps).with_style(style)
+    if is_kept() { ProgressBar::hidden() } else { ProgressBar::new(steps).with_style(style) }
 }
 
 /// A sign on stderr that something is under way whose length is unknown; hidden if stderr is no terminal.
 pub(crate) fn spinner(message: String) -> ProgressBar {
-    let spinner = ProgressBar::new_spinner().with_message(message);
+    let spinner = if is_kept() { ProgressBar::hidden() } else { ProgressBar::new_spinner().with_message(message) };
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
     spinner
 }
@@ -240,10 +240,34 @@ pub(crate) fn raw_stdout() -> Stdout {
     Stdout(anstream::AutoStream::always_ansi(io::stdout().lock()))
 }
 
-pub(crate) struct Stdout(anstream::AutoStream<io::StdoutLock<'static>>);
+fn stderr() -> Stdout<impl Write> {
+    Stdout(anstream::stderr().lock())
+}
 
-impl Write for Stdout {
+thread_local! {
+    /// What this thread prints, if that is kept.
+    static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+}
+
+fn is_kept() -> bool {
+    KEPT.with_borrow(Option::is_some)
+}
+
+/// Keeps what is printed: where it would be, something else is shown.
+pub(crate) fn kept<T>(action: impl FnOnce() -> T) -> (T, String) {
+    KEPT.set(Some(Vec::new()));
+    let (result, printed) = (action(), KEPT.take().unwrap_or_default());
+    (result, anstream::adapter::strip_str(&String::from_utf8_lossy(&printed)).to_string())
+}
+
+/// A stream, unless what is printed is kept.
+pub(crate) struct Stdout<S = anstream::AutoStream<io::StdoutLock<'static>>>(S);
+
+impl<S: Write> Write for Stdout<S> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if KEPT.with_borrow_mut(|kept| kept.as_mut().map(|kept| kept.extend(bytes))).is_some() {
+            return Ok(bytes.len());
+        }
         unless_broken(self.0.write(bytes), bytes.len())
     }
     fn flush(&mut self) -> io::Result<()> {

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Display};
-use std::io::{self, Cursor, Write};
+use std::io::Cursor;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex};
 
 use lexican_codegen::{Options, compile};
 use lexican_eds::{Input, Source, load};
@@ -67,28 +66,12 @@ pub fn logs(data: &[u8]) {
     let format = |at: u8| Format::all().nth(usize::from(at));
     let Ok(reader) = Reader::new("log", Cursor::new(rest.to_vec()), format(first & 0x0F)) else { return };
     let records: Vec<Record> = reader.map_while(Result::ok).collect();
-    let written = Sink::default();
     let to = format(first >> 4).unwrap_or(Format::Pcapng);
-    let mut writer = Writer::new(written.clone(), to);
+    let mut writer = Writer::in_memory(to);
     let kept: Vec<&Record> = records.iter().filter(|record| writer.write(record).is_ok()).collect();
-    writer.finish().expect("memory can be written to");
-    let bytes = std::mem::take(&mut *written.0.lock().expect("no writer has panicked"));
-    let again = Reader::new("log", Cursor::new(bytes), Some(to)).expect("what was written can be opened");
+    let again = Reader::new("log", Cursor::new(writer.into_bytes()), Some(to)).expect("what was written can be opened");
     let again: Vec<Record> = again.map(|record| record.expect("what was written can be read")).collect();
     assert!(again.iter().map(|record| record.frame).eq(kept.iter().map(|record| record.frame)), "{to}");
-}
-
-/// A file in memory.
-#[derive(Clone, Default)]
-struct Sink(Arc<Mutex<Vec<u8>>>);
-
-impl Write for Sink {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().expect("no writer has panicked").write(bytes)
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// Names of buses.

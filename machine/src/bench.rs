@@ -1,10 +1,13 @@
 //! What the bench shows of a machine from the beginning.
 
+use std::path::PathBuf;
+
 use lexican_runtime::Duration;
 use lexican_toolbox::trace::sampler::Signal;
 
 use crate::at::At;
 use crate::file;
+use crate::files::Files;
 use crate::model::{Node, Shown};
 use crate::read::Out;
 use crate::wire::{End, end};
@@ -17,6 +20,16 @@ pub(crate) fn shown(nodes: &[Node], bench: &file::Bench, out: &mut Out) -> Vec<S
     let every = bench.every.as_ref().map_or(EVERY, |it| it.value.0);
     let texts = bench.watch.iter().map(|it| (it, false)).chain(bench.plot.iter().map(|it| (it, true)));
     texts.filter_map(|(text, as_curve)| one(nodes, text, as_curve, every, out)).collect()
+}
+
+/// The sequences that it plays.
+pub(crate) fn sequences(paths: &[At<PathBuf>], files: Files<'_>, out: &mut Out) -> Vec<PathBuf> {
+    for path in paths {
+        if let Err(error) = files.read(&path.value) {
+            out.wrong("machine::bench", &path.span, error.to_string(), None);
+        }
+    }
+    paths.iter().map(|path| files.path(&path.value)).collect()
 }
 
 fn one(nodes: &[Node], text: &At<String>, as_curve: bool, every: Duration, out: &mut Out) -> Option<Shown> {

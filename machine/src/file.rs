@@ -304,6 +304,8 @@ pub(crate) struct Bench {
     pub(crate) plot: Vec<At<String>>,
     /// How often objects are read.
     pub(crate) every: Option<At<Time>>,
+    /// The files of sequences that it plays.
+    pub(crate) sequences: Vec<At<PathBuf>>,
 }
 
 /// How a node is simulated.

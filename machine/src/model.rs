@@ -34,6 +34,8 @@ pub struct Machine {
     pub faults: Vec<Fault>,
     /// What the bench shows from the beginning.
     pub bench: Vec<Shown>,
+    /// The files of sequences that it plays.
+    pub sequences: Vec<PathBuf>,
     /// What is wrong with the file.
     pub findings: Diagnostics,
     /// The same machine on its other buses; their findings are here.

@@ -226,9 +226,10 @@ impl Sections {
         for simulated in self.simulated {
             parts[at(&simulated.name.value).unwrap_or(0)].1.simulated.push(simulated);
         }
-        let file::Bench { watch, plot, every } = self.bench;
+        let file::Bench { watch, plot, every, sequences } = self.bench;
         for (_, part) in &mut parts {
             part.bench.every.clone_from(&every);
+            part.bench.sequences.clone_from(&sequences);
         }
         let place = |text: &At<String>| text.split('.').next().and_then(at).unwrap_or(0);
         watch.into_iter().for_each(|text| parts[place(&text)].1.bench.watch.push(text));
@@ -248,9 +249,10 @@ impl Sections {
         faults::simulate(&mut nodes, self.simulated, files, out);
         let faults = faults::of(self.faults, &nodes, out);
         let bench = bench::shown(&nodes, &self.bench, out);
+        let sequences = bench::sequences(&self.bench.sequences, files, out);
         let About { name, note } = self.about;
         let (input, findings, others) = (input.clone(), Diagnostics::default(), Vec::new());
-        let machine = Machine { input, name, note, bus, nodes, faults, bench, findings, others };
+        let machine = Machine { input, name, note, bus, nodes, faults, bench, sequences, findings, others };
         crate::check::check(&machine, out);
         machine
     }

@@ -66,7 +66,7 @@ export async function send(request) {
 
 /**
  * Asks for a file, and gives it to the browser.
- * @param {Extract<Request, { do: 'export' | 'export-plot' }>} request
+ * @param {Extract<Request, { do: 'export' | 'export-plot' | 'record' | 'play-sequence' }>} request
  */
 export async function sendForFile(request) {
   const file = await send(request)

@@ -20,6 +20,8 @@ type Brings = {
   curves: Part<'curves'>
   number: Part<'number'>
   'export-plot': Part<'file'>
+  record: Part<'file'>
+  'play-sequence': Part<'file'>
 }
 
 /** What a request brings. */

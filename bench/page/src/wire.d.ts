@@ -248,6 +248,19 @@ text: string,
 is_success: boolean | null, };
 
 /**
+ * What people keep of a machine, besides what they watch.
+ */
+export type Kept = { 
+/**
+ * The sequences that its file lists.
+ */
+sequences: Array<string>, 
+/**
+ * While what somebody does is recorded: how many lines there are.
+ */
+recorded: number | null, };
+
+/**
  * Something that a drive or its data sheet lacks.
  */
 export type Lack = { 
@@ -571,7 +584,11 @@ format: string, } | { "do": "drive", node: number, order: Verb,
 /**
  * A position, a distance or a velocity with or without unit (`90 deg`), or a homing method.
  */
-value: string | null, } | { "do": "input", node: number, text: string, } | { "do": "power", node: number, on: boolean, } | { "do": "seek", 
+value: string | null, } | { "do": "record", on: boolean, } | { "do": "play-sequence", name: string, 
+/**
+ * Its lines; without them it is one of [`Kept::sequences`](crate::view::Kept::sequences).
+ */
+text: string | null, } | { "do": "input", node: number, text: string, } | { "do": "power", node: number, on: boolean, } | { "do": "seek", 
 /**
  * In seconds from its first frame.
  */
@@ -762,7 +779,7 @@ watched: Array<Watched>, trace: Trace, control: Control,
 /**
  * The recorded log, if it is one.
  */
-log: Log | null, };
+log: Log | null, kept: Kept, };
 
 export type Watched = { node: number, 
 /**

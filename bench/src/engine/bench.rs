@@ -18,7 +18,7 @@ use super::wanted::Wanted;
 use super::worker::{NOBODY, Worker};
 use super::{order, pdo};
 use crate::model::{Braking, BusInfo, DEVICE_NAME, DRIVE, Model, watched};
-use crate::request::{Answer, Refused};
+use crate::request::{Answer, Refused, Request};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 
@@ -43,6 +43,25 @@ pub trait Simulation: Send {
     fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
 }
 
+/// What understands lines: the command whose lines they are.
+pub trait Player: Send + Sync {
+    /// A request as a line, if there is one that does the same.
+    fn line(&self, request: &Request) -> Option<String>;
+
+    /// Understands a sequence before any of its lines runs, over this link. Without its text, it is one of the machine's.
+    fn read(&self, name: &str, text: Option<String>, link: Box<dyn Link + Send>) -> Result<Vec<Line>, Refused>;
+}
+
+/// A line that can run.
+pub struct Line {
+    /// `3: drive feeder move-to 50 mm`.
+    pub text: String,
+    /// The nodes that it talks to; all without them.
+    pub nodes: Option<Vec<NodeId>>,
+    /// Runs it: what it prints, and whether it is fulfilled.
+    pub run: Box<dyn FnOnce() -> (String, Result<(), Refused>) + Send>,
+}
+
 /// What a bench begins with.
 pub struct Setup {
     /// The bus.
@@ -51,18 +70,23 @@ pub struct Setup {
     pub nodes: Vec<(NodeId, Option<String>, Option<Sheet>)>,
     /// The simulated devices, if they are.
     pub simulation: Option<Box<dyn Simulation>>,
+    /// What people keep of the machine.
+    pub kept: view::Kept,
+    /// What plays sequences.
+    pub player: Option<Box<dyn Player>>,
 }
 
 impl Setup {
     /// A bus of which nothing is known yet.
     #[must_use]
     pub fn new(bus: BusInfo) -> Self {
-        Setup { bus, nodes: Vec::new(), simulation: None }
+        Setup { bus, nodes: Vec::new(), simulation: None, kept: view::Kept::default(), player: None }
     }
 
-    fn model(self, now: Instant) -> (Arc<Mutex<Model>>, Option<Box<dyn Simulation>>) {
-        let mut model = Model::new(now, self.bus);
-        for (node, name, sheet) in self.nodes {
+    fn model(&mut self, now: Instant) -> Arc<Mutex<Model>> {
+        let mut model = Model::new(now, self.bus.clone());
+        model.kept = std::mem::take(&mut self.kept);
+        for (node, name, sheet) in self.nodes.drain(..) {
             if let Some(sheet) = sheet {
                 model.introduce(node, sheet);
             }
@@ -70,7 +94,7 @@ impl Setup {
                 model.name(node, name);
             }
         }
-        (Arc::new(Mutex::new(model)), self.simulation)
+        Arc::new(Mutex::new(model))
     }
 }
 
@@ -89,6 +113,11 @@ pub(super) struct Shared {
     pub(super) wanted: Mutex<Wanted>,
     /// Links for what clients have started that is about no single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
+    pub(super) player: Option<Box<dyn Player>>,
+    /// What clients do while it is recorded: its lines, and when the last one has ended.
+    pub(super) recorded: Mutex<Option<(String, Option<Instant>)>>,
+    /// The link of the sequence that is played.
+    pub(super) playing: Mutex<Option<u64>>,
 }
 
 #[derive(Default)]
@@ -107,10 +136,10 @@ impl Clients {
 
 impl Bench {
     /// A bench of a link in real time.
-    pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
-        let (model, simulation) = setup.model(link.now());
+    pub fn live(link: Box<dyn Link + Send>, mut setup: Setup) -> std::io::Result<Self> {
+        let model = setup.model(link.now());
         let ports = hub::begin(link, Arc::clone(&model))?;
-        let bench = Bench::new(model, ports, simulation, None);
+        let bench = Bench::new(model, ports, setup, None);
         let keeper = bench.clone();
         std::thread::Builder::new().name("nodes".to_owned()).spawn(move || keeper.keep())?;
         Ok(bench)
@@ -120,21 +149,18 @@ impl Bench {
     pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
         setup.bus.is_writable = false;
         let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
-        let (model, simulation) = setup.model(now);
+        let model = setup.model(now);
         let ports = hub::nowhere(now);
         let recording = recording::begin(frames, ports.clone(), Arc::clone(&model))?;
-        Ok(Bench::new(model, ports, simulation, Some(recording)))
+        Ok(Bench::new(model, ports, setup, Some(recording)))
     }
 
-    fn new(
-        model: Arc<Mutex<Model>>,
-        ports: Ports,
-        simulation: Option<Box<dyn Simulation>>,
-        recording: Option<Arc<Recording>>,
-    ) -> Self {
-        let (workers, clients, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
-        let (wanted, links) = (Mutex::default(), Mutex::default());
-        Bench(Arc::new(Shared { model, ports, workers, clients, simulation, recording, wanted, links }))
+    fn new(model: Arc<Mutex<Model>>, ports: Ports, setup: Setup, recording: Option<Arc<Recording>>) -> Self {
+        let (simulation, player) = (Mutex::new(setup.simulation), setup.player);
+        let (workers, clients, wanted, links, recorded, playing) = Default::default();
+        let of_clients =
+            Shared { model, ports, workers, clients, simulation, recording, wanted, links, player, recorded, playing };
+        Bench(Arc::new(of_clients))
     }
 
     /// What clients show.
@@ -335,6 +361,7 @@ impl Bench {
 
     /// Stops every drive, whatever else is under way; `done` hears when all of them stand, or why one does not.
     pub(super) fn stop_all(&self, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
+        self.end_play();
         let drives: Vec<_> = {
             let mut model = lock(&self.0.model);
             let is_drive = |node: &NodeId| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some());
@@ -361,7 +388,10 @@ impl Bench {
             worker.leave(client);
         }
         let links = lock(&self.0.links).remove(&client);
-        links.into_iter().flatten().for_each(|link| self.0.ports.cut(link));
+        for link in links.into_iter().flatten() {
+            lock(&self.0.playing).take_if(|played| *played == link);
+            self.0.ports.cut(link);
+        }
     }
 
     /// A link that is lost when a client is closed.

@@ -99,13 +99,18 @@ impl Client {
 
     fn begin(&self, request: Request, sender: oneshot::Sender<Result<Answer, Refused>>) {
         let bench = &self.bench;
+        let (line, recorder) = (bench.line(&request), bench.clone());
+        let noted = move |was_stopped, result| {
+            recorder.note(line, was_stopped, &result);
+            result
+        };
         let model = &bench.0.model;
         match request {
             Request::Read { node, addresses } => {
                 self.with(node, sender, move |worker| access::read(worker, &addresses));
             }
             Request::Write { node, address, text, force } => {
-                self.with(node, sender, move |worker| access::write(worker, &address, &text, force));
+                self.with(node, sender, move |worker| noted(false, access::write(worker, &address, &text, force)));
             }
             Request::Backup { node } => self.job(node, "backup", sender, parameters::keep),
             Request::Restore { node, dcf } => {
@@ -122,14 +127,18 @@ impl Client {
                 self.with(node, sender, move |worker| pdo::map(worker, &wanted));
             }
             Request::Drive { node, order: order @ (Verb::Stop | Verb::QuickStop), .. } => {
+                bench.end_play();
                 let braking = if order == Verb::Stop { Braking::Programmed } else { Braking::Full };
                 match node_id(node).and_then(|node| bench.drive(node)) {
-                    Ok(worker) => worker.stop(braking, move |result| drop(sender.send(result))),
+                    Ok(worker) => worker.stop(braking, move |result| drop(sender.send(noted(false, result)))),
                     Err(refused) => drop(sender.send(Err(refused))),
                 }
             }
             Request::Drive { node, order, value } => {
-                self.with(node, sender, move |worker| order::carry(worker, order, value.as_deref()));
+                self.with(node, sender, move |worker| {
+                    let result = order::carry(worker, order, value.as_deref());
+                    noted(worker.is_interrupted(), result)
+                });
             }
             Request::StopAll => bench.stop_all(move |result| drop(sender.send(result))),
             Request::Seek { seconds } => match self.recording() {
@@ -149,9 +158,13 @@ impl Client {
                 let (link, job) = (bench.link_of(self.number), Job::begin(&model, "scan".to_owned()));
                 apart(sender, move || concluded(&job, |job| network::scan(&ports, link, &model, job)));
             }
+            Request::PlaySequence { name, text } => {
+                let (bench, client, job) = (bench.clone(), self.number, Job::begin(model, name.clone()));
+                apart(sender, move || concluded(&job, |job| bench.play(client, &name, text, job)));
+            }
             Request::Assign { node } => self.job(node, "assignment by LSS", sender, network::assign),
             other => {
-                let _ = sender.send(self.at_once(other));
+                let _ = sender.send(noted(false, self.at_once(other)));
             }
         }
     }
@@ -159,9 +172,9 @@ impl Client {
     /// What waits for nothing.
     fn at_once(&self, request: Request) -> Result<Answer, Refused> {
         let (bench, number) = (&self.bench, self.number);
-        let mut clients = lock(&bench.0.clients);
         match request {
             Request::TakeControl { force } => {
+                let mut clients = lock(&bench.0.clients);
                 let before = clients.holder.filter(|holder| *holder != number);
                 if let Some(other) = before {
                     if !force {
@@ -171,27 +184,23 @@ impl Client {
                 }
                 clients.holder = Some(number);
                 bench.show_control(&clients);
-                return Ok(Answer::Done);
+                Ok(Answer::Done)
             }
             Request::ReleaseControl => {
+                let mut clients = lock(&bench.0.clients);
                 clients.holder = clients.holder.filter(|holder| *holder != number);
                 bench.show_control(&clients);
-                return Ok(Answer::Done);
+                Ok(Answer::Done)
             }
-            _ => drop(clients),
-        }
-        match request {
             Request::Nmt { node, command } => {
                 bench.check_writable()?;
                 network::command(&bench.0.ports, node.map(node_id).transpose()?, command)
             }
+            Request::Record { on } => bench.record(on),
             Request::SetSheet { node, sheet } => {
                 let node = node_id(node)?;
                 let read = DataSheet::load(&sheet, &[]);
-                let read = read.map_err(|error| match error.remedy() {
-                    Some(remedy) => Refused::new(&error).with_remedy(remedy),
-                    None => Refused::new(&error),
-                })?;
+                let read = read.map_err(|error| Refused { remedy: error.remedy(), ..Refused::new(&error) })?;
                 lock(&bench.0.model).introduce(node, Sheet::new(&sheet, read));
                 if let Some(recording) = &bench.0.recording {
                     recording.show_anew();
@@ -343,6 +352,7 @@ fn needs_control(request: &Request) -> bool {
         | Request::Assign { .. }
         | Request::Write { .. }
         | Request::Restore { .. }
+        | Request::PlaySequence { .. }
         | Request::Input { .. }
         | Request::Power { .. } => true,
         Request::MapPdo { check, .. } => !check,

@@ -1,6 +1,6 @@
 //! Filters and formats of the trace, in the words of clients.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Mutex;
 
 use lexican_runtime::{Duration, Frame, Instant};
 use lexican_toolbox::bus::cob_ids::CobIds;
@@ -77,32 +77,10 @@ pub(super) fn log_file(model: &Mutex<Model>, which: &Which, format: Format) -> R
         next = next.and_then(|from| lock(model).frames(which, from, &mut frames));
         next.is_none()
     });
-    let bytes = Shared::default();
-    let mut writer = Writer::new(bytes.clone(), format);
+    let mut writer = Writer::in_memory(format);
     for (at, frame) in frames {
         let record = Record { at, interface: INTERFACE.into(), direction: Direction::Received, frame };
         writer.write(&record).map_err(|error| error.to_string())?;
     }
-    writer.finish().map_err(|error| error.to_string())?;
-    Ok(bytes.take())
-}
-
-/// Bytes that a writer leaves behind.
-#[derive(Clone, Default)]
-struct Shared(Arc<Mutex<Vec<u8>>>);
-
-impl Shared {
-    fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-impl std::io::Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(bytes);
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
+    Ok(writer.into_bytes())
 }

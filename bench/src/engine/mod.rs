@@ -13,9 +13,10 @@ mod parameters;
 mod pdo;
 mod recording;
 mod reply;
+mod sequence;
 mod wanted;
 mod worker;
 
-pub use bench::{Bench, Setup, Simulation};
+pub use bench::{Bench, Line, Player, Setup, Simulation};
 pub use client::Client;
 pub use reply::Reply;

@@ -92,6 +92,8 @@ pub struct Model {
     pub control: view::Control,
     /// Where a recorded log stands.
     pub log: Option<view::Log>,
+    /// What people keep of the machine.
+    pub kept: view::Kept,
 }
 
 impl Model {
@@ -122,6 +124,7 @@ impl Model {
             devices: Vec::new(),
             control: view::Control::default(),
             log: None,
+            kept: view::Kept::default(),
         }
     }
 
@@ -583,6 +586,7 @@ impl Model {
             trace: view::Trace { first: self.trace.first(), end: self.trace.end() },
             control: self.control.clone(),
             log: self.log.clone(),
+            kept: self.kept.clone(),
             bus: view::Bus {
                 name: self.info.name.clone(),
                 is_writable: self.is_writable(),

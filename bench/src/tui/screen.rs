@@ -86,6 +86,17 @@ impl Screen {
             KeyCode::Char(digit @ '1'..='8') => ui.tab = Tab::ALL[digit as usize - '1' as usize],
             KeyCode::Char('h') if view.control.holder == Some(ui.client) => return say(Request::ReleaseControl),
             KeyCode::Char(control @ ('h' | 'H')) => return say(Request::TakeControl { force: control == 'H' }),
+            KeyCode::F(5) => {
+                let on = view.kept.recorded.is_none();
+                return Some(Action::Ask(Purpose::File(String::new()), Request::Record { on }));
+            }
+            KeyCode::F(6) => {
+                return ui.ask(Text::AskSequence, view.kept.sequences.join(", "), |typed| {
+                    let name = typed.trim().to_owned();
+                    let text = Some(std::fs::read_to_string(&name).map_err(|error| format!("{name}: {error}"))?);
+                    Ok(Action::Ask(Purpose::File(String::new()), Request::PlaySequence { name, text }))
+                });
+            }
             KeyCode::Char('[') => ui.select_node(view, -1),
             KeyCode::Char(']') => ui.select_node(view, 1),
             KeyCode::Char('l') if view.log.is_some() => {
@@ -273,7 +284,7 @@ impl Screen {
             (Purpose::Trace, Ok(Answer::Frames(frames))) => self.trace.take(frames),
             (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.take(curves),
             (Purpose::File(path), Ok(Answer::File { name, bytes })) => {
-                let path = if path.is_empty() { name } else { path };
+                let path = if path.is_empty() { unused(name) } else { path };
                 // It may be the very log that is shown.
                 let file = std::fs::File::create_new(&path);
                 match file.and_then(|mut file| file.write_all(&bytes)) {
@@ -311,4 +322,11 @@ impl Screen {
             _ => self.ui.text(Text::Done).to_owned(),
         }
     }
+}
+
+/// The name of a file that is not there yet: a recording cannot be asked for once more.
+fn unused(name: String) -> String {
+    let mut numbered = (2..).map(|number| format!("{number}-{name}"));
+    let is_there = |name: &str| std::path::Path::new(name).exists();
+    if is_there(&name) { numbered.find(|name| !is_there(name)).unwrap_or_default() } else { name.clone() }
 }

@@ -121,6 +121,7 @@ texts! {
     AskServices, "services (nmt, sync, emcy, pdo, sdo, heartbeat, lss)", "Dienste (nmt, sync, emcy, pdo, sdo, heartbeat, lss)";
     AskNodes, "nodes (3,5-9)", "Knoten (3,5-9)";
     AskFile, "file", "Datei";
+    AskSequence, "sequence to play", "Ablauf, der abgespielt wird";
     AskFormat, "format", "Format";
     AskObject, "object to map", "Objekt, das abgebildet wird";
     AskTiming, "when (event, sync, sync:4, every:10ms)", "wann (event, sync, sync:4, every:10ms)";
@@ -135,7 +136,7 @@ texts! {
     HelpPlots, "[ ] node  a add  c clear  + - span  f follow  i j cursors  , . < > move one  0 no cursors  t trigger on the selected curve  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  f mitlaufen  i j Cursor  , . < > verschieben  0 keine Cursor  t Trigger auf die gewählte Kurve  x CSV  v SVG";
     HelpBus, "up, down: troubles, COB-IDs  Enter to the row of a trouble  a acknowledge what is over", "auf, ab: Auffälligkeiten, COB-IDs  Eingabe zur Zeile einer Auffälligkeit  a Vergangenes quittieren";
     HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
-    HelpAll, "1 to 8 or Tab: tabs  arrows, PgUp, PgDn, Home, End  h control (H takes it from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Ansichten  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Bedienung (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F12 hält auch alles an, auch während einer Eingabe";
+    HelpAll, "1 to 8 or Tab: tabs  arrows, PgUp, PgDn, Home, End  h control (H takes it from another)  l play a log, left and right in it  mouse: click selects, wheel scrolls  Esc back, and what is said was seen  F5 record a sequence, F5 save it  F6 play one  F12 stops all too, also while something is typed", "1 bis 8 oder Tab Ansichten  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Bedienung (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Maus: Klick wählt, Rad rollt  Esc zurück, und Gesagtes ist gesehen  F5 Ablauf aufzeichnen, F5 speichern  F6 abspielen  F12 hält auch alles an, auch während einer Eingabe";
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod language;
 mod opening;
+mod sequences;
 mod simulation;
 
 use std::io::Write;
@@ -15,6 +16,7 @@ use lexican_bench::model::BusInfo;
 use lexican_bench::request::Request;
 use lexican_bench::sheet::Sheet;
 use lexican_bench::tui;
+use lexican_bench::view::Kept;
 use lexican_bench::web::Server;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
@@ -22,10 +24,12 @@ use lexican_simulation::{Files, Plant};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::text::duration::in_milliseconds;
 
-use crate::bus::{Bus, BusArgs, KnownArgs, kinds, simulate};
+use crate::bus::{Bus, BusArgs, KnownArgs, kinds, simulate, url};
 use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
+use crate::run::{Context, Shell};
 use language::Language;
 use opening::Opening;
+use sequences::Sequences;
 use simulation::Devices;
 
 /// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
@@ -91,13 +95,13 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
     port().or_else(|_| address()).or_else(|_| text.parse()).map_err(wrong)
 }
 
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     if args.tui {
-        let bench = args.open()?;
+        let bench = args.open(shell)?;
         let _shown = args.show_at_first(&bench);
         return on_terminal(&bench, args.lang.unwrap_or_else(Language::of_this_user));
     }
-    let (bench, server) = (args.open()?, args.bind()?);
+    let (bench, server) = (args.open(shell)?, args.bind()?);
     let _shown = args.show_at_first(&bench);
     let ending = Ending::new(&bench);
     let end = server.end();
@@ -197,7 +201,7 @@ fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
 
 impl Args {
     /// Opens the bus.
-    fn open(&self) -> Result<Bench, Failure> {
+    fn open(&self, shell: Shell) -> Result<Bench, Failure> {
         let (name, bit_rate) = match &self.bus {
             Some(bus) => (bus.url().to_string(), kinds::bit_rate(bus.url())),
             None => ("demo".to_owned(), None),
@@ -219,10 +223,17 @@ impl Args {
             let name = sheet.input.eds.name().to_owned();
             (node, named(node), Some(Sheet::new(&name, sheet)))
         };
+        // The demo has no URL, and is never opened by one.
+        let of_demo = || url("sim:demo").expect("it is one");
+        let bus = BusArgs::named(self.bus.as_ref().map_or_else(of_demo, |bus| bus.url().clone()));
+        let context = Context { shell, bus, as_json: false, machine: self.known.machine() };
+        let sequences = context.machine.iter().flat_map(|machine| &machine.sequences);
+        let kept = Kept { sequences: sequences.map(|path| path.display().to_string()).collect(), recorded: None };
+        let player = Sequences { context: Arc::new(context), nodes: nodes.clone() };
         let nodes = self.known.load(nodes)?.into_iter().map(shown).collect();
         let simulation = simulation.map(|devices| Box::new(devices) as Box<dyn Simulation>);
         let bus = BusInfo { name, is_writable: recorded.is_none(), bit_rate };
-        let setup = Setup { bus, nodes, simulation };
+        let setup = Setup { bus, nodes, simulation, kept, player: Some(Box::new(player)) };
         let begun = match (link, recorded) {
             (Some(link), _) => Bench::live(link, setup),
             (None, frames) => Bench::replay(frames.unwrap_or_default(), setup),

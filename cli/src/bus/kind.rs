@@ -63,7 +63,7 @@ pub(crate) struct Simulation {
 
 impl Bus {
     /// One that is not simulated here.
-    pub(super) fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
+    pub(crate) fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
         Bus { link, nodes, simulation: None }
     }
 

@@ -36,7 +36,7 @@ pub(crate) use node_id::{NodeIds, NodeOrNone, SheetName, of_node};
 
 pub(crate) use kinds::url;
 pub(crate) use known::KnownArgs;
-pub(crate) use shared::share;
+pub(crate) use shared::{lend, share};
 pub(crate) use simulation::{read_plant, simulate};
 
 use kind::{Kind, listen};

@@ -1,14 +1,18 @@
 //! The lines of a sequence, understood before any of them runs.
 
 use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
 
 use lexican_eds::Source;
-use lexican_machine::Machine;
+use lexican_runtime::NodeId;
 use lexican_toolbox::drive::describe;
+use lexican_toolbox::text::node_id::node_ids;
 
 use super::wait::Wait;
 use crate::bus::BusArgs;
-use crate::node_place::command;
+use crate::machine::OnBus;
+use crate::node_place::{Words, command};
 use crate::output::{Failure, Outcome};
 
 /// What does not end by itself, or opens buses of its own.
@@ -25,34 +29,37 @@ pub(crate) struct Shell {
     pub(crate) run: fn(Vec<OsString>) -> Result<Outcome, Failure>,
 }
 
-pub(super) struct Lines {
-    pub(super) steps: Vec<Line>,
+/// By what lines are understood.
+pub(crate) struct Context {
+    pub(crate) shell: Shell,
+    pub(crate) bus: BusArgs,
+    pub(crate) as_json: bool,
+    pub(crate) machine: Option<OnBus>,
+}
+
+pub(crate) struct Lines {
+    pub(crate) steps: Vec<Line>,
     /// What stops the drives, each with its name.
-    pub(super) stops: Vec<(String, Step)>,
+    pub(crate) stops: Vec<(String, Step)>,
 }
 
-pub(super) struct Line {
+pub(crate) struct Line {
     /// From 1.
-    pub(super) number: usize,
-    pub(super) text: String,
-    pub(super) step: Step,
+    pub(crate) number: usize,
+    pub(crate) text: String,
+    pub(crate) step: Step,
 }
 
-pub(super) enum Step {
+pub(crate) enum Step {
     Wait(Wait),
     /// The arguments of a command, which have been understood.
     Command(Vec<OsString>),
 }
 
 impl Lines {
-    /// Reads a sequence; all of its mistakes are in the failure.
-    pub(super) fn read(
-        source: &Source,
-        shell: Shell,
-        bus: &BusArgs,
-        as_json: bool,
-        machine: Option<&Machine>,
-    ) -> Result<Self, Failure> {
+    /// Reads a sequence. Errors: all of its mistakes.
+    pub(crate) fn read(source: &Source, context: &Context) -> Result<Self, String> {
+        let machine = context.machine.as_deref();
         let (mut steps, mut wrong) = (Vec::new(), String::new());
         let mut drives: Vec<String> = Vec::new();
         for (number, text) in (1..).zip(source.text().lines()) {
@@ -68,13 +75,13 @@ impl Lines {
             {
                 drives.push(who.clone());
             }
-            match Step::of(&words, shell, bus, as_json, machine) {
+            match Step::of(&words, context) {
                 Ok(step) => steps.push(Line { number, text: text.to_owned(), step }),
                 Err(why) => wrong += &format!("{}:{number}: {}\n", source.name(), why.trim_end()),
             }
         }
         if !wrong.is_empty() {
-            return Err(Failure::new("the sequence cannot run: nothing was done").after(wrong + "\n"));
+            return Err(wrong);
         }
         let of_machine = machine.iter().flat_map(|machine| &machine.nodes).filter(|node| {
             node.id.is_some() && node.sheet.as_ref().is_some_and(|sheet| describe(&sheet.input).is_ok())
@@ -87,24 +94,17 @@ impl Lines {
         }
         let stop = |who: String| {
             let words = ["drive", &who, "stop"].map(str::to_owned);
-            let step = Step::of(&words, shell, bus, as_json, machine).map_err(Failure::new)?;
-            Ok::<_, Failure>((who, step))
+            Ok::<_, String>((who, Step::of(&words, context)?))
         };
         Ok(Lines { steps, stops: drives.into_iter().map(stop).collect::<Result<_, _>>()? })
     }
 }
 
 impl Step {
-    fn of(
-        words: &[String],
-        shell: Shell,
-        bus: &BusArgs,
-        as_json: bool,
-        machine: Option<&Machine>,
-    ) -> Result<Self, String> {
+    fn of(words: &[String], Context { shell, bus, as_json, machine }: &Context) -> Result<Self, String> {
         match words.first().map(String::as_str) {
             Some("") => return Err("a quotation does not end".to_owned()),
-            Some("wait") => return Wait::parse(&words[1..], machine).map(Step::Wait),
+            Some("wait") => return Wait::parse(&words[1..], machine.as_deref()).map(Step::Wait),
             Some(word) if REFUSED.contains(&word) => return Err(format!("`{word}` has no place in a sequence")),
             _ => {}
         }
@@ -116,11 +116,33 @@ impl Step {
         if takes("bus") && !is_given("--bus") {
             more.extend(["--bus".into(), bus.url().to_string().into()]);
         }
-        if as_json && takes("json") && !is_given("--json") {
+        if *as_json && takes("json") && !is_given("--json") {
             more.push("--json".into());
         }
         args.extend(more);
         let args = (shell.resolved)(args, &cli);
         (shell.check)(args.clone()).map(|()| Step::Command(args))
+    }
+
+    /// Carries it out. A command that panics has failed.
+    pub(crate) fn carry_out(&self, context: &Context, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
+        let run = || match self {
+            Step::Wait(wait) => wait.run(&context.bus, context.as_json, interrupted),
+            Step::Command(words) => (context.shell.run)(words.clone()),
+        };
+        catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(Failure::new("the command has crashed: see above")))
+    }
+
+    /// The nodes that it talks to, if they are named.
+    pub(crate) fn nodes(&self, shell: Shell) -> Option<Vec<NodeId>> {
+        match self {
+            Step::Wait(wait) => Some(wait.until.iter().map(|until| until.node).collect()),
+            Step::Command(args) => {
+                let cli = (shell.command)();
+                let (command, begin) = command(args, &cli);
+                let (at, prefix) = Words { args, command }.node_word(begin)?;
+                node_ids(&args[at].to_str()?[prefix..]).ok()
+            }
+        }
     }
 }

@@ -3,9 +3,8 @@
 mod line;
 mod wait;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use lexican_runtime::host::{Link, Pace};
 use lexican_toolbox::text::files::read;
@@ -14,8 +13,7 @@ use serde_json::json;
 use crate::bus::{BusArgs, share};
 use crate::machine::{found, sound_on_bus};
 use crate::output::{Failure, Outcome, ctrl_c, plural, print_result};
-pub(crate) use line::Shell;
-use line::{Lines, Step};
+pub(crate) use line::{Context, Line, Lines, Shell};
 
 /// Run a sequence: a file of the command's own lines, without `lexican`
 ///
@@ -56,7 +54,9 @@ A sequence:
 pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     let source = read(&args.file)?;
     let machine = found(None).and_then(|path| sound_on_bus(&path)).ok();
-    let lines = Lines::read(&source, shell, &args.bus, args.json, machine.as_deref())?;
+    let context = Context { shell, bus: BusArgs::named(args.bus.url().clone()), as_json: args.json, machine };
+    let lines = Lines::read(&source, &context)
+        .map_err(|wrong| Failure::new("the sequence cannot run: nothing was done").after(wrong + "\n"))?;
     let interrupted = ctrl_c()?;
     share();
     let clock = args.bus.open(Pace::Virtual)?.settled()?.link;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
         let at = seconds(&*clock) - begun;
         let object = json!({ "event": "line", "line": line.number, "text": line.text, "time": at });
         print_result(args.json, object, format_args!("{at:>10.3}  {}: {}", line.number, line.text))?;
-        result = carried_out(&line.step, shell, args, &interrupted);
+        result = line.step.carry_out(&context, &interrupted);
         if interrupted.load(Ordering::Relaxed) {
             result = Err(Failure::new("interrupted"));
         }
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     }
     let mut unstopped = Vec::new();
     for (who, stop) in lines.stops {
-        if let Err(failure) = carried_out(&stop, shell, args, &interrupted) {
+        if let Err(failure) = stop.carry_out(&context, &interrupted) {
             failure.report();
             unstopped.push(who);
         }
@@ -103,13 +103,4 @@ pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
         );
     }
     result
-}
-
-/// Carries a line out. A command that panics has failed.
-fn carried_out(step: &Step, shell: Shell, args: &Args, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
-    let run = || match step {
-        Step::Wait(wait) => wait.run(&args.bus, args.json, interrupted),
-        Step::Command(words) => (shell.run)(words.clone()),
-    };
-    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(Failure::new("the command has crashed: see above")))
 }

@@ -25,13 +25,13 @@ const LOOK: Duration = Duration::from_millis(20);
 const USAGE: &str = "write `wait 500 ms`, or `wait NODE.OBJECT = VALUE within 2 s`, with =, !=, <, <=, > or >=";
 
 /// What is waited for.
-pub(super) struct Wait {
+pub(crate) struct Wait {
     within: Duration,
-    until: Option<Until>,
+    pub(super) until: Option<Until>,
 }
 
-struct Until {
-    node: NodeId,
+pub(super) struct Until {
+    pub(super) node: NodeId,
     sheet: Arc<DataSheet>,
     /// What the machine sets it to, on which the meanings of others depend.
     settings: Vec<(Address, Value)>,

@@ -14,6 +14,7 @@ mod page;
 #[path = "../common/recording.rs"]
 mod recording;
 mod report;
+mod sequence;
 #[cfg(unix)]
 #[path = "../common/simulation.rs"]
 mod simulation;

@@ -220,6 +220,7 @@ fn what_the_bench_shows_is_there() {
         &format!("{node}[bench]\nwatch = [\"feder.6041\"]"),
         "6:10: error[machine::name]: there is no node \"feder\"",
     );
+    check(&format!("{node}[bench]\nsequences = [\"none.seq\"]"), "6:14: error[machine::bench]: cannot read none.seq");
     check(&format!("{node}[bench]\nwatch = [\"feeder.tpdo1\"]"), "6:10: error[machine::bench]: a PDO has curves");
     check(&format!("{node}[bench]\nplot = [\"feeder.statuswrod\"]"), "names no object \"statuswrod\" | did you mean");
 }

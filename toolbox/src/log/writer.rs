@@ -13,6 +13,7 @@ use crate::text::files::Existing;
 enum Output {
     File(BufWriter<LogFile>),
     Stream(Box<dyn Write + Send>),
+    Memory,
 }
 
 enum LogFile {
@@ -103,6 +104,12 @@ impl Writer {
         Self::of(Output::Stream(Box::new(BufWriter::with_capacity(BUFFER, output))), format)
     }
 
+    /// Writes into memory, of which [`into_bytes`](Self::into_bytes) is the log.
+    #[must_use]
+    pub fn in_memory(format: Format) -> Self {
+        Self::of(Output::Memory, format)
+    }
+
     fn of(output: Output, format: Format) -> Self {
         Writer { output, encode: format.encoder(), bytes: Vec::new(), written: 0, unflushed: false }
     }
@@ -138,6 +145,14 @@ impl Writer {
         Ok(())
     }
 
+    /// The log that was written into memory, with what belongs at its end.
+    #[must_use]
+    pub fn into_bytes(mut self) -> Vec<u8> {
+        self.encode.flush(&mut self.bytes);
+        self.encode.finish(&mut self.bytes);
+        self.bytes
+    }
+
     /// How many bytes the log has so far; those that a format holds back are not counted.
     #[must_use]
     pub const fn written(&self) -> u64 {
@@ -149,6 +164,7 @@ impl Writer {
         match &mut self.output {
             Output::File(file) => file.write_all(&self.bytes)?,
             Output::Stream(stream) => stream.write_all(&self.bytes)?,
+            Output::Memory => return Ok(()),
         }
         self.written += self.bytes.len() as u64;
         self.bytes.clear();
@@ -159,6 +175,7 @@ impl Writer {
         self.put()?;
         match &mut self.output {
             Output::Stream(stream) => stream.flush()?,
+            Output::Memory => {}
             Output::File(file) => {
                 if let Some(beginning) = self.encode.beginning(self.written) {
                     file.seek(SeekFrom::Start(0))?;

@@ -1,31 +1,15 @@
 //! Every format reads what it has written, and any bytes are read without panic.
 
-use std::io::{self, Cursor, Write};
-use std::sync::{Arc, Mutex};
+use std::io::Cursor;
 
 use lexican_runtime::{CobId, Frame, Instant};
 use lexican_toolbox::log::{Direction, Format, Reader, Record, Skipped, TrcVersion, Writer};
 use proptest::prelude::*;
 
-/// A file in memory.
-#[derive(Clone, Default)]
-struct Memory(Arc<Mutex<Vec<u8>>>);
-
-impl Write for Memory {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().write(bytes)
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
 fn written(format: Format, records: &[Record]) -> Vec<u8> {
-    let memory = Memory::default();
-    let mut writer = Writer::new(memory.clone(), format);
+    let mut writer = Writer::in_memory(format);
     records.iter().for_each(|record| writer.write(record).unwrap());
-    writer.finish().unwrap();
-    std::mem::take(&mut memory.0.lock().unwrap())
+    writer.into_bytes()
 }
 
 fn read(bytes: Vec<u8>) -> (Vec<Record>, Format, Skipped) {

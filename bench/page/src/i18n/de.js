@@ -252,6 +252,11 @@ export default {
   'trigger.armed': 'Scharf …',
 
   'drives.none': 'Kein Knoten ist ein Antrieb.',
+  'sequences.title': 'Abläufe',
+  'sequences.record': 'Bedienung aufzeichnen',
+  'sequences.end': '{count} Zeilen speichern',
+  'sequences.file': 'Andere Datei',
+  'sequences.play': 'Spielt ihn ab; am Ende kommt der Bericht, STOP bricht ab',
   'drive.machine': 'Zustandsmaschine nach CiA 402; jetzt: {state}',
   'drive.to-state': 'Nach {state}',
   'drive.position': 'Position',

@@ -251,6 +251,11 @@ export default {
   'trigger.armed': 'Armed …',
 
   'drives.none': 'No node is a drive.',
+  'sequences.title': 'Sequences',
+  'sequences.record': 'Record what is done',
+  'sequences.end': 'Save {count} lines',
+  'sequences.file': 'Another file',
+  'sequences.play': 'Plays it; the report comes at its end, STOP ends it',
   'drive.machine': 'State machine of CiA 402; present state: {state}',
   'drive.to-state': 'To {state}',
   'drive.position': 'Position',

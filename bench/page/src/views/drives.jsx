@@ -7,6 +7,7 @@ import { goTo, view, whyNot } from '../state.js'
 import { Act, Age, Button, Empty, ControlHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
 import { ORDERS } from '../words.js'
 import { Machine, kindOf } from './machine.jsx'
+import { Sequences } from './sequences.jsx'
 
 /**
  * @import { Verb } from '../wire'
@@ -31,6 +32,7 @@ export function Drives() {
       {drives.map((drive) => (
         <Drive key={drive.node} drive={drive} />
       ))}
+      <Sequences />
     </div>
   )
 }
