@@ -1,5 +1,5 @@
 // The time of a recorded log.
-import { useRef, useState } from 'preact/hooks'
+import { useEffect, useRef, useState } from 'preact/hooks'
 import { send } from './bench.js'
 import { clock } from './format.js'
 import { t } from './i18n/index.js'
@@ -8,29 +8,36 @@ import { Button } from './ui.jsx'
 
 const SPEEDS = [0.1, 1, 10, 100]
 
-/** Seeks one after the other: where the slider is by the time the last one is done. */
-function useSeek() {
+/**
+ * Seeks one after the other: where the slider is by the time the last one is done. It stays there until the view has the new
+ * position, which may come after the answer.
+ */
+function useSeek(position) {
   const [wanted, setWanted] = useState(null)
-  const latest = useRef({ wanted: null, isBusy: false })
+  const latest = useRef({ wanted: null, isBusy: false, before: position })
+  useEffect(() => {
+    if (!latest.current.isBusy) setWanted(null)
+  }, [position])
   const seek = async (seconds) => {
     setWanted(seconds)
     latest.current.wanted = seconds
     if (latest.current.isBusy) return
     latest.current.isBusy = true
+    latest.current.before = view.log.value.position
     while (latest.current.wanted !== null) {
       const next = latest.current.wanted
       latest.current.wanted = null
       await send({ do: 'seek', seconds: next })
     }
     latest.current.isBusy = false
-    setWanted(null)
+    if (view.log.value.position !== latest.current.before) setWanted(null)
   }
   return [wanted, seek]
 }
 
 export function LogSlider() {
   const { seconds, position, speed } = view.log.value
-  const [wanted, seek] = useSeek()
+  const [wanted, seek] = useSeek(position)
   const play = (next) => send({ do: 'play', speed: next })
   return (
     <div class="log" role="group" aria-label={t('log')}>
