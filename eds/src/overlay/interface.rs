@@ -8,7 +8,7 @@ use crate::finding::Kind;
 use crate::model::{Entry, Interface, ObjectKind, Parameter, ParameterNumber};
 
 /// The keys of a parameter. The last ones are for parameters without an object, which would have them.
-const KEYS: [&str; 14] = [
+pub(super) const KEYS: [&str; 14] = [
     "number",
     "object",
     "name",

@@ -78,6 +78,27 @@ use lexican_cia::cia301;
 /// The newest format that is known.
 const FORMAT: i128 = 1;
 
+/// The keys of a table of an overlay, by its kind: `object`, or the list that it is in, such as `units`; empty for the file.
+#[must_use]
+pub fn keys_of(table: &str) -> &'static [&'static str] {
+    match table {
+        "" => &["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"],
+        "overlay" => &["format", "names", "profile", "sdo_writes_four_bytes"],
+        "object" => &object::KEYS,
+        "ranges" => &["when", "low", "high"],
+        "enumeration" => &["description", "values"],
+        "values" => &["value", "name", "description"],
+        "bit_field" => &["description", "fields"],
+        "fields" => &["bits", "name", "description", "simulated", "reason"],
+        "quantity" => &["description", "units"],
+        "units" => &["symbol", "method", "scale", "when"],
+        "pdo" => &["direction", "number", "cob_id", "transmission_type", "mapping"],
+        "interface" => &["description", "parameters"],
+        "parameters" => &interface::KEYS,
+        _ => &[],
+    }
+}
+
 /// What overlays have changed, and where they say so.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Changes {
@@ -189,10 +210,7 @@ impl Reader<'_> {
                 "bit_field" => self.each(node, Self::bit_field),
                 "quantity" => self.each(node, Self::quantity),
                 "pdo" | "interface" => {}
-                _ => {
-                    let known = ["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"];
-                    self.unknown(key, &known);
-                }
+                _ => self.unknown(key, keys_of("")),
             }
         }
         // At last, because they take over what may have been corrected: a mapping the length of the data type, a
@@ -230,7 +248,7 @@ impl Reader<'_> {
                     self.device.sdo_writes_four_bytes = self.flag(node).unwrap_or(false);
                 }
                 "profile" => self.changes.profile = self.number(node).map(|profile| (profile, self.span(node.span()))),
-                _ => self.unknown(key, &["format", "names", "profile", "sdo_writes_four_bytes"]),
+                _ => self.unknown(key, keys_of("overlay")),
             }
         }
         if format.is_none() {

@@ -3,14 +3,14 @@
 use toml::de::DeTable;
 
 use super::value::address;
-use super::{Accepted, Correction, Name, Node, Reader, Use};
+use super::{Accepted, Correction, Name, Node, Reader, Use, keys_of};
 use crate::finding::Kind;
 use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
 
 /// Of an object and of its entries.
-const KEYS: [&str; 18] = [
+pub(super) const KEYS: [&str; 18] = [
     "reason",
     "name",
     "description",
@@ -292,7 +292,7 @@ impl Reader<'_> {
                 "when" => when = self.condition(node),
                 "low" => low = self.integer(node),
                 "high" => high = self.integer(node),
-                _ => self.unknown(key, &["when", "low", "high"]),
+                _ => self.unknown(key, keys_of("ranges")),
             }
         }
         let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });

@@ -1,7 +1,7 @@
 //! `[[pdo]]`.
 
 use super::value::address;
-use super::{Changes, Extra, Node, Reader};
+use super::{Changes, Extra, Node, Reader, keys_of};
 use crate::finding::Kind;
 use crate::model::pdo::MAX_PDOS;
 use crate::model::types::DataType;
@@ -40,7 +40,7 @@ impl Reader<'_> {
                 "mapping" => {
                     mapping = self.array(node).into_iter().flatten().filter_map(|node| self.mapped(node)).collect();
                 }
-                _ => self.unknown(key, &["direction", "number", "cob_id", "transmission_type", "mapping"]),
+                _ => self.unknown(key, keys_of("pdo")),
             }
         }
         let pdo = direction.zip(number).map(|(direction, number)| Pdo {
