@@ -2,7 +2,6 @@
 //! editors, and for what follows an object through a file.
 
 use crate::fmt::keys_of;
-use crate::model::keys::Key;
 use crate::parse::number;
 use crate::parse::position;
 use crate::parse::reader::number_of_key;
@@ -12,37 +11,26 @@ use crate::text::{Source, Span};
 use lexican_cia::cia301;
 
 /// The sections of a data sheet, in the order of the file.
-#[derive(Clone, Debug, Default)]
-pub struct Outline {
+pub struct Outline<'a> {
+    source: &'a Source,
     /// The sections.
     pub sections: Vec<Section>,
 }
 
 /// A section and its keys.
-#[derive(Clone, Debug)]
 pub struct Section {
     /// Its name, without brackets.
     pub name: Span,
-    /// The line of its name, from 0.
-    pub first_line: u32,
-    /// The line of its last key.
-    pub last_line: u32,
-    /// Its keys.
-    pub pairs: Vec<Pair>,
+    /// The lines of its name and of its last key, from 0.
+    pub lines: [u32; 2],
+    /// Its keys and their values.
+    pub pairs: Vec<(Span, Span)>,
+    /// The object that it belongs to, and the sub-index that it describes.
+    pub object: Option<(u16, Option<u8>)>,
     kind: SectionKind,
 }
 
-/// A key and its value.
-#[derive(Clone, Copy, Debug)]
-pub struct Pair {
-    /// The key.
-    pub key: Span,
-    /// The value; the place where it would be, if there is none.
-    pub value: Span,
-}
-
 /// A place that names an object.
-#[derive(Clone, Copy, Debug)]
 pub struct Mention {
     /// The digits in the name of a section; else the whole number.
     pub span: Span,
@@ -50,101 +38,87 @@ pub struct Mention {
     pub index: u16,
     /// The sub-index, where it is named as well.
     pub sub: Option<u8>,
-    form: Form,
+    /// `0x`, but in the name of a section.
+    prefix: &'static str,
+    /// Sub-index and length of a PDO mapping.
+    rest: String,
 }
 
-/// How a place names an object.
-#[derive(Clone, Copy, Debug)]
-enum Form {
-    /// `1018`, of a section.
-    Digits,
-    /// `0x1018`, of a list.
-    Number,
-    /// `0x60400010`, of a PDO mapping: sub-index and length are the lower half.
-    Mapping(u16),
-}
-
-impl Outline {
+impl<'a> Outline<'a> {
     /// The sections of a text.
     #[must_use]
-    pub fn new(source: &Source) -> Self {
+    pub fn new(source: &'a Source) -> Self {
         let mut sections: Vec<Section> = Vec::new();
-        for (number, line) in (0..source.line_count()).zip(0..) {
-            let (start, text) = (source.line_range(number).0, source.line(number));
+        for number in 0..source.line_count() {
+            let (start, text, line) = (source.line_range(number).0, source.line(number), number as u32);
             match (Line::of(text), sections.last_mut()) {
-                (Line::Section { name, .. }, _) => sections.push(Section {
-                    name: part(start, text, name),
-                    first_line: line,
-                    last_line: line,
-                    pairs: Vec::new(),
-                    kind: SectionKind::of(name),
-                }),
+                (Line::Section { name, .. }, _) => {
+                    let kind = SectionKind::of(name);
+                    let object = match kind {
+                        SectionKind::Object(index, ObjectPart::Sub(sub)) => Some((index, Some(sub))),
+                        SectionKind::Object(index, _) => Some((index, None)),
+                        _ => None,
+                    };
+                    let (name, pairs) = (part(start, text, name), Vec::new());
+                    sections.push(Section { name, lines: [line; 2], pairs, object, kind });
+                }
                 (Line::Pair { key, value, .. }, Some(section)) => {
-                    section.last_line = line;
-                    section.pairs.push(Pair { key: part(start, text, key), value: part(start, text, value) });
+                    section.lines[1] = line;
+                    section.pairs.push((part(start, text, key), part(start, text, value)));
                 }
                 _ => {}
             }
         }
-        Self { sections }
+        Self { source, sections }
     }
 
     /// The section that a line (from 0) is in, with what follows its last key.
     #[must_use]
-    pub fn section_at(&self, line: u32) -> Option<&Section> {
-        self.sections[..self.sections.partition_point(|section| section.first_line <= line)].last()
+    pub fn section_at(&self, line: usize) -> Option<&Section> {
+        self.sections[..self.sections.partition_point(|section| section.lines[0] as usize <= line)].last()
     }
 
     /// The section that describes an object, or one of its sub-indices.
     #[must_use]
     pub fn describing(&self, index: u16, sub: Option<u8>) -> Option<&Section> {
-        let find = |sub| self.sections.iter().find(|section| section.address() == Some((index, sub)));
+        let find = |sub| self.sections.iter().find(|section| section.object == Some((index, sub)));
         find(sub).or_else(|| find(None))
     }
 
     /// Every place that names an object: sections, lists, links, and PDO mappings.
-    pub fn mentions<'s>(&'s self, source: &'s Source) -> impl Iterator<Item = Mention> + 's {
-        self.sections.iter().flat_map(move |section| {
-            let of_pair = move |pair: &Pair| section.mention_of(pair, source);
-            section.own_mention(source).into_iter().chain(section.pairs.iter().filter_map(of_pair))
+    pub fn mentions(&self) -> impl Iterator<Item = Mention> {
+        self.sections.iter().flat_map(|section| {
+            let of_pair = |(key, value): &(Span, Span)| section.mention(self.source, *key, *value);
+            section.own_mention(self.source).into_iter().chain(section.pairs.iter().filter_map(of_pair))
         })
     }
 
     /// The place that names an object at an offset.
     #[must_use]
-    pub fn mention_at(&self, source: &Source, offset: u32) -> Option<Mention> {
-        self.mentions(source).find(|mention| (mention.span.start..=mention.span.end).contains(&offset))
+    pub fn mention_at(&self, offset: u32) -> Option<Mention> {
+        self.mentions().find(|mention| (mention.span.start..=mention.span.end).contains(&offset))
     }
 }
 
 impl Section {
-    /// The object that it is about, and the sub-index if it is about one.
-    #[must_use]
-    pub fn address(&self) -> Option<(u16, Option<u8>)> {
-        match self.kind {
-            SectionKind::Object(index, ObjectPart::Sub(sub)) => Some((index, Some(sub))),
-            SectionKind::Object(index, ObjectPart::Header) => Some((index, None)),
-            _ => None,
-        }
-    }
-
-    /// The object that it belongs to, also in a part such as `[1018Name]`.
-    #[must_use]
-    pub fn object(&self) -> Option<u16> {
-        match self.kind {
-            SectionKind::Object(index, _) => Some(index),
-            _ => None,
-        }
-    }
-
     /// Whether it lists objects.
     #[must_use]
     pub fn is_list(&self) -> bool {
         use SectionKind as S;
-        matches!(
-            self.kind,
-            S::MandatoryObjects | S::OptionalObjects | S::ManufacturerObjects | S::Object(_, ObjectPart::Links)
-        )
+        let is_of_device = matches!(self.kind, S::MandatoryObjects | S::OptionalObjects | S::ManufacturerObjects);
+        is_of_device || matches!(self.kind, S::Object(_, ObjectPart::Links))
+    }
+
+    /// Whether the value of a key is what a PDO maps.
+    #[must_use]
+    pub fn is_mapping(&self, key: &str) -> bool {
+        let SectionKind::Object(index, part) = self.kind else { return false };
+        cia301::is_pdo_mapping(index)
+            && match part {
+                ObjectPart::Sub(1..) => position(&["DefaultValue", "ParameterValue"], key).is_some(),
+                ObjectPart::Values => number_of_key(&without_blanks(key), "", 10) > Some(0),
+                _ => false,
+            }
     }
 
     /// The keys that CiA 306 has for it, but for those that are numbers.
@@ -153,54 +127,38 @@ impl Section {
         keys_of(self.kind)
     }
 
-    /// Whether the value of a key is what a PDO maps.
-    #[must_use]
-    pub fn is_mapping(&self, key: &str) -> bool {
-        let holds = |key: &str| position(&[Key::DefaultValue.name(), Key::ParameterValue.name()], key).is_some();
-        match self.kind {
-            SectionKind::Object(index, ObjectPart::Sub(1..)) => cia301::is_pdo_mapping(index) && holds(key),
-            SectionKind::Object(index, ObjectPart::Values) => {
-                cia301::is_pdo_mapping(index) && number_of_key(&without_blanks(key), "", 10) > Some(0)
-            }
-            _ => false,
-        }
-    }
-
     fn own_mention(&self, source: &Source) -> Option<Mention> {
-        let SectionKind::Object(index, part) = self.kind else { return None };
-        let sub = if let ObjectPart::Sub(sub) = part { Some(sub) } else { None };
-        let name = source.get(self.name);
+        let ((index, sub), name) = (self.object?, source.get(self.name));
         // From the longest down, as sections are read: the `De` of `40Denotation` are digits as well.
         let is_index = |digits: &usize| name.get(..*digits).is_some_and(|it| u16::from_str_radix(it, 16) == Ok(index));
-        let digits = (1..=4).rev().find(is_index)?;
-        let span = Span { end: self.name.start + digits as u32, ..self.name };
-        Some(Mention { span, index, sub, form: Form::Digits })
+        let span = Span { end: self.name.start + (1..=4).rev().find(is_index)? as u32, ..self.name };
+        Some(Mention { span, index, sub, prefix: "", rest: String::new() })
     }
 
-    fn mention_of(&self, pair: &Pair, source: &Source) -> Option<Mention> {
-        let key = source.get(pair.key);
-        let is_mapping = self.is_mapping(key);
-        if !is_mapping && !(self.is_list() && number_of_key(&without_blanks(key), "", 10).is_some()) {
-            return None;
-        }
-        let read = number::integer(source.get(pair.value)).filter(|read| read.oddity.is_none())?;
+    fn mention(&self, source: &Source, key: Span, span: Span) -> Option<Mention> {
+        let key = source.get(key);
+        let is_listed = self.is_list() && number_of_key(&without_blanks(key), "", 10).is_some();
+        let read = number::integer(source.get(span)).filter(|read| read.oddity.is_none())?;
         let number = u32::try_from(read.value).ok()?;
-        let (index, sub, form) = match is_mapping {
-            true => ((number >> 16) as u16, Some((number >> 8) as u8), Form::Mapping(number as u16)),
-            false => (u16::try_from(number).ok()?, None, Form::Number),
+        let (index, sub, rest) = match self.is_mapping(key) {
+            true => ((number >> 16) as u16, Some((number >> 8) as u8), format!("{:04X}", number & 0xFFFF)),
+            false if is_listed => (u16::try_from(number).ok()?, None, String::new()),
+            false => return None,
         };
-        Some(Mention { span: pair.value, index, sub, form })
+        Some(Mention { span, index, sub, prefix: "0x", rest })
     }
 }
 
 impl Mention {
+    /// Whether it is the name of a section.
+    #[must_use]
+    pub fn is_section(&self) -> bool {
+        self.prefix.is_empty()
+    }
+
     /// The text that names another object in its place.
     #[must_use]
     pub fn of_other(&self, index: u16) -> String {
-        match self.form {
-            Form::Digits => format!("{index:04X}"),
-            Form::Number => format!("0x{index:04X}"),
-            Form::Mapping(rest) => format!("0x{index:04X}{rest:04X}"),
-        }
+        format!("{}{index:04X}{}", self.prefix, self.rest)
     }
 }

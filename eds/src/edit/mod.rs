@@ -186,13 +186,13 @@ pub fn remove_entry(sheet: &Source, index: u16, sub: u8) -> Result<Patch, EditEr
 /// stays.
 pub fn renumber(sheet: &Source, from: u16, to: u16) -> Result<Patch, EditError> {
     let outline = Outline::new(sheet);
-    let has = |index: u16| outline.sections.iter().any(|section| section.object() == Some(index));
+    let has = |index: u16| outline.sections.iter().any(|section| section.object.is_some_and(|(it, _)| it == index));
     match (has(from), has(to)) {
         (false, _) => return Err(EditError::NoSection(format!("{from:04X}"))),
         (true, true) => return Err(EditError::AlreadyThere(format!("{to:04X}"))),
         (true, false) => {}
     }
-    let mentions = outline.mentions(sheet).filter(|mention| mention.index == from);
+    let mentions = outline.mentions().filter(|mention| mention.index == from);
     Ok(mentions.map(|mention| with(sheet, mention.span, &mention.of_other(to))).collect())
 }
 

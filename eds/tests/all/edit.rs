@@ -220,7 +220,7 @@ fn what_names_an_object_is_found() {
                 DefaultValue=0x20000108\nLowLimit=0x20000108\n[1A01Value]\nNrOfEntries=1\n1=0x20000208\n[2000sub1]\n";
     let sheet = Source::new("x.eds", text);
     let outline = Outline::new(&sheet);
-    let found: Vec<_> = outline.mentions(&sheet).filter(|it| it.index == 0x2000).collect();
+    let found: Vec<_> = outline.mentions().filter(|it| it.index == 0x2000).collect();
     let texts: Vec<_> = found.iter().map(|it| (sheet.get(it.span), it.sub)).collect();
     let expected = [("8192", None), ("2000", None), ("0x2000", None), ("0x20000108", Some(1)), ("0x20000208", Some(2))];
     assert_eq!(texts, [&expected[..], &[("2000", Some(1))]].concat());
