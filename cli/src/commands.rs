@@ -4,8 +4,8 @@
 use crate::chaos;
 use crate::output::{Failure, Outcome};
 use crate::{
-    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lsp, lss, machine,
-    monitor, nmt, parameters, pdo, replace, run, scan, send, simulate, statistics,
+    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lsp, lss,
+    machine, monitor, nmt, parameters, pdo, replace, run, scan, send, simulate, statistics,
 };
 
 #[derive(clap::Subcommand, Debug)]

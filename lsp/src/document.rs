@@ -88,6 +88,7 @@ impl Document {
 
     /// Applies changes, of which each is about the text after the one before it.
     pub(crate) fn change(&mut self, changes: &Value) {
+        self.is_published = false;
         for change in changes.as_array().into_iter().flatten() {
             let source = self.source();
             let new = change["text"].as_str().unwrap_or_default();
@@ -104,15 +105,24 @@ impl Document {
         }
     }
 
-    /// Reads the text.
+    /// Reads the text. While it is no TOML, what was read last stays, so that names are known where one is typed.
     pub(crate) fn read(&mut self) {
+        let is_toml = |findings: &Diagnostics| !findings.iter().any(|finding| finding.code.ends_with("::syntax"));
         match self.kind {
-            Kind::Sheet | Kind::Overlay => (self.device, self.findings) = lexican_eds::load(&self.input),
+            Kind::Sheet | Kind::Overlay => {
+                let (device, findings) = lexican_eds::load(&self.input);
+                if is_toml(&findings) || self.device.objects.is_empty() {
+                    self.device = device;
+                }
+                self.findings = findings;
+            }
             Kind::Machine => {
                 let folder = self.path.parent().unwrap_or(Path::new(""));
                 let mut machine = Machine::parse(self.source().clone(), Files::Folder(folder));
                 self.findings = std::mem::take(&mut machine.findings);
-                self.machine = Some(machine);
+                if is_toml(&self.findings) || self.machine.is_none() {
+                    self.machine = Some(machine);
+                }
             }
             Kind::Other => self.findings = Diagnostics::default(),
         }

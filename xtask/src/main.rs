@@ -25,6 +25,7 @@ mod size;
 mod tidy;
 mod vcan;
 mod verify;
+mod vscode;
 mod workspace;
 
 use std::path::PathBuf;
@@ -114,6 +115,8 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Make the package of the extension for VS Code, target/lexican.vsix, by npm
+    Vscode,
     /// Make the pictures of the bench's documentation anew, in a browser: bench/docs
     BenchPictures,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
@@ -141,6 +144,7 @@ fn main() -> ExitCode {
         Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Page { check } => page::run(&root, check),
+        Task::Vscode => vscode::run(&root),
         Task::BenchPictures => page::pictures(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
