@@ -216,8 +216,8 @@ fn path_of(uri: &str) -> PathBuf {
     percent_decode_str(path).decode_utf8_lossy().into_owned().into()
 }
 
-/// The URI of a file.
-pub(crate) fn uri_of(path: &Path) -> String {
-    let path = report::uri(&path.display().to_string());
-    format!("file://{}{path}", if path.starts_with('/') { "" } else { "/" })
+/// The URI of a file; `None` if there is none, as of a device of the library.
+pub(crate) fn uri_of(path: &Path) -> Option<String> {
+    let uri = report::uri(&path.display().to_string());
+    path.is_file().then(|| format!("file://{}{uri}", if uri.starts_with('/') { "" } else { "/" }))
 }

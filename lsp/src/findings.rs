@@ -50,7 +50,7 @@ fn page(rule: &Rule) -> String {
 fn related(document: &Document, label: &Label) -> Option<Value> {
     let source = document.input.source(label.span.source)?;
     let is_here = label.span.source == document.number;
-    let uri = if is_here { document.uri.clone() } else { uri_of(source.name().as_ref()) };
+    let uri = if is_here { document.uri.clone() } else { uri_of(source.name().as_ref())? };
     let range = document.range_in(source, label.span);
     Some(json!({ "location": { "uri": uri, "range": range }, "message": label.text }))
 }

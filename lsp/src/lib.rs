@@ -119,7 +119,9 @@ impl Server {
     fn answer(&mut self, Request { id, method, params }: Request) -> Response {
         let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
         let Some(document) = self.documents.get_mut(uri) else {
-            return Response::new_err(id, ErrorCode::RequestFailed as i32, format!("{method}: {uri:?} is not open"));
+            let is_ours = method.starts_with("textDocument/");
+            let code = if is_ours { ErrorCode::RequestFailed } else { ErrorCode::MethodNotFound };
+            return Response::new_err(id, code as i32, format!("{method}: {uri:?} is not open"));
         };
         let at = document.offset(&params["position"]);
         let result = match method.as_str() {

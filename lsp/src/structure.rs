@@ -1,7 +1,5 @@
 //! The parts of a text, and what leads from one to another: outline, folding, definitions and new names.
 
-use std::path::Path;
-
 use lexican_eds::edit::renumber;
 use lexican_eds::outline::{Outline, Section};
 use lexican_eds::{Source, Span};
@@ -72,14 +70,11 @@ pub(crate) fn definition(document: &Document, offset: u32) -> Option<Value> {
         let mut nodes = document.machine.iter().flat_map(|machine| machine.buses()).flat_map(|machine| &machine.nodes);
         let of_node = nodes.find_map(|node| node.sheet.as_ref().filter(|sheet| std::ptr::eq(&sheet.device, device)));
         let sheet = of_node.map_or(&document.input.eds, |sheet| &sheet.input.eds);
-        // A data sheet of the library is no file.
-        let uri = Path::new(sheet.name()).is_file().then(|| uri_of(sheet.name().as_ref()))?;
-        return section(document, sheet, &uri, address.index(), sub);
+        return section(document, sheet, &uri_of(sheet.name().as_ref())?, address.index(), sub);
     }
-    let path = document.path.with_file_name(word);
+    let uri = uri_of(&document.path.with_file_name(word)).filter(|_| place.part == Part::Value)?;
     let start = json!({ "line": 0, "character": 0 });
-    let is_file = place.part == Part::Value && path.is_file();
-    is_file.then(|| json!({ "uri": uri_of(&path), "range": { "start": start, "end": start } }))
+    Some(json!({ "uri": uri, "range": { "start": start, "end": start } }))
 }
 
 fn section(document: &Document, sheet: &Source, uri: &str, index: u16, sub: Option<u8>) -> Option<Value> {

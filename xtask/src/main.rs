@@ -25,7 +25,6 @@ mod size;
 mod tidy;
 mod vcan;
 mod verify;
-mod vscode;
 mod workspace;
 
 use std::path::PathBuf;
@@ -115,7 +114,7 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Make the package of the extension for VS Code, target/lexican.vsix, by npm
+    /// Make the package of the extension for VS Code by npm: editors/vscode/lexican.vsix
     Vscode,
     /// Make the pictures of the bench's documentation anew, in a browser: bench/docs
     BenchPictures,
@@ -144,7 +143,7 @@ fn main() -> ExitCode {
         Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Page { check } => page::run(&root, check),
-        Task::Vscode => vscode::run(&root),
+        Task::Vscode => page::extension(&root),
         Task::BenchPictures => page::pictures(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };

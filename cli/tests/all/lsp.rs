@@ -9,8 +9,9 @@ use crate::common::lexican_in;
 
 /// A message as it goes over stdin.
 fn message(content: &Value) -> String {
-    let content = json!({ "jsonrpc": "2.0" }).as_object().into_iter().chain(content.as_object()).flatten();
-    let content = Value::from_iter(content.map(|(key, value)| (key.clone(), value.clone()))).to_string();
+    let mut content = content.clone();
+    content["jsonrpc"] = json!("2.0");
+    let content = content.to_string();
     format!("Content-Length: {}\r\n\r\n{content}", content.len())
 }
 
