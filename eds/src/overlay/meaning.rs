@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use toml::de::DeTable;
 
-use super::{Name, Node, Reader, keys_of};
+use super::keys::keys_of;
+use super::{Name, Node, Reader};
 use crate::finding::Kind;
 use crate::model::{BitField, Bits, Enumeration, Named, Quantity, Unit};
 

@@ -61,6 +61,7 @@
 //! overlays are applied in order, and a later one wins.
 
 mod interface;
+mod keys;
 mod meaning;
 mod object;
 pub(crate) mod pdo;
@@ -68,6 +69,8 @@ mod value;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+pub use keys::keys_of;
 
 use crate::finding::{Findings, Kind};
 use crate::model::keys::Key;
@@ -77,27 +80,6 @@ use lexican_cia::cia301;
 
 /// The newest format that is known.
 const FORMAT: i128 = 1;
-
-/// The keys of a table of an overlay, by its kind: `object`, or the list that it is in, such as `units`; empty for the file.
-#[must_use]
-pub fn keys_of(table: &str) -> &'static [&'static str] {
-    match table {
-        "" => &["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"],
-        "overlay" => &["format", "names", "profile", "sdo_writes_four_bytes"],
-        "object" => &object::KEYS,
-        "ranges" => &["when", "low", "high"],
-        "enumeration" => &["description", "values"],
-        "values" => &["value", "name", "description"],
-        "bit_field" => &["description", "fields"],
-        "fields" => &["bits", "name", "description", "simulated", "reason"],
-        "quantity" => &["description", "units"],
-        "units" => &["symbol", "method", "scale", "when"],
-        "pdo" => &["direction", "number", "cob_id", "transmission_type", "mapping"],
-        "interface" => &["description", "parameters"],
-        "parameters" => &interface::KEYS,
-        _ => &[],
-    }
-}
 
 /// What overlays have changed, and where they say so.
 #[derive(Clone, Debug, Default)]

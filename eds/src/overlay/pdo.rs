@@ -1,7 +1,8 @@
 //! `[[pdo]]`.
 
+use super::keys::keys_of;
 use super::value::address;
-use super::{Changes, Extra, Node, Reader, keys_of};
+use super::{Changes, Extra, Node, Reader};
 use crate::finding::Kind;
 use crate::model::pdo::MAX_PDOS;
 use crate::model::types::DataType;
