@@ -48,7 +48,9 @@ fn main() {
 fn data_sheet(entries: usize) -> String {
     let mut text =
         format!("[FileInfo]\r\nFileName=made.eds\r\n[ManufacturerObjects]\r\nSupportedObjects={entries}\r\n");
-    (1..=entries).for_each(|number| drop(writeln!(text, "{number}=0x{:04X}\r", 0x1FFF + number)));
+    for number in 1..=entries {
+        let _ = writeln!(text, "{number}=0x{:04X}\r", 0x1FFF + number);
+    }
     for number in 0..entries {
         let limit = if number % 10 == 0 { 5 } else { 1000 };
         let _ = write!(

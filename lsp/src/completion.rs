@@ -6,6 +6,7 @@ use lexican_eds::outline::{Outline, Section};
 use lexican_eds::overlay::keys_of;
 use lexican_eds::rules::rules;
 use lexican_eds::types::DataType;
+use lexican_machine::Machine;
 use lexican_toolbox::values::{DeviceValues, address, choices, name};
 use serde_json::{Value, json};
 
@@ -170,7 +171,7 @@ fn of_machine(document: &Document, place: &Place, typed: &str) -> Vec<Offer> {
         let offer = |offer: Offer| Offer { text: format!("{before}{}", offer.text), ..offer };
         return device.entries().map(|entry| offer(of_entry(device, entry))).collect();
     }
-    let nodes = document.machine.iter().flat_map(|machine| machine.buses()).flat_map(|machine| &machine.nodes);
+    let nodes = document.machine.iter().flat_map(Machine::buses).flat_map(|machine| &machine.nodes);
     let names = |end: &str| nodes.map(|node| word(format!("{}{end}", *node.name), "")).collect::<Vec<_>>();
     match (place.part, path.as_slice()) {
         (Part::Key, ["wire"]) | (Part::Value, ["wire", ..] | ["bench", ..]) => {

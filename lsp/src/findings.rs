@@ -21,7 +21,7 @@ pub(crate) fn shown(document: &Document) -> impl Iterator<Item = (&Diagnostic, S
 
 fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
     let related: Vec<_> = finding.labels.iter().skip(1).filter_map(|label| related(document, label)).collect();
-    let message = [&[finding.message.clone()], finding.help.as_slice()].concat();
+    let message: Vec<_> = std::iter::once(finding.message.as_str()).chain(finding.help.as_deref()).collect();
     let mut shape = json!({
         "range": document.range(place),
         "severity": match finding.severity {

@@ -68,7 +68,7 @@ pub(crate) fn place(text: &str, offset: usize) -> Option<Place> {
                 part = Part::Value;
             }
             Token::Comma if around.last().is_some_and(|(_, is_table)| *is_table) => {
-                (key, part) = (Vec::new(), Part::Key)
+                (key, part) = (Vec::new(), Part::Key);
             }
             Token::Equals => part = Part::Value,
             Token::Newline if around.is_empty() => (key, part) = (Vec::new(), Part::Key),

@@ -3,6 +3,7 @@
 use lexican_eds::edit::renumber;
 use lexican_eds::outline::{Outline, Section};
 use lexican_eds::{Source, Span};
+use lexican_machine::Machine;
 use lexican_toolbox::values::text::parse_hex;
 use serde_json::{Value, json};
 
@@ -67,7 +68,7 @@ pub(crate) fn definition(document: &Document, offset: u32) -> Option<Value> {
     let place = place(source.text(), offset as usize)?;
     let word = &source.text()[place.word.clone()];
     if let Some((device, address, sub)) = object(document, &place, word) {
-        let mut nodes = document.machine.iter().flat_map(|machine| machine.buses()).flat_map(|machine| &machine.nodes);
+        let mut nodes = document.machine.iter().flat_map(Machine::buses).flat_map(|machine| &machine.nodes);
         let of_node = nodes.find_map(|node| node.sheet.as_ref().filter(|sheet| std::ptr::eq(&sheet.device, device)));
         let sheet = of_node.map_or(&document.input.eds, |sheet| &sheet.input.eds);
         return section(document, sheet, &uri_of(sheet.name().as_ref())?, address.index(), sub);
