@@ -4,8 +4,8 @@
 use crate::chaos;
 use crate::output::{Failure, Outcome};
 use crate::{
-    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lss, machine,
-    monitor, nmt, parameters, pdo, replace, run, scan, send, simulate, statistics,
+    access, bench, boot, check, completions, conform, devices, drive, eds, flash, follow, generate, log, lsp, lss,
+    machine, monitor, nmt, parameters, pdo, replace, run, scan, send, simulate, statistics,
 };
 
 #[derive(clap::Subcommand, Debug)]
@@ -14,6 +14,7 @@ pub(crate) enum Command {
     /// Show, check, compare and format electronic data sheets (EDS, DCF)
     #[command(subcommand)]
     Eds(eds::Command),
+    Lsp(lsp::Args),
     Gen(generate::Args),
     /// Check, plan and format a machine in one file
     #[command(subcommand, long_about = machine::ABOUT)]
@@ -74,6 +75,7 @@ impl Command {
         match self {
             Command::Bench(args) => bench::run(&args, shell),
             Command::Eds(command) => command.run(),
+            Command::Lsp(args) => lsp::run(&args),
             Command::Gen(args) => generate::run(&args),
             Command::Machine(command) => command.run(),
             Command::Scan(args) => scan::run(&args),

@@ -34,6 +34,7 @@ mod whole {
     pub(crate) mod follow;
     pub(crate) mod generate;
     pub(crate) mod log;
+    pub(crate) mod lsp;
     pub(crate) mod lss;
     pub(crate) mod machine;
     pub(crate) mod monitor;

@@ -189,6 +189,11 @@ pub fn value_text(value: &Value) -> String {
     }
 }
 
+/// The columns of an entry that say something, with their names.
+pub fn facts(object: &Object, entry: &Entry) -> impl Iterator<Item = (&'static str, String)> {
+    COLUMNS.into_iter().zip(row(object, entry)).filter(|(_, text)| !text.is_empty())
+}
+
 fn rows(device: &Device) -> impl Iterator<Item = [String; COLUMNS.len()]> {
     device.objects.iter().flat_map(|object| object.entries.iter().map(move |entry| row(object, entry)))
 }

@@ -133,7 +133,8 @@ fn key_name(section: SectionKind, key: &str) -> String {
     known.unwrap_or(key).to_owned()
 }
 
-fn keys_of(section: SectionKind) -> &'static [&'static str] {
+/// The keys of a section, but for those that are numbers.
+pub(crate) fn keys_of(section: SectionKind) -> &'static [&'static str] {
     match section {
         SectionKind::FileInfo => &crate::model::keys::FILE_INFO,
         SectionKind::DeviceInfo => &crate::model::keys::DEVICE_INFO,

@@ -12,7 +12,7 @@
 //!
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
 //! DCF; [`template`] is a new one to begin from. [`fmt`] brings a file into the form of the standard, [`edit`] changes keys and
-//! objects of it, [`fix`](mod@fix) what has one right answer. [`library`] holds the data sheets that are shipped.
+//! objects of it, [`fix`](mod@fix) what has one right answer; [`outline`] says what stands where. [`library`] holds the data sheets that are shipped.
 //!
 //! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
 //! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
@@ -31,6 +31,7 @@ pub mod fix;
 pub mod fmt;
 pub mod library;
 pub mod model;
+pub mod outline;
 pub mod overlay;
 mod parse;
 pub mod patch;

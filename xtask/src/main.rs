@@ -114,6 +114,8 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Make the package of the extension for VS Code by npm: editors/vscode/lexican.vsix
+    Vscode,
     /// Make the pictures of the bench's documentation anew, in a browser: bench/docs
     BenchPictures,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
@@ -141,6 +143,7 @@ fn main() -> ExitCode {
         Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Page { check } => page::run(&root, check),
+        Task::Vscode => page::extension(&root),
         Task::BenchPictures => page::pictures(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };

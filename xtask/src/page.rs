@@ -1,4 +1,4 @@
-//! The page of the bench: its tests, and `bench/page/dist`, made of `bench/page/src`.
+//! What npm makes: the page of the bench (`bench/page/dist`, of `bench/page/src`) after its tests, and the extension for VS Code.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -7,12 +7,7 @@ use std::process::Command;
 /// Makes the page anew; with `check`, compares it with the one that is there, if this machine has npm.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let folder = root.join("bench/page");
-    let npm = || {
-        let mut npm = Command::new("npm");
-        npm.current_dir(&folder);
-        npm
-    };
-    match npm().arg("--version").output() {
+    match Command::new("npm").arg("--version").output() {
         Err(error) if check && error.kind() == ErrorKind::NotFound => {
             println!("skipped: whether the bench's page is what its sources make: there is no npm");
             return Ok(());
@@ -21,15 +16,27 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
         Ok(_) => {}
     }
     let make = if check { "check" } else { "build" };
-    for arguments in [&["ci", "--no-audit", "--no-fund"][..], &["test"], &["run", make]] {
+    run_npm(&folder, &[&["ci", "--no-audit", "--no-fund"], &["test"], &["run", make]])
+}
+
+fn run_npm(folder: &Path, lines: &[&[&str]]) -> Result<(), String> {
+    for arguments in lines {
         let line = format!("npm {}", arguments.join(" "));
         println!("$ {line}");
-        let status = npm().args(arguments).status().map_err(|error| format!("{line}: {error}"))?;
+        let status = Command::new("npm").current_dir(folder).args(*arguments).status();
+        let status = status.map_err(|error| format!("{line}: {error}: install nodejs and npm"))?;
         if !status.success() {
             return Err(format!("{line}: {status}"));
         }
     }
     Ok(())
+}
+
+/// Makes the package of the extension for VS Code: `editors/vscode/lexican.vsix`.
+pub(crate) fn extension(root: &Path) -> Result<(), String> {
+    let install = ["install", "--omit=dev", "--no-audit", "--no-fund", "--no-package-lock"];
+    let pack = ["exec", "--yes", "--", "@vscode/vsce@4.1.0", "package", "--skip-license", "--out", "lexican.vsix"];
+    run_npm(&root.join("editors/vscode"), &[&install, &pack])
 }
 
 /// Plays with the bench in a browser, and keeps its pictures in `bench/docs`.

@@ -22,6 +22,7 @@ lexican-profibus: runtime
 lexican-pictures:
 lexican-conform: eds runtime
 lexican-toolbox: driver eds pictures registry runtime
+lexican-lsp: eds machine runtime toolbox
 lexican-machine: codegen driver eds pictures runtime toolbox
 lexican-registry: driver runtime simulator DRIVES
 lexican-simulation: eds machine profibus registry runtime siko-ag03-1 siko-profibus siko-serial simulator toolbox
@@ -33,7 +34,7 @@ lexican-siko-ag02: siko driver runtime codegen
 lexican-siko-ag03-1: siko driver runtime codegen
 lexican-siko-serial: siko siko-ag02 driver runtime
 lexican-siko-profibus: driver profibus siko siko-ag02 siko-ag03-1 runtime
-lexican: bench eds codegen conform driver machine pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
+lexican: bench eds codegen conform driver lsp machine pictures runtime profibus simulation simulator kollmorgen-akd siko-ag02 \
     siko-ag03-1 siko-profibus siko-serial toolbox
 changeover: driver eds machine pictures profibus runtime simulation siko-profibus siko-serial
 circle: driver eds machine runtime kollmorgen-akd pictures simulation
@@ -210,6 +211,7 @@ fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
         "simulation",
         "bench",
         "conform",
+        "lsp",
         "cli",
         "examples",
         "tests",

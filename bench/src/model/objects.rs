@@ -1,8 +1,8 @@
 //! The entries of a data sheet, as a client lists them.
 
-use lexican_eds::model::{Device, Entry, Meaning, Value};
+use lexican_eds::model::{Device, Entry, Value};
 use lexican_runtime::NodeId;
-use lexican_toolbox::values::{DeviceValues, address, given, resolved};
+use lexican_toolbox::values::{DeviceValues, address, choices, given, resolved};
 
 use super::node::Node;
 use crate::view;
@@ -61,20 +61,5 @@ fn mappable(entry: &Entry) -> &'static str {
         (true, true) => "both",
         (false, true) => "rpdo",
         _ => "tpdo",
-    }
-}
-
-/// The names that an entry takes.
-fn choices(device: &Device, entry: &Entry) -> Vec<String> {
-    match &entry.meaning {
-        Meaning::Enumeration(name) => {
-            let named = device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
-            named.iter().map(|named| named.name.clone()).collect()
-        }
-        Meaning::BitField(name) => {
-            let named = device.bit_fields.get(name).map(|it| it.fields.as_slice()).unwrap_or_default();
-            named.iter().map(|named| named.name.clone()).collect()
-        }
-        Meaning::Plain | Meaning::Quantity(_) => Vec::new(),
     }
 }

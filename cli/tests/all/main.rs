@@ -20,6 +20,7 @@ mod follow;
 mod help;
 mod identity;
 mod logs;
+mod lsp;
 mod machine;
 mod machine_life;
 mod monitor;

@@ -22,8 +22,9 @@ use thiserror::Error;
 use crate::finding::Findings;
 use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO, KEYS, Key};
 use crate::model::{Entry, Object};
+use crate::outline::Outline;
 use crate::parse::section::{ObjectPart, SectionKind};
-use crate::parse::syntax::{Pair, Section, Syntax, tokenize};
+use crate::parse::syntax::{Pair, Section, Syntax, tokenize, with};
 use crate::parse::{number, position};
 use crate::patch::{Change, Patch};
 use crate::text::Source;
@@ -179,6 +180,20 @@ pub fn remove_entry(sheet: &Source, index: u16, sub: u8) -> Result<Patch, EditEr
         patch.extend(counts(syntax, header, |subs| subs.retain(|&other| other != sub)));
         Ok(patch)
     })
+}
+
+/// Another index for an object: its sections, and what names it in lists, links and PDO mappings. The order of the sections
+/// stays.
+pub fn renumber(sheet: &Source, from: u16, to: u16) -> Result<Patch, EditError> {
+    let outline = Outline::new(sheet);
+    let has = |index: u16| outline.sections.iter().any(|section| section.object.is_some_and(|(it, _)| it == index));
+    match (has(from), has(to)) {
+        (false, _) => return Err(EditError::NoSection(format!("{from:04X}"))),
+        (true, true) => return Err(EditError::AlreadyThere(format!("{to:04X}"))),
+        (true, false) => {}
+    }
+    let mentions = outline.mentions().filter(|mention| mention.index == from);
+    Ok(mentions.map(|mention| with(sheet, mention.span, &mention.of_other(to))).collect())
 }
 
 impl Place {

@@ -541,19 +541,14 @@ impl ObjectList {
 }
 
 impl ObjectKind {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Null, Self::Domain, Self::DefType, Self::DefStruct, Self::Variable, Self::Array, Self::Record];
+
     /// The kind with this object code.
     #[must_use]
-    pub const fn from_code(code: u8) -> Option<Self> {
-        Some(match code {
-            0 => Self::Null,
-            2 => Self::Domain,
-            5 => Self::DefType,
-            6 => Self::DefStruct,
-            7 => Self::Variable,
-            8 => Self::Array,
-            9 => Self::Record,
-            _ => return None,
-        })
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
     /// The object code.
@@ -592,6 +587,9 @@ impl ObjectKind {
 }
 
 impl AccessType {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Ro, Self::Wo, Self::Rw, Self::Rwr, Self::Rww, Self::Const];
+
     /// The word of CiA 306: `rw`.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -608,9 +606,7 @@ impl AccessType {
     /// The right with this name, in any case.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        const ALL: [AccessType; 6] =
-            [AccessType::Ro, AccessType::Wo, AccessType::Rw, AccessType::Rwr, AccessType::Rww, AccessType::Const];
-        ALL.into_iter().find(|access| access.name().eq_ignore_ascii_case(name))
+        Self::ALL.into_iter().find(|access| access.name().eq_ignore_ascii_case(name))
     }
 
     /// Whether an SDO may read it.

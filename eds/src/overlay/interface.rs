@@ -2,28 +2,11 @@
 
 use std::mem::discriminant;
 
+use super::keys::keys_of;
 use super::value::address;
 use super::{Name, Node, Reader};
 use crate::finding::Kind;
 use crate::model::{Entry, Interface, ObjectKind, Parameter, ParameterNumber};
-
-/// The keys of a parameter. The last ones are for parameters without an object, which would have them.
-const KEYS: [&str; 14] = [
-    "number",
-    "object",
-    "name",
-    "description",
-    "access",
-    "data_type",
-    "low",
-    "high",
-    "values",
-    "when",
-    "quantity",
-    "enumeration",
-    "bit_field",
-    "persistent",
-];
 
 impl Reader<'_> {
     pub(super) fn interface(&mut self, name: &Name<'_>, node: &Node<'_>) {
@@ -91,7 +74,8 @@ impl Reader<'_> {
                     values = nodes.filter_map(|node| self.named(node, "value", Self::integer)).collect();
                 }
                 "when" => when = self.condition(node),
-                _ => self.unknown(key, if object.is_some() { &KEYS[..10] } else { &KEYS }),
+                _ if object.is_some() => self.unknown(key, &keys_of("parameters")[..10]),
+                _ => self.unknown(key, keys_of("parameters")),
             }
         }
         let number = number.filter(|_| is_whole);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use toml::de::DeTable;
 
+use super::keys::keys_of;
 use super::{Name, Node, Reader};
 use crate::finding::Kind;
 use crate::model::{BitField, Bits, Enumeration, Named, Quantity, Unit};
@@ -95,8 +96,7 @@ impl Reader<'_> {
                 "description" => description = self.text(node),
                 found if found == what => value = Some(read(self, node)?),
                 "simulated" | "reason" if what == "bits" => {}
-                _ if what == "bits" => self.unknown(key, &[what, "name", "description", "simulated", "reason"]),
-                _ => self.unknown(key, &[what, "name", "description"]),
+                _ => self.unknown(key, keys_of(if what == "bits" { "fields" } else { "values" })),
             }
         }
         let named = name.zip(value).map(|(name, value)| Named { name, description, value });
@@ -138,7 +138,7 @@ impl Reader<'_> {
                 "method" => method = self.method(node),
                 "scale" => scale = self.scale(node),
                 "when" => when = self.condition(node),
-                _ => self.unknown(key, &["symbol", "method", "scale", "when"]),
+                _ => self.unknown(key, keys_of("units")),
             }
         }
         let unit = symbol.zip(method).zip(scale);

@@ -61,6 +61,7 @@
 //! overlays are applied in order, and a later one wins.
 
 mod interface;
+mod keys;
 mod meaning;
 mod object;
 pub(crate) mod pdo;
@@ -68,6 +69,8 @@ mod value;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+pub use keys::keys_of;
 
 use crate::finding::{Findings, Kind};
 use crate::model::keys::Key;
@@ -189,10 +192,7 @@ impl Reader<'_> {
                 "bit_field" => self.each(node, Self::bit_field),
                 "quantity" => self.each(node, Self::quantity),
                 "pdo" | "interface" => {}
-                _ => {
-                    let known = ["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"];
-                    self.unknown(key, &known);
-                }
+                _ => self.unknown(key, keys_of("")),
             }
         }
         // At last, because they take over what may have been corrected: a mapping the length of the data type, a
@@ -230,7 +230,7 @@ impl Reader<'_> {
                     self.device.sdo_writes_four_bytes = self.flag(node).unwrap_or(false);
                 }
                 "profile" => self.changes.profile = self.number(node).map(|profile| (profile, self.span(node.span()))),
-                _ => self.unknown(key, &["format", "names", "profile", "sdo_writes_four_bytes"]),
+                _ => self.unknown(key, keys_of("overlay")),
             }
         }
         if format.is_none() {

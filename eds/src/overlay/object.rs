@@ -2,34 +2,13 @@
 
 use toml::de::DeTable;
 
+use super::keys::keys_of;
 use super::value::address;
 use super::{Accepted, Correction, Name, Node, Reader, Use};
 use crate::finding::Kind;
 use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
-
-/// Of an object and of its entries.
-const KEYS: [&str; 18] = [
-    "reason",
-    "name",
-    "description",
-    "data_type",
-    "access",
-    "pdo_mapping",
-    "default",
-    "low",
-    "high",
-    "quantity",
-    "enumeration",
-    "bit_field",
-    "ranges",
-    "first_character_high",
-    "persistent",
-    "writable_in",
-    "simulated",
-    "accept",
-];
 
 /// Of several objects at once.
 const SEVERAL: [&str; 2] = ["simulated", "reason"];
@@ -105,10 +84,10 @@ impl Reader<'_> {
                 }
                 "description" => self.device.objects[at].description = self.text(node),
                 "reason" => {}
-                found if kind == ObjectKind::Record && KEYS.contains(&found) => {
+                found if kind == ObjectKind::Record && keys_of("object").contains(&found) => {
                     self.push(Kind::OverlayKeyOfRecord(found.into()), key);
                 }
-                _ if kind == ObjectKind::Record => self.unknown(key, &KEYS),
+                _ if kind == ObjectKind::Record => self.unknown(key, keys_of("object")),
                 _ => {}
             }
         }
@@ -182,7 +161,7 @@ impl Reader<'_> {
                     corrected = true;
                     entry.not_simulated = self.not_simulated(table);
                 }
-                _ => self.unknown(key, &KEYS),
+                _ => self.unknown(key, keys_of("object")),
             }
         }
         if corrected && !reason {
@@ -292,7 +271,7 @@ impl Reader<'_> {
                 "when" => when = self.condition(node),
                 "low" => low = self.integer(node),
                 "high" => high = self.integer(node),
-                _ => self.unknown(key, &["when", "low", "high"]),
+                _ => self.unknown(key, keys_of("ranges")),
             }
         }
         let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });

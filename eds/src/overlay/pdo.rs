@@ -1,5 +1,6 @@
 //! `[[pdo]]`.
 
+use super::keys::keys_of;
 use super::value::address;
 use super::{Changes, Extra, Node, Reader};
 use crate::finding::Kind;
@@ -40,7 +41,7 @@ impl Reader<'_> {
                 "mapping" => {
                     mapping = self.array(node).into_iter().flatten().filter_map(|node| self.mapped(node)).collect();
                 }
-                _ => self.unknown(key, &["direction", "number", "cob_id", "transmission_type", "mapping"]),
+                _ => self.unknown(key, keys_of("pdo")),
             }
         }
         let pdo = direction.zip(number).map(|(direction, number)| Pdo {

@@ -283,10 +283,7 @@ impl<'a> Syntax<'a> {
 
     /// The line of a place with another text there.
     pub(crate) fn with(&self, span: Span, by: &str) -> Change {
-        let line = self.source.position(span.start).line;
-        let (start, text) = self.line(line - 1);
-        let [from, to] = [span.start, span.end].map(|at| (at.saturating_sub(start) as usize).min(text.len()));
-        Change::Line(line, [&text[..from], by, &text[to..]].concat())
+        with(self.source, span, by)
     }
 
     /// The line of a pair with another value.
@@ -332,7 +329,16 @@ fn push_replaced(clean: &mut String, text: &str, forbidden: &[char]) {
     if text.contains(forbidden) { clean.push_str(&text.replace(forbidden, "_")) } else { clean.push_str(text) }
 }
 
-fn part(start: u32, line: &str, part: &str) -> Span {
+/// The line of a place with another text there.
+pub(crate) fn with(source: &Source, span: Span, by: &str) -> Change {
+    let line = source.line_at(span.start);
+    let (start, text) = (source.line_range(line).0, source.line(line));
+    let [from, to] = [span.start, span.end].map(|at| (at.saturating_sub(start) as usize).min(text.len()));
+    Change::Line(line as u32 + 1, [&text[..from], by, &text[to..]].concat())
+}
+
+/// The place of a part of a line that begins at `start`.
+pub(crate) fn part(start: u32, line: &str, part: &str) -> Span {
     // Both are slices of the same line.
     let offset = (part.as_ptr() as usize).wrapping_sub(line.as_ptr() as usize);
     let offset = if offset <= line.len() { offset as u32 } else { line.len() as u32 };

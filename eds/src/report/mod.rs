@@ -3,7 +3,7 @@
 mod json;
 mod sarif;
 
-pub use sarif::sarif;
+pub use sarif::{sarif, uri};
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Renderer, Snippet};

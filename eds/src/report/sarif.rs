@@ -89,7 +89,8 @@ fn location(label: &Label, input: &Input) -> Option<Value> {
 }
 
 /// A path as a relative reference (RFC 3986): what is neither letter, digit nor one of `-._~/` is escaped.
-fn uri(path: &str) -> String {
+#[must_use]
+pub fn uri(path: &str) -> String {
     let mut uri = String::with_capacity(path.len());
     for byte in path.bytes() {
         match byte {

@@ -123,10 +123,22 @@ impl Source {
     /// The line and column of a byte offset, both from 1; the column counts characters.
     #[must_use]
     pub fn position(&self, offset: u32) -> Position {
-        let line = self.lines.partition_point(|&start| start <= offset).max(1) - 1;
+        let line = self.line_at(offset);
         let start = self.lines[line] as usize;
         let before = self.text.get(start..(offset as usize).min(self.text.len())).unwrap_or_default();
         Position { line: line as u32 + 1, column: before.chars().count() as u32 + 1 }
+    }
+
+    /// The line (from 0) that a byte offset is in.
+    #[must_use]
+    pub fn line_at(&self, offset: u32) -> usize {
+        self.lines.partition_point(|&start| start <= offset).max(1) - 1
+    }
+
+    /// The text at a place in it; empty for a place that is not.
+    #[must_use]
+    pub fn get(&self, span: Span) -> &str {
+        self.text.get(span.start as usize..span.end as usize).unwrap_or_default()
     }
 
     /// Another text under the same name and in the same encoding.
@@ -147,7 +159,8 @@ impl Source {
     }
 
     /// The byte range of a line (from 0) without its end; empty beyond the last.
-    pub(crate) fn line_range(&self, line: usize) -> (u32, u32) {
+    #[must_use]
+    pub fn line_range(&self, line: usize) -> (u32, u32) {
         let Some(&start) = self.lines.get(line) else {
             let end = self.text.len() as u32;
             return (end, end);
@@ -158,7 +171,8 @@ impl Source {
     }
 
     /// The text of a line (from 0) without its end.
-    pub(crate) fn line(&self, line: usize) -> &str {
+    #[must_use]
+    pub fn line(&self, line: usize) -> &str {
         let (start, end) = self.line_range(line);
         &self.text[start as usize..end as usize]
     }

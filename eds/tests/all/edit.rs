@@ -1,8 +1,10 @@
 //! Changes of a data sheet: each line that has to change does, and no other.
 
 use crate::cases::cases;
-use lexican_eds::edit::{EditError, Place, add_entry, add_object, remove_entry, remove_object, set};
-use lexican_eds::model::{Entry, Object, ObjectKind, ObjectList};
+use lexican_eds::edit::{EditError, Place, add_entry, add_object, remove_entry, remove_object, renumber, set};
+use lexican_eds::fmt::normalise;
+use lexican_eds::model::{Device, Entry, Object, ObjectKind, ObjectList};
+use lexican_eds::outline::Outline;
 use lexican_eds::patch::Patch;
 use lexican_eds::types::DataType;
 use lexican_eds::{Input, Source, Span, load};
@@ -186,4 +188,41 @@ fn what_was_added_can_be_removed_again() {
         same += usize::from(without == sheet.text());
     }
     assert!(same > 90, "{same} texts came back");
+}
+
+#[test]
+fn an_object_with_another_index_is_the_same_object() {
+    for shipped in lexican_eds::library::all() {
+        let sheet = Source::new(shipped.file_name, normalise(&shipped.input().eds));
+        let (device, before) = load(&Input::new(sheet.clone()));
+        for object in device.objects.iter().filter(|object| (0x2000..0x5FF0).contains(&object.index)) {
+            let moved = sheet.with_text(renumber(&sheet, object.index, 0x5FFF).unwrap().apply(&sheet));
+            assert_eq!(renumber(&moved, 0x5FFF, object.index).unwrap().apply(&moved), sheet.text());
+            let (after, found) = load(&Input::new(moved));
+            assert_eq!(found.len(), before.len(), "{} {:04X}", shipped.id, object.index);
+            assert!(after.object(object.index).is_none());
+            let maps = |device: &Device, index| -> usize {
+                device.pdos.iter().flat_map(|pdo| &pdo.mapping).filter(|mapped| mapped.index == index).count()
+            };
+            assert_eq!(maps(&after, 0x5FFF), maps(&device, object.index));
+            let names = |entries: &[Entry]| -> Vec<_> {
+                entries.iter().map(|entry| (entry.sub, entry.name.clone(), entry.default.clone())).collect()
+            };
+            assert_eq!(names(&after.object(0x5FFF).unwrap().entries), names(&object.entries));
+        }
+        assert!(matches!(renumber(&sheet, 0x1018, 0x1000), Err(EditError::AlreadyThere(_))));
+    }
+}
+
+#[test]
+fn what_names_an_object_is_found() {
+    let text = "[ManufacturerObjects]\nSupportedObjects=1\n1=8192\n[2000ObjectLinks]\nObjectLinks=1\n1=0x2000\n[1A00sub1]\n\
+                DefaultValue=0x20000108\nLowLimit=0x20000108\n[1A01Value]\nNrOfEntries=1\n1=0x20000208\n[2000sub1]\n";
+    let sheet = Source::new("x.eds", text);
+    let outline = Outline::new(&sheet);
+    let found: Vec<_> = outline.mentions().filter(|it| it.index == 0x2000).collect();
+    let texts: Vec<_> = found.iter().map(|it| (sheet.get(it.span), it.sub)).collect();
+    let expected = [("8192", None), ("2000", None), ("0x2000", None), ("0x20000108", Some(1)), ("0x20000208", Some(2))];
+    assert_eq!(texts, [&expected[..], &[("2000", Some(1))]].concat());
+    assert_eq!(outline.describing(0x2000, Some(1)).map(|section| sheet.get(section.name)), Some("2000sub1"));
 }

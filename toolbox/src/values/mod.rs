@@ -170,6 +170,21 @@ pub fn name(device: &Device, entry: &Entry) -> String {
     }
 }
 
+/// The names that an entry takes: those of its values, or of its bits.
+pub fn choices(device: &Device, entry: &Entry) -> Vec<String> {
+    match &entry.meaning {
+        Meaning::Enumeration(name) => {
+            let named = device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
+            named.iter().map(|named| named.name.clone()).collect()
+        }
+        Meaning::BitField(name) => {
+            let named = device.bit_fields.get(name).map(|it| it.fields.as_slice()).unwrap_or_default();
+            named.iter().map(|named| named.name.clone()).collect()
+        }
+        Meaning::Plain | Meaning::Quantity(_) => Vec::new(),
+    }
+}
+
 /// A value with `$NODEID` replaced.
 pub fn resolved(value: &Value, node: NodeId) -> Value {
     match value {

@@ -1,0 +1,57 @@
+//! The keys of an overlay's tables.
+
+/// The keys of a table of an overlay, by its kind: `object`, or the list that it is in, such as `units`; empty for the file.
+#[must_use]
+pub fn keys_of(table: &str) -> &'static [&'static str] {
+    match table {
+        "" => &["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"],
+        "overlay" => &["format", "names", "profile", "sdo_writes_four_bytes"],
+        "object" => &[
+            "reason",
+            "name",
+            "description",
+            "data_type",
+            "access",
+            "pdo_mapping",
+            "default",
+            "low",
+            "high",
+            "quantity",
+            "enumeration",
+            "bit_field",
+            "ranges",
+            "first_character_high",
+            "persistent",
+            "writable_in",
+            "simulated",
+            "accept",
+        ],
+        "ranges" => &["when", "low", "high"],
+        "enumeration" => &["description", "values"],
+        "values" => &["value", "name", "description"],
+        "bit_field" => &["description", "fields"],
+        "fields" => &["bits", "name", "description", "simulated", "reason"],
+        "quantity" => &["description", "units"],
+        "units" => &["symbol", "method", "scale", "when"],
+        "pdo" => &["direction", "number", "cob_id", "transmission_type", "mapping"],
+        "interface" => &["description", "parameters"],
+        // The last four are for parameters without an object, which would have them.
+        "parameters" => &[
+            "number",
+            "object",
+            "name",
+            "description",
+            "access",
+            "data_type",
+            "low",
+            "high",
+            "values",
+            "when",
+            "quantity",
+            "enumeration",
+            "bit_field",
+            "persistent",
+        ],
+        _ => &[],
+    }
+}

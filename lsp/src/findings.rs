@@ -1,0 +1,75 @@
+//! Findings as an editor shows them, and their fixes.
+
+use lexican_eds::rules::{Rule, rule};
+use lexican_eds::{Diagnostic, Label, Severity, Span};
+use serde_json::{Value, json};
+
+use crate::document::{Document, Kind, uri_of};
+
+/// The `PublishDiagnosticsParams` with all findings of a text.
+pub(crate) fn published(document: &Document) -> Value {
+    let diagnostics: Vec<_> = shown(document).map(|(finding, place)| shape(document, finding, place)).collect();
+    json!({ "uri": document.uri, "version": document.version, "diagnostics": diagnostics })
+}
+
+/// The findings that are about this text, and where; those without a place are about the whole of it.
+pub(crate) fn shown(document: &Document) -> impl Iterator<Item = (&Diagnostic, Span)> {
+    let whole = Span { source: document.number, start: 0, end: 0 };
+    let places = document.findings.iter().map(move |finding| (finding, finding.span().unwrap_or(whole)));
+    places.filter(|(_, place)| place.source == document.number)
+}
+
+fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
+    let related: Vec<_> = finding.labels.iter().skip(1).filter_map(|label| related(document, label)).collect();
+    let message: Vec<_> = std::iter::once(finding.message.as_str()).chain(finding.help.as_deref()).collect();
+    let mut shape = json!({
+        "range": document.range(place),
+        "severity": match finding.severity {
+            Severity::Error => 1,
+            Severity::Warning => 2,
+            Severity::Note => 3,
+        },
+        "code": finding.code,
+        "source": "lexican",
+        "message": message.join("\n"),
+        "relatedInformation": related,
+    });
+    // What is not said is left out: some clients take null for a value.
+    if let Some(rule) = rule(finding.code) {
+        shape["codeDescription"] = json!({ "href": page(rule) });
+    }
+    shape
+}
+
+/// The rule in the list of all rules.
+fn page(rule: &Rule) -> String {
+    let list = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/eds/RULES.md");
+    format!("{list}#{}-{}", rule.code.replace(':', ""), rule.severity.name())
+}
+
+fn related(document: &Document, label: &Label) -> Option<Value> {
+    let source = document.input.source(label.span.source)?;
+    let is_here = label.span.source == document.number;
+    let uri = if is_here { document.uri.clone() } else { uri_of(source.name().as_ref())? };
+    let range = document.range_in(source, label.span);
+    Some(json!({ "location": { "uri": uri, "range": range }, "message": label.text }))
+}
+
+/// The `CodeAction`s that mend the findings in a range.
+pub(crate) fn actions(document: &Document, params: &Value) -> Vec<Value> {
+    let [from, to] = ["start", "end"].map(|end| document.offset(&params["range"][end]));
+    let only = params["context"]["only"].as_array();
+    let is_wanted = document.kind == Kind::Sheet && only.is_none_or(|only| only.contains(&json!("quickfix")));
+    let here = shown(document).filter(|(_, place)| is_wanted && place.start <= to && from <= place.end);
+    let action = |(finding, place): (&Diagnostic, Span)| {
+        let (patch, rule) = finding.fix.as_ref().zip(rule(finding.code))?;
+        Some(json!({
+            "title": finding.help.as_deref().or(rule.fixes).unwrap_or(rule.holds),
+            "kind": "quickfix",
+            "diagnostics": [shape(document, finding, place)],
+            "isPreferred": true,
+            "edit": document.workspace_edit(&patch.apply(document.source())),
+        }))
+    };
+    here.filter_map(action).collect()
+}
