@@ -39,6 +39,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.starts_itself = starts_itself(od);
         self.load_rpdos(od);
         self.load_tpdos(od);
+        self.find_touched();
     }
 
     /// Configures what a written entry concerns.
@@ -59,6 +60,16 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.reload_rpdo(cia301::pdo_number(index), od),
             index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.reload_tpdo(cia301::pdo_number(index), now, od),
             _ => {}
+        }
+        self.find_touched();
+    }
+
+    /// Which TPDOs map what RPDOs write.
+    fn find_touched(&mut self) {
+        for slot in &mut self.rpdos {
+            let is_touched = |(_, tpdo): &(usize, &TpdoSlot<MAPPED>)| tpdo.pdo.mapping().overlaps(slot.pdo.mapping());
+            let touched = self.tpdos.iter().enumerate().filter(is_touched);
+            slot.touched = touched.fold(0, |bits, (at, _)| bits | 1 << (at % 32));
         }
     }
 
@@ -124,7 +135,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let mut last = 0;
         for slot in &mut self.rpdos {
             let Some(number) = next_pdo(Direction::Receive, last, od) else { return };
-            *slot = RpdoSlot { number, pdo: rpdo_of(self.behaviour.behaviour(), number, od) };
+            *slot = RpdoSlot { number, pdo: rpdo_of(self.behaviour.behaviour(), number, od), touched: 0 };
             last = number;
         }
     }

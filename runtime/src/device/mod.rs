@@ -279,7 +279,7 @@ impl<
         if let Some(at) = self.server_of(frame.id()) {
             return self.handle_request(at, now, frame, od);
         }
-        let event = self.services.get_mut().dispatch(now, frame, od);
+        let event = self.services.dispatch(now, frame, od);
         self.end_communication_error(od);
         self.follow_state(event)
     }

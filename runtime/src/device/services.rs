@@ -85,6 +85,8 @@ impl Time {
 pub(super) struct RpdoSlot<const MAPPED: usize> {
     pub(super) number: u16,
     pub(super) pdo: Rpdo<MAPPED>,
+    /// Which TPDOs map an object that it writes: bit n for those in places n, n + 32, and so on.
+    pub(super) touched: u32,
 }
 
 /// A TPDO and its number; number 0 is free.
@@ -95,7 +97,7 @@ pub(super) struct TpdoSlot<const MAPPED: usize> {
 }
 
 impl<const MAPPED: usize> RpdoSlot<MAPPED> {
-    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
+    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY), touched: 0 };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::rpdo(self.number)
@@ -235,7 +237,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
                 2 => self.enter(now, NmtState::Stopped),
                 _ => None,
             },
-            Timer::OwnSync => Some(self.handle_sync(self.own_sync, od)),
+            Timer::OwnSync => Some(self.handle_sync(self.own_sync, od).0),
         }
     }
 
@@ -290,7 +292,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if let Some(frame) = self.time.as_mut().and_then(|time| time.poll_transmit()) {
             return Some(frame);
         }
-        // Outside OPERATIONAL no TPDO is due: they are suspended.
+        self.poll_tpdos(now, od)
+    }
+
+    fn poll_tpdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        // Outside OPERATIONAL none is due: they are suspended.
         self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
     }
 
@@ -319,9 +325,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 }
 
-/// Services, with a note that they have nothing to send, made when they were last asked. Lending them mutably clears the note, so
-/// no code that makes a frame due has to. This keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
-/// read, whole device) independent of the number of PDOs.
+/// What the services may have to send since they were asked last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Due {
+    Nothing,
+    /// TPDOs that a SYNC has sampled, which have no timers.
+    Sampled,
+    Anything,
+}
+
+/// Services, with a note of what they may have to send. Lending them mutably notes anything, so no code that makes a frame due has
+/// to. This keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32 read, whole device) and of an RPDO independent
+/// of the number of PDOs.
 #[derive(Clone, Debug)]
 pub(super) struct Polled<
     const RPDOS: usize,
@@ -331,15 +346,16 @@ pub(super) struct Polled<
     S: Selection,
 > {
     services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>,
-    /// `Some` while there is nothing to send, with the next deadline.
-    quiet: Option<Option<Instant>>,
+    due: Due,
+    /// The next deadline, unless anything may be due.
+    deadline: Option<Instant>,
 }
 
 impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
     Polled<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>) -> Self {
-        Polled { services, quiet: None }
+        Polled { services, due: Due::Anything, deadline: None }
     }
 
     pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
@@ -347,25 +363,39 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
-        self.quiet = None;
+        self.due = Due::Anything;
         &mut self.services
     }
 
     pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        if self.quiet.is_some() { None } else { self.ask(now, od) }
+        if self.due == Due::Nothing { None } else { self.ask(now, od) }
     }
 
-    /// Out of line, so that only the look at `quiet` is inlined.
+    /// A frame that is no request to a server.
+    pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let (event, due) = self.services.dispatch(now, frame, od);
+        self.due = self.due.max(due);
+        event
+    }
+
+    /// Out of line, so that only the look at `due` is inlined.
     #[inline(never)]
     fn ask(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if self.due == Due::Sampled && self.deadline.is_none_or(|deadline| deadline > now) {
+            let frame = self.services.poll_tpdos(now, od);
+            if frame.is_none() {
+                self.due = Due::Nothing;
+            }
+            return frame;
+        }
         let frame = self.services.poll_transmit(now, od);
         if frame.is_none() {
-            self.quiet = Some(self.services.poll_timeout());
+            (self.due, self.deadline) = (Due::Nothing, self.services.poll_timeout());
         }
         frame
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        self.quiet.unwrap_or_else(|| self.services.poll_timeout())
+        if self.due == Due::Anything { self.services.poll_timeout() } else { self.deadline }
     }
 }
