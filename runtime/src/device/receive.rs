@@ -24,7 +24,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         &mut self,
         now: Instant,
         frame: &Frame,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> (Option<Event>, Due) {
         let (id, state) = (frame.id(), self.nmt.state());
         if id == CobId::NMT {
@@ -40,7 +40,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if state.allows_messages() { self.handle_message(now, frame, od) } else { (None, Due::Nothing) }
     }
 
-    fn handle_message(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> (Option<Event>, Due) {
+    fn handle_message(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> (Option<Event>, Due) {
         let id = frame.id();
         if self.sync_consumer.id() == Some(id) {
             let had_window = self.sync_consumer.poll_timeout().is_some();
@@ -104,7 +109,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         Some(Event::Heartbeat { node, event })
     }
 
-    pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut dyn ObjectDictionary) -> (Event, Due) {
+    pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut (impl ObjectDictionary + ?Sized)) -> (Event, Due) {
         let mut due = Due::Nothing;
         if self.is_operational() {
             due = Due::Sampled;
@@ -127,7 +132,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         at: usize,
         now: Instant,
         frame: &Frame,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> (Option<Event>, Due) {
         let masks = self.behaviour().tpdo_masks;
         let Some(slot) = self.rpdos.get_mut(at) else { return (None, Due::Nothing) };
@@ -155,7 +160,7 @@ fn compare<const N: usize>(
     tpdos: &mut [TpdoSlot<N>],
     written: &RpdoSlot<N>,
     masks: Option<u16>,
-    od: &mut dyn ObjectDictionary,
+    od: &mut (impl ObjectDictionary + ?Sized),
 ) {
     for (at, slot) in tpdos.iter_mut().enumerate() {
         if written.touched >> (at % 32) & 1 != 0 && slot.pdo.mapping().overlaps(written.pdo.mapping()) {

@@ -112,7 +112,7 @@ impl<const MAPPED: usize> TpdoSlot<MAPPED> {
     }
 
     /// Looks for a change of the bits that the device's masks let through, if it has masks.
-    pub(super) fn compare(&mut self, masks: Option<u16>, od: &mut dyn ObjectDictionary) {
+    pub(super) fn compare(&mut self, masks: Option<u16>, od: &mut (impl ObjectDictionary + ?Sized)) {
         let mask = masks.map_or(u64::MAX, |first| {
             let mut half = |sub| objects::read_u32(od, first + self.number - 1, sub).map_or(u32::MAX.into(), u64::from);
             half(1) | half(2) << 32
@@ -202,7 +202,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Objects from `first` to `last` may have changed.
-    pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut dyn ObjectDictionary) {
+    pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         if self.is_operational() {
             let masks = self.behaviour().tpdo_masks;
             let concerned = self.tpdos.iter_mut().filter(|slot| slot.pdo.mapping().maps_between(first, last));
@@ -211,7 +211,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Does what is due, up to the first event.
-    pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         self.heartbeat.handle_timeout(now);
         self.sync_producer.handle_timeout(now);
         self.emcy.handle_timeout(now);
@@ -228,7 +228,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         event.or_else(|| self.handle_lost_peers(now, od)).or_else(|| self.handle_late_pdos(now, od))
     }
 
-    fn handle_timer(&mut self, timer: Timer, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_timer(&mut self, timer: Timer, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         match timer {
             Timer::Start => self.enter(now, NmtState::Operational),
             // CiA 301, 7.5.2.31.
@@ -246,7 +246,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.time.as_ref()?.consumer
     }
 
-    fn handle_lost_peers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_lost_peers(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let lost = self
             .consumers
             .iter_mut()
@@ -259,14 +259,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         Some(lost)
     }
 
-    fn handle_late_pdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_late_pdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let number = self.rpdos.iter_mut().find_map(|slot| slot.pdo.handle_timeout(now).map(|_| slot.number))?;
         self.raise_communication_error(ErrorCode::RPDO_TIMEOUT, od);
         Some(Event::RpdoTimedOut { number })
     }
 
     /// The next frame, the most important one first.
-    fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         self.end_communication_error(od);
         if let Some(boot_up) = self.nmt.poll_transmit(now) {
             self.timers.set(Timer::Start, self.starts_itself.then_some(now));
@@ -279,7 +279,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             .or_else(|| self.guarding.as_mut()?.poll_transmit(now, state))
     }
 
-    fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn poll_messages(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if let Some((sync, frame)) = self.sync_producer.poll_transmit(now) {
             self.sync_consumer.open_window(now);
             self.own_sync = sync;
@@ -295,7 +295,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.poll_tpdos(now, od)
     }
 
-    fn poll_tpdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn poll_tpdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         // Outside OPERATIONAL none is due: they are suspended.
         self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
     }
@@ -367,12 +367,17 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         &mut self.services
     }
 
-    pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if self.due == Due::Nothing { None } else { self.ask(now, od) }
     }
 
     /// A frame that is no request to a server.
-    pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub(super) fn dispatch(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
         let (event, due) = self.services.dispatch(now, frame, od);
         self.due = self.due.max(due);
         event
@@ -380,7 +385,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// Out of line, so that only the look at `due` is inlined.
     #[inline(never)]
-    fn ask(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn ask(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if self.due == Due::Sampled && self.deadline.is_none_or(|deadline| deadline > now) {
             let frame = self.services.poll_tpdos(now, od);
             if frame.is_none() {

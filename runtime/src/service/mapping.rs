@@ -35,7 +35,7 @@ impl<const N: usize> Mapping<N> {
     /// The mapping that the dictionary holds at `index`, 1600h or 1A00h and up. It is empty when there
     /// is none, when its length is not 1 to `N` (so also for multiplexed PDOs), or when it has more than 64 bits.
     #[must_use]
-    pub fn load(index: u16, od: &mut dyn ObjectDictionary) -> Self {
+    pub fn load(index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Self {
         let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= N).unwrap_or(0);
         let mut mapping = Mapping::EMPTY;
         for sub in 1..=len {
@@ -51,7 +51,7 @@ impl<const N: usize> Mapping<N> {
     }
 
     /// Finds out which bytes a PDO with the mapping parameter `index` copies.
-    fn find_places(&mut self, index: u16, od: &dyn ObjectDictionary) {
+    fn find_places(&mut self, index: u16, od: &(impl ObjectDictionary + ?Sized)) {
         let mut places = [ASKED; 8];
         for (mapped, low) in self.placed() {
             // Of an object that is mapped twice, the last value counts.
@@ -118,7 +118,7 @@ impl<const N: usize> Mapping<N> {
 
     /// The PDO's data, as the dictionary holds them now; an object that cannot be read is zero.
     #[must_use]
-    pub fn pack(&self, od: &mut dyn ObjectDictionary) -> [u8; 8] {
+    pub fn pack(&self, od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
         let (image, mut data, mut is_complete) = (image_of(od), [0; 8], true);
         for (byte, &place) in data.iter_mut().zip(&self.places).take(self.bytes()) {
             match image.get(usize::from(place)) {
@@ -131,7 +131,7 @@ impl<const N: usize> Mapping<N> {
 
     /// Writes the data of a PDO that is received into the dictionary; what is missing is zero. What the dictionary refuses
     /// does not hold up the rest.
-    pub fn unpack(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
+    pub fn unpack(&self, data: &[u8], od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), (Address, AbortCode)> {
         let (image, data, mut is_complete) = (image_of(od), object::number(data).to_le_bytes(), true);
         for (byte, &place) in data.iter().zip(&self.places).take(self.bytes()) {
             match image.get_mut(usize::from(place)) {
@@ -149,7 +149,7 @@ impl<const N: usize> Mapping<N> {
     }
 
     #[inline(never)]
-    fn pack_asked(&self, data: [u8; 8], od: &mut dyn ObjectDictionary) -> [u8; 8] {
+    fn pack_asked(&self, data: [u8; 8], od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
         let mut raw = u64::from_le_bytes(data);
         for (mapped, low) in self.asked(image_of(od).len()) {
             raw |= object::place(objects::read_at(od, mapped.address).unwrap_or(0), low, mapped.bits);
@@ -158,7 +158,11 @@ impl<const N: usize> Mapping<N> {
     }
 
     #[inline(never)]
-    fn unpack_asked(&self, data: [u8; 8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
+    fn unpack_asked(
+        &self,
+        data: [u8; 8],
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<(), (Address, AbortCode)> {
         let mut result = Ok(());
         for (mapped, low) in self.asked(image_of(od).len()) {
             let written = write(mapped, object::take(u64::from_le_bytes(data), low, mapped.bits), od);
@@ -170,7 +174,7 @@ impl<const N: usize> Mapping<N> {
 
 /// Where in the image a PDO copies an object from or to, which begins at bit `low`: a number of whole bytes, and, in a PDO
 /// that is received, without limits.
-fn copied_from(mapped: Mapped, low: u8, index: u16, od: &dyn ObjectDictionary) -> Option<u16> {
+fn copied_from(mapped: Mapped, low: u8, index: u16, od: &(impl ObjectDictionary + ?Sized)) -> Option<u16> {
     let entry = od.entry(mapped.address).ok()?;
     let is_limited = index < cia301::TPDO_1 && entry.limit > 0;
     let is_whole = (low | mapped.bits).is_multiple_of(8) && entry.data_type.bits() == Some(mapped.bits);
@@ -179,7 +183,7 @@ fn copied_from(mapped: Mapped, low: u8, index: u16, od: &dyn ObjectDictionary) -
 }
 
 /// The image of a dictionary, as far as places reach.
-fn image_of(od: &mut dyn ObjectDictionary) -> &mut [u8] {
+fn image_of(od: &mut (impl ObjectDictionary + ?Sized)) -> &mut [u8] {
     let image = od.image();
     let len = image.len().min(usize::from(ASKED));
     image.get_mut(..len).unwrap_or_default()
@@ -190,7 +194,7 @@ pub(crate) fn bits_with(bits: u8, mapped: Mapped) -> Option<u8> {
     bits.checked_add(mapped.bits).filter(|&bits| bits <= 64)
 }
 
-fn write(mapped: Mapped, value: u64, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+fn write(mapped: Mapped, value: u64, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), AbortCode> {
     let entry = od.entry(mapped.address)?;
     let size = entry.data_type.size().unwrap_or(usize::from(mapped.bits).div_ceil(8));
     let bytes = value.to_le_bytes();
@@ -208,7 +212,12 @@ pub fn is_dummy(mapped: Mapped) -> bool {
 /// space.
 ///
 /// Errors: [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
-pub fn check(mapped: Mapped, direction: Direction, dummies: u32, od: &dyn ObjectDictionary) -> Result<(), AbortCode> {
+pub fn check(
+    mapped: Mapped,
+    direction: Direction,
+    dummies: u32,
+    od: &(impl ObjectDictionary + ?Sized),
+) -> Result<(), AbortCode> {
     let allowed = if is_dummy(mapped) {
         let code = mapped.address.index();
         let fits = DataType::from_code(code).and_then(DataType::bits) == Some(mapped.bits);

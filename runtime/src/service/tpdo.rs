@@ -190,12 +190,12 @@ impl<const N: usize> Tpdo<N> {
 
     /// Asks for the PDO to be sent if its data differ from those sampled to be sent, else from those sent last; before the
     /// first one, from those at the start. For dictionaries that cannot report changes by [`Tpdo::changed`].
-    pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
+    pub fn compare(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.compare_masked(u64::MAX, od);
     }
 
     /// The same for the bits of its data that are set in `mask`, whose lowest bit is that of the first byte.
-    pub fn compare_masked(&mut self, mask: u64, od: &mut dyn ObjectDictionary) {
+    pub fn compare_masked(&mut self, mask: u64, od: &mut (impl ObjectDictionary + ?Sized)) {
         let known = self.pending.flatten().or(self.sent);
         let mut differs = |known| (u64::from_le_bytes(known) ^ u64::from_le_bytes(self.mapping.pack(od))) & mask != 0;
         if self.counts_changes() && self.is_active() && known.is_some_and(&mut differs) {
@@ -228,7 +228,7 @@ impl<const N: usize> Tpdo<N> {
     }
 
     /// SYNC came, with this counter.
-    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut dyn ObjectDictionary) {
+    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut (impl ObjectDictionary + ?Sized)) {
         if !self.is_active() {
             return;
         }
@@ -246,7 +246,7 @@ impl<const N: usize> Tpdo<N> {
         }
     }
 
-    fn sample(&mut self, od: &mut dyn ObjectDictionary) {
+    fn sample(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.pending = Some(Some(self.mapping.pack(od)));
     }
 
@@ -294,7 +294,7 @@ impl<const N: usize> Tpdo<N> {
     }
 
     /// The PDO, when it is due and not inhibited.
-    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if self.sent.is_none() && self.counts_changes() && self.is_active() {
             self.sent = Some(self.mapping.pack(od));
         }
