@@ -112,15 +112,23 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut (impl ObjectDictionary + ?Sized)) -> (Event, Due) {
         let mut due = Due::Nothing;
         if self.is_operational() {
-            due = Due::Sampled;
             let Behaviour { rpdos_count_syncs: counts, tpdo_masks: masks, .. } = *self.behaviour();
-            self.rpdos.iter_mut().for_each(|slot| match counts {
-                true => slot.pdo.handle_nth_sync(od),
-                false => slot.pdo.handle_sync(od),
-            });
-            self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(sync.counter, od));
-            for slot in self.rpdos.iter().filter(|slot| slot.touched != 0 && slot.pdo.applied().is_some()) {
-                compare(&mut self.tpdos, slot, masks, od);
+            let mut touches = false;
+            for slot in &mut self.rpdos {
+                match counts {
+                    true => slot.pdo.handle_nth_sync(od),
+                    false => slot.pdo.handle_sync(od),
+                }
+                touches |= slot.touched != 0 && slot.pdo.applied().is_some();
+            }
+            let mut sampled = 0;
+            for slot in &mut self.tpdos {
+                sampled += u16::from(slot.pdo.handle_sync(sync.counter, od));
+            }
+            due = if sampled == 0 { Due::Nothing } else { Due::Sampled(sampled) };
+            if touches {
+                let applied = self.rpdos.iter().filter(|slot| slot.pdo.applied().is_some());
+                applied.for_each(|slot| compare(&mut self.tpdos, slot, masks, od));
                 due = Due::Anything;
             }
         }

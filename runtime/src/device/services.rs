@@ -326,11 +326,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 }
 
 /// What the services may have to send since they were asked last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Due {
     Nothing,
-    /// TPDOs that a SYNC has sampled, which have no timers.
-    Sampled,
+    /// So many TPDOs that a SYNC has sampled, which have no timers.
+    Sampled(u16),
     Anything,
 }
 
@@ -379,19 +379,22 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Option<Event> {
         let (event, due) = self.services.dispatch(now, frame, od);
-        self.due = self.due.max(due);
+        self.due = match (self.due, due) {
+            (before, Due::Nothing) => before,
+            (Due::Nothing, due) => due,
+            _ => Due::Anything,
+        };
         event
     }
 
     /// Out of line, so that only the look at `due` is inlined.
     #[inline(never)]
     fn ask(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
-        if self.due == Due::Sampled && self.deadline.is_none_or(|deadline| deadline > now) {
-            let frame = self.services.poll_tpdos(now, od);
-            if frame.is_none() {
-                self.due = Due::Nothing;
-            }
-            return frame;
+        if let Due::Sampled(count) = self.due
+            && self.deadline.is_none_or(|deadline| deadline > now)
+        {
+            self.due = if count > 1 { Due::Sampled(count - 1) } else { Due::Nothing };
+            return self.services.poll_tpdos(now, od);
         }
         let frame = self.services.poll_transmit(now, od);
         if frame.is_none() {

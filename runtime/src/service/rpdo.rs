@@ -179,6 +179,7 @@ impl<const N: usize> Rpdo<N> {
     }
 
     /// SYNC came: what waited takes effect.
+    #[inline]
     pub fn handle_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let waiting = self.waiting.take();
         self.applied = waiting.map(|data| self.apply(data.get(..self.mapping.bytes()).unwrap_or(&data), od));

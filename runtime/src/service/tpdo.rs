@@ -227,12 +227,12 @@ impl<const N: usize> Tpdo<N> {
         }
     }
 
-    /// SYNC came, with this counter.
-    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut (impl ObjectDictionary + ?Sized)) {
+    /// SYNC came, with this counter. Returns whether the PDO is to be sent, with the data that it has now.
+    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut (impl ObjectDictionary + ?Sized)) -> bool {
         if !self.is_active() {
-            return;
+            return false;
         }
-        let due = match self.parameters.transmission {
+        let is_due = match self.parameters.transmission {
             TransmissionType::SynchronousAcyclic => core::mem::take(&mut self.changed) || self.acyclic_always,
             TransmissionType::SynchronousCyclic(n) => self.counts(counter, n),
             TransmissionType::SynchronousRemote => {
@@ -241,13 +241,10 @@ impl<const N: usize> Tpdo<N> {
             }
             _ => false,
         };
-        if due {
-            self.sample(od);
+        if is_due {
+            self.pending = Some(Some(self.mapping.pack(od)));
         }
-    }
-
-    fn sample(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
-        self.pending = Some(Some(self.mapping.pack(od)));
+        is_due
     }
 
     /// Counts a SYNC, and returns whether it is the n-th. The one with the start value is an n-th.
@@ -308,7 +305,7 @@ impl<const N: usize> Tpdo<N> {
         if inhibits && !self.parameters.inhibit.is_zero() {
             self.inhibited = Some(now + self.parameters.inhibit);
         }
-        Frame::new(self.parameters.cob_id.id(), data.get(..self.mapping.bytes())?)
+        Frame::of_buffer(self.parameters.cob_id.id(), data, self.mapping.bytes())
     }
 
     /// When the event timer or the inhibit time passes.
