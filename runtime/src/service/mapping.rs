@@ -11,14 +11,11 @@ use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDic
 pub struct Mapping<const N: usize = 64> {
     // As mapping parameters hold them: half the size of `Mapped`. Behind `len` they are 0.
     entries: [u32; N],
-    // Where each byte of the PDO is copied from or to, in the dictionary's image; `ASKED` if the dictionary is asked for its object.
+    // 1 + where in the dictionary's image each byte of the PDO is copied from or to; 0 if the dictionary is asked for its object.
     places: [u16; 8],
     len: u8,
     bits: u8,
 }
-
-/// The place of a byte that is not copied.
-const ASKED: u16 = u16::MAX;
 
 impl<const N: usize> PartialEq for Mapping<N> {
     fn eq(&self, other: &Self) -> bool {
@@ -30,7 +27,7 @@ impl<const N: usize> Eq for Mapping<N> {}
 
 impl<const N: usize> Mapping<N> {
     /// Nothing mapped.
-    pub const EMPTY: Self = Mapping { entries: [0; N], places: [ASKED; 8], len: 0, bits: 0 };
+    pub const EMPTY: Self = Mapping { entries: [0; N], places: [0; 8], len: 0, bits: 0 };
 
     /// The mapping that the dictionary holds at `index`, 1600h or 1A00h and up. It is empty when there
     /// is none, when its length is not 1 to `N` (so also for multiplexed PDOs), or when it has more than 64 bits.
@@ -52,13 +49,13 @@ impl<const N: usize> Mapping<N> {
 
     /// Finds out which bytes a PDO with the mapping parameter `index` copies.
     fn find_places(&mut self, index: u16, od: &(impl ObjectDictionary + ?Sized)) {
-        let mut places = [ASKED; 8];
+        let mut places = [0; 8];
         for (mapped, low) in self.placed() {
             // Of an object that is mapped twice, the last value counts.
             let is_once = self.iter().filter(|other| other.address == mapped.address).count() == 1;
             if let Some(offset) = copied_from(mapped, low, index, od).filter(|_| is_once) {
                 let bytes = places.iter_mut().skip(usize::from(low / 8)).take(usize::from(mapped.bits / 8));
-                bytes.zip(offset..).for_each(|(place, offset)| *place = offset);
+                bytes.zip(offset + 1..).for_each(|(place, next)| *place = next);
             }
         }
         self.places = places;
@@ -119,9 +116,9 @@ impl<const N: usize> Mapping<N> {
     /// The PDO's data, as the dictionary holds them now; an object that cannot be read is zero.
     #[must_use]
     pub fn pack(&self, od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
-        let (image, mut data, mut is_complete) = (image_of(od), [0; 8], true);
+        let (image, mut data, mut is_complete) = (od.image(), [0; 8], true);
         for (byte, &place) in data.iter_mut().zip(&self.places).take(self.bytes()) {
-            match image.get(usize::from(place)) {
+            match image.get(usize::from(place).wrapping_sub(1)) {
                 Some(held) => *byte = *held,
                 None => is_complete = false,
             }
@@ -132,9 +129,9 @@ impl<const N: usize> Mapping<N> {
     /// Writes the data of a PDO that is received into the dictionary; what is missing is zero. What the dictionary refuses
     /// does not hold up the rest.
     pub fn unpack(&self, data: &[u8], od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), (Address, AbortCode)> {
-        let (image, data, mut is_complete) = (image_of(od), object::number(data).to_le_bytes(), true);
+        let (image, data, mut is_complete) = (od.image(), object::number(data).to_le_bytes(), true);
         for (byte, &place) in data.iter().zip(&self.places).take(self.bytes()) {
-            match image.get_mut(usize::from(place)) {
+            match image.get_mut(usize::from(place).wrapping_sub(1)) {
                 Some(held) => *held = *byte,
                 None => is_complete = false,
             }
@@ -144,14 +141,14 @@ impl<const N: usize> Mapping<N> {
 
     /// The objects that are not copied from or to an image of so many bytes.
     fn asked(&self, image: usize) -> impl Iterator<Item = (Mapped, u8)> {
-        let place = |low: u8| self.places.get(usize::from(low / 8)).map_or(usize::MAX, |&place| place.into());
-        self.placed().filter(move |&(mapped, low)| place(low) >= image && !is_dummy(mapped))
+        let place = |low: u8| self.places.get(usize::from(low / 8)).map_or(0, |&place| usize::from(place));
+        self.placed().filter(move |&(mapped, low)| !(1..=image).contains(&place(low)) && !is_dummy(mapped))
     }
 
     #[inline(never)]
     fn pack_asked(&self, data: [u8; 8], od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
         let mut raw = u64::from_le_bytes(data);
-        for (mapped, low) in self.asked(image_of(od).len()) {
+        for (mapped, low) in self.asked(od.image().len()) {
             raw |= object::place(objects::read_at(od, mapped.address).unwrap_or(0), low, mapped.bits);
         }
         raw.to_le_bytes()
@@ -164,7 +161,7 @@ impl<const N: usize> Mapping<N> {
         od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), (Address, AbortCode)> {
         let mut result = Ok(());
-        for (mapped, low) in self.asked(image_of(od).len()) {
+        for (mapped, low) in self.asked(od.image().len()) {
             let written = write(mapped, object::take(u64::from_le_bytes(data), low, mapped.bits), od);
             result = result.and(written.map_err(|reason| (mapped.address, reason)));
         }
@@ -178,15 +175,8 @@ fn copied_from(mapped: Mapped, low: u8, index: u16, od: &(impl ObjectDictionary 
     let entry = od.entry(mapped.address).ok()?;
     let is_limited = index < cia301::TPDO_1 && entry.limit > 0;
     let is_whole = (low | mapped.bits).is_multiple_of(8) && entry.data_type.bits() == Some(mapped.bits);
-    let end = usize::try_from(entry.offset).ok()? + usize::from(entry.capacity);
-    (is_whole && !is_limited && end <= usize::from(ASKED)).then_some(entry.offset as u16)
-}
-
-/// The image of a dictionary, as far as places reach.
-fn image_of(od: &mut (impl ObjectDictionary + ?Sized)) -> &mut [u8] {
-    let image = od.image();
-    let len = image.len().min(usize::from(ASKED));
-    image.get_mut(..len).unwrap_or_default()
+    let has_place = entry.offset + u32::from(entry.capacity) <= u16::MAX.into();
+    (is_whole && !is_limited && has_place).then_some(entry.offset as u16)
 }
 
 /// How many bits a PDO has with another object behind `bits`; `None` if they are more than 64.
@@ -220,7 +210,7 @@ pub fn check(
 ) -> Result<(), AbortCode> {
     let allowed = if is_dummy(mapped) {
         let code = mapped.address.index();
-        let fits = DataType::from_code(code).and_then(DataType::bits) == Some(mapped.bits);
+        let fits = DataType::bits_of_code(code) == Some(mapped.bits);
         fits && direction == Direction::Receive && dummies >> code & 1 != 0
     } else {
         let entry = od.entry(mapped.address)?;

@@ -181,8 +181,11 @@ impl<const N: usize> Rpdo<N> {
     /// SYNC came: what waited takes effect.
     #[inline]
     pub fn handle_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
-        let waiting = self.waiting.take();
-        self.applied = waiting.map(|data| self.apply(data.get(..self.mapping.bytes()).unwrap_or(&data), od));
+        self.applied = None;
+        if let Some(data) = self.waiting {
+            self.waiting = None;
+            self.applied = Some(self.apply(&data, od));
+        }
     }
 
     /// The same for a device whose PDOs of type n, from 1 to 240, ignore n-1 SYNCs before one counts.

@@ -73,11 +73,11 @@ pub struct Tpdo<const N: usize = 64> {
     acyclic_always: bool,
     /// An event happened that SYNC or `poll_transmit` has not seen yet.
     changed: bool,
-    /// `Some` if the PDO is to be sent: with these data, or with those at the time of sending.
-    pending: Option<Option<[u8; 8]>>,
-    /// What a remote frame gets of type 252.
+    /// The PDO is to be sent: with the data that were sampled, or with those at the time of sending.
+    is_pending: bool,
+    /// The data of the SYNC that made the PDO pending, or of the last one for type 252.
     sampled: Option<[u8; 8]>,
-    /// The data sent last; before the first PDO, those at the start.
+    /// The data sent last; before the first PDO, those at the start. Of type 252, those that were asked for last.
     sent: Option<[u8; 8]>,
     /// SYNCs since the last n-th one; `None` until the SYNC start value has come.
     syncs: Option<u8>,
@@ -95,7 +95,7 @@ impl<const N: usize> Tpdo<N> {
             triggers,
             acyclic_always: false,
             changed: false,
-            pending: None,
+            is_pending: false,
             sampled: None,
             sent: None,
             syncs: None,
@@ -137,7 +137,7 @@ impl<const N: usize> Tpdo<N> {
         self.syncs = if self.parameters.sync_start == 0 { Some(0) } else { None };
         self.start_event_timer(now);
         if self.triggers.start && self.parameters.transmission.is_event_driven() {
-            self.pending = Some(None);
+            self.is_pending = true;
         }
         self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
     }
@@ -149,14 +149,14 @@ impl<const N: usize> Tpdo<N> {
         if !self.is_active() {
             return;
         }
-        self.pending = None;
+        self.is_pending = false;
         self.changed = false;
         self.sent = before.sent;
         self.inhibited = before.inhibited;
         if self.parameters.transmission == before.parameters.transmission {
-            (self.pending, self.changed) = (before.pending, before.changed);
+            (self.is_pending, self.changed) = (before.is_pending, before.changed);
             (self.sampled, self.syncs) = (before.sampled, before.syncs);
-        } else if before.pending.is_some() || before.changed {
+        } else if before.is_pending || before.changed {
             self.request();
         }
     }
@@ -164,7 +164,8 @@ impl<const N: usize> Tpdo<N> {
     /// The device left OPERATIONAL.
     pub const fn suspend(&mut self) {
         self.changed = false;
-        (self.pending, self.sampled, self.sent) = (None, None, None);
+        self.is_pending = false;
+        (self.sampled, self.sent) = (None, None);
         self.syncs = None;
         (self.inhibited, self.event) = (None, None);
     }
@@ -176,7 +177,7 @@ impl<const N: usize> Tpdo<N> {
         }
         match self.parameters.transmission {
             TransmissionType::SynchronousAcyclic => self.changed = true,
-            _ if self.parameters.transmission.is_event_driven() => self.pending = Some(None),
+            _ if self.parameters.transmission.is_event_driven() => self.is_pending = true,
             _ => {}
         }
     }
@@ -196,7 +197,7 @@ impl<const N: usize> Tpdo<N> {
 
     /// The same for the bits of its data that are set in `mask`, whose lowest bit is that of the first byte.
     pub fn compare_masked(&mut self, mask: u64, od: &mut (impl ObjectDictionary + ?Sized)) {
-        let known = self.pending.flatten().or(self.sent);
+        let known = self.sampled.filter(|_| self.is_pending).or(self.sent);
         let mut differs = |known| (u64::from_le_bytes(known) ^ u64::from_le_bytes(self.mapping.pack(od))) & mask != 0;
         if self.counts_changes() && self.is_active() && known.is_some_and(&mut differs) {
             self.request();
@@ -221,9 +222,12 @@ impl<const N: usize> Tpdo<N> {
         }
         match self.parameters.transmission {
             // Before the first SYNC there are no data.
-            TransmissionType::SynchronousRemote => self.pending = self.sampled.map(Some).or(self.pending),
+            TransmissionType::SynchronousRemote => {
+                self.sent = self.sampled;
+                self.is_pending = self.sent.is_some();
+            }
             TransmissionType::Reserved(_) => {}
-            _ => self.pending = self.pending.or(Some(None)),
+            _ => self.is_pending = true,
         }
     }
 
@@ -242,7 +246,8 @@ impl<const N: usize> Tpdo<N> {
             _ => false,
         };
         if is_due {
-            self.pending = Some(Some(self.mapping.pack(od)));
+            self.sampled = Some(self.mapping.pack(od));
+            self.is_pending = true;
         }
         is_due
     }
@@ -263,7 +268,8 @@ impl<const N: usize> Tpdo<N> {
     /// next SYNC.
     pub fn close_window(&mut self) {
         if self.parameters.transmission.is_synchronous() {
-            let dropped = self.pending.take().is_some();
+            let dropped = core::mem::take(&mut self.is_pending);
+            self.sampled = None;
             self.changed |= dropped && self.parameters.transmission == TransmissionType::SynchronousAcyclic;
         }
     }
@@ -272,7 +278,7 @@ impl<const N: usize> Tpdo<N> {
     pub fn handle_timeout(&mut self, now: Instant) {
         self.inhibited.take_if(|end| *end <= now);
         if self.event.take_if(|event| *event <= now).is_some() {
-            self.pending = Some(None);
+            self.is_pending = true;
             self.start_event_timer(now);
         }
     }
@@ -287,7 +293,7 @@ impl<const N: usize> Tpdo<N> {
     /// Whether `poll_transmit` has something to send.
     #[must_use]
     pub fn is_due(&self, now: Instant) -> bool {
-        self.pending.is_some() && self.inhibited.is_none_or(|end| end <= now)
+        self.is_pending && self.inhibited.is_none_or(|end| end <= now)
     }
 
     /// The PDO, when it is due and not inhibited.
@@ -298,12 +304,16 @@ impl<const N: usize> Tpdo<N> {
         if !self.is_due(now) {
             return None;
         }
-        let data = self.pending.take()?.unwrap_or_else(|| self.mapping.pack(od));
+        self.is_pending = false;
+        let is_asked = self.parameters.transmission == TransmissionType::SynchronousRemote;
+        let data = if is_asked { self.sent } else { self.sampled.take() };
+        let data = data.unwrap_or_else(|| self.mapping.pack(od));
         self.sent = Some(data);
-        self.start_event_timer(now);
-        let inhibits = self.parameters.transmission.is_event_driven() && self.triggers.inhibit;
-        if inhibits && !self.parameters.inhibit.is_zero() {
-            self.inhibited = Some(now + self.parameters.inhibit);
+        if self.parameters.transmission.is_event_driven() {
+            self.start_event_timer(now);
+            if self.triggers.inhibit && !self.parameters.inhibit.is_zero() {
+                self.inhibited = Some(now + self.parameters.inhibit);
+            }
         }
         Frame::of_buffer(self.parameters.cob_id.id(), data, self.mapping.bytes())
     }
@@ -311,7 +321,7 @@ impl<const N: usize> Tpdo<N> {
     /// When the event timer or the inhibit time passes.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let inhibited = self.inhibited.filter(|_| self.pending.is_some());
+        let inhibited = self.inhibited.filter(|_| self.is_pending);
         sooner(inhibited, self.event)
     }
 }
