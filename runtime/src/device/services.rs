@@ -19,7 +19,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::time::{Instant, earliest, sooner};
+use crate::time::{Instant, earliest};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
@@ -302,26 +302,17 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// When anything is due.
     fn poll_timeout(&self) -> Option<Instant> {
-        let mut next = earliest([
+        let single = [
             self.heartbeat.poll_timeout(),
             self.sync_producer.poll_timeout(),
             self.sync_consumer.poll_timeout(),
             self.emcy.poll_timeout(),
             self.guarding.as_ref().and_then(|guarding| guarding.poll_timeout()),
-        ]);
-        for timer in self.timers.0 {
-            next = sooner(next, timer);
-        }
-        for consumer in self.consumers.iter().flatten() {
-            next = sooner(next, consumer.poll_timeout());
-        }
-        for slot in &self.rpdos {
-            next = sooner(next, slot.pdo.poll_timeout());
-        }
-        for slot in &self.tpdos {
-            next = sooner(next, slot.pdo.poll_timeout());
-        }
-        next
+        ];
+        let consumers = self.consumers.iter().flatten().map(HeartbeatConsumer::poll_timeout);
+        let rpdos = self.rpdos.iter().map(|slot| slot.pdo.poll_timeout());
+        let tpdos = self.tpdos.iter().map(|slot| slot.pdo.poll_timeout());
+        earliest(single.into_iter().chain(self.timers.0).chain(consumers).chain(rpdos).chain(tpdos))
     }
 }
 

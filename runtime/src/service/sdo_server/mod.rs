@@ -330,22 +330,45 @@ impl<B: Choice> SdoServer<B> {
 
     fn handle_command(&mut self, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let before = self.is_busy().then(|| self.address());
-        let Some(request) = ClientRequest::from_raw(raw) else {
-            return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND));
+        // One match for all: several would each go through the commands again (tests/size).
+        let outcome = match (ClientRequest::from_raw(raw), &mut self.state) {
+            (Some(ClientRequest::Abort(Abort { code, .. })), _) => {
+                let address = before?;
+                self.reset();
+                return Some(aborted(address, code, Side::Client));
+            }
+            (Some(ClientRequest::StartBlockUpload), State::BlockUpload(upload)) => {
+                upload.start().map(|()| Progress::Continues)
+            }
+            (Some(ClientRequest::ConfirmBlockUpload(confirmation)), State::BlockUpload(upload)) => {
+                let answer = upload.confirm(confirmation);
+                if let Ok(Some(block_end)) = answer {
+                    self.answer(ServerResponse::EndBlockUpload(block_end));
+                }
+                answer.map(|_| Progress::Continues)
+            }
+            (Some(ClientRequest::EndBlockUpload), State::BlockUpload(upload)) if upload.is_ending() => {
+                Ok(Progress::Read)
+            }
+            (Some(ClientRequest::EndBlockDownload(block_end)), State::BlockDownload(download)) => {
+                let outcome = download.finish(block_end, &mut self.stage, od);
+                if outcome.is_ok() {
+                    self.answer(ServerResponse::EndBlockDownload);
+                }
+                outcome.map(|()| Progress::Written)
+            }
+            (Some(request), _) => match request.initiates() {
+                Some(address) => {
+                    let outcome = self.initiate(request, od);
+                    // A client that begins another transfer has given up the one under way.
+                    let event = self.conclude(address, outcome);
+                    return event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)));
+                }
+                None => Err(AbortCode::UNKNOWN_COMMAND),
+            },
+            (None, _) => return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND)),
         };
-        if let ClientRequest::Abort(Abort { code, .. }) = request {
-            let address = before?;
-            self.reset();
-            return Some(aborted(address, code, Side::Client));
-        }
-        let Some(address) = request.initiates() else {
-            let outcome = self.proceed(request, od);
-            return self.conclude(self.address(), outcome);
-        };
-        let outcome = self.initiate(request, od);
-        // A client that begins another transfer has given up the one under way.
-        let event = self.conclude(address, outcome);
-        event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)))
+        self.conclude(self.address(), outcome)
     }
 
     /// Begins a transfer; an expedited one is complete with it.
@@ -408,34 +431,6 @@ impl<B: Choice> SdoServer<B> {
         let size = if self.sizes_indicated.longer { source.size(od) } else { None };
         let answer = ServerResponse::InitiateUpload { address, content: Content::Segmented { size } };
         self.begin(State::Upload(Upload::new(source)), answer.to_raw())
-    }
-
-    /// Goes on with the transfer under way; a request that does not belong to it ends it.
-    #[inline]
-    fn proceed(
-        &mut self,
-        request: ClientRequest,
-        od: &mut (impl ObjectDictionary + ?Sized),
-    ) -> Result<Progress, AbortCode> {
-        match (&mut self.state, request) {
-            (State::BlockUpload(upload), ClientRequest::StartBlockUpload) => {
-                upload.start()?;
-                Ok(Progress::Continues)
-            }
-            (State::BlockUpload(upload), ClientRequest::ConfirmBlockUpload(confirmation)) => {
-                if let Some(block_end) = upload.confirm(confirmation)? {
-                    self.answer(ServerResponse::EndBlockUpload(block_end));
-                }
-                Ok(Progress::Continues)
-            }
-            (State::BlockUpload(upload), ClientRequest::EndBlockUpload) if upload.is_ending() => Ok(Progress::Read),
-            (State::BlockDownload(download), ClientRequest::EndBlockDownload(block_end)) => {
-                download.finish(block_end, &mut self.stage, od)?;
-                self.answer(ServerResponse::EndBlockDownload);
-                Ok(Progress::Written)
-            }
-            _ => Err(AbortCode::UNKNOWN_COMMAND),
-        }
     }
 
     /// Ends the transfer, if that is the outcome.
