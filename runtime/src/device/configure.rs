@@ -4,7 +4,7 @@ use super::behaviour::{Behaves as _, Behaviour};
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::selection::Selection;
-use super::services::{RpdoSlot, Services, Time, TpdoSlot};
+use super::services::{Services, Time, TpdoSlot};
 use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -37,9 +37,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.load_consumer(sub, od);
         }
         self.starts_itself = starts_itself(od);
-        self.load_rpdos(od);
-        self.load_tpdos(od);
-        self.find_touched();
+        self.load_pdos(now, od);
     }
 
     /// Configures what a written entry concerns.
@@ -57,8 +55,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
                 self.load_guarding(od);
             }
-            index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.reload_rpdo(cia301::pdo_number(index), od),
-            index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.reload_tpdo(cia301::pdo_number(index), now, od),
+            index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.load_rpdo(cia301::pdo_number(index), od),
+            index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.load_tpdo(cia301::pdo_number(index), now, od),
             _ => {}
         }
         self.find_touched();
@@ -131,25 +129,26 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 
-    fn load_rpdos(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
+    /// Gives the PDOs that the dictionary has their places, and configures them.
+    fn load_pdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let mut last = 0;
-        for slot in &mut self.rpdos {
-            let Some(number) = next_pdo(Direction::Receive, last, od) else { return };
-            *slot = RpdoSlot { number, pdo: rpdo_of(self.behaviour.behaviour(), number, od), touched: 0 };
+        for at in 0..RPDOS {
+            let Some(number) = next_pdo(Direction::Receive, last, od) else { break };
+            self.rpdos[at].number = number;
+            self.load_rpdo(number, od);
             last = number;
         }
-    }
-
-    fn load_tpdos(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
-        let mut last = 0;
-        for slot in &mut self.tpdos {
-            let Some(number) = next_pdo(Direction::Transmit, last, od) else { return };
-            *slot = TpdoSlot { number, pdo: tpdo_of(self.behaviour.behaviour(), number, od) };
+        last = 0;
+        for at in 0..TPDOS {
+            let Some(number) = next_pdo(Direction::Transmit, last, od) else { break };
+            self.tpdos[at].number = number;
+            self.load_tpdo(number, now, od);
             last = number;
         }
+        self.find_touched();
     }
 
-    fn reload_rpdo(&mut self, number: u16, od: &mut (impl ObjectDictionary + ?Sized)) {
+    fn load_rpdo(&mut self, number: u16, od: &mut (impl ObjectDictionary + ?Sized)) {
         if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
             let mut pdo = rpdo_of(self.behaviour.behaviour(), number, od);
             pdo.resume(&slot.pdo);
@@ -158,7 +157,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// In OPERATIONAL, a TPDO that is switched on starts as it does when the state is entered.
-    fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
+    fn load_tpdo(&mut self, number: u16, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let operational = self.is_operational();
         if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
             let mut pdo = tpdo_of(self.behaviour.behaviour(), number, od);
