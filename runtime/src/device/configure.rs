@@ -59,7 +59,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.load_tpdo(cia301::pdo_number(index), now, od),
             _ => {}
         }
-        self.find_touched();
+        if address.index() >= cia301::RPDO_1 {
+            self.find_touched();
+        }
     }
 
     /// Which TPDOs map what RPDOs write.
