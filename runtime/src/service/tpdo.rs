@@ -151,11 +151,13 @@ impl<const N: usize> Tpdo<N> {
         }
         self.is_pending = false;
         self.changed = false;
-        self.sent = before.sent;
+        // Data of another mapping are neither sent nor compared with.
+        let is_same = self.mapping == before.mapping;
+        self.sent = before.sent.filter(|_| is_same);
         self.inhibited = before.inhibited;
         if self.parameters.transmission == before.parameters.transmission {
             (self.is_pending, self.changed) = (before.is_pending, before.changed);
-            (self.sampled, self.syncs) = (before.sampled, before.syncs);
+            (self.sampled, self.syncs) = (before.sampled.filter(|_| is_same), before.syncs);
         } else if before.is_pending || before.changed {
             self.request();
         }
@@ -378,6 +380,18 @@ mod tests {
         let not_inhibited = Triggers { inhibit: false, timer: false, ..all };
         assert_eq!(run(tpdo(254, not_inhibited)), ["0 185#07", "3 185#03", "5 185#05"]);
         assert_eq!(run(tpdo(253, Triggers::NONE)), [""; 0]);
+    }
+
+    #[test]
+    fn data_of_another_mapping_are_not_sent() {
+        let mut od = TestOd::new("2000:00 u8 ro tpdo 7\n2001:00 u16 ro tpdo 8");
+        let mut before = tpdo(1, Triggers::NONE);
+        assert!(before.mapping.push(Mapped::new(0x2001, 0, 16)));
+        assert!(before.handle_sync(None, &mut od));
+        let mut pdo = tpdo(1, Triggers::NONE);
+        pdo.resume(Instant::ZERO, &before);
+        let sent = pdo.poll_transmit(Instant::ZERO, &mut od).map(|frame| std::format!("{frame}"));
+        assert_eq!(sent.as_deref(), Some("185#07"));
     }
 
     #[test]
