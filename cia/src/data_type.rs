@@ -1,6 +1,7 @@
 //! The static data types of CiA 301 (7.4.7, table 44).
 
 use core::fmt;
+use core::num::NonZeroU8;
 
 /// Hands the rows of all data types to a macro, by code: `name = code, name in CiA 301, bits, class;`.
 #[doc(hidden)]
@@ -67,13 +68,23 @@ macro_rules! define {
             #[inline]
             #[must_use]
             pub const fn bits(self) -> Option<u8> {
+                Self::bits_of_code(self as u16)
+            }
+
+            /// The same of the type with this index, below 20h; `None` if there is none, too.
+            #[inline]
+            #[must_use]
+            pub const fn bits_of_code(code: u16) -> Option<u8> {
                 // A table, because as a match this becomes a jump, at several places of each SDO segment.
-                const BITS: [Option<u8>; 32] = {
-                    let mut bits = [None; 32];
-                    $(bits[$code] = $bits;)*
+                const BITS: [Option<NonZeroU8>; 32] = {
+                    let mut bits: [Option<NonZeroU8>; 32] = [None; 32];
+                    $(bits[$code] = if let Some(bits) = $bits { NonZeroU8::new(bits) } else { None };)*
                     bits
                 };
-                BITS[self as usize & 31]
+                match BITS[code as usize & 31] {
+                    Some(bits) => Some(bits.get()),
+                    None => None,
+                }
             }
 
             /// What the values are.

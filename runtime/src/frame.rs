@@ -26,6 +26,12 @@ impl Frame {
         Some(Frame { id, remote: false, len: data.len() as u8, data: bytes })
     }
 
+    /// A data frame of the first `len` of these bytes; those beyond are zero. `None` when `len` is above eight.
+    pub(crate) fn of_buffer(id: CobId, data: [u8; 8], len: usize) -> Option<Self> {
+        debug_assert!(data.iter().skip(len).all(|byte| *byte == 0), "derived equality needs it");
+        (len <= 8).then_some(Frame { id, remote: false, len: len as u8, data })
+    }
+
     /// A data frame of a length that the type carries, so that nothing can go wrong.
     #[inline]
     #[must_use]

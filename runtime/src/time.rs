@@ -86,16 +86,22 @@ impl<T> Measured<T> {
 
 /// The earliest of some deadlines. Out of `flatten().min()` the compiler makes ten times the instructions, for every
 /// frame (tests/bench/instructions.md).
-pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Option<Instant> {
-    deadlines.into_iter().fold(None, sooner)
+#[inline]
+pub(crate) fn earliest(deadlines: impl IntoIterator<Item = Option<Instant>>) -> Option<Instant> {
+    let first = deadlines.into_iter().fold(u64::MAX, |first, deadline| first.min(order(deadline)));
+    NonZeroU64::new(first.wrapping_add(1)).map(Instant)
 }
 
 /// The earlier one of two deadlines.
 #[inline]
 pub(crate) fn sooner(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
-    // No deadline is the number 0, and one less than that is later than all.
-    let order = |deadline: Option<Instant>| deadline.map_or(0, |at| at.0.get()).wrapping_sub(1);
     NonZeroU64::new(order(one).min(order(other)).wrapping_add(1)).map(Instant)
+}
+
+/// A number by which deadlines are in order. None is the number 0, and one less than that is later than all.
+#[inline]
+fn order(deadline: Option<Instant>) -> u64 {
+    deadline.map_or(0, |at| at.0.get()).wrapping_sub(1)
 }
 
 impl Duration {

@@ -19,8 +19,8 @@ use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// A dictionary that is lent on to an SDO server.
-pub(super) struct Checked<'a, const MAPPED: usize, S: Selection> {
-    pub(super) od: &'a mut dyn ObjectDictionary,
+pub(super) struct Checked<'a, O: ?Sized, const MAPPED: usize, S: Selection> {
+    pub(super) od: &'a mut O,
     node: NodeId,
     state: NmtState,
     behaviour: &'a S::Behaviour,
@@ -37,11 +37,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// The dictionary as clients may write it, of a device with room for `server_room` servers.
-    pub(super) fn checked<'a>(
+    pub(super) fn checked<'a, O: ObjectDictionary + ?Sized>(
         &'a self,
-        od: &'a mut dyn ObjectDictionary,
+        od: &'a mut O,
         server_room: usize,
-    ) -> Checked<'a, MAPPED, S> {
+    ) -> Checked<'a, O, MAPPED, S> {
         Checked {
             od,
             node: self.nmt.node(),
@@ -56,7 +56,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 }
 
-impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED, S> {
+impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, O, MAPPED, S> {
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         self.od.entry(address)
     }
@@ -94,7 +94,7 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
     }
 }
 
-impl<'a, const MAPPED: usize, S: Selection> Checked<'a, MAPPED, S> {
+impl<'a, O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checked<'a, O, MAPPED, S> {
     /// Whether a parameter has the value already, as with a client that writes back what it has read: CiA 301 (7.5.2) forbids
     /// to change some, not to write them. A mapping is written step by step, and no step is left out; 1003h:00 shows a number
     /// and takes an order (7.5.2.2).

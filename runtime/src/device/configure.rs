@@ -4,7 +4,7 @@ use super::behaviour::{Behaves as _, Behaviour};
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::selection::Selection;
-use super::services::{RpdoSlot, Services, Time, TpdoSlot};
+use super::services::{Services, Time, TpdoSlot};
 use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -23,7 +23,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// Configures all services.
-    pub(super) fn configure(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+    pub(super) fn configure(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.time = S::Time::part(Time::OFF);
         self.guarding = S::Guarding::part(Guarding::new(self.nmt.node()));
         self.load_sync(now, od);
@@ -37,12 +37,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.load_consumer(sub, od);
         }
         self.starts_itself = starts_itself(od);
-        self.load_rpdos(od);
-        self.load_tpdos(od);
+        self.load_pdos(now, od);
     }
 
     /// Configures what a written entry concerns.
-    pub(super) fn reconfigure(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+    pub(super) fn reconfigure(&mut self, now: Instant, address: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         match address.index() {
             cia301::COB_ID_SYNC
             | cia301::COMMUNICATION_CYCLE_PERIOD
@@ -56,9 +55,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
                 self.load_guarding(od);
             }
-            index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.reload_rpdo(cia301::pdo_number(index), od),
-            index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.reload_tpdo(cia301::pdo_number(index), now, od),
+            index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.load_rpdo(cia301::pdo_number(index), od),
+            index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.load_tpdo(cia301::pdo_number(index), now, od),
             _ => {}
+        }
+        if address.index() >= cia301::RPDO_1 {
+            self.find_touched();
+        }
+    }
+
+    /// Which TPDOs map what RPDOs write.
+    fn find_touched(&mut self) {
+        for slot in &mut self.rpdos {
+            let is_touched = |(_, tpdo): &(usize, &TpdoSlot<MAPPED>)| tpdo.pdo.mapping().overlaps(slot.pdo.mapping());
+            let touched = self.tpdos.iter().enumerate().filter(is_touched);
+            slot.touched = touched.fold(0, |bits, (at, _)| bits | 1 << (at % 32));
         }
     }
 
@@ -71,7 +82,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.sync_consumer.id().into_iter().chain(self.time_id()).chain(heartbeats).chain(pdos.map(PdoCobId::id))
     }
 
-    fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+    fn load_sync(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let id = identifiers::sync(od);
         let generates =
             objects::read_u32(od, cia301::COB_ID_SYNC, 0).is_some_and(|cob_id| cob_id & SYNC_GENERATED != 0);
@@ -91,21 +102,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         );
     }
 
-    fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
+    fn load_time(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let behaviour = self.behaviour.behaviour();
         let Some(time) = &mut self.time else { return };
         time.consumer = identifiers::time(TIME_CONSUMED, od);
         time.producer = identifiers::time(TIME_PRODUCED, od).filter(|_| behaviour.produces_time);
     }
 
-    fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
+    fn load_emcy(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let inhibit = objects::read_u16(od, cia301::INHIBIT_TIME_EMCY, 0).unwrap_or(0);
         let order = self.behaviour().emcy_code_order;
         self.emcy.configure(identifiers::emcy(od), Duration::from_100us(inhibit), order);
     }
 
     /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
-    fn load_guarding(&mut self, od: &mut dyn ObjectDictionary) {
+    fn load_guarding(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let Some(guarding) = &mut self.guarding else { return };
         let guarded = heartbeat_period(od).is_zero();
         let guard_time_ms = objects::read_u16(od, cia301::GUARD_TIME, 0).filter(|_| guarded).unwrap_or(0);
@@ -114,31 +125,32 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Entry `sub` of 1016h has the place `sub - 1`.
-    fn load_consumer(&mut self, sub: u8, od: &mut dyn ObjectDictionary) {
+    fn load_consumer(&mut self, sub: u8, od: &mut (impl ObjectDictionary + ?Sized)) {
         let Some(place) = usize::from(sub).checked_sub(1).and_then(|at| self.consumers.get_mut(at)) else { return };
         let entry = objects::read_u32(od, cia301::CONSUMER_HEARTBEAT_TIME, sub).and_then(consumed_heartbeat);
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 
-    fn load_rpdos(&mut self, od: &mut dyn ObjectDictionary) {
+    /// Gives the PDOs that the dictionary has their places, and configures them.
+    fn load_pdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let mut last = 0;
-        for slot in &mut self.rpdos {
-            let Some(number) = next_pdo(Direction::Receive, last, od) else { return };
-            *slot = RpdoSlot { number, pdo: rpdo_of(self.behaviour.behaviour(), number, od) };
+        for at in 0..RPDOS {
+            let Some(number) = next_pdo(Direction::Receive, last, od) else { break };
+            self.rpdos[at].number = number;
+            self.load_rpdo(number, od);
             last = number;
         }
-    }
-
-    fn load_tpdos(&mut self, od: &mut dyn ObjectDictionary) {
-        let mut last = 0;
-        for slot in &mut self.tpdos {
-            let Some(number) = next_pdo(Direction::Transmit, last, od) else { return };
-            *slot = TpdoSlot { number, pdo: tpdo_of(self.behaviour.behaviour(), number, od) };
+        last = 0;
+        for at in 0..TPDOS {
+            let Some(number) = next_pdo(Direction::Transmit, last, od) else { break };
+            self.tpdos[at].number = number;
+            self.load_tpdo(number, now, od);
             last = number;
         }
+        self.find_touched();
     }
 
-    fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
+    fn load_rpdo(&mut self, number: u16, od: &mut (impl ObjectDictionary + ?Sized)) {
         if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
             let mut pdo = rpdo_of(self.behaviour.behaviour(), number, od);
             pdo.resume(&slot.pdo);
@@ -147,7 +159,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// In OPERATIONAL, a TPDO that is switched on starts as it does when the state is entered.
-    fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
+    fn load_tpdo(&mut self, number: u16, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let operational = self.is_operational();
         if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
             let mut pdo = tpdo_of(self.behaviour.behaviour(), number, od);
@@ -161,7 +173,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 }
 
-fn rpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo<N> {
+fn rpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Rpdo<N> {
     let index = cia301::rpdo(number);
     let deadline_ms = objects::read_u16(od, index, 5).filter(|_| behaviour.rpdo_deadlines).unwrap_or(0);
     let parameters = rpdo::Parameters {
@@ -172,7 +184,7 @@ fn rpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn Obje
     Rpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od))
 }
 
-fn tpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo<N> {
+fn tpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Tpdo<N> {
     let index = cia301::tpdo(number);
     let transmission = transmission(index, od);
     let parameters = tpdo::Parameters {
@@ -188,7 +200,7 @@ fn tpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn Obje
 }
 
 /// The COB-ID parameter, without the bits that the device ignores; switched off if no PDO may have its identifier.
-fn pdo_cob_id(behaviour: &Behaviour, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
+fn pdo_cob_id(behaviour: &Behaviour, index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> PdoCobId {
     let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
     let mut unknown = 0;
     if !behaviour.pdo_bit_31 {
@@ -202,23 +214,23 @@ fn pdo_cob_id(behaviour: &Behaviour, index: u16, od: &mut dyn ObjectDictionary) 
 }
 /// CiA 302-2, 1F80h: a device that is no manager (bit 0) enters OPERATIONAL by itself, unless bit 2 forbids it. A
 /// manager first boots its network.
-fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
+fn starts_itself(od: &mut (impl ObjectDictionary + ?Sized)) -> bool {
     const MANAGER: u32 = 1 << 0;
     const NOT_BY_ITSELF: u32 = 1 << 2;
     objects::read_u32(od, cia301::NMT_STARTUP, 0).is_some_and(|startup| startup & (MANAGER | NOT_BY_ITSELF) == 0)
 }
 
-fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
+fn heartbeat_period(od: &mut (impl ObjectDictionary + ?Sized)) -> Duration {
     Duration::from_millis(u64::from(objects::read_u16(od, cia301::PRODUCER_HEARTBEAT_TIME, 0).unwrap_or(0)))
 }
 
 /// The PDO with the lowest number above `last` that the dictionary has.
-fn next_pdo(direction: Direction, last: u16, od: &dyn ObjectDictionary) -> Option<u16> {
+fn next_pdo(direction: Direction, last: u16, od: &(impl ObjectDictionary + ?Sized)) -> Option<u16> {
     (last + 1..513).find(|&number| pdo_exists(direction, number, od))
 }
 
 /// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.
-pub(super) fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDictionary) -> bool {
+pub(super) fn pdo_exists(direction: Direction, number: u16, od: &(impl ObjectDictionary + ?Sized)) -> bool {
     let parameter = match direction {
         Direction::Receive => cia301::rpdo(number),
         Direction::Transmit => cia301::tpdo(number),
@@ -227,6 +239,6 @@ pub(super) fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDicti
     od.entry(Address::new(parameter, 1)).is_ok() && od.entry(Address::new(mapping, 0)).is_ok()
 }
 
-fn transmission(index: u16, od: &mut dyn ObjectDictionary) -> TransmissionType {
+fn transmission(index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> TransmissionType {
     TransmissionType::from_code(objects::read_u8(od, index, 2).unwrap_or(255))
 }

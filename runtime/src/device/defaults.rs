@@ -27,19 +27,22 @@ impl<
     /// written: services that its [`Selection`] leaves out, PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
     /// are restricted (no service has them) or that two services have (SYNC and TIME go before SDO, and SDO before
     /// RPDOs). Defaults of a data sheet are not checked when they are loaded, as a manager's writes are.
-    pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
+    pub fn misconfigured<'a>(
+        &'a self,
+        od: &'a mut (impl ObjectDictionary + ?Sized),
+    ) -> impl Iterator<Item = Misconfigured> + 'a {
         let checked = self.services.get().checked(od, SERVERS);
         Defaults { checked, next: Address::new(cia301::COMMUNICATION.start, 0) }
     }
 }
 
 /// The defaults that cannot be served, ascending by address.
-struct Defaults<'a, const MAPPED: usize, S: Selection> {
-    checked: Checked<'a, MAPPED, S>,
+struct Defaults<'a, O: ?Sized, const MAPPED: usize, S: Selection> {
+    checked: Checked<'a, O, MAPPED, S>,
     next: Address,
 }
 
-impl<const MAPPED: usize, S: Selection> Iterator for Defaults<'_, MAPPED, S> {
+impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Iterator for Defaults<'_, O, MAPPED, S> {
     type Item = Misconfigured;
 
     fn next(&mut self) -> Option<Misconfigured> {
@@ -65,7 +68,7 @@ impl fmt::Display for Misconfigured {
     }
 }
 
-impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
+impl<O: ObjectDictionary + ?Sized, const MAPPED: usize, S: Selection> Checked<'_, O, MAPPED, S> {
     /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
     fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };

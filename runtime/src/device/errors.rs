@@ -26,7 +26,7 @@ impl<
         code: ErrorCode,
         register: ErrorRegister,
         vendor: [u8; 5],
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) {
         self.services.get_mut().raise(code, register, vendor, true, od);
     }
@@ -37,26 +37,26 @@ impl<
         code: ErrorCode,
         register: ErrorRegister,
         vendor: [u8; 5],
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) {
         self.services.get_mut().raise(code, register, vendor, false, od);
     }
 
     /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
     /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
-    pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    pub fn clear(&mut self, register: ErrorRegister, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.services.get_mut().clear(register, true, od);
     }
 
     /// One error of several is over, and `remaining` has the bits of those that are left, which may have the same ones. An
     /// EMCY with the code 0000h says so (CiA 301, 7.2.7.1, transition 2). When none is left, [`Device::clear`] says that.
-    pub fn end_error(&mut self, remaining: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    pub fn end_error(&mut self, remaining: ErrorRegister, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.services.get_mut().application_errors = remaining;
         self.services.get_mut().report_end(od);
     }
 
     /// The same as [`Device::clear`] without an EMCY.
-    pub fn clear_unreported(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    pub fn clear_unreported(&mut self, register: ErrorRegister, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.services.get_mut().clear(register, false, od);
     }
 
@@ -67,7 +67,7 @@ impl<
     }
 
     /// Resets the error of communication in the register when none is left.
-    pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
+    pub(super) fn end_communication_error(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         if self.services.get().communication_error {
             self.services.get_mut().end_communication_error(od);
         }
@@ -83,7 +83,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         register: ErrorRegister,
         vendor: [u8; 5],
         record: bool,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) {
         // The generic bit is an error of its own only where it stands alone.
         let specific = register & !ErrorRegister::GENERIC;
@@ -97,13 +97,19 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         }
     }
 
-    fn report_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
+    fn report_error(
+        &mut self,
+        code: ErrorCode,
+        vendor: [u8; 5],
+        record: bool,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) {
         let before = self.emcy.register();
         self.emcy.raise(code, self.errors(), vendor, record, od);
         self.follow_register(before);
     }
 
-    fn report_end(&mut self, od: &mut dyn ObjectDictionary) {
+    fn report_end(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let before = self.emcy.register();
         self.emcy.clear(self.errors(), [0; 5], od);
         self.follow_register(before);
@@ -128,7 +134,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE }
     }
 
-    fn clear(&mut self, register: ErrorRegister, is_reported: bool, od: &mut dyn ObjectDictionary) {
+    fn clear(&mut self, register: ErrorRegister, is_reported: bool, od: &mut (impl ObjectDictionary + ?Sized)) {
         let ended = self.application_errors & register;
         self.application_errors = self.application_errors & !register;
         // What the device has noticed itself does not end by this.
@@ -140,14 +146,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Sets the error register without an EMCY.
-    fn show_errors(&mut self, od: &mut dyn ObjectDictionary) {
+    fn show_errors(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         let before = self.emcy.register();
         self.emcy.set_register(self.errors(), od);
         self.follow_register(before);
     }
 
     /// An error of communication that the device has noticed itself.
-    pub(super) fn raise_communication_error(&mut self, code: ErrorCode, od: &mut dyn ObjectDictionary) {
+    pub(super) fn raise_communication_error(&mut self, code: ErrorCode, od: &mut (impl ObjectDictionary + ?Sized)) {
         if self.behaviour().unreported.contains(&code) {
             return;
         }
@@ -157,7 +163,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// Resets the error of communication in the register when none is left. While the application has errors, the
     /// device is not free of errors, and sends no message that may be read as that.
-    pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
+    pub(super) fn end_communication_error(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         if !self.communication_error || self.has_communication_error() {
             return;
         }

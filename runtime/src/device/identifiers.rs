@@ -43,35 +43,35 @@ pub(super) fn switched(parameter: u32) -> Option<CobId> {
 }
 
 /// The identifier of SYNC (1005h). A device without the object has the predefined one.
-pub(super) fn sync(od: &mut dyn ObjectDictionary) -> Option<CobId> {
+pub(super) fn sync(od: &mut (impl ObjectDictionary + ?Sized)) -> Option<CobId> {
     identifier(objects::read_u32(od, cia301::COB_ID_SYNC, 0).unwrap_or(CobId::SYNC.to_parameter()))
 }
 
 /// The identifier of TIME (1012h), where one of the bits in `roles` is set.
-pub(super) fn time(roles: u32, od: &mut dyn ObjectDictionary) -> Option<CobId> {
+pub(super) fn time(roles: u32, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<CobId> {
     objects::read_u32(od, cia301::COB_ID_TIME, 0).filter(|time| time & roles != 0).and_then(identifier)
 }
 
 /// The identifier of EMCY (1014h).
-pub(super) fn emcy(od: &mut dyn ObjectDictionary) -> Option<CobId> {
+pub(super) fn emcy(od: &mut (impl ObjectDictionary + ?Sized)) -> Option<CobId> {
     objects::read_u32(od, cia301::COB_ID_EMCY, 0).and_then(switched)
 }
 
 /// The identifiers of requests and answers of an SDO channel other than the default server (1201h and up); `None`
 /// unless both exist.
-pub(super) fn sdo(index: u16, od: &mut dyn ObjectDictionary) -> Option<(CobId, CobId)> {
+pub(super) fn sdo(index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<(CobId, CobId)> {
     let mut id = |sub| objects::read_u32(od, index, sub).and_then(switched);
     Some((id(1)?, id(2)?))
 }
 
 /// How many SDO channels of these indices there are.
-pub(super) fn sdo_count(indices: Range<u16>, od: &mut dyn ObjectDictionary) -> usize {
+pub(super) fn sdo_count(indices: Range<u16>, od: &mut (impl ObjectDictionary + ?Sized)) -> usize {
     indices.filter(|&index| sdo(index, od).is_some()).count()
 }
 
 /// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The service that has the parameter `owner`
 /// does not count.
-pub(super) fn is_taken(id: CobId, owner: Address, od: &mut dyn ObjectDictionary) -> bool {
+pub(super) fn is_taken(id: CobId, owner: Address, od: &mut (impl ObjectDictionary + ?Sized)) -> bool {
     let is_other = |index, it| owner.index() != index && it == Some(id);
     let by_message = is_other(cia301::COB_ID_SYNC, sync(od))
         || is_other(cia301::COB_ID_TIME, time(TIME_EXISTS, od))

@@ -168,12 +168,12 @@ impl<
     /// Power-on, or the end of a reset: configures everything from the dictionary anew. The boot-up
     /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] lists the
     /// parameters that are not served.
-    pub fn restart(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+    pub fn restart(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.restart_as(self.node(), now, od);
     }
 
     /// The same under another node-ID, as LSS may give one.
-    pub fn restart_as(&mut self, node: NodeId, now: Instant, od: &mut dyn ObjectDictionary) {
+    pub fn restart_as(&mut self, node: NodeId, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         // A whole new device would be on the stack for a moment.
         let behaviour = self.services.get().behaviour;
         self.filter = Filter::NOTHING;
@@ -203,7 +203,7 @@ impl<
 
     /// Finds out which TPDOs carry other data than they did last, for an application that neither sets objects by
     /// [`Dictionary::set`](crate::object::Dictionary::set) nor reports [what changed](Device::changed).
-    pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
+    pub fn compare(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.services.get_mut().compare(Address::new(0, 0), Address::new(0xFFFF, 0xFF), od);
     }
 
@@ -267,25 +267,30 @@ impl<
 
     /// Takes a frame. Frames that are not for this device cost little and do nothing.
     #[inline]
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub fn handle_frame(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
         if self.filter.may_contain(frame.id()) { self.take_frame(now, frame, od) } else { None }
     }
 
     /// Out of line, so that only the check of the filter is inlined (README: a frame of another node).
     #[inline(never)]
-    fn take_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn take_frame(&mut self, now: Instant, frame: &Frame, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         // The application may have changed the state since, and a request may ask for the error register.
         self.end_communication_error(od);
         if let Some(at) = self.server_of(frame.id()) {
             return self.handle_request(at, now, frame, od);
         }
-        let event = self.services.get_mut().dispatch(now, frame, od);
+        let event = self.services.dispatch(now, frame, od);
         self.end_communication_error(od);
         self.follow_state(event)
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
-    pub fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub fn handle_timeout(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         if self.nmt_state() == NmtState::Initialising {
             return None;
         }
@@ -295,7 +300,7 @@ impl<
     }
 
     /// The next frame to send, the most important one first.
-    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if let Some((first, last)) = od.take_changes() {
             self.services.get_mut().compare(first, last, od);
         }

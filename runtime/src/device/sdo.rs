@@ -37,7 +37,7 @@ impl<
         at: usize,
         now: Instant,
         frame: &Frame,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Option<Event> {
         let server = self.servers.get_mut(at)?.as_mut()?;
         let event = server.handle_frame(now, frame, &mut self.services.get().checked(od, SERVERS))?;
@@ -45,7 +45,12 @@ impl<
     }
 
     /// What a server did to an entry.
-    fn follow_sdo(&mut self, now: Instant, event: sdo_server::Event, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn follow_sdo(
+        &mut self,
+        now: Instant,
+        event: sdo_server::Event,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
         let event = reported(event)?;
         if let Event::Written(address) = event {
             self.take_up(now, address, od);
@@ -62,7 +67,7 @@ impl<
         now: Instant,
         address: Address,
         data: &[u8],
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), AbortCode> {
         let entry = od.entry(address)?;
         self.services.get().checked(od, SERVERS).write(&entry, 0, data, true)?;
@@ -71,14 +76,14 @@ impl<
     }
 
     /// What was written takes effect.
-    fn take_up(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+    fn take_up(&mut self, now: Instant, address: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.reconfigure(now, address, od);
         self.changed(address);
         self.end_communication_error(od);
     }
 
     /// Configures what a written entry concerns.
-    fn reconfigure(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+    fn reconfigure(&mut self, now: Instant, address: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         if !cia301::COMMUNICATION.contains(&address.index()) {
             return;
         }
@@ -101,7 +106,7 @@ impl<
         reported(event)
     }
 
-    pub(super) fn poll_servers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub(super) fn poll_servers(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if !self.nmt_state().allows_messages() {
             return None;
         }
@@ -115,7 +120,7 @@ impl<
 
     /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
     /// whose parameters have not changed goes on with its transfer.
-    pub(super) fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
+    pub(super) fn load_servers(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.servers_changed = false;
         // The identifiers of the default server are fixed, also if 1200h has others (CiA 301, 7.5.2.33).
         let (request, response) = default_channel(self.node());

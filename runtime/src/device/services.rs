@@ -19,7 +19,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::time::{Instant, earliest, sooner};
+use crate::time::{Instant, earliest};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
@@ -85,6 +85,8 @@ impl Time {
 pub(super) struct RpdoSlot<const MAPPED: usize> {
     pub(super) number: u16,
     pub(super) pdo: Rpdo<MAPPED>,
+    /// Which TPDOs map an object that it writes: bit n for those in places n, n + 32, and so on.
+    pub(super) touched: u32,
 }
 
 /// A TPDO and its number; number 0 is free.
@@ -95,7 +97,7 @@ pub(super) struct TpdoSlot<const MAPPED: usize> {
 }
 
 impl<const MAPPED: usize> RpdoSlot<MAPPED> {
-    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
+    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY), touched: 0 };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::rpdo(self.number)
@@ -110,7 +112,7 @@ impl<const MAPPED: usize> TpdoSlot<MAPPED> {
     }
 
     /// Looks for a change of the bits that the device's masks let through, if it has masks.
-    pub(super) fn compare(&mut self, masks: Option<u16>, od: &mut dyn ObjectDictionary) {
+    pub(super) fn compare(&mut self, masks: Option<u16>, od: &mut (impl ObjectDictionary + ?Sized)) {
         let mask = masks.map_or(u64::MAX, |first| {
             let mut half = |sub| objects::read_u32(od, first + self.number - 1, sub).map_or(u32::MAX.into(), u64::from);
             half(1) | half(2) << 32
@@ -200,7 +202,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Objects from `first` to `last` may have changed.
-    pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut dyn ObjectDictionary) {
+    pub(super) fn compare(&mut self, first: Address, last: Address, od: &mut (impl ObjectDictionary + ?Sized)) {
         if self.is_operational() {
             let masks = self.behaviour().tpdo_masks;
             let concerned = self.tpdos.iter_mut().filter(|slot| slot.pdo.mapping().maps_between(first, last));
@@ -209,7 +211,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     /// Does what is due, up to the first event.
-    pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         self.heartbeat.handle_timeout(now);
         self.sync_producer.handle_timeout(now);
         self.emcy.handle_timeout(now);
@@ -226,7 +228,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         event.or_else(|| self.handle_lost_peers(now, od)).or_else(|| self.handle_late_pdos(now, od))
     }
 
-    fn handle_timer(&mut self, timer: Timer, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_timer(&mut self, timer: Timer, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         match timer {
             Timer::Start => self.enter(now, NmtState::Operational),
             // CiA 301, 7.5.2.31.
@@ -235,7 +237,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
                 2 => self.enter(now, NmtState::Stopped),
                 _ => None,
             },
-            Timer::OwnSync => Some(self.handle_sync(self.own_sync, od)),
+            Timer::OwnSync => Some(self.handle_sync(self.own_sync, od).0),
         }
     }
 
@@ -244,7 +246,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         self.time.as_ref()?.consumer
     }
 
-    fn handle_lost_peers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_lost_peers(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let lost = self
             .consumers
             .iter_mut()
@@ -257,14 +259,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         Some(lost)
     }
 
-    fn handle_late_pdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_late_pdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let number = self.rpdos.iter_mut().find_map(|slot| slot.pdo.handle_timeout(now).map(|_| slot.number))?;
         self.raise_communication_error(ErrorCode::RPDO_TIMEOUT, od);
         Some(Event::RpdoTimedOut { number })
     }
 
     /// The next frame, the most important one first.
-    fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         self.end_communication_error(od);
         if let Some(boot_up) = self.nmt.poll_transmit(now) {
             self.timers.set(Timer::Start, self.starts_itself.then_some(now));
@@ -277,7 +279,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             .or_else(|| self.guarding.as_mut()?.poll_transmit(now, state))
     }
 
-    fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn poll_messages(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if let Some((sync, frame)) = self.sync_producer.poll_transmit(now) {
             self.sync_consumer.open_window(now);
             self.own_sync = sync;
@@ -290,38 +292,42 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if let Some(frame) = self.time.as_mut().and_then(|time| time.poll_transmit()) {
             return Some(frame);
         }
-        // Outside OPERATIONAL no TPDO is due: they are suspended.
+        self.poll_tpdos(now, od)
+    }
+
+    fn poll_tpdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
+        // Outside OPERATIONAL none is due: they are suspended.
         self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
     }
 
     /// When anything is due.
     fn poll_timeout(&self) -> Option<Instant> {
-        let mut next = earliest([
+        let single = [
             self.heartbeat.poll_timeout(),
             self.sync_producer.poll_timeout(),
             self.sync_consumer.poll_timeout(),
             self.emcy.poll_timeout(),
             self.guarding.as_ref().and_then(|guarding| guarding.poll_timeout()),
-        ]);
-        for timer in self.timers.0 {
-            next = sooner(next, timer);
-        }
-        for consumer in self.consumers.iter().flatten() {
-            next = sooner(next, consumer.poll_timeout());
-        }
-        for slot in &self.rpdos {
-            next = sooner(next, slot.pdo.poll_timeout());
-        }
-        for slot in &self.tpdos {
-            next = sooner(next, slot.pdo.poll_timeout());
-        }
-        next
+        ];
+        let consumers = self.consumers.iter().flatten().map(HeartbeatConsumer::poll_timeout);
+        let rpdos = self.rpdos.iter().map(|slot| slot.pdo.poll_timeout());
+        let tpdos = self.tpdos.iter().map(|slot| slot.pdo.poll_timeout());
+        earliest(single.into_iter().chain(self.timers.0).chain(consumers).chain(rpdos).chain(tpdos))
     }
 }
 
-/// Services, with a note that they have nothing to send, made when they were last asked. Lending them mutably clears the note, so
-/// no code that makes a frame due has to. This keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
-/// read, whole device) independent of the number of PDOs.
+/// What the services may have to send since they were asked last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    Nothing,
+    /// So many TPDOs that a SYNC has sampled, which have no timers.
+    Sampled(u16),
+    Anything,
+}
+
+/// Services, with a note of what they may have to send. Lending them mutably notes anything, so no code that makes a frame due has
+/// to. This keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32 read, whole device) and of an RPDO independent
+/// of the number of PDOs.
 #[derive(Clone, Debug)]
 pub(super) struct Polled<
     const RPDOS: usize,
@@ -331,15 +337,16 @@ pub(super) struct Polled<
     S: Selection,
 > {
     services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>,
-    /// `Some` while there is nothing to send, with the next deadline.
-    quiet: Option<Option<Instant>>,
+    due: Due,
+    /// The next deadline, unless anything may be due.
+    deadline: Option<Instant>,
 }
 
 impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
     Polled<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>) -> Self {
-        Polled { services, quiet: None }
+        Polled { services, due: Due::Anything, deadline: None }
     }
 
     pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
@@ -347,25 +354,47 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
-        self.quiet = None;
+        self.due = Due::Anything;
         &mut self.services
     }
 
-    pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        if self.quiet.is_some() { None } else { self.ask(now, od) }
+    pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
+        if self.due == Due::Nothing { None } else { self.ask(now, od) }
     }
 
-    /// Out of line, so that only the look at `quiet` is inlined.
+    /// A frame that is no request to a server.
+    pub(super) fn dispatch(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
+        let (event, due) = self.services.dispatch(now, frame, od);
+        self.due = match (self.due, due) {
+            (before, Due::Nothing) => before,
+            (Due::Nothing, due) => due,
+            _ => Due::Anything,
+        };
+        event
+    }
+
+    /// Out of line, so that only the look at `due` is inlined.
     #[inline(never)]
-    fn ask(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    fn ask(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
+        if let Due::Sampled(count) = self.due
+            && self.deadline.is_none_or(|deadline| deadline > now)
+        {
+            self.due = if count > 1 { Due::Sampled(count - 1) } else { Due::Nothing };
+            return self.services.poll_tpdos(now, od);
+        }
         let frame = self.services.poll_transmit(now, od);
         if frame.is_none() {
-            self.quiet = Some(self.services.poll_timeout());
+            (self.due, self.deadline) = (Due::Nothing, self.services.poll_timeout());
         }
         frame
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        self.quiet.unwrap_or_else(|| self.services.poll_timeout())
+        if self.due == Due::Anything { self.services.poll_timeout() } else { self.deadline }
     }
 }

@@ -131,7 +131,12 @@ impl<C> Assignment<C> {
     /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
     /// entry in 1016h, and [`BootPlan::load`]. A node whose heartbeat is consumed is not guarded. `None` when the node does not belong to the network.
     #[must_use]
-    pub fn load(node: NodeId, client: SdoClient, configuration: C, od: &mut dyn ObjectDictionary) -> Option<Self> {
+    pub fn load(
+        node: NodeId,
+        client: SdoClient,
+        configuration: C,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Self> {
         const MEMBER: u32 = 1 << 0;
         const BOOTS_AGAIN: u32 = 1 << 2;
         const MANDATORY: u32 = 1 << 3;

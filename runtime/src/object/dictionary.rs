@@ -19,11 +19,11 @@ pub trait ObjectDictionary {
     /// Errors: [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     fn entry(&self, address: Address) -> Result<Entry, AbortCode>;
 
-    /// The same for an entry that is looked up again and again, as a mapped object is. `row` is where it was found
-    /// last, or any number. A dictionary with rows looks there first, and sets it to where the entry is.
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        let _ = row;
-        self.entry(address)
+    /// The bytes in which [`Entry::offset`] counts, of a dictionary that reads and writes a number without limits by copying
+    /// it there and does nothing else with it: a PDO then copies, too. A dictionary that looks at what is read or written
+    /// has none, which is the default, and every mapped object is asked for by [`read`](Self::read) and [`write`](Self::write).
+    fn image(&mut self) -> &mut [u8] {
+        &mut []
     }
 
     /// The number of bytes that the entry holds now, or `None` if it is known only after reading to the end.
@@ -242,8 +242,8 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         self.table.entry(address)
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.table.entry_again(address, row)
+    fn image(&mut self) -> &mut [u8] {
+        &mut self.image
     }
 
     fn len(&self, entry: &Entry) -> Option<u32> {
@@ -343,21 +343,6 @@ mod tests {
         }
         for index in [0, 0x1015, 0x2003, 0xFFFF] {
             assert_eq!(entry(index, 0), Err(AbortCode::NO_SUCH_OBJECT));
-        }
-    }
-
-    #[test]
-    fn an_entry_is_found_again_wherever_it_was_looked_for_before() {
-        let od = dictionary();
-        for address in
-            [(0x1014, 0), (0x2000, 1), (0x2000, 2), (0x2002, 0), (0xFFFF, 0)].map(|at| Address::new(at.0, at.1))
-        {
-            for mut row in (0..8).chain([u16::MAX]) {
-                assert_eq!(od.entry_again(address, &mut row), od.entry(address));
-                let found =
-                    TABLE.rows.get(usize::from(row)).filter(|row| row.holds(address)).map(|row| row.entry(address));
-                assert_eq!(found.ok_or(()), od.entry(address).map_err(|_| ()), "{address} in row {row}");
-            }
         }
     }
 

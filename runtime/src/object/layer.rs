@@ -38,11 +38,6 @@ impl<L: Layer> ObjectDictionary for L {
         self.admits(address).map(|()| entry)
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        let entry = self.under().entry_again(address, row)?;
-        self.admits(address).map(|()| entry)
-    }
-
     fn len(&self, entry: &Entry) -> Option<u32> {
         self.under().len(entry)
     }

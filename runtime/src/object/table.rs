@@ -230,34 +230,15 @@ impl Table {
     ///
     /// Errors: [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     pub fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        let (_, row) = self.find(address)?;
-        Ok(row.entry(address))
-    }
-
-    /// The row that an entry is in.
-    fn find(&self, address: Address) -> Result<(usize, &Row), AbortCode> {
         // Behind the last row that begins at the address or before.
         let behind = self.rows.partition_point(|row| row.first().0 <= address.0);
         let (before, next) = (self.rows.get(behind.wrapping_sub(1)), self.rows.get(behind));
         let is_near = |row: &Row| row.first().index() == address.index();
         match before {
-            Some(row) if row.holds(address) => Ok((behind - 1, row)),
+            Some(row) if row.holds(address) => Ok(row.entry(address)),
             _ if before.is_some_and(is_near) || next.is_some_and(is_near) => Err(AbortCode::NO_SUCH_SUB_INDEX),
             _ => Err(AbortCode::NO_SUCH_OBJECT),
         }
-    }
-
-    /// As [`Table::entry`], with a look at row `row` first, which becomes the row where the entry is.
-    pub(super) fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        let place = match self.rows.get(usize::from(*row)).filter(|place| place.holds(address)) {
-            Some(place) => place,
-            None => {
-                let (found, place) = self.find(address)?;
-                *row = u16::try_from(found).unwrap_or(0);
-                place
-            }
-        };
-        Ok(place.entry(address))
     }
 }
 

@@ -66,7 +66,7 @@ impl EmcyProducer {
         register: ErrorRegister,
         vendor: [u8; 5],
         record: bool,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) {
         self.set_register(register, od);
         if record {
@@ -78,13 +78,13 @@ impl EmcyProducer {
     }
 
     /// An error is over, and `register` shows those that are left. The message has the code 0000h.
-    pub fn clear(&mut self, register: ErrorRegister, vendor: [u8; 5], od: &mut dyn ObjectDictionary) {
+    pub fn clear(&mut self, register: ErrorRegister, vendor: [u8; 5], od: &mut (impl ObjectDictionary + ?Sized)) {
         self.set_register(register, od);
         self.push(Emergency { code: ErrorCode::NO_ERROR, register, vendor });
     }
 
     /// Changes the error register (1001h) without a message.
-    pub fn set_register(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    pub fn set_register(&mut self, register: ErrorRegister, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.register = register;
         objects::write(od, cia301::ERROR_REGISTER, 0, u32::from(register.0));
     }
@@ -148,7 +148,7 @@ impl Default for EmcyProducer {
 const NOTHING: Emergency = Emergency { code: ErrorCode::NO_ERROR, register: ErrorRegister::NONE, vendor: [0; 5] };
 
 /// Puts an error on top of the history: 1003h:01 is the newest, 1003h:00 the number of errors.
-fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
+fn push_history(error: u32, od: &mut (impl ObjectDictionary + ?Sized)) {
     let Some(len) = objects::read_u8(od, cia301::PREDEFINED_ERROR_FIELD, 0) else { return };
     let exists = |sub| od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_ok();
     let mut room = 0;

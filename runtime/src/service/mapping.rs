@@ -3,6 +3,7 @@
 
 use super::objects;
 use crate::abort::AbortCode;
+use crate::cia301;
 use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDictionary, PdoMapping};
 
 /// The objects of a PDO, at most `N` of them, at most 64 bits in all. 64 are as many objects as there are bits.
@@ -10,8 +11,8 @@ use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDic
 pub struct Mapping<const N: usize = 64> {
     // As mapping parameters hold them: half the size of `Mapped`. Behind `len` they are 0.
     entries: [u32; N],
-    // The rows of the mapped objects in the dictionary, so that a PDO need not search.
-    rows: [u16; N],
+    // 1 + where in the dictionary's image each byte of the PDO is copied from or to; 0 if the dictionary is asked for its object.
+    places: [u16; 8],
     len: u8,
     bits: u8,
 }
@@ -26,12 +27,12 @@ impl<const N: usize> Eq for Mapping<N> {}
 
 impl<const N: usize> Mapping<N> {
     /// Nothing mapped.
-    pub const EMPTY: Self = Mapping { entries: [0; N], rows: [0; N], len: 0, bits: 0 };
+    pub const EMPTY: Self = Mapping { entries: [0; N], places: [0; 8], len: 0, bits: 0 };
 
     /// The mapping that the dictionary holds at `index`, 1600h or 1A00h and up. It is empty when there
     /// is none, when its length is not 1 to `N` (so also for multiplexed PDOs), or when it has more than 64 bits.
     #[must_use]
-    pub fn load(index: u16, od: &mut dyn ObjectDictionary) -> Self {
+    pub fn load(index: u16, od: &mut (impl ObjectDictionary + ?Sized)) -> Self {
         let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= N).unwrap_or(0);
         let mut mapping = Mapping::EMPTY;
         for sub in 1..=len {
@@ -42,11 +43,22 @@ impl<const N: usize> Mapping<N> {
                 break;
             }
         }
-        for (entry, row) in mapping.entries.iter().zip(&mut mapping.rows).take(usize::from(mapping.len)) {
-            // What is not in the dictionary is looked for, and not found, with every PDO.
-            let _ = od.entry_again(Mapped::from_parameter(*entry).address, row);
-        }
+        mapping.find_places(index, od);
         mapping
+    }
+
+    /// Finds out which bytes a PDO with the mapping parameter `index` copies.
+    fn find_places(&mut self, index: u16, od: &(impl ObjectDictionary + ?Sized)) {
+        let mut places = [0; 8];
+        for (mapped, low) in self.placed() {
+            // Of an object that is mapped twice, the last value counts.
+            let is_once = self.iter().filter(|other| other.address == mapped.address).count() == 1;
+            if let Some(offset) = copied_from(mapped, low, index, od).filter(|_| is_once) {
+                let bytes = places.iter_mut().skip(usize::from(low / 8)).take(usize::from(mapped.bits / 8));
+                bytes.zip(offset + 1..).for_each(|(place, next)| *place = next);
+            }
+        }
+        self.places = places;
     }
 
     /// Appends an object; false, and nothing appended, when it does not fit any more.
@@ -64,9 +76,13 @@ impl<const N: usize> Mapping<N> {
         self.entries.iter().take(usize::from(self.len)).map(|&entry| Mapped::from_parameter(entry))
     }
 
-    /// The objects, each with its place in the dictionary.
-    fn located(&self) -> impl Iterator<Item = (Mapped, u16)> + '_ {
-        self.iter().zip(self.rows.iter().copied())
+    /// The objects, each with its lowest bit in the PDO.
+    fn placed(&self) -> impl Iterator<Item = (Mapped, u8)> {
+        self.iter().scan(0, |next, mapped| {
+            let low = *next;
+            *next += mapped.bits;
+            Some((mapped, low))
+        })
     }
 
     /// Whether nothing is mapped.
@@ -99,32 +115,68 @@ impl<const N: usize> Mapping<N> {
 
     /// The PDO's data, as the dictionary holds them now; an object that cannot be read is zero.
     #[must_use]
-    pub fn pack(&self, od: &mut dyn ObjectDictionary) -> [u8; 8] {
-        let (mut raw, mut low) = (0, 0);
-        for (mapped, row) in self.located() {
-            let value = if is_dummy(mapped) { None } else { read(mapped, row, od) };
-            raw |= object::place(value.unwrap_or(0), low, mapped.bits);
-            low += mapped.bits;
+    pub fn pack(&self, od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
+        let (image, mut data, mut is_complete) = (od.image(), [0; 8], true);
+        for (byte, &place) in data.iter_mut().zip(&self.places).take(self.bytes()) {
+            match image.get(usize::from(place).wrapping_sub(1)) {
+                Some(held) => *byte = *held,
+                None => is_complete = false,
+            }
+        }
+        if is_complete { data } else { self.pack_asked(data, od) }
+    }
+
+    /// Writes the data of a PDO that is received into the dictionary; what is missing is zero. What the dictionary refuses
+    /// does not hold up the rest.
+    pub fn unpack(&self, data: &[u8], od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), (Address, AbortCode)> {
+        let (image, data, mut is_complete) = (od.image(), object::number(data).to_le_bytes(), true);
+        for (byte, &place) in data.iter().zip(&self.places).take(self.bytes()) {
+            match image.get_mut(usize::from(place).wrapping_sub(1)) {
+                Some(held) => *held = *byte,
+                None => is_complete = false,
+            }
+        }
+        if is_complete { Ok(()) } else { self.unpack_asked(data, od) }
+    }
+
+    /// The objects that are not copied from or to an image of so many bytes.
+    fn asked(&self, image: usize) -> impl Iterator<Item = (Mapped, u8)> {
+        let place = |low: u8| self.places.get(usize::from(low / 8)).map_or(0, |&place| usize::from(place));
+        self.placed().filter(move |&(mapped, low)| !(1..=image).contains(&place(low)) && !is_dummy(mapped))
+    }
+
+    #[inline(never)]
+    fn pack_asked(&self, data: [u8; 8], od: &mut (impl ObjectDictionary + ?Sized)) -> [u8; 8] {
+        let mut raw = u64::from_le_bytes(data);
+        for (mapped, low) in self.asked(od.image().len()) {
+            raw |= object::place(objects::read_at(od, mapped.address).unwrap_or(0), low, mapped.bits);
         }
         raw.to_le_bytes()
     }
 
-    /// Writes a PDO's data into the dictionary; what is missing is zero. What the dictionary refuses
-    /// does not hold up the rest.
-    pub fn unpack(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
-        let (raw, mut low) = (object::number(data), 0);
+    #[inline(never)]
+    fn unpack_asked(
+        &self,
+        data: [u8; 8],
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<(), (Address, AbortCode)> {
         let mut result = Ok(());
-        for (mapped, row) in self.located() {
-            let value = object::take(raw, low, mapped.bits);
-            low += mapped.bits;
-            if !is_dummy(mapped)
-                && let Err(reason) = write(mapped, row, value, od)
-            {
-                result = result.and(Err((mapped.address, reason)));
-            }
+        for (mapped, low) in self.asked(od.image().len()) {
+            let written = write(mapped, object::take(u64::from_le_bytes(data), low, mapped.bits), od);
+            result = result.and(written.map_err(|reason| (mapped.address, reason)));
         }
         result
     }
+}
+
+/// Where in the image a PDO copies an object from or to, which begins at bit `low`: a number of whole bytes, and, in a PDO
+/// that is received, without limits.
+fn copied_from(mapped: Mapped, low: u8, index: u16, od: &(impl ObjectDictionary + ?Sized)) -> Option<u16> {
+    let entry = od.entry(mapped.address).ok()?;
+    let is_limited = index < cia301::TPDO_1 && entry.limit > 0;
+    let is_whole = (low | mapped.bits).is_multiple_of(8) && entry.data_type.bits() == Some(mapped.bits);
+    let has_place = entry.offset + u32::from(entry.capacity) <= u16::MAX.into();
+    (is_whole && !is_limited && has_place).then_some(entry.offset as u16)
 }
 
 /// How many bits a PDO has with another object behind `bits`; `None` if they are more than 64.
@@ -132,13 +184,8 @@ pub(crate) fn bits_with(bits: u8, mapped: Mapped) -> Option<u8> {
     bits.checked_add(mapped.bits).filter(|&bits| bits <= 64)
 }
 
-fn read(mapped: Mapped, mut row: u16, od: &mut dyn ObjectDictionary) -> Option<u64> {
-    let entry = od.entry_again(mapped.address, &mut row).ok()?;
-    objects::read_entry(od, &entry)
-}
-
-fn write(mapped: Mapped, mut row: u16, value: u64, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
-    let entry = od.entry_again(mapped.address, &mut row)?;
+fn write(mapped: Mapped, value: u64, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<(), AbortCode> {
+    let entry = od.entry(mapped.address)?;
     let size = entry.data_type.size().unwrap_or(usize::from(mapped.bits).div_ceil(8));
     let bytes = value.to_le_bytes();
     od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true)
@@ -155,10 +202,15 @@ pub fn is_dummy(mapped: Mapped) -> bool {
 /// space.
 ///
 /// Errors: [`AbortCode::NO_SUCH_OBJECT`], [`AbortCode::NO_SUCH_SUB_INDEX`] or [`AbortCode::NOT_MAPPABLE`].
-pub fn check(mapped: Mapped, direction: Direction, dummies: u32, od: &dyn ObjectDictionary) -> Result<(), AbortCode> {
+pub fn check(
+    mapped: Mapped,
+    direction: Direction,
+    dummies: u32,
+    od: &(impl ObjectDictionary + ?Sized),
+) -> Result<(), AbortCode> {
     let allowed = if is_dummy(mapped) {
         let code = mapped.address.index();
-        let fits = DataType::from_code(code).and_then(DataType::bits) == Some(mapped.bits);
+        let fits = DataType::bits_of_code(code) == Some(mapped.bits);
         fits && direction == Direction::Receive && dummies >> code & 1 != 0
     } else {
         let entry = od.entry(mapped.address)?;
@@ -189,7 +241,10 @@ fn length_fits(entry: &Entry, bits: u8) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::id::NodeId;
+    use crate::object::{Access, Dictionary, Layer, Limit, Row, Table};
     use crate::testing::TestOd;
+    use std::vec::Vec;
 
     fn od() -> TestOd {
         TestOd::new(
@@ -232,6 +287,63 @@ mod tests {
         [1, 2, 3].into_iter().for_each(|sub| od.set(0x2000, sub, 0));
         assert_eq!(mapping.unpack(&data, &mut od), Ok(()));
         assert_eq!([1, 2, 3].map(|sub| od.get(0x2000, sub)), [1, 0x81, 0xFFFE]);
+    }
+
+    /// A dictionary that is asked for every object.
+    struct Asked(Dictionary<22>);
+
+    impl Layer for Asked {
+        type Under = Dictionary<22>;
+
+        fn under(&self) -> &Self::Under {
+            &self.0
+        }
+
+        fn under_mut(&mut self) -> &mut Self::Under {
+            &mut self.0
+        }
+    }
+
+    #[test]
+    fn what_is_copied_is_what_the_dictionary_would_give_and_take() {
+        const fn row(sub: u8, data_type: DataType) -> Row {
+            Row::new(0x2000, sub, data_type, Access::Rw, PdoMapping::Both)
+        }
+        static ROWS: [Row; 6] = [
+            row(1, DataType::Boolean).at(0, 1),
+            row(2, DataType::Unsigned8).at(1, 1).limited(0),
+            row(3, DataType::Integer16).at(2, 2),
+            row(4, DataType::Unsigned24).at(4, 3),
+            row(5, DataType::VisibleString).at(9, 5),
+            row(6, DataType::Unsigned64).at(14, 8),
+        ];
+        static TABLE: Table = Table { rows: &ROWS, limits: &[Limit { low: 1, high: 0x7F }], image: &[0; 22] };
+        let bits = [(0, 3), (1, 1), (1, 8), (2, 8), (2, 5), (3, 16), (4, 24), (4, 20), (5, 16), (6, 64), (7, 8)];
+        let objects = bits.map(|(sub, bits)| Mapped::new(0x2000, sub, bits)).into_iter().chain([Mapped::new(5, 0, 8)]);
+        let objects: Vec<_> = objects.collect();
+        let [mut copies, mut asks] = [0, 0];
+        for at in 0..objects.len().pow(3) {
+            let node = NodeId::literal(1);
+            let mut od = Dictionary::<22>::new(&TABLE, node);
+            let mut mapping = Mapping::<64>::EMPTY;
+            for place in 0..3 {
+                mapping.push(objects[at / objects.len().pow(place) % objects.len()]);
+            }
+            for parameter in [0x1600, 0x1A00] {
+                mapping.find_places(parameter, &od);
+                copies += mapping.placed().count() - mapping.asked(22).count();
+                asks += mapping.asked(22).count();
+                for data in [[0x55; 8], [0xFF; 8], [1, 2, 3, 4, 5, 6, 7, 8], [0; 8]] {
+                    let mut asked = Asked(od.clone());
+                    if parameter == 0x1600 {
+                        assert_eq!(mapping.unpack(&data, &mut od), mapping.unpack(&data, &mut asked), "{mapping:?}");
+                    }
+                    assert_eq!(od.image(), asked.0.image(), "{mapping:?}");
+                    assert_eq!(mapping.pack(&mut od), mapping.pack(&mut asked), "{mapping:?}");
+                }
+            }
+        }
+        assert!(copies > 1000 && asks > 1000, "{copies} {asks}");
     }
 
     #[test]

@@ -154,7 +154,12 @@ impl<const N: usize> Rpdo<N> {
     }
 
     /// Takes the PDO: writes its objects, or keeps them for SYNC.
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub fn handle_frame(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
         if frame.is_remote() || !self.listens_to(frame.id()) {
             return None;
         }
@@ -174,13 +179,17 @@ impl<const N: usize> Rpdo<N> {
     }
 
     /// SYNC came: what waited takes effect.
-    pub fn handle_sync(&mut self, od: &mut dyn ObjectDictionary) {
-        let waiting = self.waiting.take();
-        self.applied = waiting.map(|data| self.apply(data.get(..self.mapping.bytes()).unwrap_or(&data), od));
+    #[inline]
+    pub fn handle_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
+        self.applied = None;
+        if let Some(data) = self.waiting {
+            self.waiting = None;
+            self.applied = Some(self.apply(&data, od));
+        }
     }
 
     /// The same for a device whose PDOs of type n, from 1 to 240, ignore n-1 SYNCs before one counts.
-    pub fn handle_nth_sync(&mut self, od: &mut dyn ObjectDictionary) {
+    pub fn handle_nth_sync(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.syncs += 1;
         match self.parameters.transmission {
             TransmissionType::SynchronousCyclic(n) if self.syncs < n => self.applied = None,
@@ -191,7 +200,7 @@ impl<const N: usize> Rpdo<N> {
         }
     }
 
-    fn apply(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Event {
+    fn apply(&self, data: &[u8], od: &mut (impl ObjectDictionary + ?Sized)) -> Event {
         match self.mapping.unpack(data, od) {
             Ok(()) => Event::Received,
             Err((address, reason)) => Event::Refused { address, reason },

@@ -128,7 +128,7 @@ impl<F: Flash> Snapshot<F> {
         &mut self,
         node: NodeId,
         indices: RangeInclusive<u16>,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), FlashError> {
         self.node = Some(node);
         let mut records = self.records();

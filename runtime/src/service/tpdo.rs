@@ -73,11 +73,11 @@ pub struct Tpdo<const N: usize = 64> {
     acyclic_always: bool,
     /// An event happened that SYNC or `poll_transmit` has not seen yet.
     changed: bool,
-    /// `Some` if the PDO is to be sent: with these data, or with those at the time of sending.
-    pending: Option<Option<[u8; 8]>>,
-    /// What a remote frame gets of type 252.
+    /// The PDO is to be sent: with the data that were sampled, or with those at the time of sending.
+    is_pending: bool,
+    /// The data of the SYNC that made the PDO pending, or of the last one for type 252.
     sampled: Option<[u8; 8]>,
-    /// The data sent last; before the first PDO, those at the start.
+    /// The data sent last; before the first PDO, those at the start. Of type 252, those that were asked for last.
     sent: Option<[u8; 8]>,
     /// SYNCs since the last n-th one; `None` until the SYNC start value has come.
     syncs: Option<u8>,
@@ -95,7 +95,7 @@ impl<const N: usize> Tpdo<N> {
             triggers,
             acyclic_always: false,
             changed: false,
-            pending: None,
+            is_pending: false,
             sampled: None,
             sent: None,
             syncs: None,
@@ -137,7 +137,7 @@ impl<const N: usize> Tpdo<N> {
         self.syncs = if self.parameters.sync_start == 0 { Some(0) } else { None };
         self.start_event_timer(now);
         if self.triggers.start && self.parameters.transmission.is_event_driven() {
-            self.pending = Some(None);
+            self.is_pending = true;
         }
         self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
     }
@@ -149,14 +149,16 @@ impl<const N: usize> Tpdo<N> {
         if !self.is_active() {
             return;
         }
-        self.pending = None;
+        self.is_pending = false;
         self.changed = false;
-        self.sent = before.sent;
+        // Data of another mapping are neither sent nor compared with.
+        let is_same = self.mapping == before.mapping;
+        self.sent = before.sent.filter(|_| is_same);
         self.inhibited = before.inhibited;
         if self.parameters.transmission == before.parameters.transmission {
-            (self.pending, self.changed) = (before.pending, before.changed);
-            (self.sampled, self.syncs) = (before.sampled, before.syncs);
-        } else if before.pending.is_some() || before.changed {
+            (self.is_pending, self.changed) = (before.is_pending, before.changed);
+            (self.sampled, self.syncs) = (before.sampled.filter(|_| is_same), before.syncs);
+        } else if before.is_pending || before.changed {
             self.request();
         }
     }
@@ -164,7 +166,8 @@ impl<const N: usize> Tpdo<N> {
     /// The device left OPERATIONAL.
     pub const fn suspend(&mut self) {
         self.changed = false;
-        (self.pending, self.sampled, self.sent) = (None, None, None);
+        self.is_pending = false;
+        (self.sampled, self.sent) = (None, None);
         self.syncs = None;
         (self.inhibited, self.event) = (None, None);
     }
@@ -176,7 +179,7 @@ impl<const N: usize> Tpdo<N> {
         }
         match self.parameters.transmission {
             TransmissionType::SynchronousAcyclic => self.changed = true,
-            _ if self.parameters.transmission.is_event_driven() => self.pending = Some(None),
+            _ if self.parameters.transmission.is_event_driven() => self.is_pending = true,
             _ => {}
         }
     }
@@ -190,13 +193,13 @@ impl<const N: usize> Tpdo<N> {
 
     /// Asks for the PDO to be sent if its data differ from those sampled to be sent, else from those sent last; before the
     /// first one, from those at the start. For dictionaries that cannot report changes by [`Tpdo::changed`].
-    pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
+    pub fn compare(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) {
         self.compare_masked(u64::MAX, od);
     }
 
     /// The same for the bits of its data that are set in `mask`, whose lowest bit is that of the first byte.
-    pub fn compare_masked(&mut self, mask: u64, od: &mut dyn ObjectDictionary) {
-        let known = self.pending.flatten().or(self.sent);
+    pub fn compare_masked(&mut self, mask: u64, od: &mut (impl ObjectDictionary + ?Sized)) {
+        let known = self.sampled.filter(|_| self.is_pending).or(self.sent);
         let mut differs = |known| (u64::from_le_bytes(known) ^ u64::from_le_bytes(self.mapping.pack(od))) & mask != 0;
         if self.counts_changes() && self.is_active() && known.is_some_and(&mut differs) {
             self.request();
@@ -221,18 +224,21 @@ impl<const N: usize> Tpdo<N> {
         }
         match self.parameters.transmission {
             // Before the first SYNC there are no data.
-            TransmissionType::SynchronousRemote => self.pending = self.sampled.map(Some).or(self.pending),
+            TransmissionType::SynchronousRemote => {
+                self.sent = self.sampled;
+                self.is_pending = self.sent.is_some();
+            }
             TransmissionType::Reserved(_) => {}
-            _ => self.pending = self.pending.or(Some(None)),
+            _ => self.is_pending = true,
         }
     }
 
-    /// SYNC came, with this counter.
-    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut dyn ObjectDictionary) {
+    /// SYNC came, with this counter. Returns whether the PDO is to be sent, with the data that it has now.
+    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut (impl ObjectDictionary + ?Sized)) -> bool {
         if !self.is_active() {
-            return;
+            return false;
         }
-        let due = match self.parameters.transmission {
+        let is_due = match self.parameters.transmission {
             TransmissionType::SynchronousAcyclic => core::mem::take(&mut self.changed) || self.acyclic_always,
             TransmissionType::SynchronousCyclic(n) => self.counts(counter, n),
             TransmissionType::SynchronousRemote => {
@@ -241,13 +247,11 @@ impl<const N: usize> Tpdo<N> {
             }
             _ => false,
         };
-        if due {
-            self.sample(od);
+        if is_due {
+            self.sampled = Some(self.mapping.pack(od));
+            self.is_pending = true;
         }
-    }
-
-    fn sample(&mut self, od: &mut dyn ObjectDictionary) {
-        self.pending = Some(Some(self.mapping.pack(od)));
+        is_due
     }
 
     /// Counts a SYNC, and returns whether it is the n-th. The one with the start value is an n-th.
@@ -266,7 +270,8 @@ impl<const N: usize> Tpdo<N> {
     /// next SYNC.
     pub fn close_window(&mut self) {
         if self.parameters.transmission.is_synchronous() {
-            let dropped = self.pending.take().is_some();
+            let dropped = core::mem::take(&mut self.is_pending);
+            self.sampled = None;
             self.changed |= dropped && self.parameters.transmission == TransmissionType::SynchronousAcyclic;
         }
     }
@@ -275,7 +280,7 @@ impl<const N: usize> Tpdo<N> {
     pub fn handle_timeout(&mut self, now: Instant) {
         self.inhibited.take_if(|end| *end <= now);
         if self.event.take_if(|event| *event <= now).is_some() {
-            self.pending = Some(None);
+            self.is_pending = true;
             self.start_event_timer(now);
         }
     }
@@ -290,31 +295,35 @@ impl<const N: usize> Tpdo<N> {
     /// Whether `poll_transmit` has something to send.
     #[must_use]
     pub fn is_due(&self, now: Instant) -> bool {
-        self.pending.is_some() && self.inhibited.is_none_or(|end| end <= now)
+        self.is_pending && self.inhibited.is_none_or(|end| end <= now)
     }
 
     /// The PDO, when it is due and not inhibited.
-    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         if self.sent.is_none() && self.counts_changes() && self.is_active() {
             self.sent = Some(self.mapping.pack(od));
         }
         if !self.is_due(now) {
             return None;
         }
-        let data = self.pending.take()?.unwrap_or_else(|| self.mapping.pack(od));
+        self.is_pending = false;
+        let is_asked = self.parameters.transmission == TransmissionType::SynchronousRemote;
+        let data = if is_asked { self.sent } else { self.sampled.take() };
+        let data = data.unwrap_or_else(|| self.mapping.pack(od));
         self.sent = Some(data);
-        self.start_event_timer(now);
-        let inhibits = self.parameters.transmission.is_event_driven() && self.triggers.inhibit;
-        if inhibits && !self.parameters.inhibit.is_zero() {
-            self.inhibited = Some(now + self.parameters.inhibit);
+        if self.parameters.transmission.is_event_driven() {
+            self.start_event_timer(now);
+            if self.triggers.inhibit && !self.parameters.inhibit.is_zero() {
+                self.inhibited = Some(now + self.parameters.inhibit);
+            }
         }
-        Frame::new(self.parameters.cob_id.id(), data.get(..self.mapping.bytes())?)
+        Frame::of_buffer(self.parameters.cob_id.id(), data, self.mapping.bytes())
     }
 
     /// When the event timer or the inhibit time passes.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let inhibited = self.inhibited.filter(|_| self.pending.is_some());
+        let inhibited = self.inhibited.filter(|_| self.is_pending);
         sooner(inhibited, self.event)
     }
 }
@@ -371,6 +380,18 @@ mod tests {
         let not_inhibited = Triggers { inhibit: false, timer: false, ..all };
         assert_eq!(run(tpdo(254, not_inhibited)), ["0 185#07", "3 185#03", "5 185#05"]);
         assert_eq!(run(tpdo(253, Triggers::NONE)), [""; 0]);
+    }
+
+    #[test]
+    fn data_of_another_mapping_are_not_sent() {
+        let mut od = TestOd::new("2000:00 u8 ro tpdo 7\n2001:00 u16 ro tpdo 8");
+        let mut before = tpdo(1, Triggers::NONE);
+        assert!(before.mapping.push(Mapped::new(0x2001, 0, 16)));
+        assert!(before.handle_sync(None, &mut od));
+        let mut pdo = tpdo(1, Triggers::NONE);
+        pdo.resume(Instant::ZERO, &before);
+        let sent = pdo.poll_transmit(Instant::ZERO, &mut od).map(|frame| std::format!("{frame}"));
+        assert_eq!(sent.as_deref(), Some("185#07"));
     }
 
     #[test]

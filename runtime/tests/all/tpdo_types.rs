@@ -102,7 +102,10 @@ fn check(code: u8, steps: &[Step]) {
         match step {
             Step::Changed => pdo.changed(VALUE),
             Step::Compared | Step::Same => pdo.compare(&mut od),
-            Step::Sync => pdo.handle_sync(None, &mut od),
+            Step::Sync => {
+                let is_sampled = pdo.handle_sync(None, &mut od);
+                assert!(!is_sampled || pdo.is_due(Instant::ZERO));
+            }
             Step::Request => pdo.handle_frame(Instant::ZERO, &request),
             Step::Transmit => sent = pdo.poll_transmit(Instant::ZERO, &mut od),
         }

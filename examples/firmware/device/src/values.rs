@@ -62,8 +62,9 @@ impl ObjectDictionary for Values {
         self.od.entry(address)
     }
 
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        self.od.entry_again(address, row)
+    // No PDO maps the notebook.
+    fn image(&mut self) -> &mut [u8] {
+        self.od.image()
     }
 
     fn len(&self, entry: &Entry) -> Option<u32> {

@@ -67,7 +67,7 @@ impl<C> BootPlan<C> {
     /// with the node-ID as its sub-index, where 0 means any; 1F80h bit 3, which leaves starting
     /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.
     #[must_use]
-    pub fn load(node: NodeId, configuration: C, od: &mut dyn ObjectDictionary) -> Self {
+    pub fn load(node: NodeId, configuration: C, od: &mut (impl ObjectDictionary + ?Sized)) -> Self {
         let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
         let date = expected(cia301::EXPECTED_CONFIGURATION_DATE);
         let configured = date.zip(expected(cia301::EXPECTED_CONFIGURATION_TIME));

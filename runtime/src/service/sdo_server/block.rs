@@ -73,12 +73,15 @@ impl BlockUpload {
     }
 
     /// The next segment, when it is time for one.
-    pub(super) fn segment(&mut self, od: &mut dyn ObjectDictionary) -> Option<Result<BlockSegment, AbortCode>> {
+    pub(super) fn segment(
+        &mut self,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Result<BlockSegment, AbortCode>> {
         let is_due = self.phase == Phase::Sending && self.sender.is_sending();
         is_due.then(|| self.read(od))
     }
 
-    fn read(&mut self, od: &mut dyn ObjectDictionary) -> Result<BlockSegment, AbortCode> {
+    fn read(&mut self, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<BlockSegment, AbortCode> {
         let offset = self.sender.offset().ok_or(AbortCode::GENERAL)?;
         let (Value { len, bytes }, last) = self.source.read(offset, od)?;
         self.sender.push(bytes, len, last).ok_or(AbortCode::GENERAL)
@@ -108,7 +111,7 @@ impl BlockDownload {
         &mut self,
         segment: &BlockSegment,
         stage: &mut Stage,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<Option<Confirmation>, AbortCode> {
         let received = self.receiver.take(segment)?;
         if received.is_next {
@@ -122,7 +125,7 @@ impl BlockDownload {
         &mut self,
         block_end: BlockEnd,
         stage: &mut Stage,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), AbortCode> {
         let (segment, len) = self.receiver.finish(block_end)?;
         self.sink.write(segment.data().get(..len).unwrap_or(segment.data()), true, stage, od)

@@ -23,7 +23,7 @@ pub(super) struct Value {
 
 impl Source {
     #[inline]
-    pub(super) fn open(address: Address, od: &mut dyn ObjectDictionary) -> Result<Self, AbortCode> {
+    pub(super) fn open(address: Address, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<Self, AbortCode> {
         let entry = readable(address, od)?;
         let mut bytes = [0; 8];
         let len = od.read(&entry, 0, &mut bytes)?;
@@ -42,7 +42,7 @@ impl Source {
     }
 
     /// The number of bytes, if the dictionary knows it beforehand.
-    pub(super) fn size(&self, od: &mut dyn ObjectDictionary) -> Option<u32> {
+    pub(super) fn size(&self, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<u32> {
         match self.value {
             Some(value) => Some(value.len as u32),
             None => od.len(&self.entry),
@@ -52,7 +52,11 @@ impl Source {
     /// Reads one segment, and whether it is the last one: that is known since one byte more is asked for
     /// than a segment has.
     #[inline]
-    pub(super) fn read(&self, offset: u32, od: &mut dyn ObjectDictionary) -> Result<(Value, bool), AbortCode> {
+    pub(super) fn read(
+        &self,
+        offset: u32,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<(Value, bool), AbortCode> {
         let mut bytes = [0; 8];
         let len = match &self.value {
             Some(value) => {
@@ -95,7 +99,7 @@ impl Sink {
     pub(super) fn open(
         address: Address,
         announced: Option<u32>,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<Self, AbortCode> {
         let entry = writable(address, od)?;
         let size = entry.data_type.size().map(|size| size as u32);
@@ -126,7 +130,7 @@ impl Sink {
         data: &[u8],
         last: bool,
         stage: &mut Stage,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), AbortCode> {
         let start = self.offset;
         let end = start.checked_add(data.len() as u32).filter(|end| *end <= self.most);
@@ -152,7 +156,7 @@ pub(super) fn write_expedited(
     address: Address,
     data: Expedited,
     may_be_padded: bool,
-    od: &mut dyn ObjectDictionary,
+    od: &mut (impl ObjectDictionary + ?Sized),
 ) -> Result<(), AbortCode> {
     let entry = writable(address, od)?;
     let may_be_padded = may_be_padded && data.data().len() == 4 || data.len().is_none();
@@ -168,7 +172,7 @@ pub(super) fn write_expedited(
 }
 
 /// The facts of an entry that may be read.
-pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
+pub(super) fn readable(address: Address, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<Entry, AbortCode> {
     let mut entry = od.entry(address);
     if entry.is_ok_and(|entry| !entry.access.is_readable()) {
         entry = Err(AbortCode::WRITE_ONLY);
@@ -176,7 +180,7 @@ pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Resul
     entry
 }
 
-fn writable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
+fn writable(address: Address, od: &mut (impl ObjectDictionary + ?Sized)) -> Result<Entry, AbortCode> {
     let mut entry = od.entry(address);
     if entry.is_ok_and(|entry| !entry.access.is_writable()) {
         entry = Err(AbortCode::READ_ONLY);

@@ -233,7 +233,12 @@ impl<B: Choice> SdoServer<B> {
     /// Takes a frame. Frames of other identifiers, remote frames and frames of other than eight bytes are
     /// not for an SDO server, and ignored.
     #[inline]
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    pub fn handle_frame(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Event> {
         if frame.id() != self.request {
             return None;
         }
@@ -263,7 +268,7 @@ impl<B: Choice> SdoServer<B> {
     /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
     /// reported by the next [`SdoServer::handle_timeout`], which is due at once.
     #[inline]
-    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Frame> {
         let raw = self.reply.take().or_else(|| self.next_segment(now, od))?;
         Some(Frame::from_array(self.response, raw.to_bytes()))
     }
@@ -274,7 +279,7 @@ impl<B: Choice> SdoServer<B> {
         if self.is_busy() { Some(self.deadline) } else { None }
     }
 
-    fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let event = match self.handle_segment(raw, od) {
             Some(Ok(Progress::Continues)) => None,
             Some(outcome) => self.conclude(self.address(), outcome),
@@ -288,7 +293,11 @@ impl<B: Choice> SdoServer<B> {
     /// commands; the others come before commands since most frames of a long transfer are segments (README: SDO write
     /// of 32 bytes in segments).
     #[inline]
-    fn handle_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Result<Progress, AbortCode>> {
+    fn handle_segment(
+        &mut self,
+        raw: Raw,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Option<Result<Progress, AbortCode>> {
         let (progress, answer) = match &mut self.state {
             State::Upload(upload) => match upload.segment(raw.upload_segment()?, od) {
                 Ok(segment) if segment.last => (Progress::Read, ServerResponse::UploadSegment(segment).to_raw()),
@@ -319,28 +328,55 @@ impl<B: Choice> SdoServer<B> {
         Some(Ok(progress))
     }
 
-    fn handle_command(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
+    fn handle_command(&mut self, raw: Raw, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Event> {
         let before = self.is_busy().then(|| self.address());
-        let Some(request) = ClientRequest::from_raw(raw) else {
-            return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND));
+        // One match for all: several would each go through the commands again (tests/size).
+        let outcome = match (ClientRequest::from_raw(raw), &mut self.state) {
+            (Some(ClientRequest::Abort(Abort { code, .. })), _) => {
+                let address = before?;
+                self.reset();
+                return Some(aborted(address, code, Side::Client));
+            }
+            (Some(ClientRequest::StartBlockUpload), State::BlockUpload(upload)) => {
+                upload.start().map(|()| Progress::Continues)
+            }
+            (Some(ClientRequest::ConfirmBlockUpload(confirmation)), State::BlockUpload(upload)) => {
+                let answer = upload.confirm(confirmation);
+                if let Ok(Some(block_end)) = answer {
+                    self.answer(ServerResponse::EndBlockUpload(block_end));
+                }
+                answer.map(|_| Progress::Continues)
+            }
+            (Some(ClientRequest::EndBlockUpload), State::BlockUpload(upload)) if upload.is_ending() => {
+                Ok(Progress::Read)
+            }
+            (Some(ClientRequest::EndBlockDownload(block_end)), State::BlockDownload(download)) => {
+                let outcome = download.finish(block_end, &mut self.stage, od);
+                if outcome.is_ok() {
+                    self.answer(ServerResponse::EndBlockDownload);
+                }
+                outcome.map(|()| Progress::Written)
+            }
+            (Some(request), _) => match request.initiates() {
+                Some(address) => {
+                    let outcome = self.initiate(request, od);
+                    // A client that begins another transfer has given up the one under way.
+                    let event = self.conclude(address, outcome);
+                    return event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)));
+                }
+                None => Err(AbortCode::UNKNOWN_COMMAND),
+            },
+            (None, _) => return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND)),
         };
-        if let ClientRequest::Abort(Abort { code, .. }) = request {
-            let address = before?;
-            self.reset();
-            return Some(aborted(address, code, Side::Client));
-        }
-        let Some(address) = request.initiates() else {
-            let outcome = self.proceed(request, od);
-            return self.conclude(self.address(), outcome);
-        };
-        let outcome = self.initiate(request, od);
-        // A client that begins another transfer has given up the one under way.
-        let event = self.conclude(address, outcome);
-        event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)))
+        self.conclude(self.address(), outcome)
     }
 
     /// Begins a transfer; an expedited one is complete with it.
-    fn initiate(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
+    fn initiate(
+        &mut self,
+        request: ClientRequest,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<Progress, AbortCode> {
         match request {
             ClientRequest::InitiateUpload { address } => {
                 let source = Source::open(address, od)?;
@@ -384,7 +420,7 @@ impl<B: Choice> SdoServer<B> {
     }
 
     /// Answers a read without blocks: with the data, if it fits into one frame, and else with segments.
-    fn upload(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Progress {
+    fn upload(&mut self, source: Source, od: &mut (impl ObjectDictionary + ?Sized)) -> Progress {
         let address = source.address();
         if let Some(data) = source.expedited() {
             let indicated = data.len().is_some_and(|len| self.sizes_indicated.expedited(len));
@@ -395,30 +431,6 @@ impl<B: Choice> SdoServer<B> {
         let size = if self.sizes_indicated.longer { source.size(od) } else { None };
         let answer = ServerResponse::InitiateUpload { address, content: Content::Segmented { size } };
         self.begin(State::Upload(Upload::new(source)), answer.to_raw())
-    }
-
-    /// Goes on with the transfer under way; a request that does not belong to it ends it.
-    #[inline]
-    fn proceed(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
-        match (&mut self.state, request) {
-            (State::BlockUpload(upload), ClientRequest::StartBlockUpload) => {
-                upload.start()?;
-                Ok(Progress::Continues)
-            }
-            (State::BlockUpload(upload), ClientRequest::ConfirmBlockUpload(confirmation)) => {
-                if let Some(block_end) = upload.confirm(confirmation)? {
-                    self.answer(ServerResponse::EndBlockUpload(block_end));
-                }
-                Ok(Progress::Continues)
-            }
-            (State::BlockUpload(upload), ClientRequest::EndBlockUpload) if upload.is_ending() => Ok(Progress::Read),
-            (State::BlockDownload(download), ClientRequest::EndBlockDownload(block_end)) => {
-                download.finish(block_end, &mut self.stage, od)?;
-                self.answer(ServerResponse::EndBlockDownload);
-                Ok(Progress::Written)
-            }
-            _ => Err(AbortCode::UNKNOWN_COMMAND),
-        }
     }
 
     /// Ends the transfer, if that is the outcome.
@@ -434,7 +446,7 @@ impl<B: Choice> SdoServer<B> {
     }
 
     /// The next segment of a block upload.
-    fn next_segment(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Raw> {
+    fn next_segment(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) -> Option<Raw> {
         let State::BlockUpload(upload) = &mut self.state else { return None };
         match upload.segment(od)? {
             Ok(segment) => {

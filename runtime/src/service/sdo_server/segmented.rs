@@ -31,7 +31,11 @@ impl Upload {
 
     /// The next segment.
     #[inline]
-    pub(super) fn segment(&mut self, toggle: bool, od: &mut dyn ObjectDictionary) -> Result<Segment, AbortCode> {
+    pub(super) fn segment(
+        &mut self,
+        toggle: bool,
+        od: &mut (impl ObjectDictionary + ?Sized),
+    ) -> Result<Segment, AbortCode> {
         if toggle != self.toggle {
             return Err(AbortCode::TOGGLE_BIT);
         }
@@ -58,7 +62,7 @@ impl Download {
         &mut self,
         segment: &Segment,
         stage: &mut Stage,
-        od: &mut dyn ObjectDictionary,
+        od: &mut (impl ObjectDictionary + ?Sized),
     ) -> Result<(), AbortCode> {
         if segment.toggle != self.toggle {
             return Err(AbortCode::TOGGLE_BIT);
