@@ -123,7 +123,7 @@ fn of_bus(bus: &BusUrl, sheets: &Sheets, timeout: Duration) -> Result<Draft, Fai
                 None
             }
         };
-        found.push(Found { name: None, id, identity, sheet, heartbeat_ms: heartbeat(&mut network, id)? });
+        found.push(Found::new(id, identity, sheet, heartbeat(&mut network, id)?));
     }
     Ok(Draft::on(&bus.to_string(), bit_rate).with(&found))
 }

@@ -240,7 +240,7 @@ fn a_bus_yml_becomes_a_machine() {
     let node = "[node.io]\nid = 7\nsheet = \"config/io.eds\"\nidentity = { revision = 0x10000, serial = 0x1 }\n";
     assert!(written.contains(node), "{written}");
     run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))
-        .on_stderr(1, "the data sheet has no 9999:00: dcfgen stops here");
+        .on_stderr(1, "the data sheet has no 9999:00, which dcfgen does not write");
     lexican_in(&folder, &["machine", "new"]).on_stderr(2, "from what?");
     lexican_in(&folder, &["machine", "new", "config"]).on_stderr(2, "config has no DCF of a node");
 }

@@ -93,7 +93,6 @@ fn a_page_and_a_picture_say_what_goes_where() {
         "| feeder (optional) | 7 | siko/ag03-1 | serial 2Ah | guarding 100 ms, retry 3 |",
         "| left | right | TPDO1: 185h, with every SYNC (1) | 6064:00 Position actual value |",
         "- 2412:00 Spindle Pitch = 2.50 mm (setting)",
-        "- Mandatory within 10 s: left, right",
     ] {
         assert!(page.lines().any(|it| it == line), "{line}\n{page}");
     }
