@@ -21,7 +21,7 @@ use crate::wire::active;
 /// Something that has happened to a machine. `Display` is a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// The name of the node, or its node-ID if the file has none for it; `None` for what concerns all.
+    /// The name of the node, or its node-ID if the file has none for it. For what concerns all, the name of the bus, if it has one.
     pub node: Option<String>,
     /// What has happened.
     pub what: What,
@@ -102,7 +102,7 @@ impl Machine {
     /// An event by name; `None` of what no user of a machine waits for.
     pub(super) fn named(&self, pdos: &Pdos, event: shell::Event) -> Option<Event> {
         let of = |node: NodeId, what| Some(Event { node: Some(self.name_of(node)), what });
-        let of_all = |what| Some(Event { node: None, what });
+        let of_all = |what| Some(Event { node: self.bus.name.as_ref().map(|name| name.value.clone()), what });
         match event {
             shell::Event::Bus(state) => of_all(What::Bus(state)),
             shell::Event::Gap(frames) => of_all(What::Missed(frames.into())),
