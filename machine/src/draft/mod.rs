@@ -57,13 +57,16 @@ impl Section {
 }
 
 impl Draft {
-    /// A machine on this bus, with its bit rate in bit/s, if that is known; without nodes.
+    /// A machine on this bus, with its bit rate in bit/s and the period of SYNC, if they are known; without nodes.
     #[must_use]
-    pub fn on(url: &str, bit_rate: Option<u32>) -> Self {
+    pub fn on(url: &str, bit_rate: Option<u32>, sync: Option<Duration>) -> Self {
         let mut draft = Draft::default();
         draft.bus.put("url", quoted(url));
         if let Some(rate) = bit_rate {
             draft.bus.put_bit_rate(rate / 1000);
+        }
+        if let Some(period) = sync {
+            draft.bus.put("sync", quoted(&period.to_string()));
         }
         draft
     }
