@@ -154,24 +154,22 @@ pub(crate) struct Node {
     pub(crate) rpdo: BTreeMap<At<String>, At<Pdo>>,
 }
 
+/// A table, or its short form: an object or several; "off" for a PDO, "manager" for a wire.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is the shape for editors")]
+enum ShortOr<T> {
+    Text(String),
+    List(Vec<String>),
+    Table(T),
+}
+
 /// A PDO as the file has it.
 #[derive(Default, JsonSchema)]
-#[schemars(with = "PdoSchema")]
+#[schemars(with = "ShortOr<PdoTable>")]
 pub(crate) struct Pdo {
     pub(crate) is_off: bool,
     pub(crate) table: PdoTable,
-}
-
-/// A PDO.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "it is the shape of a PDO for editors")]
-enum PdoSchema {
-    /// "off".
-    Off(String),
-    /// The objects.
-    Objects(Vec<String>),
-    Table(PdoTable),
 }
 
 /// A PDO.
@@ -200,20 +198,8 @@ spelling!(Pdo, "\"off\", a list of objects, or a table",
 
 /// Where a value goes, and when.
 #[derive(JsonSchema)]
-#[schemars(with = "WireSchema")]
+#[schemars(with = "ShortOr<WireTable>")]
 pub(crate) struct Wire(pub(crate) WireTable);
-
-/// Where a value goes.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "it is the shape of a wire for editors")]
-enum WireSchema {
-    /// To one place.
-    One(String),
-    /// To several.
-    Several(Vec<String>),
-    Table(WireTable),
-}
 
 /// Where a value goes, and when.
 #[derive(Default, Deserialize, JsonSchema)]

@@ -5,7 +5,7 @@ mod dump;
 mod edit;
 mod file;
 mod fmt;
-mod lint;
+pub(crate) mod lint;
 mod new;
 mod to_dbc;
 

@@ -30,28 +30,19 @@ pub struct Event {
 /// What has happened.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "`Display` says what it is")]
 pub enum What {
-    /// The node has sent its boot-up message: it was reset, or its power has come.
     BootedUp,
-    /// It has been checked, configured and started, for the first time or again.
     Booted,
-    /// It cannot be booted.
     Failed(BootError),
-    /// All mandatory nodes have booted.
     Ready,
-    /// Not all mandatory nodes have booted in time.
     BootTimeElapsed,
-    /// It is in another state.
     State(NmtState),
-    /// Its heartbeat, or its answers to guarding, are missing.
     Lost,
-    /// It boots again and again, or is lost again and again.
     BootLoop,
-    /// It reports an error, or the end of one.
     Emergency(Emergency),
     /// It has sent a PDO, with these values.
     Pdo(Vec<ValueReport>),
-    /// The bus is in another state.
     Bus(BusState),
     /// This many frames, or events, are missing here: this program was too slow.
     Missed(u64),

@@ -1,14 +1,12 @@
 //! A machine for programs on tokio.
 
 use std::fmt;
-use std::future::{Future, poll_fn};
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
-use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::Poll;
 
+use futures_util::future::{select_all, try_join_all};
 use lexican_driver::{Any, Description, DriveContext};
 use lexican_eds::model::Device;
 use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
@@ -103,7 +101,7 @@ impl Machine {
             network.with_manager(produce).await?;
             Ok(network.boot(file.boot_plan(), file.bus.boot_time.unwrap_or(BOOT_TIME), |_| {}).await?)
         };
-        all_or_none(self.buses().enumerate().map(|(at, (file, network))| boot(at, file, network))).await
+        try_join_all(self.buses().enumerate().map(|(at, (file, network))| boot(at, file, network))).await.map(drop)
     }
 
     /// What happens to all its nodes from now on: the last 1024 events of each bus wait until they are taken.
@@ -151,30 +149,20 @@ pub struct Events {
 }
 
 impl Events {
-    /// Waits for the next event; `None` when all buses are gone.
+    /// Waits for the next event; `None` when a bus is gone.
     pub async fn next(&mut self) -> Option<Event> {
-        while !self.buses.is_empty() {
-            let mut all: Vec<_> = self.buses.iter_mut().map(|(receiver, _)| Box::pin(receiver.recv())).collect();
-            let first = poll_fn(|context| {
-                let mut polled = all.iter_mut().map(|one| one.as_mut().poll(context)).enumerate();
-                polled
-                    .find_map(|(bus, it)| if let Poll::Ready(it) = it { Some((bus, it)) } else { None })
-                    .map_or(Poll::Pending, Poll::Ready)
-            });
-            let (bus, received) = first.await;
-            drop(all);
-            match received {
-                Ok(event) => {
-                    let named = self.named(bus, event);
-                    if named.is_some() {
-                        return named;
-                    }
-                }
-                Err(RecvError::Lagged(events)) => return Some(Event { node: None, what: What::Missed(events) }),
+        loop {
+            let all = self.buses.iter_mut().map(|(receiver, _)| Box::pin(receiver.recv()));
+            let (received, bus, _) = select_all(all).await;
+            let event = match received {
+                Ok(event) => self.named(bus, event),
+                Err(RecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
                 Err(RecvError::Closed) => return None,
+            };
+            if event.is_some() {
+                return event;
             }
         }
-        None
     }
 
     /// The next event that has come already.
@@ -391,34 +379,14 @@ pub async fn move_together(orders: &mut [(&mut Drive, &str)]) -> Result<(), Mach
         ending if ending.is_success() => Ok(()),
         ending => Err(MachineError::Together { node: drive.node.stated().name.value.clone(), ending }),
     };
-    let ended = all_or_none(orders.iter_mut().map(|(drive, position)| travel(drive, position))).await;
+    let ended = try_join_all(orders.iter_mut().map(|(drive, position)| travel(drive, position))).await;
     if ended.is_err() {
         stop_all(orders.iter_mut().map(|(drive, _)| &mut **drive)).await?;
     }
-    ended
+    ended.map(drop)
 }
 
 /// Stops drives at once.
 pub(super) async fn stop_all(drives: impl Iterator<Item = &mut Drive>) -> Result<(), MachineError> {
-    all_or_none(drives.map(async |drive| Ok(drive.drive.stop().await?))).await
-}
-
-/// Waits for all futures, or until one fails.
-async fn all_or_none<F: Future<Output = Result<(), MachineError>>>(
-    futures: impl Iterator<Item = F>,
-) -> Result<(), MachineError> {
-    let mut futures: Vec<Pin<Box<F>>> = futures.map(Box::pin).collect();
-    poll_fn(|context| {
-        let mut failed = None;
-        futures.retain_mut(|future| match (&failed, future.as_mut().poll(context)) {
-            (None, Poll::Ready(Err(error))) => failed.insert(error).to_string().is_empty(),
-            (_, polled) => polled.is_pending(),
-        });
-        match failed {
-            Some(error) => Poll::Ready(Err(error)),
-            None if futures.is_empty() => Poll::Ready(Ok(())),
-            None => Poll::Pending,
-        }
-    })
-    .await
+    try_join_all(drives.map(async |drive| Ok(drive.drive.stop().await?))).await.map(drop)
 }
