@@ -353,17 +353,15 @@ impl Reader<'_> {
     /// The value of an `sdo`, of which the tools write whole numbers alone.
     fn value(&mut self, keys: &Keys) -> i64 {
         let Some(value) = keys.get("value") else { return 0 };
-        if let Some(number) = value.integer().or(value.boolean().map(i64::from)) {
-            return number;
-        }
-        let real = value.text().and_then(|text| text.parse::<f64>().ok()).map(|real| real as i64);
-        match real {
-            Some(real) => self.warn(&value.at, format!("{} writes {real} for this", self.tool), None),
-            None => {
-                let what = format!("this is no number: {} stops here", self.tool);
-                self.out.wrong("bus-yml::value", &value.at, what, None);
+        let real = || value.text()?.parse::<f64>().ok();
+        match (value.integer().or(value.boolean().map(i64::from)), real()) {
+            (Some(number), _) => return number,
+            (None, Some(real)) => {
+                self.warn(&value.at, format!("{} writes {} for this", self.tool, real as i64), None);
+                return real as i64;
             }
+            _ => self.out.wrong("bus-yml::value", &value.at, format!("no number: {} stops here", self.tool), None),
         }
-        real.unwrap_or(0)
+        0
     }
 }

@@ -6,31 +6,7 @@ use std::fmt::Write as _;
 use lexican_eds::Source;
 use lexican_machine::{BusYml, Files, Machine, format};
 
-const MACHINE: &str = r#"
-[bus]
-url = "can0"
-bit-rate = "1 Mbit/s"
-sync = "10 ms"
-
-[kind.joint]
-sheet = "joint.eds"
-heartbeat = "1 s"
-settings = { 6081 = 1000, "60C2:01" = 10 }
-rpdo.1 = ["controlword", "modes of operation", "60C1:01"]
-rpdo.2 = ["target position"]
-tpdo.1 = ["statusword", "modes of operation display"]
-tpdo.2 = ["position actual value", "velocity actual value"]
-tpdo.3 = "off"
-tpdo.4 = "off"
-
-[node]
-joint1 = { id = 3, kind = "joint" }
-joint2 = { id = 4, kind = "joint" }
-joint3 = { id = 5, kind = "joint" }
-joint4 = { id = 6, kind = "joint" }
-joint5 = { id = 7, kind = "joint" }
-joint6 = { id = 8, kind = "joint" }
-"#;
+const MACHINE: &str = include_str!("prbt.toml");
 
 /// The records of a joint: index, sub-index, value, bytes; `n` is its node-ID.
 fn records(n: u32) -> Vec<(u16, u8, u32, u32)> {
