@@ -58,10 +58,9 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
         let sent = match end(nodes, &from.value, &from.span, out) {
             None => continue,
             Some(End::Manager) => None,
-            Some(End::Node(node, object)) => match mapped(nodes, node, Direction::Transmit, object, &from.span, out) {
-                Some(sent) => Some((node, sent)),
-                None => continue,
-            },
+            Some(End::Node(node, object)) => {
+                Some((node, mapped(nodes, node, Direction::Transmit, object, &from.span, out)))
+            }
         };
         let mut takers = Vec::new();
         for to in &wire.to {
@@ -84,7 +83,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
                     at: at.clone(),
                     takers: Vec::new(),
                 }),
-                Some((node, sent)) if sent.bits != taken.bits => {
+                Some((node, Some(sent))) if sent.bits != taken.bits => {
                     let (name, other) = (&nodes[node].name.value, &nodes[taker].name.value);
                     let (from, to) = (sent.address, taken.address);
                     let what = format!("{name} sends {} bits ({from}), {other} takes {} ({to})", sent.bits, taken.bits);
@@ -93,7 +92,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
                 Some(_) => takers.push((taker, taken, at.clone())),
             }
         }
-        if let Some((node, mapped)) = sent {
+        if let Some((node, Some(mapped))) = sent {
             let at = from.span.clone();
             requests.push(Request { node, direction: Direction::Transmit, mapped, timing, at, takers });
         }

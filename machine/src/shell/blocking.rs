@@ -132,11 +132,6 @@ impl Events {
             }
         })
     }
-
-    /// The next event that has come already.
-    pub fn take(&mut self) -> Option<Event> {
-        self.events.take()
-    }
 }
 
 /// A node of a machine. Made by [`Machine::node`].

@@ -25,6 +25,8 @@ pub enum MachineError {
     Wrong { file: String, findings: String },
     #[error("{0}; machine.toml#NAME is one")]
     WhichBus(#[from] WhichBus),
+    #[error("{file} has {buses} buses, and {links} links are given")]
+    Links { file: String, buses: usize, links: usize },
     #[error("{0} names no bus: [bus] url = \"can0\"")]
     NoBus(String),
     #[error(transparent)]
@@ -91,7 +93,7 @@ impl Machine {
     }
 
     /// The name of its file.
-    fn file(&self) -> &str {
+    pub(super) fn file(&self) -> &str {
         self.input.eds.name()
     }
 

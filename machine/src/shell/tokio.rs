@@ -19,7 +19,7 @@ use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, parse_padded, written};
 use tokio::sync::broadcast::Receiver;
-use tokio::sync::broadcast::error::{RecvError, TryRecvError};
+use tokio::sync::broadcast::error::RecvError;
 
 use super::event::Pdos;
 use super::{BoxedLink, Event, MachineError, What};
@@ -47,7 +47,7 @@ impl Machine {
     /// Outside a tokio runtime.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
         let file = model::Machine::of_path(path.as_ref())?;
-        Machine::on(file.links()?, file, |link| Network::spawn(link))
+        Machine::on(file.links()?, file, Network::spawn)
     }
 
     /// A machine on other buses, such as those of a simulation: a link for each, in the order of the file.
@@ -56,7 +56,7 @@ impl Machine {
     ///
     /// Outside a tokio runtime.
     pub fn over(links: Vec<BoxedLink>, file: model::Machine) -> Result<Self, MachineError> {
-        Machine::on(links, file, |link| Network::spawn(link))
+        Machine::on(links, file, Network::spawn)
     }
 
     pub(super) fn on(
@@ -65,8 +65,9 @@ impl Machine {
         mut spawn: impl FnMut(BoxedLink) -> std::io::Result<Network>,
     ) -> Result<Self, MachineError> {
         let file = file.sound()?;
-        if links.len() != file.buses().count() {
-            file.place_of_bus(None)?;
+        let (buses, links_given) = (file.buses().count(), links.len());
+        if buses != links_given {
+            return Err(MachineError::Links { file: file.file().to_owned(), buses, links: links_given });
         }
         file.buses()
             .zip(&mut links)
@@ -163,23 +164,6 @@ impl Events {
                 return event;
             }
         }
-    }
-
-    /// The next event that has come already.
-    pub fn take(&mut self) -> Option<Event> {
-        for bus in 0..self.buses.len() {
-            loop {
-                let named = match self.buses[bus].0.try_recv() {
-                    Ok(event) => self.named(bus, event),
-                    Err(TryRecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
-                    Err(TryRecvError::Empty | TryRecvError::Closed) => break,
-                };
-                if named.is_some() {
-                    return named;
-                }
-            }
-        }
-        None
     }
 
     fn named(&self, bus: usize, event: NetworkEvent) -> Option<Event> {
