@@ -246,8 +246,9 @@ impl Reader<'_> {
         }
         let watches = keys.flag("heartbeat_consumer", false, &mut self.out) && heartbeat.is_some();
         self.error_control(&keys);
-        if let Some((_, ms)) = heartbeat.filter(|_| self.factor != f64::from(PATIENCE)) {
-            found.lines.push(("protection", time((f64::from(*ms) * self.factor) as u64)));
+        let within = heartbeat.map_or(0.0, |(_, ms)| f64::from(*ms) * self.factor);
+        if self.factor != f64::from(PATIENCE) && (1.0..=65_535.0).contains(&within) {
+            found.lines.push(("protection", time(within as u64)));
         }
         self.records(&keys, &mut found, &name.span);
         let left_out = [
