@@ -14,13 +14,14 @@ use lexican_runtime::manager::{Event, NetworkEvent};
 use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::procedure::BootError;
 use lexican_runtime::{CobId, Duration, Instant, NodeId, cia301, wire};
-use lexican_toolbox::lss::{Session, Target, Times, Trouble};
 use lexican_toolbox::node::identity::{recognise, words};
+use lexican_toolbox::node::remote::RemoteNode;
+use lexican_toolbox::parameters::backup::read_identity;
 use serde_json::json;
 
-use crate::bus::{BoxedLink, BusArgs, node_id, of_node};
+use crate::bus::{BusArgs, node_id, of_node};
 use crate::machine::{OnBus, found, on_bus, sound_on_bus, without_errors};
-use crate::output::{Failure, Outcome, ctrl_c, print_result, styled, warn};
+use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
 use crate::send::time::now as time_of_this_machine;
 use lexican_toolbox::text::duration::{in_milliseconds, milliseconds, time};
 
@@ -93,7 +94,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let plan = machine.boot_plan();
     let boot_time = machine.bus.boot_time.unwrap_or(args.boot_time);
     let mut link = args.bus.open(Pace::Virtual)?.settled()?.link;
-    give_node_ids(&mut link, &machine, args.json)?;
+    machine.give_node_ids(&mut link, |node, id| {
+        let name = &node.name.value;
+        let object = json!({ "event": "node-id", "node": id.get(), "name": name });
+        print_result(args.json, object, format_args!("node {id}: {name} has got its node-ID by LSS"))
+    })?;
     let mut network = Network::new(link);
     let interrupted = ctrl_c()?;
     let is_kept = args.keep || args.span.is_some();
@@ -161,34 +166,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if is_ready && is_as_expected { Outcome::Clean } else { Outcome::Found })
 }
 
-/// Gives the devices that the machine knows by their identities their node-IDs (CiA 305). A device that has its node-ID, or
-/// is not there, is left to the boot.
-fn give_node_ids(link: &mut BoxedLink, machine: &Machine, as_json: bool) -> Result<(), Failure> {
-    let wanted: Vec<_> = machine.nodes.iter().filter_map(|node| Some((&node.name, node.id?, node.lss?))).collect();
-    if wanted.is_empty() {
-        return Ok(());
-    }
-    Session::run(link, Times::default(), |session| {
-        for (name, id, identity) in wanted {
-            if session.is_taken(id)? {
-                continue;
-            }
-            let selected = match session.select(Target::Identity(identity)) {
-                Ok(selected) => selected,
-                Err(Trouble::NoSuchDevice) => continue,
-                Err(trouble) => return Err(trouble.into()),
-            };
-            if session.configure_node(Some(id))?.is_err() || !session.take(selected.node, Some(id), true)? {
-                return Err(Failure::new(format_args!("{} does not take node-ID {id} by LSS", name.value))
-                    .help("`lexican lss node-id` gives it with more explanations"));
-            }
-            let object = json!({ "event": "node-id", "node": id.get(), "name": name.value });
-            print_result(as_json, object, format_args!("node {id}: {} has got its node-ID by LSS", name.value))?;
-        }
-        Ok(())
-    })
-}
-
 /// Whether the nodes that have booted have the software versions that the machine wants (100Ah).
 fn software<L: Link>(network: &mut Network<L>, machine: &Machine) -> bool {
     let mut is_as_expected = true;
@@ -208,16 +185,12 @@ fn software<L: Link>(network: &mut Network<L>, machine: &Machine) -> bool {
 
 /// What a node is: the device that lexican knows, and what it says itself.
 fn identity<L: Link>(network: &mut Network<L>, node: NodeId) -> String {
-    let mut number = |index, sub| network.read(node, Object::<u32, Ro>::new(index, sub)).ok();
-    let [device_type, vendor, product] =
-        [(cia301::DEVICE_TYPE, 0), (cia301::IDENTITY, 1), (cia301::IDENTITY, 2)].map(|(index, sub)| number(index, sub));
+    let device_type = network.read(node, Object::<u32, Ro>::new(cia301::DEVICE_TYPE, 0)).ok();
+    let [vendor, product, ..] = read_identity(&mut RemoteNode::new(network, node)).unwrap_or_default();
     let known =
         vendor.and_then(|vendor| recognise(vendor, product)).map_or("a device that lexican does not know", |it| it.id);
-    let numbers: Vec<String> = device_type
-        .map(|it| format!("device type {it:08X}h"))
-        .into_iter()
-        .chain(words([vendor, product, None, None]))
-        .collect();
+    let device_type = device_type.map(|it| format!("device type {it:08X}h"));
+    let numbers: Vec<_> = device_type.into_iter().chain(words([vendor, product, None, None])).collect();
     format!("{known} ({})", numbers.join(", "))
 }
 
@@ -264,47 +237,43 @@ impl Args {
 }
 
 fn print(as_json: bool, event: &Event) -> Result<(), Failure> {
-    let bad = |text: String| styled(AnsiColor::Red.on_default(), text);
-    let event = match *event {
-        Event::Network(event) => event,
+    let (name, node, text, is_bad, more) = match *event {
         // It may be why a node is not OPERATIONAL.
         Event::Emergency { node, emergency } => {
-            let (code, register) = (emergency.code, emergency.register.0);
-            let text = format!("node {node}: EMCY {code}, error register = {register:02X}h");
-            let more = json!({
-                "event": "emergency",
-                "node": node.get(),
-                "code": format!("{:04X}", code.0),
-                "meaning": code.text(),
-                "register": format!("{register:02X}"),
-            });
-            return print_result(as_json, more, if code.0 == 0 { text } else { bad(text) });
+            let (code, register) = (emergency.code, format!("{:02X}", emergency.register.0));
+            let text = format!("EMCY {code}, error register = {register}h");
+            let more = json!({ "code": format!("{:04X}", code.0), "meaning": code.text(), "register": register });
+            ("emergency", Some(node), text, code.0 != 0, more)
         }
+        Event::Network(event) => match event {
+            NetworkEvent::Booted(node) => ("booted", Some(node), "has booted".to_owned(), false, json!({})),
+            NetworkEvent::Failed { node, mandatory, error } => {
+                let error = error.to_string();
+                ("failed", Some(node), error.clone(), true, json!({ "mandatory": mandatory, "error": error }))
+            }
+            NetworkEvent::Ready => ("ready", None, "the network is ready".to_owned(), false, json!({})),
+            NetworkEvent::BootTimeElapsed => {
+                ("boot-time-elapsed", None, "the boot time is over".to_owned(), true, json!({}))
+            }
+            NetworkEvent::BootedUp(node) => {
+                ("boot-up", Some(node), "boot-up; it is not booted again".to_owned(), false, json!({}))
+            }
+            NetworkEvent::StateChanged { node, state } => {
+                ("state", Some(node), state.to_string(), false, json!({ "state": state.to_string() }))
+            }
+            NetworkEvent::Lost { node, mandatory } => {
+                ("lost", Some(node), "is lost".to_owned(), true, json!({ "mandatory": mandatory }))
+            }
+            NetworkEvent::BootLoop(node) => {
+                let text = "boots again and again, or is lost each time; from now on with a pause".to_owned();
+                ("boot-loop", Some(node), text, true, json!({}))
+            }
+        },
         _ => return Ok(()),
     };
-    let (name, text, mut object) = match event {
-        NetworkEvent::Booted(node) => ("booted", format!("node {node}: has booted"), json!({ "node": node.get() })),
-        NetworkEvent::Failed { node, mandatory, error } => {
-            let more = json!({ "node": node.get(), "mandatory": mandatory, "error": error.to_string() });
-            ("failed", bad(format!("node {node}: {error}")), more)
-        }
-        NetworkEvent::Ready => ("ready", "the network is ready".to_owned(), json!({})),
-        NetworkEvent::BootTimeElapsed => ("boot-time-elapsed", bad("the boot time is over".to_owned()), json!({})),
-        NetworkEvent::BootedUp(node) => {
-            ("boot-up", format!("node {node}: boot-up; it is not booted again"), json!({ "node": node.get() }))
-        }
-        NetworkEvent::StateChanged { node, state } => {
-            let more = json!({ "node": node.get(), "state": state.to_string() });
-            ("state", format!("node {node}: {state}"), more)
-        }
-        NetworkEvent::Lost { node, mandatory } => {
-            ("lost", bad(format!("node {node}: is lost")), json!({ "node": node.get(), "mandatory": mandatory }))
-        }
-        NetworkEvent::BootLoop(node) => {
-            let text = format!("node {node}: boots again and again, or is lost each time; from now on with a pause");
-            ("boot-loop", bad(text), json!({ "node": node.get() }))
-        }
-    };
-    object["event"] = json!(name);
-    print_result(as_json, object, text)
+    let mut object = fields(more);
+    object.insert("event".to_owned(), json!(name));
+    object.extend(node.map(|node| ("node".to_owned(), json!(node.get()))));
+    let text = node.map_or_else(|| text.clone(), |node| format!("node {node}: {text}"));
+    print_result(as_json, object, if is_bad { styled(AnsiColor::Red.on_default(), text) } else { text })
 }

@@ -9,16 +9,17 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::text::duration::{in_milliseconds, milliseconds};
 use lexican_toolbox::text::node_id::node_id;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 /// A value, and where the file has it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(transparent)]
 pub struct At<T> {
     /// The value.
     pub value: T,
     /// Its bytes in the text.
+    #[schemars(skip)]
     pub span: Range<usize>,
 }
 
@@ -58,46 +59,10 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-impl<T: JsonSchema> JsonSchema for At<T> {
-    fn inline_schema() -> bool {
-        T::inline_schema()
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        T::schema_name()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        T::json_schema(generator)
-    }
-}
-
-/// Gives a type the spelling of its values: how it is read from a text or a number, and what an editor knows of it.
+/// Gives a type the spelling of its values: what of TOML it is read from, and, unless that is derived, what an editor knows of it.
 macro_rules! spelling {
-    ($name:ident, $schema:tt, $expecting:literal, text: $text:expr $(, number: $number:expr)?) => {
-        impl<'de> Deserialize<'de> for $name {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                struct Spelling;
-                impl Visitor<'_> for Spelling {
-                    type Value = $name;
-
-                    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                        f.write_str($expecting)
-                    }
-
-                    fn visit_str<E: Error>(self, text: &str) -> Result<$name, E> {
-                        let read: fn(&str) -> Result<$name, String> = $text;
-                        read(text).map_err(E::custom)
-                    }
-
-                    $(fn visit_i64<E: Error>(self, number: i64) -> Result<$name, E> {
-                        let read: fn(i64) -> Result<$name, String> = $number;
-                        read(number).map_err(E::custom)
-                    })?
-                }
-                deserializer.deserialize_any(Spelling)
-            }
-        }
+    ($name:ident, $schema:tt, $expecting:literal, $($from:ident: $read:expr),+ $(,)?) => {
+        spelling!($name, $expecting, $($from: $read),+);
 
         impl JsonSchema for $name {
             fn inline_schema() -> bool {
@@ -113,7 +78,59 @@ macro_rules! spelling {
             }
         }
     };
+    ($name:ident, $expecting:literal, $($from:ident: $read:expr),+ $(,)?) => {
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                #[allow(unused_imports, reason = "some are not read from all kinds of values")]
+                use serde::de::{Error, MapAccess, SeqAccess, Visitor, value};
+                struct Spelling;
+                impl<'de> Visitor<'de> for Spelling {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                        f.write_str($expecting)
+                    }
+
+                    $(spelling!(@$from $name, $read);)+
+                }
+                deserializer.deserialize_any(Spelling)
+            }
+        }
+    };
+    (@text $name:ident, $read:expr) => {
+        fn visit_str<E: Error>(self, text: &str) -> Result<$name, E> {
+            let read: fn(&str) -> Result<$name, String> = $read;
+            read(text).map_err(E::custom)
+        }
+    };
+    (@number $name:ident, $read:expr) => {
+        fn visit_i64<E: Error>(self, number: i64) -> Result<$name, E> {
+            let read: fn(i64) -> Result<$name, String> = $read;
+            read(number).map_err(E::custom)
+        }
+    };
+    (@real $name:ident, $read:expr) => {
+        fn visit_f64<E: Error>(self, number: f64) -> Result<$name, E> {
+            Ok($read(number))
+        }
+    };
+    (@flag $name:ident, $read:expr) => {
+        fn visit_bool<E: Error>(self, flag: bool) -> Result<$name, E> {
+            Ok($read(flag))
+        }
+    };
+    (@list $name:ident, $read:expr) => {
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<$name, A::Error> {
+            Deserialize::deserialize(value::SeqAccessDeserializer::new(list)).map($read)
+        }
+    };
+    (@table $name:ident, $read:expr) => {
+        fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<$name, A::Error> {
+            Deserialize::deserialize(value::MapAccessDeserializer::new(table)).map($read)
+        }
+    };
 }
+pub(crate) use spelling;
 
 /// A time of whole milliseconds: `"100 ms"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -218,89 +235,9 @@ number: |number| match u8::try_from(number) {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Written(pub(crate) String);
 
-impl<'de> Deserialize<'de> for Written {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct AnyScalar;
-        impl Visitor<'_> for AnyScalar {
-            type Value = Written;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a value: a number, a text such as \"2.5 mm\", true or false")
-            }
-
-            fn visit_str<E: Error>(self, text: &str) -> Result<Written, E> {
-                Ok(Written(text.to_owned()))
-            }
-
-            fn visit_i64<E: Error>(self, number: i64) -> Result<Written, E> {
-                Ok(Written(number.to_string()))
-            }
-
-            fn visit_f64<E: Error>(self, number: f64) -> Result<Written, E> {
-                Ok(Written(number.to_string()))
-            }
-
-            fn visit_bool<E: Error>(self, flag: bool) -> Result<Written, E> {
-                Ok(Written(flag.to_string()))
-            }
-        }
-        deserializer.deserialize_any(AnyScalar)
-    }
-}
-
-impl JsonSchema for Written {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "Written".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": ["string", "number", "boolean"] })
-    }
-}
-
-/// A table, or what its shortest form says: `"manager"`, `["statusword", "position"]`.
-pub(crate) trait Short: Sized {
-    /// What is expected, in words.
-    const EXPECTING: &'static str;
-
-    fn of_text(text: &str) -> Result<Self, String>;
-    fn of_list(list: Vec<At<String>>) -> Self;
-}
-
-/// Reads a table, or its short form.
-pub(crate) fn short_or_table<'de, D, S, T>(deserializer: D) -> Result<S, D::Error>
-where
-    D: Deserializer<'de>,
-    S: Short + From<T>,
-    T: Deserialize<'de>,
-{
-    struct Either<S, T>(std::marker::PhantomData<(S, T)>);
-    impl<'de, S: Short + From<T>, T: Deserialize<'de>> Visitor<'de> for Either<S, T> {
-        type Value = S;
-
-        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-            f.write_str(S::EXPECTING)
-        }
-
-        fn visit_str<E: Error>(self, text: &str) -> Result<S, E> {
-            S::of_text(text).map_err(E::custom)
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<S, A::Error> {
-            let mut list = Vec::new();
-            while let Some(one) = seq.next_element()? {
-                list.push(one);
-            }
-            Ok(S::of_list(list))
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<S, A::Error> {
-            T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(S::from)
-        }
-    }
-    deserializer.deserialize_any(Either(std::marker::PhantomData))
-}
+spelling!(Written, { "type": ["string", "number", "boolean"] },
+    "a value: a number, a text such as \"2.5 mm\", true or false",
+    text: |text| Ok(Written(text.to_owned())),
+    number: |number| Ok(Written(number.to_string())),
+    real: |number: f64| Written(number.to_string()),
+    flag: |flag: bool| Written(flag.to_string()));

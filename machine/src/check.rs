@@ -11,6 +11,7 @@ use lexican_runtime::object::Direction;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{CobId, Duration};
 
+use crate::at::At;
 use crate::model::{Machine, Node};
 use crate::read::Out;
 use crate::wire::{Sent, active, period};
@@ -101,11 +102,8 @@ fn cob_ids(machine: &Machine, out: &mut Out) {
             let id = sent.state.cob_id.id();
             let at = sent.place.map_or_else(|| node.name.span.clone(), range);
             let what = format!("{}.{} is sent with {id}h", node.name.value, sent.state.name);
-            let services = machine
-                .nodes
-                .iter()
-                .find(|other| other.id.is_some_and(|other| CobId::of_node(connection::EMCY, other) == id));
-            if let Some(other) = services {
+            let is_emcy = |other: &&Node| other.id.is_some_and(|it| CobId::of_node(connection::EMCY, it) == id);
+            if let Some(other) = machine.nodes.iter().find(is_emcy) {
                 let help = Some("give it another one: cob-id".to_owned());
                 out.wrong("machine::cob-id", &at, format!("{what}, as the EMCY of {}", other.name.value), help);
             }
@@ -120,19 +118,14 @@ fn cob_ids(machine: &Machine, out: &mut Out) {
         }
     }
     // A node that receives what nobody sends waits in vain, unless it is the manager that sends.
-    let manages =
-        |node: &Node, sent: &Sent<'_>| sent.state.name.predefined(node.id?).map(|id| id == sent.state.cob_id.id());
     for node in &machine.nodes {
-        for sent in active(node, Direction::Receive).into_iter().filter(|sent| sent.place.is_some()) {
-            if manages(node, &sent) == Some(false) && !senders.contains_key(&sent.state.cob_id.id()) {
-                let what = format!(
-                    "{}.{} is received with {}h, which no node of the machine sends",
-                    node.name.value,
-                    sent.state.name,
-                    sent.state.cob_id.id()
-                );
-                let at = sent.place.map_or(0..0, range);
-                out.push(Severity::Note, "machine::cob-id", &at, what, None);
+        for Sent { state, place, .. } in active(node, Direction::Receive) {
+            let (id, name) = (state.cob_id.id(), state.name);
+            let is_managers = node.id.and_then(|node| name.predefined(node)).is_none_or(|predefined| predefined == id);
+            if let (Some(place), false, false) = (place, is_managers, senders.contains_key(&id)) {
+                let node = &node.name.value;
+                let what = format!("{node}.{name} is received with {id}h, which no node of the machine sends");
+                out.push(Severity::Note, "machine::cob-id", &range(place), what, None);
             }
         }
     }
@@ -152,42 +145,36 @@ fn error_control(machine: &Machine, out: &mut Out) {
     }
     for node in &machine.nodes {
         let Some(device) = node.device() else { continue };
-        let has = |index, sub| device.entry(index, sub).is_some();
-        let at = &node.name.span;
-        if node.heartbeat.is_some() && !has(cia301::PRODUCER_HEARTBEAT_TIME, 0) {
+        let At { value: name, span: at } = &node.name;
+        if node.heartbeat.is_some() && !node.has(cia301::PRODUCER_HEARTBEAT_TIME, 0) {
             let help = Some("let it be guarded instead: guarding = \"100 ms\"".to_owned());
-            let what = format!("the data sheet of {} has no heartbeat (1017h)", node.name.value);
+            let what = format!("the data sheet of {name} has no heartbeat (1017h)");
             out.wrong("machine::error-control", at, what, help);
         }
         let (is_guarded, is_watching) = (node.life_time().is_some(), machine.watches_manager(node).is_some());
+        let beat = machine.bus.heartbeat.as_ref().map(|heartbeat| heartbeat.value);
         let is_drive = role(device, CONTROL_WORD, 0) == Some(Role::Command);
         match node.protection {
-            Some(Duration::ZERO) => continue,
+            Some(Duration::ZERO) => {}
             Some(_) if !is_watching => {
-                let what =
-                    format!("{} cannot watch its manager, whose heartbeat it would need (1016h)", node.name.value);
-                let help = Some(
-                    "[bus] manager = 127, heartbeat = \"200 ms\"; a guarded node notices it by the guard time"
-                        .to_owned(),
-                );
-                out.wrong("machine::protection", at, what, help);
-                continue;
+                let what = format!("{name} cannot watch its manager, whose heartbeat it would need (1016h)");
+                let help = "[bus] manager = 127, heartbeat = \"200 ms\"; a guarded node notices it by the guard time";
+                out.wrong("machine::protection", at, what, Some(help.to_owned()));
             }
-            Some(time) if machine.bus.heartbeat.as_ref().is_some_and(|heartbeat| time <= heartbeat.value) => {
-                let what =
-                    format!("the protection of {} is no longer than the heartbeat of the manager", node.name.value);
+            Some(time) if beat.is_some_and(|beat| time <= beat) => {
+                let what = format!("the protection of {name} is no longer than the heartbeat of the manager");
                 out.wrong("machine::protection", at, what, Some("two heartbeats are the least".to_owned()));
             }
+            None if is_drive && !is_guarded && !is_watching => {
+                let what = format!("{name} is a drive that does not notice when its manager is gone");
+                let help = match node.has(cia301::CONSUMER_HEARTBEAT_TIME, 1) {
+                    true => "let it watch the manager: [bus] manager = 127, heartbeat = \"200 ms\"",
+                    false => "let it be guarded: guarding = \"100 ms\"",
+                };
+                let help = format!("{help}; protection = \"none\" if it need not");
+                out.push(Severity::Warning, "machine::protection", at, what, Some(help));
+            }
             _ => {}
-        }
-        if is_drive && !is_guarded && !is_watching {
-            let what = format!("{} is a drive that does not notice when its manager is gone", node.name.value);
-            let help = match has(cia301::CONSUMER_HEARTBEAT_TIME, 1) {
-                true => "let it watch the manager: [bus] manager = 127, heartbeat = \"200 ms\"",
-                false => "let it be guarded: guarding = \"100 ms\"",
-            };
-            let help = format!("{help}; protection = \"none\" if it need not");
-            out.push(Severity::Warning, "machine::protection", at, what, Some(help));
         }
     }
 }

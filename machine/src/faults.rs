@@ -2,7 +2,6 @@
 
 use std::fmt::{self, Display};
 use std::num::NonZeroU32;
-use std::ops::Range;
 use std::path::PathBuf;
 
 use lexican_eds::Source;
@@ -13,8 +12,8 @@ use crate::at::At;
 use crate::file;
 use crate::files::Files;
 use crate::model::{Node, Setting};
-use crate::nodes::settings;
-use crate::read::{Named, Out, similar};
+use crate::nodes::{place, settings};
+use crate::read::{Named, Out};
 
 /// How a node is simulated.
 #[derive(Clone, Debug, Default)]
@@ -71,8 +70,8 @@ impl Display for Fault {
 /// Gives nodes what the file says of their simulation.
 pub(crate) fn simulate(nodes: &mut [Node], given: Vec<Named<file::Simulated>>, files: Files<'_>, out: &mut Out) {
     for Named { name, table: it, .. } in given {
-        let Some(place) = position(nodes, &name.value, &name.span, out) else { continue };
-        let node = &mut nodes[place];
+        let Some(at) = place(nodes, &name.value, &name.span, out) else { continue };
+        let node = &mut nodes[at];
         if let (Some(script), false) = (&it.script, it.step.is_empty()) {
             out.wrong("machine::script", &script.span, "a node has either a script or steps", None);
         }
@@ -99,7 +98,7 @@ pub(crate) fn of(faults: Vec<file::Fault>, nodes: &[Node], out: &mut Out) -> Vec
 
 fn one(fault: &file::Fault, nodes: &[Node], out: &mut Out) -> Option<Fault> {
     let sender = match &fault.from {
-        Some(name) => Some(position(nodes, &name.value, &name.span, out)?),
+        Some(name) => Some(place(nodes, &name.value, &name.span, out)?),
         None => None,
     };
     let id = match &fault.cob_id {
@@ -115,16 +114,15 @@ fn one(fault: &file::Fault, nodes: &[Node], out: &mut Out) -> Option<Fault> {
     let mut wrong = |what: &str| out.wrong("machine::fault", &fault.action.span, what, None);
     let fate = match (fault.action.value, &fault.delay) {
         (file::Action::Delay, Some(time)) => Fate::Delay(time.value.0),
-        (file::Action::Delay, None) => {
-            wrong("a delay needs its time: delay = \"20 ms\"");
-            return None;
-        }
-        (_, Some(_)) => {
-            wrong("the time of a delay belongs to action = \"delay\"");
-            return None;
-        }
         (file::Action::Lose, None) => Fate::Lose,
         (file::Action::Repeat, None) => Fate::Repeat,
+        (action, _) => {
+            wrong(match action {
+                file::Action::Delay => "a delay needs its time: delay = \"20 ms\"",
+                _ => "the time of a delay belongs to action = \"delay\"",
+            });
+            return None;
+        }
     };
     let [every, in_a_row] = [fault.every, fault.in_a_row].map(|number| number.map_or(1, NonZeroU32::get));
     if in_a_row > every {
@@ -132,13 +130,4 @@ fn one(fault: &file::Fault, nodes: &[Node], out: &mut Out) -> Option<Fault> {
         return None;
     }
     Some(Fault { sender, id, every, in_a_row, fate })
-}
-
-fn position(nodes: &[Node], name: &str, at: &Range<usize>, out: &mut Out) -> Option<usize> {
-    let found = nodes.iter().position(|node| node.name.value == name);
-    if found.is_none() {
-        let help = similar(name, nodes.iter().map(|node| node.name.as_str()));
-        out.wrong("machine::name", at, format!("there is no node {name:?}"), help);
-    }
-    found
 }

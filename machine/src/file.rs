@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use lexican_runtime::manager::OnLoss;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
-use crate::at::{At, BitRate, Id, Protection, Revision, Short, Time, Transmission, Written, short_or_table};
+use crate::at::{At, BitRate, Id, Protection, Time, Transmission, Written, spelling};
+use crate::model::Identity;
 
 /// A CANopen machine: its bus and its nodes, how values go from one to another, and how it is simulated.
 #[derive(JsonSchema)]
@@ -40,7 +41,7 @@ pub(crate) struct File {
 }
 
 /// What the machine is called.
-#[derive(Default, Deserialize, JsonSchema)]
+#[derive(Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(crate) struct About {
     /// Its name.
@@ -83,17 +84,18 @@ pub(crate) struct Bus {
     /// The time within which the mandatory nodes must boot (1F89h).
     pub(crate) boot_time: Option<At<Time>>,
     /// What happens when a mandatory node is lost (1F80h).
-    pub(crate) on_loss: OnLossName,
+    #[serde(deserialize_with = "OnLossName::deserialize")]
+    #[schemars(with = "OnLossName")]
+    pub(crate) on_loss: OnLoss,
     /// Start all nodes by one command, when all mandatory ones can be started (1F80h).
     pub(crate) start_all: bool,
 }
 
 /// What happens when a mandatory node is lost.
-#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum OnLossName {
+#[derive(Deserialize, JsonSchema)]
+#[serde(remote = "OnLoss", rename_all = "kebab-case")]
+enum OnLossName {
     /// It is reset, and booted again.
-    #[default]
     ResetNode,
     /// All are.
     ResetAll,
@@ -101,18 +103,8 @@ pub(crate) enum OnLossName {
     StopAll,
 }
 
-impl From<OnLossName> for OnLoss {
-    fn from(name: OnLossName) -> OnLoss {
-        match name {
-            OnLossName::ResetNode => OnLoss::ResetNode,
-            OnLossName::ResetAll => OnLoss::ResetAll,
-            OnLossName::StopAll => OnLoss::StopAll,
-        }
-    }
-}
-
 /// A node.
-#[derive(Clone, Default, Deserialize, JsonSchema)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(crate) struct Node {
     /// Its node-ID, 1 to 127; or "none", for a device that gets one by LSS.
@@ -120,20 +112,20 @@ pub(crate) struct Node {
     /// On which bus it is, if the machine has several.
     pub(crate) bus: Option<At<String>>,
     /// The kind that it is of.
-    pub(crate) kind: Option<At<String>>,
+    kind: Option<At<String>>,
     /// Its data sheet: an EDS or DCF file, or a device that lexican knows. A DCF has values that are written.
     pub(crate) sheet: Option<At<String>>,
     /// Corrections and meanings in addition to the data sheet (TOML files).
-    pub(crate) overlay: Option<Vec<At<PathBuf>>>,
+    pub(crate) overlay: Vec<At<PathBuf>>,
     /// What it must say of itself (1018h), where the data sheet does not say it.
-    pub(crate) identity: Option<Identity>,
+    pub(crate) identity: Identity,
     /// It gets its node-ID by LSS when the machine boots (CiA 305): the device with this identity, of which all four numbers
     /// are given.
     pub(crate) lss: Option<At<bool>>,
     /// Its software version must be this one (100Ah).
     pub(crate) software: Option<String>,
     /// The machine runs without it, too.
-    pub(crate) optional: Option<bool>,
+    pub(crate) optional: bool,
     /// Its heartbeat (1017h). It is lost when three in a row are missing.
     pub(crate) heartbeat: Option<At<Time>>,
     /// The guard time, for a node without heartbeat.
@@ -146,7 +138,7 @@ pub(crate) struct Node {
     /// Whether it is started; true if it is not given.
     pub(crate) start: Option<bool>,
     /// It is not reset while it is OPERATIONAL.
-    pub(crate) keep_alive: Option<bool>,
+    pub(crate) keep_alive: bool,
     /// Whether it is booted again after it was lost; true if it is not given.
     pub(crate) boots_again: Option<bool>,
     /// A concise DCF (1F22h), written before all else.
@@ -162,42 +154,26 @@ pub(crate) struct Node {
     pub(crate) rpdo: BTreeMap<At<String>, At<Pdo>>,
 }
 
-/// What a node says of itself (1018h).
-#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub(crate) struct Identity {
-    /// The vendor-ID.
-    pub(crate) vendor: Option<u32>,
-    /// The product code.
-    pub(crate) product: Option<u32>,
-    /// The revision number, or the least one: ">= 0x10002".
-    pub(crate) revision: Option<Revision>,
-    /// The serial number.
-    pub(crate) serial: Option<u32>,
+/// A table, or its short form: an object or several; "off" for a PDO, "manager" for a wire.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it is the shape for editors")]
+enum ShortOr<T> {
+    Text(String),
+    List(Vec<String>),
+    Table(T),
 }
 
 /// A PDO as the file has it.
-#[derive(Clone, Default, JsonSchema)]
-#[schemars(with = "PdoSchema")]
+#[derive(Default, JsonSchema)]
+#[schemars(with = "ShortOr<PdoTable>")]
 pub(crate) struct Pdo {
     pub(crate) is_off: bool,
     pub(crate) table: PdoTable,
 }
 
 /// A PDO.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "it is the shape of a PDO for editors")]
-enum PdoSchema {
-    /// "off".
-    Off(String),
-    /// The objects.
-    Objects(Vec<String>),
-    Table(PdoTable),
-}
-
-/// A PDO.
-#[derive(Clone, Default, Deserialize, JsonSchema)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(crate) struct PdoTable {
     /// The objects in their order; those of the data sheet if they are not given.
@@ -212,49 +188,18 @@ pub(crate) struct PdoTable {
     pub(crate) every: Option<At<Time>>,
 }
 
-impl From<PdoTable> for Pdo {
-    fn from(table: PdoTable) -> Pdo {
-        Pdo { is_off: false, table }
-    }
-}
-
-impl Short for Pdo {
-    const EXPECTING: &'static str = "\"off\", a list of objects, or a table";
-
-    fn of_text(text: &str) -> Result<Self, String> {
-        match text {
-            "off" => Ok(Pdo { is_off: true, ..Pdo::default() }),
-            other => Err(format!("{other:?} is neither \"off\" nor a list: write [{other:?}]")),
-        }
-    }
-
-    fn of_list(list: Vec<At<String>>) -> Self {
-        Pdo::from(PdoTable { map: Some(list), ..PdoTable::default() })
-    }
-}
-
-impl<'de> Deserialize<'de> for Pdo {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        short_or_table::<D, Pdo, PdoTable>(deserializer)
-    }
-}
+spelling!(Pdo, "\"off\", a list of objects, or a table",
+    text: |text| match text {
+        "off" => Ok(Pdo { is_off: true, ..Pdo::default() }),
+        other => Err(format!("{other:?} is neither \"off\" nor a list: write [{other:?}]")),
+    },
+    list: |map| Pdo { is_off: false, table: PdoTable { map: Some(map), ..PdoTable::default() } },
+    table: |table| Pdo { is_off: false, table });
 
 /// Where a value goes, and when.
 #[derive(JsonSchema)]
-#[schemars(with = "WireSchema")]
+#[schemars(with = "ShortOr<WireTable>")]
 pub(crate) struct Wire(pub(crate) WireTable);
-
-/// Where a value goes.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "it is the shape of a wire for editors")]
-enum WireSchema {
-    /// To one place.
-    One(String),
-    /// To several.
-    Several(Vec<String>),
-    Table(WireTable),
-}
 
 /// Where a value goes, and when.
 #[derive(Default, Deserialize, JsonSchema)]
@@ -270,29 +215,10 @@ pub(crate) struct WireTable {
     pub(crate) inhibit: Option<At<Time>>,
 }
 
-impl From<WireTable> for Wire {
-    fn from(table: WireTable) -> Wire {
-        Wire(table)
-    }
-}
-
-impl Short for Wire {
-    const EXPECTING: &'static str = "where the value goes: \"manager\", \"NODE.OBJECT\", a list of these, or a table";
-
-    fn of_text(text: &str) -> Result<Self, String> {
-        Ok(Wire(WireTable { to: vec![At { value: text.to_owned(), span: 0..0 }], ..WireTable::default() }))
-    }
-
-    fn of_list(to: Vec<At<String>>) -> Self {
-        Wire(WireTable { to, ..WireTable::default() })
-    }
-}
-
-impl<'de> Deserialize<'de> for Wire {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        short_or_table::<D, Wire, WireTable>(deserializer)
-    }
-}
+spelling!(Wire, "where the value goes: \"manager\", \"NODE.OBJECT\", a list of these, or a table",
+    text: |text| Ok(Wire(WireTable { to: vec![At { value: text.to_owned(), span: 0..0 }], ..WireTable::default() })),
+    list: |to| Wire(WireTable { to, ..WireTable::default() }),
+    table: Wire);
 
 /// What the bench shows from the beginning: objects as NODE.OBJECT, or the PDOs of a node, NODE.tpdo1.
 #[derive(Default, Deserialize, JsonSchema)]

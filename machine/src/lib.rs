@@ -40,7 +40,7 @@ pub use lexican_codegen::{Config, Error as BuildError};
 pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
 #[cfg(feature = "shells")]
-pub use shell::{Event, MachineError, What, blocking, tokio};
+pub use shell::{BoxedLink, Event, MachineError, What, blocking, tokio};
 
 /// The JSON Schema of the file, for editors.
 #[must_use]

@@ -12,6 +12,8 @@ use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::pdo::PdoState;
 use lexican_toolbox::trace::sampler::Signal;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::at::{At, BitRate, Revision};
 pub use crate::faults::{Fault, Simulated};
@@ -67,26 +69,18 @@ pub struct WhichBus {
 
 /// The bus of a machine, and how its manager boots it.
 #[derive(Debug)]
+#[allow(missing_docs, reason = "they are as in the section of the file")]
 pub struct Bus {
-    /// What it is called, if there are several.
     pub name: Option<At<String>>,
-    /// Where it is, as `--bus` has it.
     pub url: Option<At<String>>,
     /// In bit/s.
     pub bit_rate: Option<u32>,
-    /// The node-ID of the manager.
     pub manager: Option<NodeId>,
-    /// The period of SYNC.
     pub sync: Option<Duration>,
-    /// The period of TIME.
     pub time: Option<Duration>,
-    /// The heartbeat of the manager, and where the file has it.
     pub heartbeat: Option<At<Duration>>,
-    /// The time within which the mandatory nodes must boot.
     pub boot_time: Option<Duration>,
-    /// What happens when a mandatory node is lost.
     pub on_loss: OnLoss,
-    /// Whether all nodes are started by one command.
     pub start_all: bool,
 }
 
@@ -101,7 +95,7 @@ impl Bus {
             time: bus.time.map(|time| time.0),
             heartbeat: bus.heartbeat.map(|time| At { value: time.0, span: time.span }),
             boot_time: bus.boot_time.map(|time| time.0),
-            on_loss: bus.on_loss.into(),
+            on_loss: bus.on_loss,
             start_all: bus.start_all,
         }
     }
@@ -109,57 +103,45 @@ impl Bus {
 
 /// A node of a machine.
 #[derive(Debug)]
+#[allow(missing_docs, reason = "they are as in the section of the file")]
 pub struct Node {
-    /// What it is called.
     pub name: At<String>,
     /// `None` for a device that gets its node-ID by LSS.
     pub id: Option<NodeId>,
     /// The name of its data sheet: a path, or a device of the library.
     pub sheet_name: Option<String>,
-    /// Its data sheet, with overlays.
     pub sheet: Option<Arc<DataSheet>>,
-    /// The overlays of its data sheet.
     pub overlays: Vec<PathBuf>,
-    /// What it must say of itself (1018h).
     pub identity: Identity,
     /// The device with this identity gets the node-ID by LSS.
     pub lss: Option<lss::Identity>,
-    /// What its software version must be (100Ah).
     pub software: Option<String>,
-    /// The machine runs without it.
     pub optional: bool,
-    /// Its heartbeat.
     pub heartbeat: Option<Duration>,
-    /// The guard time.
     pub guarding: Option<Duration>,
-    /// How many answers to guarding may be missing.
     pub retry: u8,
     /// The time within which it notices that its manager is gone; zero for one that need not.
     pub protection: Option<Duration>,
-    /// Whether it is started.
     pub start: bool,
-    /// It is not reset while it is OPERATIONAL.
     pub keep_alive: bool,
-    /// Whether it is booted again after it was lost.
     pub boots_again: bool,
-    /// A concise DCF, written before all else.
     pub dcf: Option<Vec<(Address, Vec<u8>)>>,
     /// Its parameters, in wire form.
     pub settings: Vec<Setting>,
     /// The PDOs about which the file says something.
     pub pdos: Vec<PlannedPdo>,
-    /// How it is simulated.
     pub simulated: Simulated,
 }
 
 /// What a node must say of itself (1018h).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct Identity {
     /// The vendor-ID.
     pub vendor: Option<u32>,
     /// The product code.
     pub product: Option<u32>,
-    /// The revision number, or the least one.
+    /// The revision number, or the least one: ">= 0x10002".
     pub revision: Option<Revision>,
     /// The serial number.
     pub serial: Option<u32>,

@@ -19,9 +19,9 @@ use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::lookup::resolve;
 
-use crate::at::{At, Revision, Time, Written};
+use crate::at::{At, Time, Written};
 use crate::file;
-use crate::model::{Identity, Node, PlannedPdo, Setting};
+use crate::model::{Node, PlannedPdo, Setting};
 use crate::read::{Named, Out, Sheets, similar, span};
 
 /// How many heartbeats, or answers to guarding, may be missing.
@@ -31,74 +31,29 @@ const LONGEST_DCF: usize = 16 * 1024 * 1024;
 /// What stands for the manager in wires, and cannot be the name of a node.
 pub(crate) const MANAGER: &str = "manager";
 
-impl file::Node {
-    /// With what its kind says, where it does not say it itself.
-    fn or(self, kind: &file::Node) -> file::Node {
-        fn with<T: Clone>(own: BTreeMap<At<String>, T>, kind: &BTreeMap<At<String>, T>) -> BTreeMap<At<String>, T> {
-            let mut all = kind.clone();
-            all.extend(own);
-            all
-        }
-        let kind = kind.clone();
-        file::Node {
-            id: self.id.or(kind.id),
-            bus: self.bus.or(kind.bus),
-            kind: self.kind,
-            sheet: self.sheet.or(kind.sheet),
-            overlay: self.overlay.or(kind.overlay),
-            identity: self.identity.or(kind.identity),
-            lss: self.lss.or(kind.lss),
-            software: self.software.or(kind.software),
-            optional: self.optional.or(kind.optional),
-            heartbeat: self.heartbeat.or(kind.heartbeat),
-            guarding: self.guarding.or(kind.guarding),
-            retry: self.retry.or(kind.retry),
-            protection: self.protection.or(kind.protection),
-            start: self.start.or(kind.start),
-            keep_alive: self.keep_alive.or(kind.keep_alive),
-            boots_again: self.boots_again.or(kind.boots_again),
-            dcf: self.dcf.or(kind.dcf),
-            settings: with(self.settings, &kind.settings),
-            limits: with(self.limits, &kind.limits),
-            tpdo: with(self.tpdo, &kind.tpdo),
-            rpdo: with(self.rpdo, &kind.rpdo),
-        }
-    }
-}
-
 /// Whether a text can be the name of a node.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty() && text != MANAGER && text.parse::<i64>().is_err() && !text.contains(['.', ':', '=', ' '])
 }
 
+/// The place of the node of this name among the others.
+pub(crate) fn place(nodes: &[Node], name: &str, at: &Range<usize>, out: &mut Out) -> Option<usize> {
+    let found = nodes.iter().position(|node| node.name.value == name);
+    if found.is_none() {
+        let help = similar(name, nodes.iter().map(|node| node.name.as_str()));
+        out.wrong("machine::name", at, format!("there is no node {name:?}"), help);
+    }
+    found
+}
+
 /// The nodes, as far as they can be read.
-pub(crate) fn lower(
-    nodes: Vec<Named<file::Node>>,
-    kinds: &BTreeMap<String, file::Node>,
-    sheets: &mut Sheets<'_>,
-    out: &mut Out,
-) -> Vec<Node> {
+pub(crate) fn lower(nodes: Vec<Named<file::Node>>, sheets: &mut Sheets<'_>, out: &mut Out) -> Vec<Node> {
     let mut lowered: Vec<Node> = Vec::new();
     for Named { name, table: node, is_whole } in nodes {
-        let node = match &node.kind {
-            None => node,
-            Some(kind) => match kinds.get(&kind.value) {
-                Some(kind) => node.or(kind),
-                None => {
-                    let help = similar(kind, kinds.keys().map(String::as_str));
-                    out.wrong("machine::name", &kind.span, format!("there is no kind {:?}", kind.value), help);
-                    node
-                }
-            },
-        };
         if !is_name(&name) {
+            let what = format!("{:?} cannot be the name of a node", name.value);
             let help = "a name is a word, and no number; \"manager\" is the one that boots the machine".to_owned();
-            out.wrong(
-                "machine::name",
-                &name.span,
-                format!("{:?} cannot be the name of a node", name.value),
-                Some(help),
-            );
+            out.wrong("machine::name", &name.span, what, Some(help));
         }
         let id = match &node.id {
             None if !is_whole => continue,
@@ -121,8 +76,8 @@ pub(crate) fn lower(
 }
 
 fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Sheets<'_>, out: &mut Out) -> Node {
-    let overlays = node.overlay.clone().unwrap_or_default();
-    let loaded = node.sheet.as_ref().and_then(|sheet| sheets.load(sheet, &overlays, out));
+    let overlays = &node.overlay;
+    let loaded = node.sheet.as_ref().and_then(|sheet| sheets.load(sheet, overlays, out));
     let (sheet_name, sheet) = loaded.map_or((None, None), |(name, sheet)| (Some(name), Some(sheet)));
     let sheet = sheet.map(|sheet| narrowed(sheet, &name, &node, out));
     let device = sheet.as_ref().map(|sheet| &sheet.device);
@@ -161,41 +116,35 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
             }
         }
     }
-    let file::Identity { vendor, product, revision, serial } = node.identity.unwrap_or_default();
-    let lss = node.lss.as_ref().filter(|wanted| wanted.value).and_then(|wanted| {
-        let identity = (|| {
-            Some(lss::Identity { vendor: vendor?, product: product?, revision: exact(revision?)?, serial: serial? })
-        })();
-        if identity.is_none() || id.is_none() {
-            let help = Some(
-                "identity = { vendor = …, product = …, revision = …, serial = … }, as `lexican lss inquire` says"
-                    .to_owned(),
-            );
-            out.wrong(
-                "machine::lss",
-                &wanted.span,
-                "LSS needs the node-ID, and all four numbers of the identity",
-                help,
-            );
+    let lss = match (&node.lss, node.identity.exact()) {
+        (Some(At { value: true, .. }), [Some(vendor), Some(product), Some(revision), Some(serial)]) if id.is_some() => {
+            Some(lss::Identity { vendor, product, revision, serial })
         }
-        identity
-    });
+        (Some(At { value: true, span }), _) => {
+            let what = "LSS needs the node-ID, and all four numbers of the identity";
+            let help =
+                "identity = { vendor = …, product = …, revision = …, serial = … }, as `lexican lss inquire` says";
+            out.wrong("machine::lss", span, what, Some(help.to_owned()));
+            None
+        }
+        _ => None,
+    };
     let time = |time: &Option<At<Time>>| time.as_ref().map(|time| time.value.0);
     Node {
         id,
         sheet_name,
         sheet,
         overlays: overlays.iter().map(|overlay| sheets.files.path(&overlay.value)).collect(),
-        identity: Identity { vendor, product, revision, serial },
+        identity: node.identity,
         lss,
         software: node.software,
-        optional: node.optional.unwrap_or(false),
+        optional: node.optional,
         heartbeat: time(&node.heartbeat),
         guarding: time(&node.guarding),
         retry: node.retry.unwrap_or(PATIENCE),
         protection: node.protection.map(|it| it.value.0.unwrap_or(Duration::ZERO)),
         start: node.start.unwrap_or(true),
-        keep_alive: node.keep_alive.unwrap_or(false),
+        keep_alive: node.keep_alive,
         boots_again: node.boots_again.unwrap_or(true),
         dcf,
         settings,
@@ -205,11 +154,6 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     }
 }
 
-/// The revision number, if there is only one that is good.
-fn exact(revision: Revision) -> Option<u32> {
-    (!revision.or_later).then_some(revision.number)
-}
-
 /// A data sheet with the identity and the limits that the machine gives the node.
 fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out) -> Arc<DataSheet> {
     let mut overlay = String::new();
@@ -217,9 +161,7 @@ fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out)
     let mut put = |address: Address, keys: std::fmt::Arguments<'_>| {
         let _ = writeln!(overlay, "[object.\"{address}\"]\nreason = \"the machine\"\n{keys}");
     };
-    let identity = node.identity.unwrap_or_default();
-    let parts = [identity.vendor, identity.product, identity.revision.and_then(exact), identity.serial];
-    for (sub, part) in (1..).zip(parts) {
+    for (sub, part) in (1..).zip(node.identity.exact()) {
         let address = Address::new(cia301::IDENTITY, sub);
         if let Some(part) = part.filter(|_| sheet.device.entry(address.index(), sub).is_some()) {
             put(address, format_args!("default = {part}"));
@@ -313,12 +255,8 @@ fn planned(
     let name =
         number.parse().ok().filter(|number| (1..=512).contains(number)).map(|number| PdoName { direction, number });
     let Some(name) = name else {
-        out.wrong(
-            "machine::pdo",
-            &number.span,
-            format!("{:?} is no number of a PDO: they are 1 to 512", number.value),
-            None,
-        );
+        let what = format!("{:?} is no number of a PDO: they are 1 to 512", number.value);
+        out.wrong("machine::pdo", &number.span, what, None);
         return None;
     };
     let before = state(device, node, name, &number.span, out)?;

@@ -1,12 +1,13 @@
 //! What is written into the nodes when the machine boots, in this order.
 
 use lexican_eds::model::Device;
-use lexican_runtime::host;
+use lexican_runtime::host::{self, Link};
 use lexican_runtime::manager::{Assignment, Guarding, Manager};
 use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::procedure::{ConciseDcf, Step};
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{CobId, Duration, Instant, NodeId, cia301};
+use lexican_toolbox::lss::{Session, Times, Trouble};
 use lexican_toolbox::node::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::parameters::order::in_order;
 use lexican_toolbox::parameters::restore::configured;
@@ -109,6 +110,32 @@ impl Machine {
         let within = node.protection.unwrap_or(self.bus.heartbeat.as_ref()?.value.times(PATIENCE.into()));
         let watches = !within.is_zero() && node.has(cia301::CONSUMER_HEARTBEAT_TIME, 1);
         self.bus.manager.filter(|_| watches).map(|manager| (manager, within))
+    }
+
+    /// Gives the devices that the machine knows by their identities their node-IDs (CiA 305); `named` gets each. A device that has its
+    /// node-ID, or is not there, is left to the boot.
+    pub fn give_node_ids<E: From<Trouble>>(
+        &self,
+        link: &mut impl Link,
+        mut named: impl FnMut(&Node, NodeId) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let wanted: Vec<_> = self.nodes.iter().filter_map(|node| Some((node, node.id?, node.lss?))).collect();
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        Session::run(link, Times::default(), |session| {
+            for (node, id, identity) in wanted {
+                if session.is_taken(id)? {
+                    continue;
+                }
+                let Some(selected) = session.name(identity, id, false)? else { continue };
+                if !session.take(selected.node, Some(id), true)? {
+                    return Err(Trouble::Refused(id).into());
+                }
+                named(node, id)?;
+            }
+            Ok(())
+        })
     }
 
     /// What the manager of the machine does with its nodes.

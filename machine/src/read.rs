@@ -1,6 +1,6 @@
 //! Reading the file: every mistake in it is found, and has its place.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,7 +21,8 @@ use crate::model::{Bus, Machine};
 use crate::nodes::lower;
 use crate::{bench, faults, wire};
 
-/// The findings about a file, and where they are.
+/// The findings about a file, each of them once.
+#[derive(Default)]
 pub(crate) struct Out {
     pub(crate) findings: Diagnostics,
 }
@@ -52,7 +53,11 @@ impl Out {
         help: Option<String>,
     ) {
         let finding = Diagnostic::new(code, severity, what).at(span(at), "");
-        self.findings.push(Diagnostic { help, ..finding });
+        let finding = Diagnostic { help, ..finding };
+        // What several nodes have of one kind, or of one anchor, is read for each of them.
+        if !self.findings.contains(&finding) {
+            self.findings.push(finding);
+        }
     }
 }
 
@@ -101,29 +106,26 @@ impl Machine {
     /// Reads a machine from a text.
     #[must_use]
     pub fn parse(source: Source, files: Files<'_>) -> Self {
-        let mut out = Out { findings: Diagnostics::default() };
+        let mut out = Out::default();
         if source.refusal().is_some() {
             out.wrong("machine::syntax", &(0..0), "the file is too large for a machine", None);
         }
-        let (document, errors) = DeTable::parse_recoverable(source.text());
+        let (mut document, errors) = DeTable::parse_recoverable(source.text());
         for error in errors {
             out.wrong("machine::syntax", &error.span().unwrap_or(0..0), error.message(), None);
         }
+        take_kinds(document.get_mut(), &mut out);
         let mut sections = Sections::default();
         for (key, value) in document.get_ref() {
             sections.read(key, value, &mut out);
         }
         let mut sheets = Sheets { files, read: BTreeMap::new() };
         let input = Input::new(source);
-        let mut machines: Vec<_> = sections
-            .of_each_bus(&mut out)
-            .into_iter()
-            .map(|(bus, part)| part.machine(bus, &input, &mut sheets, &mut out))
-            .collect();
-        let others = machines.split_off(1);
-        let mut machine = machines.remove(0);
-        (machine.others, machine.findings) = (others, out.findings);
-        machine
+        let parts = sections.of_each_bus(&mut out).into_iter();
+        let mut machines = parts.map(|(bus, part)| part.machine(bus, &input, &mut sheets, &mut out));
+        let machine = machines.next().expect("there is at least one bus");
+        let others = machines.collect();
+        Machine { others, findings: out.findings, ..machine }
     }
 }
 
@@ -134,7 +136,6 @@ struct Sections {
     /// By their names; one without a name if there is only one.
     buses: Vec<(Option<At<String>>, file::Bus)>,
     nodes: Vec<Named<file::Node>>,
-    kinds: BTreeMap<String, file::Node>,
     wires: Vec<Named<Wire>>,
     simulated: Vec<Named<Simulated>>,
     faults: Vec<Fault>,
@@ -159,7 +160,8 @@ impl Sections {
                 };
             }
             "node" => self.nodes = each(value, out),
-            "kind" => self.kinds = each(value, out).into_iter().map(|kind| (kind.name.value, kind.table)).collect(),
+            // They are in the nodes already; what is wrong with others is said as well.
+            "kind" => drop(each::<file::Node>(value, out)),
             "wire" => self.wires = each(value, out),
             "simulate" => self.simulated = each(value, out),
             "bench" => self.bench = section(value, out).unwrap_or_default(),
@@ -187,9 +189,8 @@ impl Sections {
         // Where each node is. One that does not say it has to be on the only bus.
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for node in &self.nodes {
-            let kind = node.table.kind.as_ref().and_then(|kind| self.kinds.get(&kind.value));
-            let given = node.table.bus.as_ref().or_else(|| kind?.bus.as_ref());
-            let place = given.and_then(|bus| names.iter().position(|name| *name == bus.value));
+            let given = &node.table.bus;
+            let place = given.as_ref().and_then(|bus| names.iter().position(|name| *name == bus.value));
             if let (Some(bus), None) = (given, place) {
                 let help = similar(&bus.value, names.iter().map(String::as_str))
                     .or_else(|| Some(format!("there are {}", names.join(", "))).filter(|_| !names.is_empty()));
@@ -200,51 +201,45 @@ impl Sections {
             }
             places.insert(node.name.value.clone(), place.unwrap_or(0));
         }
-        let mut parts: Vec<(Bus, Sections)> = buses
-            .into_iter()
-            .map(|(name, bus)| {
-                let about = About { name: self.about.name.clone(), note: self.about.note.clone() };
-                (Bus::new(name, bus), Sections { about, kinds: self.kinds.clone(), ..Sections::default() })
-            })
-            .collect();
-        let at = |name: &str| places.get(name).copied();
-        for node in self.nodes {
-            parts[places[&node.name.value]].1.nodes.push(node);
+        // By the node of a text such as `feeder.statusword`; what is of no node is on the first bus.
+        let of_node = |text: &str| places.get(text.split('.').next()?).copied();
+        let of_wire = |wire: &Named<Wire>| {
+            let ends = std::iter::once(wire.name.as_str()).chain(wire.table.0.to.iter().map(|to| to.as_str()));
+            ends.filter_map(of_node).collect::<BTreeSet<_>>()
+        };
+        for wire in self.wires.extract_if(.., |wire| of_wire(wire).len() > 1) {
+            let help = Some("a PDO stays on its bus; the manager has to pass the value on".to_owned());
+            out.wrong("machine::wire", &wire.name.span, "this goes from one bus to another", help);
         }
-        for wire in self.wires {
-            let ends = std::iter::once(&wire.name.value).chain(wire.table.0.to.iter().map(|to| &to.value));
-            let mut ends: Vec<_> = ends.filter_map(|end| at(end.split('.').next()?)).collect();
-            ends.dedup();
-            match ends[..] {
-                [] | [_] => parts[ends.first().copied().unwrap_or(0)].1.wires.push(wire),
-                _ => {
-                    let help = Some("a PDO stays on its bus; the manager has to pass the value on".to_owned());
-                    out.wrong("machine::wire", &wire.name.span, "this goes from one bus to another", help);
-                }
-            }
-        }
-        for simulated in self.simulated {
-            parts[at(&simulated.name.value).unwrap_or(0)].1.simulated.push(simulated);
-        }
-        let file::Bench { watch, plot, every, sequences } = self.bench;
-        for (_, part) in &mut parts {
-            part.bench.every.clone_from(&every);
-            part.bench.sequences.clone_from(&sequences);
-        }
-        let place = |text: &At<String>| text.split('.').next().and_then(at).unwrap_or(0);
-        watch.into_iter().for_each(|text| parts[place(&text)].1.bench.watch.push(text));
-        plot.into_iter().for_each(|text| parts[place(&text)].1.bench.plot.push(text));
-        for fault in self.faults {
-            let place = fault.from.as_ref().and_then(|from| at(&from.value)).unwrap_or(0);
-            parts[place].1.faults.push(fault);
-        }
-        parts
+        let part = |(at, (name, bus)): (usize, (Option<At<String>>, file::Bus))| {
+            let is_here = |text: &str| of_node(text).unwrap_or(0) == at;
+            let bench = file::Bench {
+                watch: self.bench.watch.extract_if(.., |text| is_here(text)).collect(),
+                plot: self.bench.plot.extract_if(.., |text| is_here(text)).collect(),
+                every: self.bench.every.clone(),
+                sequences: self.bench.sequences.clone(),
+            };
+            let part = Sections {
+                about: self.about.clone(),
+                buses: Vec::new(),
+                nodes: self.nodes.extract_if(.., |node| is_here(&node.name)).collect(),
+                wires: self.wires.extract_if(.., |wire| of_wire(wire).first().is_none_or(|it| *it == at)).collect(),
+                simulated: self.simulated.extract_if(.., |it| is_here(&it.name)).collect(),
+                faults: self
+                    .faults
+                    .extract_if(.., |it| is_here(it.from.as_deref().map_or("", String::as_str)))
+                    .collect(),
+                bench,
+            };
+            (Bus::new(name, bus), part)
+        };
+        buses.into_iter().enumerate().map(part).collect()
     }
 
     /// The machine on one bus.
     fn machine(self, bus: Bus, input: &Input, sheets: &mut Sheets<'_>, out: &mut Out) -> Machine {
         let files = sheets.files;
-        let mut nodes = lower(self.nodes, &self.kinds, sheets, out);
+        let mut nodes = lower(self.nodes, sheets, out);
         wire::connect(&mut nodes, &self.wires, &bus, out);
         faults::simulate(&mut nodes, self.simulated, files, out);
         let faults = faults::of(self.faults, &nodes, out);
@@ -255,6 +250,36 @@ impl Sections {
         let machine = Machine { input, name, note, bus, nodes, faults, bench, sequences, findings, others };
         crate::check::check(&machine, out);
         machine
+    }
+}
+
+/// Puts into the tables of nodes what their kinds say, and they do not.
+fn take_kinds(document: &mut DeTable<'_>, out: &mut Out) {
+    let kinds = document.get("kind").and_then(|kinds| kinds.get_ref().as_table()).cloned().unwrap_or_default();
+    let nodes = document.get_mut("node").map(Spanned::get_mut);
+    let Some(DeValue::Table(nodes)) = nodes else { return };
+    for (_, node) in nodes.iter_mut() {
+        let DeValue::Table(node) = node.get_mut() else { continue };
+        let Some((name, at)) = node.get("kind").and_then(|it| Some((it.get_ref().as_str()?, it.span()))) else {
+            continue;
+        };
+        let Some(kind) = kinds.get(name).and_then(|kind| kind.get_ref().as_table()) else {
+            let help = similar(name, kinds.keys().map(|kind| kind.get_ref().as_ref()));
+            out.wrong("machine::name", &at, format!("there is no kind {name:?}"), help);
+            continue;
+        };
+        for (key, value) in kind {
+            match (node.get_mut(key).map(Spanned::get_mut), value.get_ref()) {
+                (None, _) => drop(node.insert(key.clone(), value.clone())),
+                // An identity is one, but settings, limits and PDOs are several.
+                (Some(DeValue::Table(own)), DeValue::Table(kind)) if key.get_ref() != "identity" => {
+                    let more = kind.iter().filter(|(key, _)| !own.contains_key(*key));
+                    let more: Vec<_> = more.map(|(key, value)| (key.clone(), value.clone())).collect();
+                    own.extend(more);
+                }
+                _ => {}
+            }
+        }
     }
 }
 

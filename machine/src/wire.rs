@@ -10,11 +10,11 @@ use lexican_toolbox::pdo::{Change, Objection, PdoName, PdoState, Plan};
 
 use crate::file::Wire;
 use crate::model::{Bus, Node, PlannedPdo};
-use crate::nodes::{MANAGER, in_100us, in_ms, object_to};
-use crate::read::{Named, Out, similar, span};
+use crate::nodes::{MANAGER, in_100us, in_ms, object_to, place};
+use crate::read::{Named, Out, span};
 
 /// COB-IDs that no service has, for PDOs beyond the predefined ones (CiA 301, 7.3.5).
-const FREE: std::ops::Range<u16> = 0x680..0x6E0;
+const FREE: Range<u16> = 0x680..0x6E0;
 /// The most bits of a PDO.
 const MOST_BITS: u32 = 64;
 
@@ -25,27 +25,14 @@ pub(crate) enum End<'w> {
     Node(usize, &'w str),
 }
 
-/// When the values of a wire are sent; what is `None` is as the data sheet has it.
-#[derive(Clone, Copy, PartialEq)]
-struct Timing {
-    transmission: Option<TransmissionType>,
-    every_ms: Option<u16>,
-    inhibit_100us: Option<u16>,
-}
-
-impl Timing {
-    const fn is_given(&self) -> bool {
-        self.transmission.is_some() || self.every_ms.is_some() || self.inhibit_100us.is_some()
-    }
-}
-
 /// A value that a PDO has to carry.
 struct Request {
     /// The node whose PDO it is: the one that sends, or the one that the manager sends to.
     node: usize,
     direction: Direction,
     mapped: Mapped,
-    timing: Timing,
+    /// When it is sent; what is `None` is as the data sheet has it.
+    timing: Change,
     at: Range<usize>,
     /// The objects of other nodes that take it.
     takers: Vec<(usize, Mapped, Range<usize>)>,
@@ -54,62 +41,58 @@ struct Request {
 /// Plans the PDOs of wires.
 pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out: &mut Out) {
     let mut requests: Vec<Request> = Vec::new();
-    for Named { name: from, table: wire, .. } in wires {
-        let timing = Timing {
-            transmission: wire.0.transmission.as_ref().map(|it| it.value.0),
-            every_ms: wire.0.every.as_ref().and_then(|it| in_ms(it.value.0, &it.span, out)),
-            inhibit_100us: wire.0.inhibit.as_ref().and_then(|it| in_100us(it.value.0, &it.span, out)),
+    for Named { name: from, table: Wire(wire), .. } in wires {
+        let timing = Change {
+            transmission: wire.transmission.as_ref().map(|it| it.value.0),
+            event_timer_ms: wire.every.as_ref().and_then(|it| in_ms(it.value.0, &it.span, out)),
+            inhibit_100us: wire.inhibit.as_ref().and_then(|it| in_100us(it.value.0, &it.span, out)),
+            ..Change::default()
         };
         if timing.transmission.is_some_and(TransmissionType::is_synchronous) && bus.sync.is_none() {
             let help = Some("give its period: [bus] sync = \"10 ms\"".to_owned());
             out.wrong("machine::sync", &from.span, "this goes with SYNC, which nobody sends", help);
         }
-        if wire.0.to.is_empty() {
+        if wire.to.is_empty() {
             out.wrong("machine::wire", &from.span, "this goes nowhere", Some("to = \"manager\"".to_owned()));
         }
-        let Some(begin) = end(nodes, &from.value, &from.span, out) else { continue };
-        let mut takers = Vec::new();
-        for to in &wire.0.to {
-            let at = if to.span.is_empty() { &from.span } else { &to.span };
-            match (&begin, end(nodes, &to.value, at, out)) {
-                (_, None) | (End::Node(..), Some(End::Manager)) => {}
-                (End::Manager, Some(End::Manager)) => {
-                    out.wrong("machine::wire", at, "the manager sends nothing to itself", None);
-                }
-                (End::Manager, Some(End::Node(node, object))) => {
-                    if let Some(mapped) = mapped(nodes, node, Direction::Receive, object, at, out) {
-                        let at = at.clone();
-                        requests.push(Request {
-                            node,
-                            direction: Direction::Receive,
-                            mapped,
-                            timing,
-                            at,
-                            takers: Vec::new(),
-                        });
-                    }
-                }
-                (End::Node(..), Some(End::Node(node, object))) => {
-                    takers.extend(
-                        mapped(nodes, node, Direction::Receive, object, at, out).map(|it| (node, it, at.clone())),
-                    );
-                }
+        let sent = match end(nodes, &from.value, &from.span, out) {
+            None => continue,
+            Some(End::Manager) => None,
+            Some(End::Node(node, object)) => {
+                Some((node, mapped(nodes, node, Direction::Transmit, object, &from.span, out)))
             }
-        }
-        if let End::Node(node, object) = begin
-            && let Some(mapped) = mapped(nodes, node, Direction::Transmit, object, &from.span, out)
-        {
-            for (taker, other, at) in &takers {
-                if other.bits != mapped.bits {
-                    let (name, other_name) = (&nodes[node].name.value, &nodes[*taker].name.value);
-                    let what = format!(
-                        "{name} sends {} bits ({}), {other_name} takes {} ({})",
-                        mapped.bits, mapped.address, other.bits, other.address
-                    );
+        };
+        let mut takers = Vec::new();
+        for to in &wire.to {
+            let at = if to.span.is_empty() { &from.span } else { &to.span };
+            let (taker, object) = match end(nodes, &to.value, at, out) {
+                Some(End::Node(taker, object)) => (taker, object),
+                Some(End::Manager) if sent.is_none() => {
+                    out.wrong("machine::wire", at, "the manager sends nothing to itself", None);
+                    continue;
+                }
+                _ => continue,
+            };
+            let Some(taken) = mapped(nodes, taker, Direction::Receive, object, at, out) else { continue };
+            match sent {
+                None => requests.push(Request {
+                    node: taker,
+                    direction: Direction::Receive,
+                    mapped: taken,
+                    timing: timing.clone(),
+                    at: at.clone(),
+                    takers: Vec::new(),
+                }),
+                Some((node, Some(sent))) if sent.bits != taken.bits => {
+                    let (name, other) = (&nodes[node].name.value, &nodes[taker].name.value);
+                    let (from, to) = (sent.address, taken.address);
+                    let what = format!("{name} sends {} bits ({from}), {other} takes {} ({to})", sent.bits, taken.bits);
                     out.wrong("machine::wire", at, what, None);
                 }
+                Some(_) => takers.push((taker, taken, at.clone())),
             }
-            takers.retain(|(_, other, _)| other.bits == mapped.bits);
+        }
+        if let Some((node, Some(mapped))) = sent {
             let at = from.span.clone();
             requests.push(Request { node, direction: Direction::Transmit, mapped, timing, at, takers });
         }
@@ -140,12 +123,7 @@ pub(crate) fn end<'w>(nodes: &[Node], text: &'w str, at: &Range<usize>, out: &mu
         out.wrong("machine::wire", at, format!("{text:?} is no end of a wire"), help);
         return None;
     };
-    let found = nodes.iter().position(|node| node.name.value == name);
-    if found.is_none() {
-        let help = similar(name, nodes.iter().map(|node| node.name.as_str()));
-        out.wrong("machine::name", at, format!("there is no node {name:?}"), help);
-    }
-    found.map(|node| End::Node(node, object))
+    place(nodes, name, at, out).map(|node| End::Node(node, object))
 }
 
 fn mapped(
@@ -159,13 +137,8 @@ fn mapped(
     let Some(device) = nodes[node].device() else {
         // That it has none is said when none can be loaded.
         if nodes[node].sheet_name.is_none() {
-            let help = Some("sheet = \"FILE.eds\"".to_owned());
-            out.wrong(
-                "machine::sheet",
-                at,
-                format!("{} has no data sheet, which this is about", nodes[node].name.value),
-                help,
-            );
+            let what = format!("{} has no data sheet, which this is about", nodes[node].name.value);
+            out.wrong("machine::sheet", at, what, Some("sheet = \"FILE.eds\"".to_owned()));
         }
         return None;
     };
@@ -201,7 +174,7 @@ impl Wiring<'_> {
         let states = self.states(request.node, request.direction);
         let carries = |(state, is_planned): &&(PdoState, bool)| {
             let has = state.mapping.contains(&request.mapped) && state.cob_id.is_valid();
-            has && (*is_planned || !request.timing.is_given())
+            has && (*is_planned || request.timing == Change::default())
         };
         let (state, is_planned) = states.iter().find(carries)?.clone();
         let name = state.name;
@@ -224,7 +197,7 @@ impl Wiring<'_> {
             let has_room = |group: &&mut Vec<Request>| {
                 let first = &group[0];
                 let bits: u32 = group.iter().map(|it| u32::from(it.mapped.bits)).sum();
-                (first.node, first.direction, first.timing) == (request.node, request.direction, request.timing)
+                (first.node, first.direction, &first.timing) == (request.node, request.direction, &request.timing)
                     && bits + u32::from(request.mapped.bits) <= MOST_BITS
                     && group.len() < most
             };
@@ -237,16 +210,8 @@ impl Wiring<'_> {
         for group in groups {
             let first = &group[0];
             let mapping = group.iter().map(|request| request.mapped).collect();
-            let Timing { transmission, every_ms, inhibit_100us } = first.timing;
-            let event = TransmissionType::EventProfile;
-            let change = Change {
-                on: Some(true),
-                cob_id: None,
-                transmission: Some(transmission.unwrap_or(event)),
-                inhibit_100us,
-                event_timer_ms: every_ms,
-                mapping: Some(mapping),
-            };
+            let transmission = first.timing.transmission.or(Some(TransmissionType::EventProfile));
+            let change = Change { on: Some(true), transmission, mapping: Some(mapping), ..first.timing.clone() };
             if let Some(pdo) = self.plan(first.node, first.direction, change, &first.at, out) {
                 packed.push(((first.node, pdo), group));
             }

@@ -21,7 +21,7 @@ use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{Duration, NodeId, cia301};
 
 use crate::bus::sdo_channel::{request_frame, responder};
-use crate::lss::{Session, Target, Times, Trouble};
+use crate::lss::{Session, Times, Trouble};
 use crate::node::identity::words;
 use crate::node::remote::{Refusal, RemoteNode};
 use crate::parameters::archive::{ArchivedNode, read_versions};
@@ -83,23 +83,14 @@ pub struct Watched {
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Step {
-    /// A device has the node-ID already.
     Present { identity: Identity, is_the_same: bool },
-    /// It has been given its node-ID by LSS, and has stored it.
     Named { before: Option<NodeId> },
-    /// It is of the vendor and product of the backup; what else is another than before.
     Checked { remarks: Vec<String> },
-    /// Its parameters have been written.
     Restored { written: usize, equal: usize, stored: bool },
-    /// It has been reset, and has booted.
     Booted,
-    /// It does not keep all of its parameters without power, and has got them again.
     Forgetful,
-    /// All that can be read is what the backup has.
     Equal { compared: usize },
-    /// It has noticed that its manager was gone, so soon.
     Protected { after: Duration },
-    /// Its protection was not tested: why.
     Untested(&'static str),
 }
 
@@ -133,41 +124,30 @@ impl fmt::Display for Step {
 
 /// Why a device has not taken the place.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the words of an error say what it is")]
 pub enum ReplaceError {
-    /// None is there.
     #[error("there is no device: none at its node-ID, none without node-ID, and none of its kind at another one")]
     Nobody,
-    /// More than one could be it.
     #[error("{0} devices of this vendor and product could be it")]
     Several(usize),
-    /// It cannot be given its node-ID.
     #[error("the device with node-ID {0} has no LSS")]
     NoLss(NodeId),
-    /// It refuses its node-ID.
     #[error("the device refuses its node-ID by LSS")]
     RefusesId,
-    /// It is of another kind.
     #[error(transparent)]
     Other(#[from] OtherDevice),
-    /// It does not take some parameters, and has not stored the others.
     #[error("{} parameters are refused, and nothing is stored: {}", .0.len(), refusals(.0))]
     Refused(Vec<(Address, Refusal)>),
-    /// It does not come back from a reset.
     #[error("it does not boot after a reset")]
     NotBack,
-    /// It has not what the backup has.
     #[error("{} parameters are not as in the backup", .0.differences.len() + .0.unknown.len() + .1.len())]
     Differs(Box<Comparison>, Vec<Address>),
-    /// It does not boot as the machine wants.
     #[error("it does not boot as in the machine: {0}")]
     NotBooted(String),
-    /// It has not noticed that its manager is gone.
     #[error("it did not notice within {0} that its manager was gone")]
     Unprotected(Duration),
-    /// LSS does not work.
     #[error(transparent)]
     Lss(#[from] Trouble),
-    /// The device is gone, or somebody has interrupted.
     #[error(transparent)]
     Ended(#[from] Ended),
 }
@@ -258,28 +238,13 @@ fn find<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Re
         [] => stranger(link, of)?,
         several => return Err(ReplaceError::Several(several.len())),
     };
-    let named = Session::run(&mut *link, of.times, |session| {
-        let is_named = name(session, identity, of.node())?;
-        Ok::<_, ReplaceError>((is_named, is_named && session.take(before, Some(of.node()), true)?))
-    });
-    match (named?, before) {
-        ((false, _), Some(before)) => Err(ReplaceError::NoLss(before)),
-        ((false, _), None) => Err(ReplaceError::RefusesId),
-        ((true, false), _) => Err(ReplaceError::NotBack),
-        ((true, true), _) => done(see, &Step::Named { before }),
-    }
-}
-
-/// Gives a device its node-ID by LSS, which it stores; false if it has no LSS, or its node-ID is fixed.
-fn name<L: Link>(session: &mut Session<L>, identity: lss::Identity, node: NodeId) -> Result<bool, ReplaceError> {
-    match session.select(Target::Identity(identity)) {
-        Err(Trouble::NoSuchDevice) => return Ok(false),
-        selected => drop(selected?),
-    }
-    if session.configure_node(Some(node))?.is_err() {
-        return Ok(false);
-    }
-    session.store()?.map(|()| true).map_err(|_| ReplaceError::RefusesId)
+    let booted =
+        Session::run(&mut *link, of.times, |session| match (session.name(identity, of.node(), true), before) {
+            (Err(Trouble::Refused(_)), _) => Err(ReplaceError::RefusesId),
+            (Ok(None), Some(before)) => Err(ReplaceError::NoLss(before)),
+            (named, _) => Ok(named?.is_some() && session.take(before, Some(of.node()), true)?),
+        })?;
+    if booted { done(see, &Step::Named { before }) } else { Err(ReplaceError::NotBack) }
 }
 
 fn by_lss(identity: Identity) -> lss::Identity {
@@ -296,8 +261,10 @@ fn is_present<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>)
     let is_the_same = identity[3].is_some_and(|serial| serial != 0) && identity == of.archived.identity;
     done(see, &Step::Present { identity, is_the_same })?;
     // It may have got its node-ID, and not have stored it yet.
-    Session::run(&mut *link, of.times, |session| name(session, by_lss(identity), of.node()))?;
-    Ok(true)
+    match Session::run(&mut *link, of.times, |session| session.name(by_lss(identity), of.node(), true)) {
+        Ok(_) | Err(Trouble::Refused(_)) => Ok(true),
+        Err(trouble) => Err(trouble.into()),
+    }
 }
 
 /// The only device of the kind that is none of the machine: the identity that LSS selects it by, and its node-ID.

@@ -66,7 +66,7 @@ Examples:
     lexican eds lint *.eds --format sarif > findings.sarif";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
+pub(crate) enum Format {
     /// The lines of the file with the findings below them
     Text,
     /// One line per finding: file, line, column, severity, code, message

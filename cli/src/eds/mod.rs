@@ -6,7 +6,7 @@ mod edit;
 mod fetch;
 mod file;
 mod fmt;
-mod lint;
+pub(crate) mod lint;
 mod new;
 mod to_tools;
 

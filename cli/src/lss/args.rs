@@ -74,6 +74,7 @@ impl From<Trouble> for Failure {
             Trouble::NoNodeId => {
                 failure.help("a response may have been lost: try again, or give it more time with --timeout")
             }
+            Trouble::Refused(_) => failure.help("`lexican lss node-id` gives it with more explanations"),
             Trouble::Several => failure.help(
                 "select one by --vendor, --product, --revision and --serial: `lexican lss find` shows them for devices \
                  without node-ID, `lexican scan` for the others",

@@ -7,6 +7,7 @@ use lexican_machine::Machine;
 use serde_json::json;
 
 use super::file::MachineArgs;
+use crate::eds::lint::Format;
 use crate::output::{self, Failure, Outcome, colours, plural};
 
 /// Check a machine: its file, and what cannot work together
@@ -26,16 +27,6 @@ pub(crate) struct Args {
     /// Print one JSON document
     #[arg(long, conflicts_with = "format")]
     json: bool,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    /// The lines of the file with the findings below them
-    Text,
-    /// One line per finding: file, line, column, severity, code, message
-    Short,
-    /// SARIF 2.1.0, as code review tools read it
-    Sarif,
 }
 
 const EXAMPLES: &str = "\
@@ -71,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             Format::Text if colours() => write!(stdout, "{}", findings.render_styled(input))?,
             Format::Text => write!(stdout, "{}", findings.render(input))?,
             Format::Short => findings.iter().try_for_each(|it| writeln!(stdout, "{}", it.render_short(input)))?,
-            Format::Sarif => writeln!(stdout, "{:#}", findings.to_sarif(input))?,
+            Format::Sarif | Format::Json => writeln!(stdout, "{:#}", findings.to_sarif(input))?,
         }
         if args.format != Format::Sarif {
             machine.buses().try_for_each(|machine| print_bus(&mut stdout, machine))?;

@@ -55,22 +55,29 @@ pub(crate) fn found(named: Option<PathBuf>) -> Result<PathBuf, Failure> {
     })
 }
 
+/// Where the value of an option stands, and what is before it in the same word.
+pub(super) fn valued(args: &[OsString], long: &str) -> Option<(usize, usize)> {
+    args.iter().enumerate().find_map(|(at, word)| match word.to_str()?.strip_prefix(long)? {
+        "" => Some((at + 1, 0)).filter(|(value, _)| *value < args.len()),
+        rest => rest.starts_with('=').then_some((at, long.len() + 1)),
+    })
+}
+
 /// What `--machine` names.
 static NAMED: OnceLock<PathBuf> = OnceLock::new();
 
 /// Takes `--machine FILE` out of the arguments, wherever it stands.
 pub(super) fn take_named(args: &mut Vec<OsString>) {
     let end = args.iter().position(|word| word == "--").unwrap_or(args.len());
-    let of = |word: &OsString| word.to_str().and_then(|word| word.strip_prefix("--machine=").map(PathBuf::from));
-    let Some(at) = args[..end].iter().position(|word| word == "--machine" || of(word).is_some()) else { return };
-    let named = match of(&args[at]) {
-        Some(named) => named,
-        // clap says that the file is missing.
-        None if at + 1 >= end => return,
-        None => args.remove(at + 1).into(),
-    };
-    args.remove(at);
-    NAMED.get_or_init(|| named);
+    // clap says that the file is missing.
+    let Some((at, prefix)) = valued(&args[..end], "--machine") else { return };
+    let mut word = args.remove(at);
+    if prefix == 0 {
+        args.remove(at - 1);
+    } else {
+        word = word.to_string_lossy()[prefix..].into();
+    }
+    NAMED.get_or_init(|| word.into());
 }
 
 /// The file of the machine that is named for all commands, or of this folder.

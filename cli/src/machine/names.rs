@@ -8,7 +8,7 @@ use clap::{Arg, Command};
 use lexican_machine::{Machine, Node};
 use lexican_runtime::NodeId;
 
-use super::file::{choose_bus, name_of_sheet, of_here, read, take_named};
+use super::file::{choose_bus, name_of_sheet, of_here, read, take_named, valued};
 use crate::bus::BUS;
 use crate::node_place::{Words, command};
 
@@ -120,14 +120,6 @@ pub(crate) fn resolved_by(
     let end = args.iter().position(|word| word == "--").unwrap_or(args.len());
     args.splice(end..end, more);
     args
-}
-
-/// Where the value of an option stands, and what is before it in the same word.
-fn valued(args: &[OsString], long: &str) -> Option<(usize, usize)> {
-    args.iter().enumerate().find_map(|(at, word)| match word.to_str()?.strip_prefix(long)? {
-        "" => Some((at + 1, 0)).filter(|(value, _)| *value < args.len()),
-        rest => rest.starts_with('=').then_some((at, long.len() + 1)),
-    })
 }
 
 /// The machine that is named, or that of this folder. What is wrong with its file is said by `machine check`.

@@ -8,10 +8,10 @@ use lexican_eds::model::Device;
 use lexican_machine::{BusYml, Draft, Files, Found, Machine};
 use lexican_runtime::cia301;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, BusUrl, Pace};
+use lexican_runtime::host::{AccessError, BusUrl, Pace, Pump};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{CobId, Duration, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::node::identity::{is_of, recognise};
 use lexican_toolbox::node::remote::RemoteNode;
@@ -95,9 +95,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// A machine of the nodes of a bus.
 fn of_bus(bus: &BusUrl, sheets: &Sheets, timeout: Duration) -> Result<Draft, Failure> {
-    let Bus { link, simulation, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let Bus { mut link, simulation, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
     let of_url = || bus.get("bitrate")?.parse().ok();
     let bit_rate = simulation.as_ref().map(|it| it.bit_rate).or_else(of_url);
+    let sync = sync(&mut link)?;
     let (nodes, mut network) = scan::nodes(link, timeout)?;
     if nodes.is_empty() {
         return Err(Failure::new("no node answers").help(output::NO_ANSWER));
@@ -123,9 +124,9 @@ fn of_bus(bus: &BusUrl, sheets: &Sheets, timeout: Duration) -> Result<Draft, Fai
                 None
             }
         };
-        found.push(Found { name: None, id, identity, sheet, heartbeat_ms: heartbeat(&mut network, id)? });
+        found.push(Found::new(id, identity, sheet, heartbeat(&mut network, id)?));
     }
-    Ok(Draft::on(&bus.to_string(), bit_rate).with(&found))
+    Ok(Draft::on(&bus.to_string(), bit_rate, sync).with(&found))
 }
 
 /// A machine of the nodes whose DCFs are in a folder.
@@ -167,6 +168,19 @@ fn of_bus_yml(source: &Path, folder: &Path) -> Result<(Draft, Outcome), Failure>
     let BusYml { draft, findings, input } = BusYml::read(read(source)?, files, &name);
     eprint!("{}", findings.render(&input));
     Ok((draft, if findings.has_errors() { Outcome::Found } else { Outcome::Clean }))
+}
+
+/// The period of SYNC, if somebody sends it more than once within two seconds.
+fn sync(link: &mut BoxedLink) -> Result<Option<Duration>, Failure> {
+    let (mut pump, until, mut seen) = (Pump::new(), link.now() + Duration::from_secs(2), Vec::new());
+    while let Some(frame) = pump.receive_frame(link, until)? {
+        if frame.id() == CobId::SYNC {
+            seen.push(link.now());
+        }
+    }
+    let span = seen.last().zip(seen.first()).map(|(last, first)| last.since(*first).as_micros());
+    let periods = (seen.len() as u64).saturating_sub(1).max(1);
+    Ok(span.map(|span| Duration::from_millis((span / periods + 500) / 1000)).filter(|period| !period.is_zero()))
 }
 
 /// The heartbeat of a node in ms, 0 if it has none.

@@ -34,7 +34,7 @@ fn a_machine_is_saved_in_one_file_that_other_tools_read() {
     run(&["backup", "--bus", "sim", "-o", "a.tar"]).on_stdout(0, "cutter (node 6): ");
     assert_eq!(tar(&folder, &["-tf", "a.tar"]), "backup.json\ncutter.dcf\nfeeder.dcf\n");
     let manifest: serde_json::Value = serde_json::from_str(&tar(&folder, &["-xOf", "a.tar", "backup.json"])).unwrap();
-    assert_eq!((&manifest["machine"], &manifest["nodes"][0]["vendor"]), (&"press 7".into(), &0x195.into()));
+    assert_eq!((&manifest["machine"], &manifest["nodes"][0]["identity"][0]), (&"press 7".into(), &0x195.into()));
     assert_eq!(manifest["nodes"][0]["left_out"]["6040:00"], "command");
     // What it has of a node is what the backup of the node has.
     tar(&folder, &["-xf", "a.tar", "feeder.dcf"]);

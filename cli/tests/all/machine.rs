@@ -225,6 +225,16 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
 }
 
 #[test]
+fn the_period_of_sync_is_measured() {
+    let folder = folder("machine-new-sync");
+    let sheet = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/conformance/device.eds");
+    let producer = "[simulate.clock]\nsettings = { 1005 = \"raw:0x40000080\", 1006 = \"raw:10000\" }\n";
+    let bus = format!("[node.clock]\nid = 5\nsheet = {sheet:?}\n{producer}");
+    std::fs::write(folder.join("bus.toml"), bus).unwrap();
+    lexican_in(&folder, &["machine", "new", "--bus", "sim:bus.toml"]).on_stdout(0, "\nsync = \"10 ms\"\n");
+}
+
+#[test]
 fn a_bus_yml_becomes_a_machine() {
     let folder = folder("machine-new-yml");
     let run = |text: &str| {
@@ -240,7 +250,7 @@ fn a_bus_yml_becomes_a_machine() {
     let node = "[node.io]\nid = 7\nsheet = \"config/io.eds\"\nidentity = { revision = 0x10000, serial = 0x1 }\n";
     assert!(written.contains(node), "{written}");
     run(&format!("{slave}  sdo: [{{index: 0x9999}}]\n"))
-        .on_stderr(1, "the data sheet has no 9999:00: dcfgen stops here");
+        .on_stderr(1, "the data sheet has no 9999:00, which dcfgen does not write");
     lexican_in(&folder, &["machine", "new"]).on_stderr(2, "from what?");
     lexican_in(&folder, &["machine", "new", "config"]).on_stderr(2, "config has no DCF of a node");
 }

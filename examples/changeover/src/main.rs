@@ -96,7 +96,7 @@ fn changeover(args: &Args) -> Result<bool, String> {
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|error| error.to_string())?;
     let report = runtime.block_on(async {
-        let machine = Machine::over(link, machine).map_err(|error| error.to_string())?;
+        let machine = Machine::over(vec![link], machine).map_err(|error| error.to_string())?;
         let mut run = Run::connect(machine, &recipe, stop).await?;
         if !args.dry_run {
             run.change_over().await;

@@ -1,122 +1,95 @@
 //! The PDOs of a slave.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
-use lexican_eds::model::Device;
-use lexican_runtime::object::{Address, Direction, Mapped};
-use lexican_runtime::wire::pdo::TransmissionType;
+use lexican_runtime::object::Direction;
 use lexican_runtime::{CobId, NodeId, cia301};
-use lexican_toolbox::pdo::{Change, PdoName, PdoState, Plan};
+use lexican_toolbox::pdo::PdoName;
 
+use super::Reader;
 use super::keys::Keys;
 use super::tree::Yaml;
-use super::{Reader, Slave};
-use crate::draft::{object_name, pdo_text, quoted};
+use crate::draft::{Found, object_name};
 
 /// The pool of "auto".
 pub(super) const FREE: Range<u16> = 0x680..0x6E0;
 
 impl Reader<'_> {
-    pub(super) fn pdos(&mut self, slave: &mut Slave, direction: Direction) {
+    pub(super) fn pdos(&mut self, keys: &Keys, found: &mut Found, direction: Direction) {
         let key = if direction == Direction::Receive { "rpdo" } else { "tpdo" };
-        let Some(blocks) = slave.keys.get(key).cloned() else { return };
-        let mut done = BTreeSet::new();
-        for (number, block) in Keys::of(&blocks, &mut self.out).each() {
-            let name = number.parse().ok().filter(|number| (1..=512).contains(number));
-            let state = name.map(|number| PdoName { direction, number });
-            match state.and_then(|name| PdoState::of_sheet(&slave.device, slave.id, name)) {
-                Some(before) if !done.insert(before.name) => {
-                    self.out.wrong("bus-yml::pdo", &number.span, format!("{} comes twice", before.name), None);
-                }
-                Some(before) => {
-                    let number = before.name.number;
-                    if let Some(text) = self.pdo(block, before, slave) {
-                        slave.section.put(&format!("{key}.{number}"), text);
-                    }
-                }
+        let Some(blocks) = keys.get(key) else { return };
+        for (number, block) in Keys::of(blocks, &mut self.out).each() {
+            let number_of = number.parse().ok().filter(|number| (1..=512).contains(number));
+            let name = number_of.map(|number| PdoName { direction, number });
+            match name.and_then(|name| Some((name, u32::try_from(found.held(name.parameter(1))?).ok()?))) {
+                Some((name, before)) => self.pdo(block, name, before, found),
                 None => {
-                    let what =
-                        format!("the data sheet has no such PDO as {key} {}: {} stops here", number.value, self.tool);
+                    let what = format!("no such PDO as {key} {}: {} stops here", number.value, self.tool);
                     self.out.wrong("bus-yml::pdo", &number.span, what, None);
                 }
             }
         }
     }
 
-    /// A PDO in the words of a machine.
-    fn pdo(&mut self, block: &Yaml, before: PdoState, slave: &Slave) -> Option<String> {
+    fn pdo(&mut self, block: &Yaml, name: PdoName, before: u32, found: &mut Found) {
         let keys = Keys::of(block, &mut self.out);
-        let Slave { device, id, .. } = slave;
-        let (name, is_sent) = (before.name, before.name.direction == Direction::Transmit);
         let is_on = keys.flag("enabled", true, &mut self.out);
         let cob_id = match keys.get("cob_id") {
-            Some(auto) if auto.text() == Some("auto") => Some(self.auto(name, *id, auto)?),
-            _ => keys.number::<u32>("cob_id", &mut self.out),
+            Some(auto) if auto.text() == Some("auto") => self.auto(name, found.id, auto),
+            _ => keys.number("cob_id", &mut self.out),
         };
-        let code = keys.number::<u8>("transmission", &mut self.out);
-        let inhibit = keys.number::<u16>("inhibit_time", &mut self.out).filter(|_| is_sent);
-        let timer = keys.number::<u16>("event_timer", &mut self.out).filter(|_| is_sent);
-        let deadline = keys.number::<u16>("event_deadline", &mut self.out);
-        if let (Some(_), true) = (deadline, is_sent) {
-            self.warn(
-                &block.at,
-                "`event_deadline` of a TPDO is left out: it is how long the master waits for it",
-                None,
-            );
-        }
+        let cob_id = cob_id.unwrap_or(before);
+        let (given, left_out) = match name.direction {
+            Direction::Transmit => (
+                &[("transmission", 2), ("inhibit_time", 3), ("event_timer", 5)][..],
+                &[("event_deadline", "it is how long the master waits for this PDO")][..],
+            ),
+            Direction::Receive => (
+                &[("transmission", 2), ("event_deadline", 5)][..],
+                &[("inhibit_time", "it is of TPDOs"), ("event_timer", "it is of TPDOs")][..],
+            ),
+        };
+        keys.leave_out(left_out, &mut self.out);
         keys.leave_out(&[("sync_start", "no PDO of a machine begins later")], &mut self.out);
-        let mapping = self.mapping(&keys, name, device);
-        keys.end(self.tool, &mut self.of_ros, &mut self.out);
-        let raw = cob_id.unwrap_or(before.cob_id.0);
-        if is_on && raw & cia301::INVALID != 0 {
-            let what = format!(
-                "{name} has a COB-ID that is switched off: {} drops the rest of this without a word, and so does the machine",
-                self.tool
-            );
-            self.warn(&block.at, what, Some("cob_id: auto"));
+        let given = given.iter().map(|(key, sub)| (*sub, keys.number::<u16>(key, &mut self.out)));
+        let given: Vec<_> = given.collect();
+        let mapping = keys.get("mapping").map(|mapping| self.mapping(mapping, name, found));
+        self.end(&keys);
+        let at = &block.at;
+        if !is_on || cob_id & cia301::INVALID != 0 {
+            if is_on {
+                let what = format!(
+                    "{name} has a COB-ID that is switched off: {} drops the rest of this without a word, and so does the machine",
+                    self.tool
+                );
+                self.warn(at, what, Some("cob_id: auto"));
+            }
+            return self.record(found, name.parameter(1), (before | cia301::INVALID).into(), at);
         }
-        if !is_on || raw & cia301::INVALID != 0 {
-            return Some(quoted("off"));
+        self.record(found, name.parameter(1), cob_id.into(), at);
+        for (sub, value) in given {
+            if let Some(value) = value {
+                self.record(found, name.parameter(sub), value.into(), at);
+            }
         }
-        let given = cob_id.filter(|id| *id != before.cob_id.0 & 0x7FF || !before.cob_id.is_valid());
-        let mut change = Change {
-            on: Some(true),
-            cob_id: given.and_then(|id| u16::try_from(id).ok()).and_then(CobId::standard),
-            transmission: code.map(TransmissionType::from_code),
-            inhibit_100us: inhibit,
-            event_timer_ms: if is_sent { timer } else { deadline },
-            mapping,
-        };
-        let is_known = given.is_some() == change.cob_id.is_some();
-        let plan = Plan::new(Some(device), *id, before, &change);
-        let objections = plan.err().into_iter().flatten().map(|it| it.to_string());
-        let objections: Vec<_> =
-            objections.chain((!is_known).then(|| format!("{raw:X}h is no COB-ID of 11 bits"))).collect();
-        if !objections.is_empty() {
-            let what = format!("{name} is left out: {}", objections.join("; "));
-            self.out.wrong("bus-yml::pdo", &block.at, what, None);
-            return None;
+        if let Some(mapping) = mapping {
+            found.written.insert(name.mapping(0));
+            self.record(found, name.mapping(0), mapping.len() as i64, at);
+            for (sub, mapped) in (1..).zip(mapping) {
+                self.record(found, name.mapping(sub), mapped.into(), at);
+            }
         }
-        if let Some(ticks) = inhibit.filter(|ticks| !ticks.is_multiple_of(10)) {
-            let what = format!("an inhibit time of {ticks}00 us is left out: a machine has whole milliseconds");
-            self.warn(&block.at, what, None);
-            change.inhibit_100us = None;
-        }
-        pdo_text(device, name, &change)
     }
 
-    /// The objects of a PDO.
-    fn mapping(&mut self, keys: &Keys, name: PdoName, device: &Device) -> Option<Vec<Mapped>> {
-        let mut mapping = Vec::new();
-        for item in keys.get("mapping")?.list().unwrap_or_default() {
-            let item_keys = Keys::of(item, &mut self.out);
-            let index = item_keys.number::<u16>("index", &mut self.out);
-            let sub = item_keys.number::<u8>("sub_index", &mut self.out).unwrap_or(0);
-            item_keys.end(self.tool, &mut self.of_ros, &mut self.out);
-            let Some(index) = index else { continue };
-            match name.map(Some(device), &[object_name(device, Address::new(index, sub))]) {
-                Ok(mapped) => mapping.extend(mapped),
+    /// The objects of a PDO, as entries of its mapping.
+    fn mapping(&mut self, mapping: &Yaml, name: PdoName, found: &Found) -> Vec<u32> {
+        let mut mapped = Vec::new();
+        for item in mapping.list().unwrap_or_default() {
+            let (keys, address) = self.item(item);
+            self.end(&keys);
+            let (Some(address), Some((_, sheet, _))) = (address, &found.sheet) else { continue };
+            match name.map(Some(sheet), &[object_name(sheet, address)]) {
+                Ok(one) => mapped.extend(one.iter().map(|it| it.to_parameter())),
                 Err(objections) => {
                     for objection in objections {
                         let what = format!("{objection}; {} writes it all the same", self.tool);
@@ -125,7 +98,7 @@ impl Reader<'_> {
                 }
             }
         }
-        Some(mapping)
+        mapped
     }
 
     /// The COB-ID that "auto" stands for.

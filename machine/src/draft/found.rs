@@ -34,20 +34,36 @@ pub struct Found {
     pub sheet: Option<(String, Device, Device)>,
     /// Its heartbeat in ms, of a node without data sheet.
     pub heartbeat_ms: u16,
+    /// What is said of it besides: keys, and their values in TOML.
+    pub(crate) lines: Vec<(&'static str, String)>,
+    /// What is written even if the data sheet has it; of a PDO, the number of its objects.
+    pub(crate) written: BTreeSet<Address>,
 }
 
 impl Found {
+    /// A node that has no name.
+    #[must_use]
+    pub fn new(
+        id: NodeId,
+        identity: [Option<u32>; 4],
+        sheet: Option<(String, Device, Device)>,
+        heartbeat_ms: u16,
+    ) -> Self {
+        Found { name: None, id, identity, sheet, heartbeat_ms, lines: Vec::new(), written: BTreeSet::new() }
+    }
+
     /// A node by its DCF, and its data sheet, which may be the DCF itself.
     #[must_use]
     pub fn of_dcf(id: NodeId, dcf: Device, sheet_name: String, sheet: Device) -> Self {
         let commissioning = dcf.commissioning.clone().unwrap_or_default();
         let info = &dcf.info;
         let identity = [info.vendor_number, info.product_number, info.revision_number, commissioning.serial_number];
-        let sheet = Some((sheet_name, sheet, dcf));
-        Found { name: commissioning.node_name, id, identity, sheet, heartbeat_ms: 0 }
+        let found = Found::new(id, identity, Some((sheet_name, sheet, dcf)), 0);
+        Found { name: commissioning.node_name, ..found }
     }
 
-    fn held(&self, address: Address) -> Option<i128> {
+    /// What an entry has, as a number.
+    pub(crate) fn held(&self, address: Address) -> Option<i128> {
         let (.., device) = self.sheet.as_ref()?;
         resolved(given(device.entry(address.index(), address.sub())?)?, self.id).as_integer()
     }
@@ -72,15 +88,22 @@ impl Draft {
             self.bus.put_time("heartbeat", ms);
         }
         for node in nodes {
-            let usual = usual_name(node.sheet.as_ref().map(|(_, sheet, _)| sheet), node.id);
-            let section = section(node, watched.is_some());
-            self.add(node.name.as_deref().unwrap_or_default(), &usual, section);
+            self.add(node, watched.is_some());
         }
         self
     }
+
+    /// Adds a node, which `watches` the manager; returns the parameters that its data sheet does not allow.
+    pub(crate) fn add(&mut self, node: &Found, watches: bool) -> Vec<String> {
+        let usual = usual_name(node.sheet.as_ref().map(|(_, sheet, _)| sheet), node.id);
+        let name = self.free_name(node.name.as_deref().unwrap_or_default(), &usual);
+        let (section, refused) = section(node, watches);
+        self.nodes.push((name, section));
+        refused
+    }
 }
 
-fn section(node: &Found, watches: bool) -> Section {
+fn section(node: &Found, watches: bool) -> (Section, Vec<String>) {
     let mut section = Section::default();
     section.put("id", node.id.to_string());
     let known = |address: Address| {
@@ -97,11 +120,14 @@ fn section(node: &Found, watches: bool) -> Section {
     if let Some(identity) = identity(numbers) {
         section.put("identity", identity);
     }
+    for (key, value) in &node.lines {
+        section.put(key, value);
+    }
     let Some((_, sheet, device)) = &node.sheet else {
         if node.heartbeat_ms > 0 {
             section.put_time("heartbeat", node.heartbeat_ms.into());
         }
-        return section;
+        return (section, Vec::new());
     };
     let mut said = BTreeSet::from_iter(watches.then_some(WATCHED));
     let [heartbeat, guarding, factor] =
@@ -119,7 +145,7 @@ fn section(node: &Found, watches: bool) -> Section {
     let mut pdos = BTreeSet::new();
     for name in PdoName::of_sheet(sheet) {
         let Some(wanted) = PdoState::of_sheet(device, node.id, name) else { continue };
-        if let Some(text) = pdo(sheet, node.id, &wanted) {
+        if let Some(text) = pdo(sheet, node.id, &wanted, node.written.contains(&name.mapping(0))) {
             pdos.extend([name.parameter(0).index(), name.mapping(0).index()]);
             if !text.is_empty() {
                 section.put(&name.to_string().to_lowercase().replace("pdo", "pdo."), text);
@@ -130,17 +156,17 @@ fn section(node: &Found, watches: bool) -> Section {
     values.retain(|address, data| {
         let entry = sheet.entry(address.index(), address.sub());
         let differs = entry.is_some_and(|entry| initial(sheet, entry).of_node(node.id.get()) != *data);
-        differs && !said.contains(address) && !pdos.contains(&address.index())
+        (differs || node.written.contains(address)) && !said.contains(address) && !pdos.contains(&address.index())
     });
-    put_settings(&mut section, sheet, node.id, &values);
-    section
+    let refused = put_settings(&mut section, sheet, node.id, &values);
+    (section, refused)
 }
 
 /// What a PDO is, in the words of the file: empty if that is what the data sheet says; `None` if it cannot be said, or not so that
 /// the same comes of it.
-fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState) -> Option<String> {
+fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState, maps: bool) -> Option<String> {
     let before = PdoState::of_sheet(sheet, id, wanted.name)?;
-    if before == *wanted {
+    if before == *wanted && !maps {
         return Some(String::new());
     }
     let becomes =
@@ -156,13 +182,13 @@ fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState) -> Option<String> {
         transmission: wanted.transmission.filter(|_| wanted.transmission != before.transmission),
         inhibit_100us: wanted.inhibit_100us.filter(|_| wanted.inhibit_100us != before.inhibit_100us),
         event_timer_ms: wanted.event_timer_ms.filter(|_| wanted.event_timer_ms != before.event_timer_ms),
-        mapping: (wanted.mapping != before.mapping).then(|| wanted.mapping.clone()),
+        mapping: (maps || wanted.mapping != before.mapping).then(|| wanted.mapping.clone()),
     };
     pdo_text(sheet, wanted.name, &change).filter(|_| becomes(&change))
 }
 
 /// A change of a PDO in TOML, a list if it is about nothing but the objects; `None` if the file cannot say it.
-pub(crate) fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
+fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
     let mut keys = Vec::new();
     if let Some(mapping) = &change.mapping {
         let name = |mapped: &Mapped| match sheet.entry(mapped.address.index(), mapped.address.sub()) {
@@ -194,7 +220,7 @@ pub(crate) fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<
 }
 
 /// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark, and is returned.
-pub(crate) fn put_settings(
+fn put_settings(
     section: &mut Section,
     sheet: &Device,
     id: NodeId,

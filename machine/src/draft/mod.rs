@@ -3,9 +3,8 @@
 mod found;
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use lexican_eds::model::Device;
+use lexican_eds::model::{Device, Entry};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{Duration, NodeId};
@@ -14,7 +13,6 @@ use lexican_toolbox::values::name;
 use toml_edit::{Key, Value};
 
 pub use found::Found;
-pub(crate) use found::{pdo_text, put_settings};
 
 use crate::nodes::is_name;
 
@@ -52,21 +50,6 @@ impl Section {
         self.settings.push(format!("{} = {value}", Key::new(object).display_repr()));
     }
 
-    /// What nodes are called that have this in common: after their data sheet.
-    fn kind_name(&self) -> String {
-        let sheet = self.lines.iter().find_map(|line| line.strip_prefix("sheet = "));
-        let stem = sheet.and_then(|name| Path::new(name.trim_matches('"')).file_stem()?.to_str());
-        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
-        let word: String = stem.unwrap_or_default().chars().filter(|letter| is_word(*letter)).collect();
-        if word.is_empty() { "alike".to_owned() } else { word }
-    }
-
-    /// What other nodes may have as well.
-    fn common(&self) -> Section {
-        let lines = self.lines.iter().filter(|line| !is_own(line)).cloned().collect();
-        Section { lines, settings: self.settings.clone() }
-    }
-
     /// What cannot be said in the file.
     fn remark(&mut self, text: &str) {
         self.settings.push(format!("# {}", text.replace(char::is_control, " ")));
@@ -74,49 +57,32 @@ impl Section {
 }
 
 impl Draft {
-    /// A machine on this bus, with its bit rate in bit/s, if that is known; without nodes.
+    /// A machine on this bus, with its bit rate in bit/s and the period of SYNC, if they are known; without nodes.
     #[must_use]
-    pub fn on(url: &str, bit_rate: Option<u32>) -> Self {
+    pub fn on(url: &str, bit_rate: Option<u32>, sync: Option<Duration>) -> Self {
         let mut draft = Draft::default();
         draft.bus.put("url", quoted(url));
         if let Some(rate) = bit_rate {
             draft.bus.put_bit_rate(rate / 1000);
         }
+        if let Some(period) = sync {
+            draft.bus.put("sync", quoted(&period.to_string()));
+        }
         draft
     }
 
-    /// Adds a node; returns the name that it gets, which is `wanted` if it can be.
-    pub(crate) fn add(&mut self, wanted: &str, otherwise: &str, section: Section) -> String {
+    /// A name for a node: the one that is wanted, if it can be.
+    fn free_name(&self, wanted: &str, otherwise: &str) -> String {
         let word = |name: &str| name.trim().replace(|letter: char| ".:= ".contains(letter) || letter.is_control(), "-");
         let is_free = |name: &String| is_name(name) && !self.nodes.iter().any(|(other, _)| other == name);
         let numbered = (2..).map(|number| format!("{otherwise}-{number}"));
         let mut names = [word(wanted), otherwise.to_owned()].into_iter().chain(numbered);
-        let name = names.find(is_free).expect("one of the numbers is free");
-        self.nodes.push((name.clone(), section));
-        name
-    }
-
-    /// What several nodes have in common, by the names of the kinds.
-    fn kinds(&self) -> Vec<(String, Section)> {
-        let mut kinds: Vec<(String, Section)> = Vec::new();
-        for (at, (_, node)) in self.nodes.iter().enumerate() {
-            let common = node.common();
-            let is_other = self.nodes[at + 1..].iter().any(|(_, other)| other.common() == common);
-            if is_other && common.lines.len() > 1 && !kinds.iter().any(|(_, kind)| *kind == common) {
-                let name = common.kind_name();
-                let is_free = |name: &String| !kinds.iter().any(|(other, _)| other == name);
-                let numbered = (2..).map(|number| format!("{name}-{number}"));
-                let name = [name.clone()].into_iter().chain(numbered).find(is_free).expect("one of them is free");
-                kinds.push((name, common));
-            }
-        }
-        kinds
+        names.find(is_free).expect("one of the numbers is free")
     }
 
     /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
-        let kinds = self.kinds();
         // Writing to a string cannot fail.
         let mut text = String::new();
         let mut table = |name: &str, lines: &[String]| {
@@ -126,32 +92,13 @@ impl Draft {
             }
         };
         table("bus", &self.bus.lines);
-        for (name, kind) in &kinds {
-            table(&format!("kind.{name}"), &kind.lines);
-            table(&format!("kind.{name}.settings"), &kind.settings);
-        }
         for (name, node) in &self.nodes {
             let name = format!("node.{}", Key::new(name).display_repr());
-            let common = node.common();
-            match kinds.iter().find(|(_, kind)| *kind == common) {
-                Some((kind, _)) => {
-                    let mut lines: Vec<_> = node.lines.iter().filter(|line| is_own(line)).cloned().collect();
-                    lines.insert(1, format!("kind = {}", quoted(kind)));
-                    table(&name, &lines);
-                }
-                None => {
-                    table(&name, &node.lines);
-                    table(&format!("{name}.settings"), &node.settings);
-                }
-            }
+            table(&name, &node.lines);
+            table(&format!("{name}.settings"), &node.settings);
         }
         text
     }
-}
-
-/// Whether a line of a node is of no other one.
-fn is_own(line: &str) -> bool {
-    line.starts_with("id = ") || line.starts_with("identity = ")
 }
 
 /// A text in TOML.
@@ -159,7 +106,8 @@ pub(crate) fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }
 
-fn time(ms: u64) -> String {
+/// A time in TOML.
+pub(crate) fn time(ms: u64) -> String {
     quoted(&Duration::from_millis(ms).to_string())
 }
 
@@ -187,6 +135,12 @@ pub(crate) fn object_name(device: &Device, address: Address) -> String {
         0 => format!("{:04X}", address.index()),
         _ => address.to_string(),
     })
+}
+
+/// An entry of a device.
+pub(crate) fn entry_mut(device: &mut Device, address: Address) -> Option<&mut Entry> {
+    let object = device.objects.iter_mut().find(|object| object.index == address.index())?;
+    object.entries.iter_mut().find(|entry| entry.sub == address.sub())
 }
 
 /// What a node is called that has no name.

@@ -12,6 +12,7 @@ use lexican_toolbox::decode::wireshark;
 use lexican_toolbox::pdo::dbc::{self, Database};
 use lexican_toolbox::values::wire::parse_padded;
 
+use crate::draft::entry_mut;
 use crate::model::{Machine, Node};
 
 impl Machine {
@@ -22,9 +23,7 @@ impl Machine {
         let mut device = node.device()?.clone();
         // Of several writes of an entry, the last one stays.
         for write in self.writes(node) {
-            let object = device.objects.iter_mut().find(|object| object.index == write.address.index());
-            let entry = object.and_then(|object| object.entries.iter_mut().find(|it| it.sub == write.address.sub()));
-            if let Some(entry) = entry {
+            if let Some(entry) = entry_mut(&mut device, write.address) {
                 entry.configured = parse_padded(entry.data_type, &write.data);
             }
         }

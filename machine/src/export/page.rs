@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use lexican_runtime::CobId;
-use lexican_runtime::manager::OnLoss;
 use lexican_runtime::object::Direction;
 use lexican_toolbox::node::identity::words;
 use lexican_toolbox::pdo::{summary, title};
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
-use crate::model::{Machine, Node};
+use crate::model::Machine;
 use crate::nodes::MANAGER;
 use crate::plan::Why;
 use crate::wire::active;
@@ -40,7 +39,6 @@ impl Machine {
         self.nodes_of_page(&mut page);
         self.pdos_of_page(&mut page);
         self.writes_of_page(&mut page);
-        self.boot_of_page(&mut page);
         page
     }
 
@@ -85,55 +83,21 @@ impl Machine {
         page.push_str("\n## What a boot writes\n");
         for node in &self.nodes {
             let _ = write!(page, "\n### {}\n\n", node.name.value);
-            let lines = self.writes_of(node);
-            page.push_str(&if lines.is_empty() { "Nothing.\n".to_owned() } else { lines });
-        }
-    }
-
-    fn writes_of(&self, node: &Node) -> String {
-        let mut values = node.device().map(DeviceValues::new);
-        let writes = self.writes(node);
-        let mut lines = String::new();
-        for write in &writes {
-            let report = ValueReport::of_bytes(values.as_ref(), write.address, &write.data);
-            if let (Some(values), Some(value)) = (&mut values, &report.value) {
-                values.set(write.address, value);
+            let mut values = node.device().map(DeviceValues::new);
+            let (pdos, others): (Vec<_>, Vec<_>) =
+                self.writes(node).into_iter().partition(|write| write.why == Why::Pdo);
+            for write in &others {
+                let report = ValueReport::of_bytes(values.as_ref(), write.address, &write.data);
+                if let (Some(values), Some(value)) = (&mut values, &report.value) {
+                    values.set(write.address, value);
+                }
+                let _ = writeln!(page, "- {} ({})", escaped(&report.equation()), write.why.name());
             }
             // The table of PDOs has them already.
-            if write.why != Why::Pdo {
-                let _ = writeln!(lines, "- {} ({})", escaped(&report.equation()), write.why.name());
-            }
-        }
-        let pdos = writes.iter().filter(|write| write.why == Why::Pdo).count();
-        if pdos > 0 {
-            let _ = writeln!(lines, "- {pdos} entries of PDOs");
-        }
-        lines
-    }
-
-    fn boot_of_page(&self, page: &mut String) {
-        let named = |is_wanted: &dyn Fn(&Node) -> bool| {
-            let names: Vec<_> = self.nodes.iter().filter(|node| is_wanted(node)).map(|it| it.name.as_str()).collect();
-            names.join(", ")
-        };
-        page.push_str("\n## How it boots\n\n");
-        let time = self.bus.boot_time.map_or_else(String::new, |time| format!(" within {time}"));
-        let on_loss = match self.bus.on_loss {
-            OnLoss::ResetNode => "it is reset and booted again",
-            OnLoss::ResetAll => "all nodes are reset and booted again",
-            OnLoss::StopAll => "all nodes are stopped",
-        };
-        let start = if self.bus.start_all { "by one command" } else { "one by one" };
-        for (what, names) in [
-            (format!("Mandatory{time}"), named(&|node| !node.optional)),
-            ("Optional".to_owned(), named(&|node| node.optional)),
-            (format!("Started, {start}"), named(&|node| node.start)),
-            ("Not reset while OPERATIONAL".to_owned(), named(&|node| node.keep_alive)),
-            ("Not booted again after a loss".to_owned(), named(&|node| !node.boots_again)),
-            ("When a mandatory node is lost".to_owned(), on_loss.to_owned()),
-        ] {
-            if !names.is_empty() {
-                let _ = writeln!(page, "- {what}: {names}");
+            match pdos.len() {
+                0 if others.is_empty() => page.push_str("Nothing.\n"),
+                0 => {}
+                count => _ = writeln!(page, "- {count} entries of PDOs"),
             }
         }
     }

@@ -6,17 +6,16 @@ use std::path::Path;
 
 use lexican_driver::shared::{self, StopHandle};
 use lexican_driver::{Any, Error};
-use lexican_runtime::host::Link;
-use lexican_runtime::host::tokio::Runner;
+use lexican_runtime::host::tokio::{Network, Runner};
 use lexican_runtime::object::{Object, Readable, Value, Writable};
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Order};
 use lexican_toolbox::values::report::ValueReport;
 
-use super::{Event, MachineError, tokio};
+use super::{BoxedLink, Event, MachineError, tokio};
 use crate::model;
 
-/// A machine on its bus. Clones are the same machine, and may be used in other threads; it ends with the last of them and of what
+/// A machine on its buses. Clones are the same machine, and may be used in other threads; it ends with the last of them and of what
 /// it has given.
 #[derive(Clone)]
 pub struct Machine {
@@ -26,17 +25,24 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The machine of a file, on the bus that the file names; `machine.toml#left` of one that has several. Nothing is sent.
+    /// As [`tokio::Machine::open`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
-        let file = model::Machine::of_bus(path.as_ref())?;
-        Machine::over(file.link()?, file)
+        let file = model::Machine::of_path(path.as_ref())?;
+        Machine::over(file.links()?, file)
     }
 
-    /// A machine on another bus: one that is simulated.
-    pub fn over(link: impl Link + Send + 'static, file: model::Machine) -> Result<Self, MachineError> {
-        let file = file.sound()?.into_bus(None)?;
-        let (runner, network) = Runner::spawn(link)?;
-        Ok(Machine { machine: tokio::Machine::on(network, file), runner, stop: StopHandle::default() })
+    /// As [`tokio::Machine::over`].
+    pub fn over(links: Vec<BoxedLink>, file: model::Machine) -> Result<Self, MachineError> {
+        let mut runner: Option<Runner> = None;
+        let machine = tokio::Machine::on(links, file, |link| {
+            if let Some(runner) = &runner {
+                return runner.block_on(async { Network::spawn(link) });
+            }
+            let (first, network) = Runner::spawn(link)?;
+            runner = Some(first);
+            Ok(network)
+        })?;
+        Ok(Machine { machine, runner: runner.expect("there is a bus"), stop: StopHandle::default() })
     }
 
     /// What its file says.
@@ -125,11 +131,6 @@ impl Events {
                 over = network.sleep_until(until) => Ok(over.map(|_| None)?),
             }
         })
-    }
-
-    /// The next event that has come already.
-    pub fn take(&mut self) -> Option<Event> {
-        self.events.take()
     }
 }
 

@@ -21,7 +21,7 @@ use crate::wire::active;
 /// Something that has happened to a machine. `Display` is a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// The name of the node, or its node-ID if the file has none for it; `None` for what concerns all.
+    /// The name of the node, or its node-ID if the file has none for it. For what concerns all, the name of the bus, if it has one.
     pub node: Option<String>,
     /// What has happened.
     pub what: What,
@@ -30,28 +30,19 @@ pub struct Event {
 /// What has happened.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "`Display` says what it is")]
 pub enum What {
-    /// The node has sent its boot-up message: it was reset, or its power has come.
     BootedUp,
-    /// It has been checked, configured and started, for the first time or again.
     Booted,
-    /// It cannot be booted.
     Failed(BootError),
-    /// All mandatory nodes have booted.
     Ready,
-    /// Not all mandatory nodes have booted in time.
     BootTimeElapsed,
-    /// It is in another state.
     State(NmtState),
-    /// Its heartbeat, or its answers to guarding, are missing.
     Lost,
-    /// It boots again and again, or is lost again and again.
     BootLoop,
-    /// It reports an error, or the end of one.
     Emergency(Emergency),
     /// It has sent a PDO, with these values.
     Pdo(Vec<ValueReport>),
-    /// The bus is in another state.
     Bus(BusState),
     /// This many frames, or events, are missing here: this program was too slow.
     Missed(u64),
@@ -102,7 +93,7 @@ impl Machine {
     /// An event by name; `None` of what no user of a machine waits for.
     pub(super) fn named(&self, pdos: &Pdos, event: shell::Event) -> Option<Event> {
         let of = |node: NodeId, what| Some(Event { node: Some(self.name_of(node)), what });
-        let of_all = |what| Some(Event { node: None, what });
+        let of_all = |what| Some(Event { node: self.bus.name.as_ref().map(|name| name.value.clone()), what });
         match event {
             shell::Event::Bus(state) => of_all(What::Bus(state)),
             shell::Event::Gap(frames) => of_all(What::Missed(frames.into())),

@@ -5,5 +5,10 @@ mod error;
 mod event;
 pub mod tokio;
 
+use lexican_runtime::host::Link;
+
 pub use error::MachineError;
 pub use event::{Event, What};
+
+/// The link to one of the buses of a machine.
+pub type BoxedLink = Box<dyn Link + Send>;

@@ -1,67 +1,79 @@
 //! A machine for programs on tokio.
 
 use std::fmt;
-use std::future::{Future, poll_fn};
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
-use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::Poll;
 
+use futures_util::future::{select_all, try_join_all};
 use lexican_driver::{Any, Description, DriveContext};
 use lexican_eds::model::Device;
-use lexican_runtime::host::Link;
 use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
 use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, prepare};
+use lexican_toolbox::lss::Trouble;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, parse_padded, written};
 use tokio::sync::broadcast::Receiver;
-use tokio::sync::broadcast::error::{RecvError, TryRecvError};
+use tokio::sync::broadcast::error::RecvError;
 
 use super::event::Pdos;
-use super::{Event, MachineError, What};
+use super::{BoxedLink, Event, MachineError, What};
 use crate::model;
 
 /// The time within which the mandatory nodes must boot, unless the file has another one.
 const BOOT_TIME: Duration = Duration::from_secs(10);
 
-/// A machine on its bus. Clones are the same machine; it ends with the last of them and of what it has given.
+/// A machine on its buses. Clones are the same machine; it ends with the last of them and of what it has given.
 #[derive(Clone)]
 pub struct Machine {
     file: Arc<model::Machine>,
-    network: Network,
+    /// One for each of its buses.
+    networks: Arc<[Network]>,
     /// From then on its nodes are watched, and its drives watch it.
     is_booted: Arc<AtomicBool>,
 }
 
 impl Machine {
-    /// The machine of a file, on the bus that the file names; `machine.toml#left` of one that has several. Nothing is sent.
+    /// The machine of a file, on the buses that the file names; on one of them by `machine.toml#left`. Nothing is sent, except that
+    /// nodes get their node-IDs by LSS where the file says so; this blocks.
     ///
     /// # Panics
     ///
     /// Outside a tokio runtime.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
-        let file = model::Machine::of_bus(path.as_ref())?;
-        Machine::over(file.link()?, file)
+        let file = model::Machine::of_path(path.as_ref())?;
+        Machine::on(file.links()?, file, Network::spawn)
     }
 
-    /// A machine on another bus: one that is simulated.
+    /// A machine on other buses, such as those of a simulation: a link for each, in the order of the file.
     ///
     /// # Panics
     ///
     /// Outside a tokio runtime.
-    pub fn over(link: impl Link + Send + 'static, file: model::Machine) -> Result<Self, MachineError> {
-        let file = file.sound()?.into_bus(None)?;
-        Ok(Machine::on(Network::spawn(link)?, file))
+    pub fn over(links: Vec<BoxedLink>, file: model::Machine) -> Result<Self, MachineError> {
+        Machine::on(links, file, Network::spawn)
     }
 
-    pub(super) fn on(network: Network, file: model::Machine) -> Self {
-        Machine { file: Arc::new(file), network, is_booted: Arc::default() }
+    pub(super) fn on(
+        mut links: Vec<BoxedLink>,
+        file: model::Machine,
+        mut spawn: impl FnMut(BoxedLink) -> std::io::Result<Network>,
+    ) -> Result<Self, MachineError> {
+        let file = file.sound()?;
+        let (buses, links_given) = (file.buses().count(), links.len());
+        if buses != links_given {
+            return Err(MachineError::Links { file: file.file().to_owned(), buses, links: links_given });
+        }
+        file.buses()
+            .zip(&mut links)
+            .try_for_each(|(bus, link)| bus.give_node_ids(link, |_, _| Ok::<_, Trouble>(())))?;
+        let networks = links.into_iter().map(&mut spawn).collect::<Result<_, _>>()?;
+        Ok(Machine { file: Arc::new(file), networks, is_booted: Arc::default() })
     }
 
     /// What its file says.
@@ -70,34 +82,42 @@ impl Machine {
         &self.file
     }
 
-    /// Its network, for all else.
+    /// The network of its first bus, for all else.
     #[must_use]
     pub fn network(&self) -> &Network {
-        &self.network
+        &self.networks[0]
+    }
+
+    fn buses(&self) -> impl Iterator<Item = (&model::Machine, &Network)> {
+        self.file.buses().zip(&*self.networks)
     }
 
     /// Boots the machine as planned (CiA 302-2): checks, configures, watches and starts its nodes, and keeps them up from now on. A
     /// node that is lost, or comes back, is booted again. What happens is among the [`events`](Machine::events).
     pub async fn boot(&self) -> Result<(), MachineError> {
-        let bus = &self.file.bus;
-        let file = Arc::clone(&self.file);
-        self.network.with_manager(move |manager, now| file.produce(manager, now)).await?;
         self.is_booted.store(true, Ordering::Relaxed);
-        let (plan, within) = (self.file.boot_plan(), bus.boot_time.unwrap_or(BOOT_TIME));
-        Ok(self.network.boot(plan, within, |_| {}).await?)
+        let boot = async |at: usize, file: &model::Machine, network: &Network| {
+            let all = Arc::clone(&self.file);
+            let produce = move |manager: &mut _, now| all.buses().nth(at).expect("it is one").produce(manager, now);
+            network.with_manager(produce).await?;
+            Ok(network.boot(file.boot_plan(), file.bus.boot_time.unwrap_or(BOOT_TIME), |_| {}).await?)
+        };
+        try_join_all(self.buses().enumerate().map(|(at, (file, network))| boot(at, file, network))).await.map(drop)
     }
 
-    /// What happens to all its nodes from now on: the last 1024 events wait until they are taken.
+    /// What happens to all its nodes from now on: the last 1024 events of each bus wait until they are taken.
     #[must_use]
     pub fn events(&self) -> Events {
-        Events { receiver: self.network.events(), pdos: self.file.pdos(), file: Arc::clone(&self.file) }
+        let buses = self.buses().map(|(file, network)| (network.events(), file.pdos()));
+        Events { buses: buses.collect(), file: Arc::clone(&self.file) }
     }
 
     /// The node of this name.
     pub fn node(&self, name: &str) -> Result<Node, MachineError> {
-        let at = self.file.place(name)?;
-        let id = self.file.nodes[at].id.ok_or_else(|| self.file.nodes[at].lacks("node-ID: it gets one by LSS"))?;
-        Ok(Node { machine: self.clone(), at, id })
+        let (bus, at) = self.file.place(name)?;
+        let node = Node { machine: self.clone(), bus, at, id: NodeId::literal(1) };
+        let id = node.stated().id.ok_or_else(|| node.stated().lacks("node-ID: it gets one by LSS"))?;
+        Ok(Node { id, ..node })
     }
 
     /// The drive of this name. Where it can notice that this program is gone, that is armed, unless the machine has booted and its
@@ -107,8 +127,8 @@ impl Machine {
         let node = self.node(name)?;
         let description = node.description()?;
         let it = node.stated();
-        let watches = self.file.watches_manager(it).is_some();
-        let (network, id) = (self.network.clone(), node.id);
+        let watches = node.on_bus().watches_manager(it).is_some();
+        let (network, id) = (node.network().clone(), node.id);
         let drive = match self.is_booted.load(Ordering::Relaxed) && (it.guarding.is_some() || watches) {
             true => Driver::connect_described_unprotected(network, id, description).await?,
             false => Driver::connect_described(network, id, description).await?,
@@ -119,24 +139,24 @@ impl Machine {
 
 impl fmt::Debug for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let nodes: Vec<_> = self.file.nodes.iter().map(|node| node.name.as_str()).collect();
-        f.debug_struct("Machine").field("nodes", &nodes).finish_non_exhaustive()
+        f.debug_struct("Machine").field("nodes", &self.file.names()).finish_non_exhaustive()
     }
 }
 
 /// What happens to the nodes of a machine. Made by [`Machine::events`].
 pub struct Events {
-    receiver: Receiver<NetworkEvent>,
-    pdos: Pdos,
+    buses: Vec<(Receiver<NetworkEvent>, Pdos)>,
     file: Arc<model::Machine>,
 }
 
 impl Events {
-    /// Waits for the next event; `None` when the bus is gone.
+    /// Waits for the next event; `None` when a bus is gone.
     pub async fn next(&mut self) -> Option<Event> {
         loop {
-            let event = match self.receiver.recv().await {
-                Ok(event) => self.file.named(&self.pdos, event),
+            let all = self.buses.iter_mut().map(|(receiver, _)| Box::pin(receiver.recv()));
+            let (received, bus, _) = select_all(all).await;
+            let event = match received {
+                Ok(event) => self.named(bus, event),
                 Err(RecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
                 Err(RecvError::Closed) => return None,
             };
@@ -146,18 +166,8 @@ impl Events {
         }
     }
 
-    /// The next event that has come already.
-    pub fn take(&mut self) -> Option<Event> {
-        loop {
-            let event = match self.receiver.try_recv() {
-                Ok(event) => self.file.named(&self.pdos, event),
-                Err(TryRecvError::Lagged(events)) => Some(Event { node: None, what: What::Missed(events) }),
-                Err(TryRecvError::Empty | TryRecvError::Closed) => return None,
-            };
-            if event.is_some() {
-                return event;
-            }
-        }
+    fn named(&self, bus: usize, event: NetworkEvent) -> Option<Event> {
+        self.file.buses().nth(bus)?.named(&self.buses[bus].1, event)
     }
 }
 
@@ -165,6 +175,7 @@ impl Events {
 #[derive(Clone, Debug)]
 pub struct Node {
     machine: Machine,
+    bus: usize,
     at: usize,
     id: NodeId,
 }
@@ -179,12 +190,23 @@ impl Node {
     /// What its file says of it.
     #[must_use]
     pub fn stated(&self) -> &model::Node {
-        &self.machine.file.nodes[self.at]
+        &self.on_bus().nodes[self.at]
+    }
+
+    /// What its file says of its bus.
+    fn on_bus(&self) -> &model::Machine {
+        self.machine.file.buses().nth(self.bus).expect("it is one of its buses")
+    }
+
+    /// The network of its bus, for all else.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.machine.networks[self.bus]
     }
 
     /// Reads an object by its handle.
     pub async fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, MachineError> {
-        self.machine.network.read(self.id, object).await.map_err(|error| self.stated().access(error))
+        self.network().read(self.id, object).await.map_err(|error| self.stated().access(error))
     }
 
     /// Writes an object by its handle.
@@ -193,7 +215,7 @@ impl Node {
         object: Object<T, A, M, D>,
         value: T,
     ) -> Result<(), MachineError> {
-        self.machine.network.write(self.id, object, value).await.map_err(|error| self.stated().access(error))
+        self.network().write(self.id, object, value).await.map_err(|error| self.stated().access(error))
     }
 
     /// Reads an object by name: "position actual value", `6064`, "Motor Parameter Set/v-Pos".
@@ -212,7 +234,7 @@ impl Node {
         let data = encode(entry.data_type, &value)
             .ok_or_else(|| it.wrong(format_args!("{address}: the value is no {}", entry.data_type)))?;
         let data = written(it.device(), data);
-        self.machine.network.write_bytes(self.id, address, &data).await.map_err(|error| it.access(error))
+        self.network().write_bytes(self.id, address, &data).await.map_err(|error| it.access(error))
     }
 
     /// An object by its name, and the values on which its unit and limits depend.
@@ -241,7 +263,7 @@ impl Node {
     }
 
     async fn bytes(&self, address: Address) -> Result<Vec<u8>, MachineError> {
-        self.machine.network.read_bytes(self.id, address).await.map_err(|error| self.stated().access(error))
+        self.network().read_bytes(self.id, address).await.map_err(|error| self.stated().access(error))
     }
 
     fn device(&self) -> Result<&Device, MachineError> {
@@ -341,34 +363,14 @@ pub async fn move_together(orders: &mut [(&mut Drive, &str)]) -> Result<(), Mach
         ending if ending.is_success() => Ok(()),
         ending => Err(MachineError::Together { node: drive.node.stated().name.value.clone(), ending }),
     };
-    let ended = all_or_none(orders.iter_mut().map(|(drive, position)| travel(drive, position))).await;
+    let ended = try_join_all(orders.iter_mut().map(|(drive, position)| travel(drive, position))).await;
     if ended.is_err() {
         stop_all(orders.iter_mut().map(|(drive, _)| &mut **drive)).await?;
     }
-    ended
+    ended.map(drop)
 }
 
 /// Stops drives at once.
 pub(super) async fn stop_all(drives: impl Iterator<Item = &mut Drive>) -> Result<(), MachineError> {
-    all_or_none(drives.map(async |drive| Ok(drive.drive.stop().await?))).await
-}
-
-/// Waits for all futures, or until one fails.
-async fn all_or_none<F: Future<Output = Result<(), MachineError>>>(
-    futures: impl Iterator<Item = F>,
-) -> Result<(), MachineError> {
-    let mut futures: Vec<Pin<Box<F>>> = futures.map(Box::pin).collect();
-    poll_fn(|context| {
-        let mut failed = None;
-        futures.retain_mut(|future| match (&failed, future.as_mut().poll(context)) {
-            (None, Poll::Ready(Err(error))) => failed.insert(error).to_string().is_empty(),
-            (_, polled) => polled.is_pending(),
-        });
-        match failed {
-            Some(error) => Poll::Ready(Err(error)),
-            None if futures.is_empty() => Poll::Ready(Ok(())),
-            None => Poll::Pending,
-        }
-    })
-    .await
+    try_join_all(drives.map(async |drive| Ok(drive.drive.stop().await?))).await.map(drop)
 }

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_eds::Source;
-use lexican_machine::{Files, Machine, MachineError, What, blocking, tokio as asynchronous};
-use lexican_runtime::host::{Link, Pace, VirtualBus, VirtualLink};
+use lexican_machine::{BoxedLink, Files, Machine, MachineError, What, blocking, tokio as asynchronous};
+use lexican_runtime::host::{Link, Pace, VirtualBus};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
 use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
@@ -41,28 +41,35 @@ struct Devices {
 }
 
 impl Devices {
-    fn new() -> (Machine, VirtualLink, Devices) {
+    fn new() -> (Machine, Vec<BoxedLink>, Devices) {
         let machine = Machine::parse(Source::new("machine.toml", MACHINE), Files::Embedded(&[]));
         assert!(!machine.findings.has_errors(), "{}", machine.findings.render(&machine.input));
         let bus = VirtualBus::with_bit_rate(500);
         let segment = Plant::of_machine(&machine).unwrap().segment(bus.now()).unwrap();
         let segment = Arc::new(Mutex::new(segment));
         bus.attach(Arc::clone(&segment));
-        (machine, bus.link(), Devices { bus, segment })
+        (machine, vec![Box::new(bus.link())], Devices { bus, segment })
     }
 
-    fn upset(&self, node: &str, line: &str) {
+    /// The machine in the blocking shell, booted, and its drives.
+    fn at_work() -> (blocking::Machine, blocking::Drive, blocking::Drive, Devices) {
+        let (file, links, devices) = Devices::new();
+        let machine = blocking::Machine::over(links, file).unwrap();
+        machine.boot().unwrap();
+        let [feeder, lift] = ["feeder", "lift"].map(|name| {
+            let mut drive = machine.drive(name).unwrap();
+            drive.enable().unwrap();
+            drive
+        });
+        (machine, feeder, lift, devices)
+    }
+
+    /// What a device says to a line of its simulation.
+    fn tell(&self, node: &str, line: &str) -> String {
         let now = self.bus.now();
         let mut segment = self.segment.lock().unwrap();
         let device = segment.nodes_mut().find(|device| device.is_called(node)).unwrap();
-        device.carry_out(now, &command::parse(line).unwrap().unwrap()).unwrap();
-    }
-
-    fn get(&self, node: &str, object: &str) -> String {
-        let now = self.bus.now();
-        let mut segment = self.segment.lock().unwrap();
-        let device = segment.nodes_mut().find(|device| device.is_called(node)).unwrap();
-        device.carry_out(now, &command::parse(&format!("get {object}")).unwrap().unwrap()).unwrap()
+        device.carry_out(now, &command::parse(line).unwrap().unwrap()).unwrap()
     }
 }
 
@@ -79,8 +86,8 @@ fn until(events: &mut blocking::Events, last: &str) -> Vec<String> {
 /// Find, boot, map, read and write typed, two axes at once, EMCY, a lost heartbeat, and back.
 #[test]
 fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
-    let (file, link, devices) = Devices::new();
-    let machine = blocking::Machine::over(link, file)?;
+    let (file, links, devices) = Devices::new();
+    let machine = blocking::Machine::over(links, file)?;
     let mut events = machine.events();
     machine.boot()?;
     until(&mut events, "feeder: Statusword = ");
@@ -98,11 +105,11 @@ fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
     assert_eq!(Ending::from(feeder.finish()?), Ending::Reached);
     assert_eq!(io.get("position actual value")?.text(), "+12.00 mm");
     machine.move_together(&mut [(&mut feeder, "0 mm"), (&mut lift, "0")])?;
-    devices.upset("lift", "fault = 0x4310");
+    devices.tell("lift", "fault = 0x4310");
     until(&mut events, "lift: EMCY 4310h");
-    devices.upset("lift", "power off");
+    devices.tell("lift", "power off");
     until(&mut events, "lift: is lost");
-    devices.upset("lift", "power on");
+    devices.tell("lift", "power on");
     let said = until(&mut events, "lift: has booted");
     assert!(said.contains(&"lift: boot-up".to_owned()), "{said:#?}");
     Ok(())
@@ -110,8 +117,8 @@ fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
 
 #[tokio::test(flavor = "current_thread")]
 async fn the_whole_job_on_tokio() -> Result<(), MachineError> {
-    let (file, link, devices) = Devices::new();
-    let machine = asynchronous::Machine::over(link, file)?;
+    let (file, links, devices) = Devices::new();
+    let machine = asynchronous::Machine::over(links, file)?;
     let mut events = machine.events();
     machine.boot().await?;
     let io = machine.node("feeder")?;
@@ -122,24 +129,19 @@ async fn the_whole_job_on_tokio() -> Result<(), MachineError> {
     lift.enable().await?;
     let (fed, lifted) = tokio::join!(feeder.move_to("12 mm"), lift.move_to("60000"));
     assert_eq!((fed?, lifted?), (Ending::Reached, Ending::Reached));
-    devices.upset("lift", "fault = 0x4310");
+    devices.tell("lift", "fault = 0x4310");
     while !matches!(events.next().await.unwrap().what, What::Emergency(_)) {}
-    devices.upset("lift", "power off");
+    devices.tell("lift", "power off");
     while events.next().await.unwrap().what != What::Lost {}
-    devices.upset("lift", "power on");
+    devices.tell("lift", "power on");
     while events.next().await.unwrap().what != What::Booted {}
     Ok(())
 }
 
 #[test]
 fn when_one_of_several_drives_jams_the_others_are_stopped() -> Result<(), MachineError> {
-    let (file, link, devices) = Devices::new();
-    let machine = blocking::Machine::over(link, file)?;
-    machine.boot()?;
-    let (mut feeder, mut lift) = (machine.drive("feeder")?, machine.drive("lift")?);
-    feeder.enable()?;
-    lift.enable()?;
-    devices.upset("feeder", "shaft = blocked");
+    let (machine, mut feeder, mut lift, devices) = Devices::at_work();
+    devices.tell("feeder", "shaft = blocked");
     let ended = machine.move_together(&mut [(&mut feeder, "12 mm"), (&mut lift, "1000000")]);
     let said = ended.unwrap_err().to_string();
     assert!(said.starts_with("feeder: ") && said.ends_with("; all drives that moved with it are stopped"), "{said}");
@@ -147,15 +149,54 @@ fn when_one_of_several_drives_jams_the_others_are_stopped() -> Result<(), Machin
     Ok(())
 }
 
-/// The handle is one of another thread, as a signal's.
+/// On one bus a drive has no node-ID until it gets it by LSS, as `lexican boot` gives it.
+const BUSES: &str = r#"
+[bus.left]
+[bus.right]
+
+[kind.axis]
+id = 5
+sheet = "servo.eds"
+heartbeat = "100 ms"
+protection = "none"
+
+[node.feeder]
+bus = "left"
+kind = "axis"
+
+[node.lift]
+bus = "right"
+kind = "axis"
+lss = true
+identity = { vendor = 1, product = 2, revision = 3, serial = 4 }
+"#;
+
 #[test]
-fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
-    let (file, link, _) = Devices::new();
-    let machine = blocking::Machine::over(link, file)?;
+fn drives_on_two_buses_are_one_machine() -> Result<(), MachineError> {
+    let sheet = include_str!("../../../tests/conformance/servo.eds").replace("LSS_Supported=0", "LSS_Supported=1");
+    let read = || Machine::parse(Source::new("machine.toml", BUSES), Files::Embedded(&[("servo.eds", &sheet)]));
+    let file = read();
+    let link = |bus| -> BoxedLink { Box::new(Plant::of_machine(bus).unwrap().link(Pace::Virtual).unwrap()) };
+    let machine = blocking::Machine::over(file.buses().map(link).collect(), file)?;
+    let mut events = machine.events();
     machine.boot()?;
+    let said = until(&mut events, "right: the machine is ready");
+    assert!(said.contains(&"lift: has booted".to_owned()), "{said:#?}");
     let (mut feeder, mut lift) = (machine.drive("feeder")?, machine.drive("lift")?);
     feeder.enable()?;
     lift.enable()?;
+    machine.move_together(&mut [(&mut feeder, "1000"), (&mut lift, "2000")])?;
+    let position = |name| Ok::<_, MachineError>(machine.node(name)?.get("6064")?.text().to_owned());
+    assert_eq!([position("feeder")?, position("lift")?], ["1000", "2000"]);
+    let none = blocking::Machine::over(Vec::new(), read()).unwrap_err().to_string();
+    assert_eq!(none, "machine.toml has 2 buses, and 0 links are given");
+    Ok(())
+}
+
+/// The handle is one of another thread, as a signal's.
+#[test]
+fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
+    let (machine, mut feeder, mut lift, _devices) = Devices::at_work();
     feeder.start_moving_to("100 mm")?;
     lift.start_moving_to("10000000")?;
     let stop = machine.stop_handle();
@@ -171,21 +212,16 @@ fn the_stop_handle_stops_every_drive() -> Result<(), MachineError> {
 /// The frames of a stop are on the bus when the machine is gone, though nothing runs it any more.
 #[test]
 fn a_drive_that_is_dropped_on_its_way_is_stopped() -> Result<(), MachineError> {
-    let (file, link, devices) = Devices::new();
+    let (machine, mut feeder, lift, devices) = Devices::at_work();
     let mut other = devices.bus.link();
-    {
-        let machine = blocking::Machine::over(link, file)?;
-        machine.boot()?;
-        let mut feeder = machine.drive("feeder")?;
-        feeder.enable()?;
-        feeder.start_moving_to("100 mm")?;
-        machine.pass(Duration::from_secs(1))?;
-        assert_ne!(feeder.velocity()?, 0);
-    }
+    feeder.start_moving_to("100 mm")?;
+    machine.pass(Duration::from_secs(1))?;
+    assert_ne!(feeder.velocity()?, 0);
+    drop((feeder, lift, machine));
     // The life guarding of the machine is over as well: a stop comes long before the drive notices that.
     let until = devices.bus.now() + Duration::from_millis(250);
     while other.receive_frame(until).unwrap().is_some() {}
-    assert!(devices.get("feeder", "606C").ends_with("= 0 rev/min"), "{}", devices.get("feeder", "606C"));
+    assert!(devices.tell("feeder", "get 606C").ends_with("= 0 rev/min"));
     Ok(())
 }
 
@@ -194,7 +230,7 @@ fn a_drive_that_is_dropped_on_its_way_is_stopped() -> Result<(), MachineError> {
 fn between_calls_a_thread_runs_the_machine_in_real_time() -> Result<(), MachineError> {
     let (file, _, devices) = Devices::new();
     devices.bus.set_pace(Pace::RealTime);
-    let machine = blocking::Machine::over(devices.bus.link(), file)?;
+    let machine = blocking::Machine::over(vec![Box::new(devices.bus.link())], file)?;
     machine.boot()?;
     let (mut other, mut heard) = (devices.bus.link(), 0);
     let until = devices.bus.now() + Duration::from_secs(1);
@@ -207,8 +243,8 @@ fn between_calls_a_thread_runs_the_machine_in_real_time() -> Result<(), MachineE
 
 #[test]
 fn what_a_machine_has_not_is_said_with_what_is_meant() {
-    let (file, link, _) = Devices::new();
-    let machine = blocking::Machine::over(link, file).unwrap();
+    let (file, links, _) = Devices::new();
+    let machine = blocking::Machine::over(links, file).unwrap();
     let error = machine.node("feder").unwrap_err().to_string();
     assert_eq!(error, "machine.toml: there is no node \"feder\"; did you mean `feeder`?");
     let feeder = machine.node("feeder").unwrap();

@@ -156,6 +156,18 @@ impl<L: Link> Session<L> {
         self.command(self.times.response, refusal, |lss| lss.configure_node(node))
     }
 
+    /// Gives the device with an identity a node-ID, which it stores with `store`; `None` if there is no such device.
+    ///
+    /// Errors: also [`Trouble::Refused`].
+    pub fn name(&mut self, identity: Identity, node: NodeId, store: bool) -> Result<Option<Selected>, Trouble> {
+        let selected = match self.select(Target::Identity(identity)) {
+            Err(Trouble::NoSuchDevice) => return Ok(None),
+            selected => selected?,
+        };
+        let is_named = self.configure_node(Some(node))?.is_ok() && (!store || self.store()?.is_ok());
+        if is_named { Ok(Some(selected)) } else { Err(Trouble::Refused(node)) }
+    }
+
     /// Gives the selected devices a bit rate: an entry of the table of CiA 305.
     pub fn configure_bit_rate(&mut self, entry: u8) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::ConfigureBitTiming { error, specific };

@@ -1,8 +1,8 @@
 //! Why a session has not led to what was wanted.
 
-use lexican_runtime::Duration;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::service::lss_manager::{Event, LssError};
+use lexican_runtime::{Duration, NodeId};
 
 /// Why a session has not led to what was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -22,6 +22,9 @@ pub enum Trouble {
     /// It was selected, and does not answer any more.
     #[error("the device does not report its node-ID")]
     NoNodeId,
+    /// It keeps its own, or does not store the new one.
+    #[error("a device does not take node-ID {0} by LSS")]
+    Refused(NodeId),
     /// Only one may be selected.
     #[error("more than one device answers")]
     Several,

@@ -3,6 +3,7 @@
 //! - `backup.json`: when it was made, what each node is, what was left out of it and why, and the checksum of each other file;
 //! - `NAME.dcf` for each node, and beside it a file for each DOMAIN that the DCF names (`DownloadFile`, CiA 306).
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
@@ -11,7 +12,8 @@ use lexican_eds::{Input, Source, load};
 use lexican_runtime::host::Link;
 use lexican_runtime::object::{Address, TimeOfDay};
 use lexican_runtime::{NodeId, cia301};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sha2::{Digest, Sha256};
 use tar::{Builder, EntryType, Header};
 
@@ -35,11 +37,12 @@ const FORMAT: u32 = 1;
 pub const VERSIONS: [&str; 3] = ["device name", "hardware version", "software version"];
 
 /// The parameters of a machine.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Archive {
     /// What the machine is called.
     pub machine: Option<String>,
     /// When they were read, in UTC.
+    #[serde(serialize_with = "as_text", deserialize_with = "of_text")]
     pub made: TimeOfDay,
     /// The nodes that were read.
     pub nodes: Vec<ArchivedNode>,
@@ -48,19 +51,22 @@ pub struct Archive {
 }
 
 /// The parameters of a node, and what it is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArchivedNode {
     /// What it is called.
     pub name: String,
     /// Its node-ID.
+    #[serde(serialize_with = "as_number", deserialize_with = "of_number")]
     pub node: NodeId,
     /// Vendor-ID, product code, revision number, serial number (1018h).
     pub identity: Identity,
     /// As [`VERSIONS`] (1008h, 1009h, 100Ah).
     pub versions: [Option<String>; 3],
     /// Its DCF.
+    #[serde(skip)]
     pub dcf: String,
     /// The contents of its DOMAINs.
+    #[serde(skip)]
     pub domains: Settings,
     /// What is no parameter, and why.
     pub left_out: BTreeMap<String, String>,
@@ -70,53 +76,29 @@ pub struct ArchivedNode {
 
 /// Why a file is no archive.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the words of an error say what it is")]
 pub enum ArchiveError {
-    /// It is no tar archive, or ends too early.
     #[error("it is no backup of a machine: {0}")]
     Tar(#[from] io::Error),
-    /// It is an archive of something else.
     #[error("it is no backup of a machine: it has no {MANIFEST}")]
     NoManifest,
-    /// The manifest is wrong.
     #[error("its {MANIFEST} cannot be read: {0}")]
     Manifest(#[from] serde_json::Error),
-    /// It was made by another version of this program.
     #[error("its format is {0}, and this program knows {FORMAT}")]
     Format(u32),
-    /// A file is not there.
     #[error("it lacks {0}")]
     Missing(String),
-    /// A file has not the checksum of the manifest.
     #[error("its {0} is not what was saved: the checksum differs")]
     Changed(String),
 }
 
 #[derive(Serialize, Deserialize)]
-struct Manifest {
+struct Manifest<'a> {
     format: u32,
-    machine: Option<String>,
-    made: String,
-    nodes: Vec<Entry>,
-    unread: BTreeMap<String, String>,
-    /// SHA-256, as `sha256sum` prints it.
+    #[serde(flatten)]
+    archive: Cow<'a, Archive>,
+    /// As `sha256sum` prints it.
     sha256: BTreeMap<String, String>,
-}
-
-/// A node in the manifest.
-#[derive(Serialize, Deserialize)]
-struct Entry {
-    name: String,
-    node: u8,
-    dcf: String,
-    vendor: Option<u32>,
-    product: Option<u32>,
-    revision: Option<u32>,
-    serial: Option<u32>,
-    device_name: Option<String>,
-    hardware_version: Option<String>,
-    software_version: Option<String>,
-    left_out: BTreeMap<String, String>,
-    refused: BTreeMap<String, String>,
 }
 
 impl Archive {
@@ -140,15 +122,8 @@ impl Archive {
             files.extend(domains);
             files.insert(node.file(), node.dcf.as_bytes());
         }
-        let made = time_of_day::text(self.made);
-        let manifest = Manifest {
-            format: FORMAT,
-            machine: self.machine.clone(),
-            made,
-            nodes: self.nodes.iter().map(Entry::of).collect(),
-            unread: self.unread.clone(),
-            sha256: files.iter().map(|(name, data)| (name.clone(), checksum(data))).collect(),
-        };
+        let sha256 = files.iter().map(|(name, data)| (name.clone(), checksum(data))).collect();
+        let manifest = Manifest { format: FORMAT, archive: Cow::Borrowed(self), sha256 };
         let manifest = serde_json::to_vec_pretty(&manifest).expect("texts and numbers are JSON");
         let mut tar = Builder::new(Vec::new());
         for (name, data) in [(MANIFEST.to_owned(), manifest.as_slice())].into_iter().chain(files) {
@@ -176,60 +151,24 @@ impl Archive {
             }
         }
         let manifest = files.get(MANIFEST).ok_or(ArchiveError::NoManifest)?;
-        let manifest: Manifest = serde_json::from_slice(manifest)?;
-        if manifest.format != FORMAT {
-            return Err(ArchiveError::Format(manifest.format));
+        let Manifest { format, archive, sha256 } = serde_json::from_slice(manifest)?;
+        if format != FORMAT {
+            return Err(ArchiveError::Format(format));
         }
-        let file = |name: &str| match (files.get(name), manifest.sha256.get(name)) {
+        let file = |name: &str| match (files.get(name), sha256.get(name)) {
             (Some(data), Some(sum)) if checksum(data) == *sum => Ok(data.clone()),
             (Some(_), Some(_)) => Err(ArchiveError::Changed(name.to_owned())),
             _ => Err(ArchiveError::Missing(name.to_owned())),
         };
-        let node = |entry: &Entry| {
-            let dcf = String::from_utf8_lossy(&file(&entry.dcf)?).into_owned();
-            let device = load(&Input::new(Source::new(entry.dcf.as_str(), dcf.as_str()))).0;
+        let mut archive = archive.into_owned();
+        for node in &mut archive.nodes {
+            node.dcf = String::from_utf8_lossy(&file(&node.file())?).into_owned();
+            let device = node.device(&[]);
             let named = device.entries().filter_map(|it| Some((address(it), it.download_file.as_ref()?)));
-            let domains =
-                named.map(|(address, name)| Ok((address, file(name)?))).collect::<Result<_, ArchiveError>>()?;
-            let wrong = || ArchiveError::Missing(format!("a node-ID of {}", entry.name));
-            Ok(ArchivedNode {
-                name: entry.name.clone(),
-                node: NodeId::new(entry.node).ok_or_else(wrong)?,
-                identity: [entry.vendor, entry.product, entry.revision, entry.serial],
-                versions: [&entry.device_name, &entry.hardware_version, &entry.software_version].map(Clone::clone),
-                dcf,
-                domains,
-                left_out: entry.left_out.clone(),
-                refused: entry.refused.clone(),
-            })
-        };
-        Ok(Archive {
-            made: time_of_day::parse(&manifest.made).unwrap_or_default(),
-            nodes: manifest.nodes.iter().map(node).collect::<Result<_, ArchiveError>>()?,
-            machine: manifest.machine,
-            unread: manifest.unread,
-        })
-    }
-}
-
-impl Entry {
-    fn of(node: &ArchivedNode) -> Self {
-        let [vendor, product, revision, serial] = node.identity;
-        let [device_name, hardware_version, software_version] = node.versions.clone();
-        Entry {
-            name: node.name.clone(),
-            node: node.node.get(),
-            dcf: node.file(),
-            vendor,
-            product,
-            revision,
-            serial,
-            device_name,
-            hardware_version,
-            software_version,
-            left_out: node.left_out.clone(),
-            refused: node.refused.clone(),
+            let domains = named.map(|(address, name)| Ok((address, file(name)?)));
+            node.domains = domains.collect::<Result<_, ArchiveError>>()?;
         }
+        Ok(archive)
     }
 }
 
@@ -318,6 +257,22 @@ pub fn read_versions<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> R
 /// How the names of its files begin.
 fn stem(name: &str) -> String {
     name.replace(['/', '\\'], "_")
+}
+
+fn as_text<S: Serializer>(time: &TimeOfDay, serializer: S) -> Result<S::Ok, S::Error> {
+    time_of_day::text(*time).serialize(serializer)
+}
+
+fn of_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<TimeOfDay, D::Error> {
+    Ok(time_of_day::parse(&String::deserialize(deserializer)?).unwrap_or_default())
+}
+
+fn as_number<S: Serializer>(node: &NodeId, serializer: S) -> Result<S::Ok, S::Error> {
+    node.get().serialize(serializer)
+}
+
+fn of_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<NodeId, D::Error> {
+    NodeId::new(u8::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a node-ID is 1 to 127"))
 }
 
 fn checksum(data: &[u8]) -> String {

@@ -11,7 +11,7 @@ use super::{PdoName, PdoState};
 use crate::values::lookup::{ObjectError, describe, resolve};
 
 /// What a PDO is to become; what is `None` stays as it is.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// Whether it is switched on.
     pub on: Option<bool>,
