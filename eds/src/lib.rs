@@ -21,6 +21,7 @@
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
 //! overlays return what they find as data; the rules, one row of a table each, put it into words.
 
+pub mod convert;
 mod diagnostic;
 pub mod diff;
 pub mod drive;
@@ -41,6 +42,7 @@ pub mod start;
 pub mod template;
 pub mod text;
 pub mod write;
+pub mod xdd;
 
 pub use lexican_cia::{cia301, cia402};
 
@@ -56,25 +58,46 @@ use finding::Findings;
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     let mut found = Findings::default();
-    let mut device = model::Device::default();
+    let device = model::Device::default();
     if !parse::is_readable(&input.eds, &mut found) {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     }
-    let tokens = parse::syntax::tokenize(&input.eds, &mut found);
-    let syntax = parse::syntax::Syntax::new(&input.eds, &tokens.text, tokens.lengths);
-    if parse::is_project(&syntax, &mut found) {
-        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
+    if !xdd::is_xml(&input.eds) {
+        return read(&input.eds, &input.overlays, &mut found, None);
     }
-    let (read, facts) = parse::read(syntax, &mut found);
-    device = read;
+    let Some(mut sheet) = xdd::translate(&input.eds, &mut found) else {
+        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
+    };
+    let eds = sheet.eds.clone();
+    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet));
+    sheet.take_back(&mut device, &mut diagnostics);
+    (device, diagnostics)
+}
+
+/// The same of a text in the form of CiA 306, which may have been made of XML.
+fn read(
+    eds: &Source,
+    overlays: &[Source],
+    found: &mut Findings,
+    sheet: Option<&mut xdd::Sheet>,
+) -> (model::Device, Diagnostics) {
+    let tokens = parse::syntax::tokenize(eds, found);
+    let syntax = parse::syntax::Syntax::new(eds, &tokens.text, tokens.lengths);
+    if parse::is_project(&syntax, found) {
+        return (model::Device::default(), rules::of_text(&parse::facts::Facts::none(eds), found));
+    }
+    let (mut device, facts) = parse::read(syntax, found);
     let mut changes = overlay::Changes::default();
-    for (overlay, number) in input.overlays.iter().zip(1..) {
-        overlay::apply(overlay, number, &mut device, &mut changes, &mut found);
+    if let Some(sheet) = sheet {
+        sheet.annotate(&mut device, &mut changes, found);
+    }
+    for (overlay, number) in overlays.iter().zip(1..) {
+        overlay::apply(overlay, number, &mut device, &mut changes, found);
     }
     device.profile = overlay::profile(&device, &changes);
     device.pdos = model::pdo::pdos(&device);
     overlay::pdo::merge(&mut device, &changes);
-    let diagnostics = rules::apply(&device, &facts, &changes, &found);
+    let diagnostics = rules::apply(&device, &facts, &changes, found);
     (device, diagnostics)
 }
 
