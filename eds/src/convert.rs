@@ -54,9 +54,12 @@ pub fn losses(device: &Device, text: &str) -> Vec<String> {
     for said in difference(&write::dcf(&read), &write::dcf(device)) {
         by_key.entry(said.key).or_default().push(format!("[{}]", said.section));
     }
-    let more = beyond(device).into_iter().zip(beyond(&read));
-    let more = more.filter(|((_, before), (_, after))| before.len() > after.len());
-    by_key.extend(more.map(|((what, before), _)| (what.to_owned(), before)));
+    for ((what, mut places), (_, kept)) in beyond(device).into_iter().zip(beyond(&read)) {
+        places.retain(|place| !kept.contains(place));
+        if !places.is_empty() {
+            by_key.insert(what.to_owned(), places);
+        }
+    }
     by_key.into_iter().map(|(what, places)| format!("{what} of {}", shortened(&places))).collect()
 }
 

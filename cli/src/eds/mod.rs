@@ -1,5 +1,6 @@
 //! `lexican eds`: the commands for data sheets.
 
+mod convert;
 mod diff;
 mod dump;
 mod edit;
@@ -18,6 +19,7 @@ pub(crate) enum Command {
     Dump(dump::Args),
     Lint(lint::Args),
     Diff(diff::Args),
+    Convert(convert::Args),
     Fmt(fmt::Args),
     Set(edit::SetArgs),
     Add(edit::AddArgs),
@@ -32,6 +34,7 @@ impl Command {
             Command::Dump(args) => dump::run(&args),
             Command::Lint(args) => lint::run(&args),
             Command::Diff(args) => diff::run(&args),
+            Command::Convert(args) => convert::run(&args),
             Command::Fmt(args) => fmt::run(&args),
             Command::Set(args) => edit::set(&args),
             Command::Add(args) => edit::add(&args),

@@ -12,7 +12,7 @@ use crate::output::{self, Failure, ForceArgs, Outcome, warn};
 
 /// Write a CAN database (DBC) of the messages of nodes with this data sheet
 ///
-/// PDOs by the mapping of the EDS or DCF, EMCY, SDO, heartbeat, NMT and SYNC. Names come from the data sheet, units,
+/// PDOs by the mapping of the data sheet, EMCY, SDO, heartbeat, NMT and SYNC. Names come from the data sheet, units,
 /// scaling and named values from its overlay and from CiA 301 and 402. Exit code 1 if two messages have the same COB-ID, of
 /// which the second is left out.
 #[derive(clap::Args, Debug)]

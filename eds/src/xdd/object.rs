@@ -6,7 +6,7 @@ use roxmltree::Node;
 
 use super::document::{Said, attribute, children, find, local, tag};
 use super::read::{Reader, hex, words};
-use super::sheet::Says;
+use super::sheet::{Names, Says};
 use super::{ACCESS, BITSTRING, TYPES};
 use crate::finding::Kind;
 use crate::model::keys::Key;
@@ -75,13 +75,14 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         });
         keys.extend(flags.into_iter().chain(mapping));
         keys.extend(own.access().map(|(word, at)| (Key::AccessType, word, at)));
+        let code = data_type.as_ref().map_or(String::new(), |(code, _)| code.clone());
         keys.extend(data_type.map(|(code, at)| (Key::DataType, code, at)));
         let at = place(node, if sub.is_some() { "subIndex" } else { "index" });
         for (key, value, at) in keys {
             self.sections.pair(key.name(), &value, at);
         }
         if let Some(parameter) = parameter {
-            self.says(parameter, index, sub, at, is_value);
+            self.says(parameter, (index, sub), at, is_value.then_some(code));
         }
     }
 
@@ -107,13 +108,19 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
     }
 
     /// What a parameter says beyond CiA 306.
-    fn says(&mut self, parameter: Node<'d, 'i>, index: u16, sub: Option<u8>, at: Range<usize>, is_value: bool) {
+    fn says(
+        &mut self,
+        parameter: Node<'d, 'i>,
+        (index, sub): (u16, Option<u8>),
+        at: Range<usize>,
+        data_type: Option<String>,
+    ) {
         let description = words(parameter, "description").map(|said| said.text.to_owned());
         let text = |node, name| attribute(node, name).map_or("", |said| said.text).to_owned();
         let properties =
             children(parameter, "property").map(|it| (text(it, "name"), text(it, "value"))).collect::<Vec<_>>();
         let persistent = attribute(parameter, "persistent").is_some_and(|said| matches!(said.text, "true" | "1"));
-        let meaning = if is_value { self.meaning(parameter, at.clone()) } else { None };
+        let meaning = data_type.and_then(|data_type| self.meaning(parameter, &data_type, at.clone()));
         if description.is_some() || persistent || !properties.is_empty() || meaning.is_some() {
             let span = self.sections.note(at);
             self.says.push(Says { index, sub, description, persistent, properties, meaning, span });
@@ -121,40 +128,43 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
     }
 
     /// An enumeration by the type of the parameter or its allowed values; else a quantity by its unit.
-    fn meaning(&mut self, parameter: Node<'d, 'i>, at: Range<usize>) -> Option<Meaning> {
+    fn meaning(&mut self, parameter: Node<'d, 'i>, data_type: &str, at: Range<usize>) -> Option<Meaning> {
         if let Some(node) = self.type_ref(parameter).filter(|it| local(*it) == "enum") {
-            return self.enumeration(node, attribute(node, "name"), children(node, "enumValue"));
+            return self.enumeration(node, attribute(node, "name"), data_type, "enumValue");
         }
         if let Some(node) = find(parameter, &["allowedValues"]).filter(|node| find(*node, &["value"]).is_some()) {
             let name = words(parameter, "label").or(attribute(parameter, "uniqueID"));
-            return self.enumeration(node, name, children(node, "value"));
+            return self.enumeration(node, name, data_type, "value");
         }
-        let symbol = words(find(parameter, &["unit"])?, "label")?;
+        let symbol = words(find(parameter, &["unit"])?, "label")?.text.to_owned();
         let offset = attribute(parameter, "offset").is_none_or(|said| said.text.trim_matches(['0', '.']).is_empty());
         let (num, den) = attribute(parameter, "multiplier").map_or(Some((1, 1)), |said| rational(said.text))?;
         if !offset || num == 0 || den <= 0 {
             return None;
         }
-        let symbol = symbol.text.to_owned();
-        let name = if num == den { symbol.clone() } else { format!("{symbol} {num}/{den}") };
-        let unit = Unit { method: symbol.clone(), symbol, num, den, when: None };
+        let wanted = if num == den { symbol.clone() } else { format!("{symbol} {num}/{den}") };
+        let units = vec![Unit { method: symbol.clone(), symbol, num, den, when: None }];
+        let is_same = |names: &Names, name: &str| names.quantities.get(name).is_some_and(|known| known.units == units);
+        let name = self.name(&wanted, data_type, is_same)?;
         let span = self.sections.note(at);
-        let quantity = || Quantity { description: None, units: vec![unit], span };
-        self.names.quantities.entry(name.clone()).or_insert_with(quantity);
+        self.names.quantities.entry(name.clone()).or_insert_with(|| Quantity { description: None, units, span });
         Some(Meaning::Quantity(name))
     }
 
+    /// The values that have labels.
     fn enumeration(
         &mut self,
         node: Node<'d, 'i>,
         name: Option<Said<'d>>,
-        list: impl Iterator<Item = Node<'d, 'i>>,
+        data_type: &str,
+        of: &str,
     ) -> Option<Meaning> {
-        if let Some(known) = self.enumerations.get(&node.range().start) {
+        let key = (node.range().start, data_type.to_owned());
+        if let Some(known) = self.enumerations.get(&key) {
             return known.clone().map(Meaning::Enumeration);
         }
         let mut values: Vec<Named<i128>> = Vec::new();
-        for value in list {
+        for value in children(node, of) {
             let number = attribute(value, "value").and_then(|said| number::integer(said.text));
             let (Some(number), Some(label)) = (number, words(value, "label")) else { continue };
             let description = words(value, "description").map(|said| said.text.to_owned());
@@ -162,20 +172,25 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         }
         values.sort_by_key(|named| named.value);
         values.dedup_by(|a, b| a.value == b.value);
-        // Parameters of one name may have other values.
-        let known = &self.names.enumerations;
-        let is_free = |name: &String| known.get(name).is_none_or(|known| known.values == values);
-        let numbered = |name: &str| {
-            (1..100).map(|it| if it == 1 { name.to_owned() } else { format!("{name} {it}") }).find(is_free)
-        };
-        let name = name.filter(|_| !values.is_empty()).and_then(|name| numbered(name.text));
-        self.enumerations.insert(node.range().start, name.clone());
-        let name = name?;
+        let is_same = |names: &Names, name: &str| names.enumerations.get(name).is_some_and(|it| it.values == values);
+        let name = name.filter(|_| !values.is_empty()).and_then(|name| self.name(name.text, data_type, is_same));
+        self.enumerations.insert(key, name.clone());
         let description = words(node, "description").map(|said| said.text.to_owned());
-        let span = self.sections.note(tag(node));
-        let enumeration = || Enumeration { description, values, is_hex: false, span };
-        self.names.enumerations.entry(name.clone()).or_insert_with(enumeration);
-        Some(Meaning::Enumeration(name))
+        let enumeration = Enumeration { description, values, is_hex: false, span: self.sections.note(tag(node)) };
+        self.names.enumerations.entry(name.clone()?).or_insert(enumeration);
+        name.map(Meaning::Enumeration)
+    }
+
+    /// A name that stands for one thing of one data type: others of the same name get a number.
+    fn name(&mut self, wanted: &str, data_type: &str, is_same: impl Fn(&Names, &str) -> bool) -> Option<String> {
+        let numbered = (2..100).map(|number| format!("{wanted} {number}"));
+        let name =
+            std::iter::once(wanted.to_owned()).chain(numbered).find(|name| match self.names.types.get(name) {
+                Some(known) => known == data_type && is_same(&self.names, name),
+                None => true,
+            })?;
+        self.names.types.insert(name.clone(), data_type.to_owned());
+        Some(name)
     }
 
     /// The type that a parameter or a type refers to; not an array or struct, whose types are those of the sub-indices.

@@ -53,8 +53,8 @@ pub(super) struct Reader<'d, 'i, 'o> {
     pub(super) sections: Sections,
     pub(super) says: Vec<Says>,
     pub(super) names: Names,
-    /// The names of the enumerations made so far, by where they are made.
-    pub(super) enumerations: BTreeMap<usize, Option<String>>,
+    /// The names of the enumerations made so far, by where they are made and the data type.
+    pub(super) enumerations: BTreeMap<(usize, String), Option<String>>,
     /// How many objects are off.
     pub(super) off: usize,
     pub(super) out: &'o mut Findings,

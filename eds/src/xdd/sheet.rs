@@ -133,6 +133,8 @@ pub(super) struct Says {
 pub(super) struct Names {
     pub(super) enumerations: BTreeMap<String, Enumeration>,
     pub(super) quantities: BTreeMap<String, Quantity>,
+    /// The data types of those who use them, who share one.
+    pub(super) types: BTreeMap<String, String>,
 }
 
 /// A data sheet in the words of CiA 306, and where each of its lines comes from.

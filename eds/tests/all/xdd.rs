@@ -166,6 +166,22 @@ fn all_that_a_data_sheet_says_comes_back_from_xml() {
 }
 
 #[test]
+fn what_overlays_say_is_sound_in_xml_or_named() {
+    for shipped in library::all() {
+        let (device, _) = load(&shipped.input());
+        let text = xdd::xdd(&device);
+        let (read, findings) = read("x.xdd", &text);
+        assert!(!findings.has_errors(), "{}: {findings:?}", shipped.id);
+        assert_eq!(xdd::xdd(&read), text);
+        let lost = losses(&device, &text);
+        let said =
+            ["the bit field", "the unit", "the conditional", "the NMT", "the parameters", "not being", "the order"];
+        let said = [&said[..], &["the mapping", "writing four bytes"]].concat();
+        assert!(lost.iter().all(|lost| said.iter().any(|said| lost.starts_with(said))), "{}: {lost:?}", shipped.id);
+    }
+}
+
+#[test]
 fn what_a_format_cannot_say_is_named() {
     let (device, _) = read("valve.xdd", EDITOR);
     assert_eq!(losses(&device, &Format::Xdd.write(&device)), [""; 0]);
