@@ -360,7 +360,7 @@ fn what_is_lost_in_another_format_is_named() {
     let run = lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.eds", "--json"]);
     run.on_stdout(0, "the unit of 100C:00");
     assert!(run.stderr.contains("warning: ag03.eds lacks the unit of 100C:00"), "{run}");
-    lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.eds"]).on_stdout(0, "61 objects");
+    lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.eds"]).on_stderr(2, "--force replaces it");
     lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.txt"]).on_stderr(2, "end it with .eds");
     std::fs::write(folder.join("x.xdd"), "<html/>").unwrap();
     lexican_in(&folder, &["eds", "convert", "x.xdd", "-o", "x.eds"]).on_stderr(2, "no data sheet");

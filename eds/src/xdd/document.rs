@@ -122,7 +122,7 @@ fn said<'d>(attribute: &Attribute<'d, '_>) -> Said<'d> {
 
 /// The text in an element; empty if there is none.
 pub(super) fn text<'d>(node: Node<'d, '_>) -> Said<'d> {
-    let inner = node.children().find(|child| child.is_text());
+    let inner = node.children().find(Node::is_text);
     Said { text: node.text().unwrap_or_default(), at: inner.map_or(tag(node), |inner| inner.range()) }
 }
 

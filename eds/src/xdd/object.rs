@@ -6,7 +6,7 @@ use roxmltree::Node;
 
 use super::document::{Said, attribute, children, find, local, tag};
 use super::read::{Reader, hex, words};
-use super::sheet::{Names, Says};
+use super::sheet::{Names, Says, xml_span};
 use super::{ACCESS, BITSTRING, TYPES};
 use crate::finding::Kind;
 use crate::model::keys::Key;
@@ -91,7 +91,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         let reference = attribute(node, "uniqueIDRef").filter(|said| !said.text.is_empty())?;
         let found = self.ids.get(reference.text).copied().filter(|node| local(*node).starts_with("parameter"));
         let Some(found) = found else {
-            let span = self.sections.note(reference.at);
+            let span = xml_span(reference.at);
             self.out.push(Kind::DanglingReference(reference.text.into()), span);
             return None;
         };
@@ -122,7 +122,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         let persistent = attribute(parameter, "persistent").is_some_and(|said| matches!(said.text, "true" | "1"));
         let meaning = data_type.and_then(|data_type| self.meaning(parameter, &data_type, at.clone()));
         if description.is_some() || persistent || !properties.is_empty() || meaning.is_some() {
-            let span = self.sections.note(at);
+            let span = xml_span(at);
             self.says.push(Says { index, sub, description, persistent, properties, meaning, span });
         }
     }
@@ -146,7 +146,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         let units = vec![Unit { method: symbol.clone(), symbol, num, den, when: None }];
         let is_same = |names: &Names, name: &str| names.quantities.get(name).is_some_and(|known| known.units == units);
         let name = self.name(&wanted, data_type, is_same)?;
-        let span = self.sections.note(at);
+        let span = xml_span(at);
         self.names.quantities.entry(name.clone()).or_insert_with(|| Quantity { description: None, units, span });
         Some(Meaning::Quantity(name))
     }
@@ -176,7 +176,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         let name = name.filter(|_| !values.is_empty()).and_then(|name| self.name(name.text, data_type, is_same));
         self.enumerations.insert(key, name.clone());
         let description = words(node, "description").map(|said| said.text.to_owned());
-        let enumeration = Enumeration { description, values, is_hex: false, span: self.sections.note(tag(node)) };
+        let enumeration = Enumeration { description, values, is_hex: false, span: xml_span(tag(node)) };
         self.names.enumerations.entry(name.clone()?).or_insert(enumeration);
         name.map(Meaning::Enumeration)
     }

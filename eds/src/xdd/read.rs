@@ -6,7 +6,7 @@ use std::ops::Range;
 use roxmltree::Node;
 
 use super::document::{Refused, Said, attribute, children, document, find, local, tag, text};
-use super::sheet::{Names, Says, Sections, Sheet};
+use super::sheet::{Names, Says, Sections, Sheet, xml_span};
 use super::{COMMISSIONING, FEATURES, FILE, IDENTITY};
 use crate::finding::{Findings, Kind};
 use crate::model::ObjectList;
@@ -72,8 +72,8 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
             let Some(id) = attribute(node, "uniqueID") else { continue };
             match self.ids.get(id.text) {
                 Some(first) => {
-                    let first = self.sections.note(tag(*first));
-                    let span = self.sections.note(id.at);
+                    let first = xml_span(tag(*first));
+                    let span = xml_span(id.at);
                     self.out.push(Kind::DuplicateId { id: id.text.into(), first }, span);
                 }
                 None => drop(self.ids.insert(id.text, node)),
@@ -201,7 +201,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
         let mut found: BTreeMap<&str, usize> = BTreeMap::new();
         let mut first = None;
         let mut below = 0;
-        for node in root.descendants().filter(|node| UNREAD.contains(&local(*node))) {
+        for node in root.descendants().filter(|node| UNREAD.split(' ').any(|name| name == local(*node))) {
             let says_something = node.has_children() || node.attributes().len() > 0;
             if node.range().start < below || !says_something || section_of(node).is_some() {
                 continue;
@@ -215,38 +215,18 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
             first = first.or(self.find(&["ApplicationLayers", "CANopenObjectList"]).map(tag));
         }
         if let Some(at) = first {
-            let span = self.sections.note(at);
+            let span = xml_span(at);
             self.out.push(Kind::Unread(found.into_iter().map(|(name, count)| (name.into(), count)).collect()), span);
         }
     }
 }
 
 /// What is not read.
-const UNREAD: [&str; 23] = [
-    "vendorText",
-    "deviceFamily",
-    "productFamily",
-    "version",
-    "buildDate",
-    "specificationRevision",
-    "instanceName",
-    "DeviceManager",
-    "characteristicsList",
-    "standardComplianceList",
-    "picturesList",
-    "dictionaryList",
-    "functionTypeList",
-    "functionInstanceList",
-    "parameterGroupList",
-    "ExternalProfileHandle",
-    "moduleManagement",
-    "dynamicChannels",
-    "templateList",
-    "variableRef",
-    "conditionalSupport",
-    "substituteValue",
-    "step",
-];
+const UNREAD: &str = "\
+    vendorText deviceFamily productFamily version buildDate specificationRevision instanceName DeviceManager \
+    characteristicsList standardComplianceList picturesList dictionaryList functionTypeList functionInstanceList \
+    parameterGroupList ExternalProfileHandle moduleManagement dynamicChannels templateList variableRef \
+    conditionalSupport substituteValue step";
 
 /// The section that a list of characteristics is about.
 fn section_of<'d>(list: Node<'d, '_>) -> Option<&'d str> {

@@ -20,7 +20,6 @@ pub(super) struct Sections {
     list: Vec<Section>,
     /// What is said in the place of what the list says, by section and key in lower case.
     instead: BTreeMap<String, (String, Instead)>,
-    notes: Vec<Range<usize>>,
     bytes: usize,
 }
 
@@ -62,25 +61,15 @@ impl Sections {
         keys.insert(key.to_ascii_lowercase(), value.map(|value| Pair::new(key, value, at)));
     }
 
-    /// A place that belongs to no key: it gets a comment of its own.
-    pub(super) fn note(&mut self, at: Range<usize>) -> Span {
-        let start = (self.notes.len() * NOTE.len()) as u32;
-        self.notes.push(at);
-        Span::eds(start, start + 1)
-    }
-
     /// Takes room for so many bytes, read or made; whether there is some left.
     pub(super) fn has_room(&mut self, bytes: usize) -> bool {
         self.bytes += bytes;
         self.bytes < MAX_BYTES
     }
 
-    /// All as text, behind the comments.
+    /// All as text.
     pub(super) fn finish(mut self, xml: &Source, says: Vec<Says>, names: Names) -> Sheet {
-        let mut text = NOTE.repeat(self.notes.len());
-        let of_notes = self.notes.into_iter().zip(0..);
-        let mut lines: Vec<Line> =
-            of_notes.map(|(at, number)| Line { value: number * NOTE.len(), key: at.clone(), at }).collect();
+        let (mut text, mut lines) = (String::new(), Vec::new());
         let mut write = |Section { name, at, pairs }: Section, mut instead: Instead| {
             lines.push(Line { value: text.len(), key: at.clone(), at: at.clone() });
             let _ = writeln!(text, "[{name}]");
@@ -113,8 +102,13 @@ impl Pair {
     }
 }
 
-/// The line of a [`Sections::note`].
-const NOTE: &str = ";\n";
+/// The source of a place in the XML, until [`Sheet::take_back`].
+const XML: u16 = u16::MAX;
+
+/// A place that belongs to no key.
+pub(super) fn xml_span(at: Range<usize>) -> Span {
+    Span { source: XML, start: at.start as u32, end: at.end as u32 }
+}
 
 /// What an object or entry says beyond CiA 306.
 pub(super) struct Says {
@@ -200,11 +194,14 @@ impl Sheet {
             finding.fix = None;
             finding.help = finding.help.take().map(|help| in_words(&help).unwrap_or(help));
         }
+        findings.finish();
     }
 
     fn place(&self, span: Span) -> Span {
-        if span.source != 0 || span == Span::eds(0, 0) {
-            return span;
+        match span.source {
+            XML => return Span { source: 0, ..span },
+            0 if span != Span::eds(0, 0) => {}
+            _ => return span,
         }
         let line = self.eds.position(span.start).line as usize - 1;
         let Some(line) = self.lines.get(line) else { return Span::eds(0, 0) };

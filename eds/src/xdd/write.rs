@@ -106,9 +106,7 @@ impl Writer<'_> {
             if name == "orderNumber"
                 && let Some(description) = self.device.file.description.clone()
             {
-                self.xml.open("productText", &[]);
-                self.xml.words("description", &description);
-                self.xml.close();
+                self.xml.with_words("productText", "description", &description);
             }
             let value = self.of("DeviceInfo", key).map(str::to_owned);
             if let Some(value) = value.or_else(|| (name != "orderNumber").then(String::new)) {
@@ -127,16 +125,12 @@ impl Writer<'_> {
         self.xml.open("capabilities", &[]);
         for of_section in rest.chunk_by(|a, b| a.section == b.section) {
             self.xml.open("characteristicsList", &[]);
-            self.xml.open("category", &[]);
-            self.xml.words("label", &format!("[{}]", of_section[0].section));
-            self.xml.close();
+            self.xml.with_words("category", "label", &format!("[{}]", of_section[0].section));
             for said in of_section {
                 self.xml.open("characteristic", &[]);
-                let named = [("characteristicName", Some(&said.key)), ("characteristicContent", said.value.as_ref())];
-                for (name, text) in named.into_iter().filter_map(|(name, text)| Some((name, text?))) {
-                    self.xml.open(name, &[]);
-                    self.xml.words("label", text);
-                    self.xml.close();
+                self.xml.with_words("characteristicName", "label", &said.key);
+                if let Some(value) = &said.value {
+                    self.xml.with_words("characteristicContent", "label", value);
                 }
                 self.xml.close();
             }
@@ -186,26 +180,24 @@ impl Writer<'_> {
         let id = id_of(object, Some(entry));
         let access = ACCESS.iter().find(|(_, access)| *access == entry.access).map_or("read", |(word, _)| word);
         let unit = single_unit(self.device, entry);
-        let multiplier = unit.and_then(|unit| decimal(unit)).unwrap_or_default();
+        let multiplier = unit.and_then(decimal).unwrap_or_default();
         let mut attributes = vec![("uniqueID", id.as_str()), ("access", access)];
         attributes.extend(entry.persistent.then_some(("persistent", "true")));
         attributes.extend((!multiplier.is_empty() && multiplier != "1").then_some(("multiplier", multiplier.as_str())));
         self.xml.open("parameter", &attributes);
         self.texts(&entry.name, entry.description.as_deref());
         self.xml.empty(type_name(entry.data_type), &[]);
-        let values = self.values(entry);
-        if let Some(denotation) = &values.denotation {
-            self.xml.open("denotation", &[]);
-            self.xml.words("label", denotation);
-            self.xml.close();
+        let [default, low, high, configured, denotation] = self.values(entry);
+        if let Some(denotation) = &denotation {
+            self.xml.with_words("denotation", "label", denotation);
         }
-        for (name, value) in [("actualValue", &values.configured), ("defaultValue", &values.default)] {
+        for (name, value) in [("actualValue", configured), ("defaultValue", default)] {
             if let Some(value) = value {
-                self.xml.empty(name, &[("value", value)]);
+                self.xml.empty(name, &[("value", &value)]);
             }
         }
         let enumeration = enumeration(self.device, entry);
-        let range = values.low.as_ref().zip(values.high.as_ref());
+        let range = low.zip(high);
         if enumeration.is_some() || range.is_some() {
             self.xml.open("allowedValues", &[]);
             for named in enumeration.iter().flat_map(|enumeration| &enumeration.values) {
@@ -215,8 +207,8 @@ impl Writer<'_> {
             }
             if let Some((low, high)) = range {
                 self.xml.open("range", &[]);
-                self.xml.empty("minValue", &[("value", low)]);
-                self.xml.empty("maxValue", &[("value", high)]);
+                self.xml.empty("minValue", &[("value", &low)]);
+                self.xml.empty("maxValue", &[("value", &high)]);
                 self.xml.close();
             }
             self.xml.close();
@@ -307,29 +299,18 @@ impl Writer<'_> {
         };
         attributes.push(("accessType", access.to_owned()));
         attributes.push(("PDOmapping", if entry.pdo_mapping { mapping } else { "no" }.to_owned()));
-        let values = self.values(entry);
-        let named = [
-            ("defaultValue", values.default),
-            ("lowLimit", values.low),
-            ("highLimit", values.high),
-            ("actualValue", values.configured),
-            ("denotation", values.denotation),
-        ];
-        attributes.extend(named.into_iter().filter_map(|(name, value)| Some((name, value?))));
+        let names = ["defaultValue", "lowLimit", "highLimit", "actualValue", "denotation"];
+        let named = names.into_iter().zip(self.values(entry));
+        attributes.extend(named.filter_map(|(name, value)| Some((name, value?))));
         attributes.push(("uniqueIDRef", id_of(object, Some(entry))));
     }
 
-    /// The values of an entry as CiA 306 writes them.
-    fn values(&self, entry: &Entry) -> Values {
-        let text = |value| write::value(value, entry.data_type);
-        let configured = entry.configured.as_ref().filter(|_| self.configured);
-        Values {
-            default: entry.default.as_ref().map(text),
-            low: entry.low.as_ref().map(text),
-            high: entry.high.as_ref().map(text),
-            configured: configured.map(text),
-            denotation: entry.denotation.clone().filter(|_| self.configured),
-        }
+    /// Default, limits, value and denotation of an entry as CiA 306 writes them.
+    fn values(&self, entry: &Entry) -> [Option<String>; 5] {
+        let text = |value: &Option<_>| value.as_ref().map(|value| write::value(value, entry.data_type));
+        let [default, low, high] = [&entry.default, &entry.low, &entry.high].map(text);
+        let configured = text(&entry.configured).filter(|_| self.configured);
+        [default, low, high, configured, entry.denotation.clone().filter(|_| self.configured)]
     }
 
     fn network(&mut self) {
@@ -363,14 +344,6 @@ impl Writer<'_> {
             self.xml.empty("deviceCommissioning", &borrowed(&said));
         }
     }
-}
-
-struct Values {
-    default: Option<String>,
-    low: Option<String>,
-    high: Option<String>,
-    configured: Option<String>,
-    denotation: Option<String>,
 }
 
 fn borrowed<'a>(attributes: &'a [(&'a str, String)]) -> Vec<(&'a str, &'a str)> {

@@ -5,39 +5,11 @@ use std::fmt::Write as _;
 use super::NAMESPACES;
 
 /// Elements that the schema declares at its top, and so in its namespace; all others are in none.
-const QUALIFIED: [&str; 31] = [
-    "ISO15745ProfileContainer",
-    "ISO15745Profile",
-    "DeviceIdentity",
-    "vendorName",
-    "vendorID",
-    "productName",
-    "productID",
-    "productText",
-    "orderNumber",
-    "DeviceFunction",
-    "capabilities",
-    "characteristicsList",
-    "characteristic",
-    "characteristicName",
-    "characteristicContent",
-    "ApplicationProcess",
-    "dataTypeList",
-    "struct",
-    "varDeclaration",
-    "dataTypeIDRef",
-    "parameterList",
-    "parameter",
-    "denotation",
-    "actualValue",
-    "defaultValue",
-    "allowedValues",
-    "value",
-    "range",
-    "unit",
-    "property",
-    "CANopenObjectList",
-];
+const QUALIFIED: &str = "\
+    ISO15745ProfileContainer ISO15745Profile DeviceIdentity vendorName vendorID productName productID productText \
+    orderNumber DeviceFunction capabilities characteristicsList characteristic characteristicName \
+    characteristicContent ApplicationProcess dataTypeList struct varDeclaration dataTypeIDRef parameterList \
+    parameter denotation actualValue defaultValue allowedValues value range unit property CANopenObjectList";
 
 /// The prefix of [`QUALIFIED`].
 const PREFIX: &str = "co:";
@@ -88,6 +60,13 @@ impl Xml {
         self.text(name, &[("lang", "en")], text);
     }
 
+    /// An element with only a `label` or `description`.
+    pub(super) fn with_words(&mut self, name: &str, words: &str, text: &str) {
+        self.open(name, &[]);
+        self.words(words, text);
+        self.close();
+    }
+
     pub(super) fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();
@@ -96,7 +75,7 @@ impl Xml {
     }
 
     fn start(&mut self, name: &str, attributes: &Attributes<'_>) -> String {
-        let name = if QUALIFIED.contains(&name) { format!("{PREFIX}{name}") } else { name.to_owned() };
+        let name = if QUALIFIED.split(' ').any(|it| it == name) { format!("{PREFIX}{name}") } else { name.to_owned() };
         self.indent();
         let _ = write!(self.out, "<{name}");
         for (key, value) in attributes {

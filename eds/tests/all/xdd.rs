@@ -3,8 +3,10 @@
 use lexican_eds::convert::{Format, losses};
 use lexican_eds::model::{Device, Meaning, Value};
 use lexican_eds::{Diagnostics, Input, Source, dump, library, load, write, xdd};
+use proptest::prelude::*;
 
 use crate::cases::cases;
+use crate::exercise;
 
 const EDITOR: &str = include_str!("../xdd/editor.xdd");
 const INLINE: &str = include_str!("../xdd/inline.xdc");
@@ -135,7 +137,7 @@ fn what_is_no_data_sheet_or_has_no_end_is_refused_with_a_reason() {
     check("<ISO15745ProfileContainer>", "broken");
     check("<!DOCTYPE x [<!ENTITY a \"b\">]><x>&a;</x>", "document type definition");
     check(&root(&" ".repeat(17 << 20)), "16777216 bytes");
-    check(&root(&"<a/>".repeat(1_100_000)), "1000000 nodes");
+    check(&root(&"<a></a>".repeat(1_000_001)), "1000000 nodes");
     check(&root(&format!("<a {}/>", "x=\"\" ".repeat(1001))), "1000 attributes");
     check(&root(&"<a xmlns:x=\"y\">".repeat(101)), "`xmlns:` more than 100 times");
     let shared = format!("<parameter uniqueID=\"p\">{}</parameter>", "<label>x</label>".repeat(50_000));
@@ -200,4 +202,21 @@ fn what_a_format_cannot_say_is_named() {
     assert_eq!(losses(&device, &Format::Dcf.write(&device)), [""; 0]);
     let lost = losses(&device, &Format::Xdd.write(&device));
     assert!(lost.contains(&"ParameterValue of [1017], [2000]".to_owned()), "{lost:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn no_xml_makes_the_reader_panic(edits in proptest::collection::vec((0.0..1.0, 0..40_usize, "[<>/=\"&;a-z0-9 ]{0,6}"), 1..4)) {
+        let mut text = EDITOR.to_owned();
+        for (at, length, other) in edits {
+            let start = text.floor_char_boundary((text.len() as f64 * at) as usize);
+            let end = text.floor_char_boundary((start + length).min(text.len()));
+            text.replace_range(start..end, &other);
+        }
+        exercise::exercise(&Input::new(Source::new("x.xdd", text.as_str())));
+        let written = xdd::xdc(&read("x.xdd", &text).0);
+        prop_assert_eq!(xdd::xdc(&read("x.xdc", &written).0), written);
+    }
 }
