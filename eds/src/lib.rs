@@ -1,5 +1,5 @@
-//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1) as a compiler reads programs: reading never
-//! fails, nothing is dropped in silence, and every finding names its place.
+//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1; XDD, XDC and XPD, CiA 311) as a compiler reads programs: reading
+//! never fails, nothing is dropped in silence, and every finding names its place.
 //!
 //! ```
 //! use lexican_eds::{Input, Source, load};
@@ -11,8 +11,9 @@
 //! ```
 //!
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
-//! DCF; [`template`] is a new one to begin from. [`fmt`] brings a file into the form of the standard, [`edit`] changes keys and
-//! objects of it, [`fix`](mod@fix) what has one right answer. [`library`] holds the data sheets that are shipped.
+//! DCF, [`mod@xdd`] XDD and XDC, and [`convert`] names what is lost; [`template`] is a new one to begin from. [`fmt`] brings a
+//! file into the form of the standard, [`edit`] changes keys and objects of it, [`fix`](mod@fix) what has one right answer.
+//! [`library`] holds the data sheets that are shipped.
 //!
 //! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
 //! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
