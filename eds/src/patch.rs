@@ -100,7 +100,7 @@ impl IntoIterator for Patch {
 /// What a patch begins with as help of a finding.
 pub(crate) const HEADING: &str = "in the data sheet:";
 
-/// [`HEADING`] and a line for each change, as help of a finding.
+/// `in the data sheet:` and a line for each change, as help of a finding.
 impl fmt::Display for Patch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(HEADING)?;

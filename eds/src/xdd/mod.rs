@@ -1,7 +1,7 @@
 //! XDD, XDC and XPD (CiA 311, 1.0 and 1.1): data sheets in XML.
 //!
 //! Read, such a file is translated to the sections and keys of CiA 306, each with its place in the XML; all behind that (model,
-//! overlays, rules) is the same as for an EDS, and [`Sheet`] takes the places back. What XML alone can say, such as units
+//! overlays, rules) is the same as for an EDS, and the places are taken back. What XML alone can say, such as units
 //! and enumerations, comes into the model where an overlay puts it.
 //!
 //! Written, what XML has no word for (revision number, comments, tools, modules) is a list of characteristics whose category is the name of
