@@ -10,7 +10,7 @@ use crate::output::{Failure, plural, warn};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct DeviceArgs {
-    /// An EDS or DCF file, or a device that lexican knows, such as siko/ag03-1 (see `lexican devices`)
+    /// An EDS, DCF or XDD file, or a device that lexican knows, such as siko/ag03-1 (see `lexican devices`)
     #[arg(value_name = "FILE|DEVICE")]
     device: String,
 

@@ -20,7 +20,10 @@ pub(crate) struct Finding {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind {
     FileSize(Refusal),
-    Xml,
+    Xml { why: Box<str>, help: &'static str },
+    DanglingReference(Box<str>),
+    DuplicateId { id: Box<str>, first: Span },
+    Unread(Box<[(Box<str>, usize)]>),
     Project,
     Encoding,
     LongLine { characters: usize },

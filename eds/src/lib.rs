@@ -1,5 +1,5 @@
-//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1) as a compiler reads programs: reading never
-//! fails, nothing is dropped in silence, and every finding names its place.
+//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1; XDD, XDC and XPD, CiA 311) as a compiler reads programs: reading
+//! never fails, nothing is dropped in silence, and every finding names its place.
 //!
 //! ```
 //! use lexican_eds::{Input, Source, load};
@@ -11,8 +11,9 @@
 //! ```
 //!
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
-//! DCF; [`template`] is a new one to begin from. [`fmt`] brings a file into the form of the standard, [`edit`] changes keys and
-//! objects of it, [`fix`](mod@fix) what has one right answer; [`outline`] says what stands where. [`library`] holds the data sheets that are shipped.
+//! DCF, [`mod@xdd`] XDD and XDC, and [`convert`] names what is lost; [`template`] is a new one to begin from. [`fmt`] brings a
+//! file into the form of the standard, [`edit`] changes keys and objects of it, [`fix`](mod@fix) what has one right answer;
+//! [`outline`] says what stands where. [`library`] holds the data sheets that are shipped.
 //!
 //! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
 //! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
@@ -21,6 +22,7 @@
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
 //! overlays return what they find as data; the rules, one row of a table each, put it into words.
 
+pub mod convert;
 mod diagnostic;
 pub mod diff;
 pub mod drive;
@@ -42,6 +44,7 @@ pub mod start;
 pub mod template;
 pub mod text;
 pub mod write;
+pub mod xdd;
 
 pub use lexican_cia::{cia301, cia402};
 
@@ -57,25 +60,46 @@ use finding::Findings;
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     let mut found = Findings::default();
-    let mut device = model::Device::default();
+    let device = model::Device::default();
     if !parse::is_readable(&input.eds, &mut found) {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     }
-    let tokens = parse::syntax::tokenize(&input.eds, &mut found);
-    let syntax = parse::syntax::Syntax::new(&input.eds, &tokens.text, tokens.lengths);
-    if parse::is_project(&syntax, &mut found) {
-        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
+    if !xdd::is_xml(&input.eds) {
+        return read(&input.eds, &input.overlays, &mut found, None);
     }
-    let (read, facts) = parse::read(syntax, &mut found);
-    device = read;
+    let Some(mut sheet) = xdd::translate(&input.eds, &mut found) else {
+        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
+    };
+    let eds = sheet.eds.clone();
+    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet));
+    sheet.take_back(&mut device, &mut diagnostics);
+    (device, diagnostics)
+}
+
+/// The same of a text in the form of CiA 306, which may have been made of XML.
+fn read(
+    eds: &Source,
+    overlays: &[Source],
+    found: &mut Findings,
+    sheet: Option<&mut xdd::Sheet>,
+) -> (model::Device, Diagnostics) {
+    let tokens = parse::syntax::tokenize(eds, found);
+    let syntax = parse::syntax::Syntax::new(eds, &tokens.text, tokens.lengths);
+    if parse::is_project(&syntax, found) {
+        return (model::Device::default(), rules::of_text(&parse::facts::Facts::none(eds), found));
+    }
+    let (mut device, facts) = parse::read(syntax, found);
     let mut changes = overlay::Changes::default();
-    for (overlay, number) in input.overlays.iter().zip(1..) {
-        overlay::apply(overlay, number, &mut device, &mut changes, &mut found);
+    if let Some(sheet) = sheet {
+        sheet.annotate(&mut device, &mut changes, found);
+    }
+    for (overlay, number) in overlays.iter().zip(1..) {
+        overlay::apply(overlay, number, &mut device, &mut changes, found);
     }
     device.profile = overlay::profile(&device, &changes);
     device.pdos = model::pdo::pdos(&device);
     overlay::pdo::merge(&mut device, &changes);
-    let diagnostics = rules::apply(&device, &facts, &changes, &found);
+    let diagnostics = rules::apply(&device, &facts, &changes, found);
     (device, diagnostics)
 }
 

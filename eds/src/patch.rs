@@ -97,10 +97,13 @@ impl IntoIterator for Patch {
     }
 }
 
+/// What a patch begins with as help of a finding.
+pub(crate) const HEADING: &str = "in the data sheet:";
+
 /// `in the data sheet:` and a line for each change, as help of a finding.
 impl fmt::Display for Patch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("in the data sheet:")?;
+        f.write_str(HEADING)?;
         self.0.iter().try_for_each(|change| match change {
             Change::Line(line, becomes) => write!(f, "\nline {line}: {becomes}"),
             Change::After(line, added) => write!(f, "\nafter line {line}: {added}"),

@@ -1,11 +1,13 @@
 //! Writes a device as EDS or DCF (CiA 306-1). What is read back is the same device, but for what overlays say:
 //! that has no place in these formats.
 
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write as _};
 
 use crate::dump::value_text;
 use crate::model::types::{Class, DataType};
 use crate::model::{Commissioning, Device, DeviceInfo, Entry, FileInfo, Module, Object, ObjectKind, ObjectList, Value};
+use crate::parse::syntax::Line;
 
 /// The device as EDS, without the values of a configured device. Lines end with CR LF.
 #[must_use]
@@ -31,6 +33,50 @@ pub(crate) fn entry_lines(entry: &Entry) -> Vec<String> {
     let mut writer = Writer { out: String::new(), configured: true };
     writer.sub(&format!("{:04X}", entry.index), entry);
     writer.lines()
+}
+
+/// A value of a data type, in one line.
+pub(crate) fn value(value: &Value, data_type: DataType) -> String {
+    match value {
+        Value::Integer(number) if data_type.class() == Class::Unsigned && *number > 0xFFFF => format!("0x{number:X}"),
+        // With an exponent where the number is long.
+        Value::Real(number) => format!("{number:?}"),
+        other => one_line(&value_text(other)),
+    }
+}
+
+/// A key that a data sheet has, or without a value one that it has not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Said {
+    pub(crate) section: String,
+    pub(crate) key: String,
+    pub(crate) value: Option<String>,
+}
+
+/// All keys of what was written here.
+pub(crate) fn said(text: &str) -> Vec<Said> {
+    let mut section = String::new();
+    let mut said = Vec::new();
+    for line in text.lines() {
+        match Line::of(line) {
+            Line::Section { name, .. } => section = name.to_owned(),
+            Line::Pair { key, value, .. } => {
+                said.push(Said { section: section.clone(), key: key.to_owned(), value: Some(value.to_owned()) });
+            }
+            _ => {}
+        }
+    }
+    said
+}
+
+/// The keys that make the first text say what the second does, by section.
+pub(crate) fn difference(from: &str, to: &str) -> Vec<Said> {
+    type Keys = BTreeMap<(String, String), Option<String>>;
+    let keys = |text: &str| said(text).into_iter().map(|it| ((it.section, it.key), it.value)).collect::<Keys>();
+    let (mut from, mut changes) = (keys(from), keys(to));
+    changes.retain(|key, value| from.remove(key).as_ref() != Some(value));
+    changes.extend(from.into_keys().map(|key| (key, None)));
+    changes.into_iter().map(|((section, key), value)| Said { section, key, value }).collect()
 }
 
 /// What the section of a list is called.
@@ -291,15 +337,8 @@ impl Writer {
     }
 
     fn value(&mut self, key: &str, value: &Option<Value>, data_type: DataType) {
-        match value {
-            None => {}
-            Some(Value::Integer(number)) => {
-                let long = data_type.class() == Class::Unsigned && *number > 0xFFFF;
-                if long { self.pair(key, format_args!("0x{number:X}")) } else { self.pair(key, number) }
-            }
-            // With an exponent where the number is long.
-            Some(Value::Real(number)) => self.pair(key, format_args!("{number:?}")),
-            Some(other) => self.pair(key, one_line(&value_text(other))),
+        if let Some(value) = value {
+            self.pair(key, self::value(value, data_type));
         }
     }
 

@@ -16,4 +16,4 @@ mod text;
 pub use bus::{device, manager, sdo};
 pub use port::siko_serial;
 pub use profibus::profibus;
-pub use text::{archive, bus_url, bus_yml, codegen, eds, log, logs, machine, parameters, script, slcan};
+pub use text::{archive, bus_url, bus_yml, codegen, eds, log, logs, machine, parameters, script, slcan, xdd};

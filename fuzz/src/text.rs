@@ -34,6 +34,15 @@ pub fn eds(data: &[u8]) {
     super::exercise::exercise(&input(data));
 }
 
+/// What was read of a data sheet in XML is written as XML that reads the same.
+pub fn xdd(data: &[u8]) {
+    let input = input(data);
+    super::exercise::exercise(&input);
+    let text = lexican_eds::xdd::xdc(&load(&input).0);
+    let again = load(&Input::new(Source::new("x.xdc", text.as_str()))).0;
+    assert_eq!(lexican_eds::xdd::xdc(&again), text, "written again it is another text");
+}
+
 /// What is generated is Rust.
 pub fn codegen(data: &[u8]) {
     let (device, _) = load(&input(data));

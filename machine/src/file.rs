@@ -113,7 +113,7 @@ pub(crate) struct Node {
     pub(crate) bus: Option<At<String>>,
     /// The kind that it is of.
     kind: Option<At<String>>,
-    /// Its data sheet: an EDS or DCF file, or a device that lexican knows. A DCF has values that are written.
+    /// Its data sheet: an EDS, DCF, XDD or XDC file, or a device that lexican knows. A DCF has values that are written.
     pub(crate) sheet: Option<At<String>>,
     /// Corrections and meanings in addition to the data sheet (TOML files).
     pub(crate) overlay: Vec<At<PathBuf>>,

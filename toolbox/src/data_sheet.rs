@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use lexican_eds::convert::Format;
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, library};
 
@@ -145,7 +146,7 @@ fn no_file(path: &Path) -> io::Error {
 
 fn looks_like_a_file(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    path.exists() || extension == "eds" || extension == "dcf" || extension == "txt" || path.is_absolute()
+    path.exists() || Format::of(path).is_some() || extension == "txt" || path.is_absolute()
 }
 
 /// Suggests similar names, the most similar first.
@@ -158,7 +159,7 @@ fn similar(name: &str) -> String {
     let mut near: Vec<_> = all.filter(|(similarity, _)| *similarity > 0.85).collect();
     near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     if near.is_empty() {
-        "give the path of an EDS or DCF file, or one of the devices that `lexican devices` lists".to_owned()
+        "give the path of an EDS, DCF or XDD file, or one of the devices that `lexican devices` lists".to_owned()
     } else {
         let names: Vec<_> = near.into_iter().map(|(_, id)| id).collect();
         format!("did you mean {}?", names.join(" or "))

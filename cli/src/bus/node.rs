@@ -43,7 +43,7 @@ pub(crate) struct NetworkArgs {
 /// The arguments that say what a node is, and how long it may take.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct SheetArgs {
-    /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device; for several nodes 5=FILE, for each
+    /// The device: an EDS, DCF or XDD file, or a device that lexican knows; none for an unknown device; for several nodes 5=FILE, for each
     ///
     /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
     /// A node whose vendor is not that of the data sheet is refused; another product is warned of.

@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, thread};
 
+use lexican_eds::convert::Format;
 use lexican_eds::{Input, Source};
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::{VirtualBus, VirtualLink};
@@ -154,7 +155,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     for entry in entries {
         let path = entry.expect("the folder can be read").path();
-        let is_sheet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("eds") || e.eq_ignore_ascii_case("dcf"));
+        let is_sheet = Format::of(&path).is_some();
         if path.is_dir() {
             collect(&path, files);
         } else if is_sheet {

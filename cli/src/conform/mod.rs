@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(value_name = "NODE", value_parser = node_id, help = NODE)]
     node: Option<NodeId>,
 
-    /// The data sheet: an EDS or DCF file, or a device that lexican knows; may be left out for a simulation
+    /// The data sheet: an EDS, DCF or XDD file, or a device that lexican knows; may be left out for a simulation
     #[arg(long, value_name = "FILE|DEVICE")]
     device: Option<String>,
 

@@ -46,7 +46,7 @@ pub(crate) struct Args {
     /// The unit, if it is a word of its own
     unit: Option<String>,
 
-    /// The drive: an EDS or DCF file, or a device that lexican knows
+    /// The drive: an EDS, DCF or XDD file, or a device that lexican knows
     ///
     /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
     #[arg(long, value_name = "FILE|DEVICE")]

@@ -14,7 +14,7 @@ use crate::output::{self, Failure, Outcome, styled};
 /// A line is a difference: + added, - removed, ~ changed. Exit code 0 if they are equivalent, 1 if they differ, 2 if one cannot be read.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// An EDS or DCF file, or a device that lexican knows
+    /// An EDS, DCF or XDD file, or a device that lexican knows
     #[arg(value_name = "FILE|DEVICE")]
     before: String,
 

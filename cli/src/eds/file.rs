@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anstyle::{AnsiColor, Style};
-use lexican_eds::{Input, Source};
+use lexican_eds::{Input, Source, xdd};
 use similar::{ChangeTag, TextDiff};
 
 use crate::output::{Failure, styled, write_whole};
@@ -30,7 +30,19 @@ pub(super) fn open(name: &str) -> Result<Input, Failure> {
         return Err(Failure::new(format_args!("{name} is not whole: it begins in {encoding}, but not all of it is"))
             .help("save it in another encoding first"));
     }
+    must_be_ini(&eds)?;
     Ok(Input::new(eds))
+}
+
+/// Refuses XML, which is read and written, but not changed line by line.
+pub(super) fn must_be_ini(eds: &Source) -> Result<(), Failure> {
+    if !xdd::is_xml(eds) {
+        return Ok(());
+    }
+    let name = eds.name();
+    Err(Failure::new(format_args!("{name} is XML, which this command does not change")).help(format!(
+        "make an EDS of it first: lexican eds convert {name} -o sheet.eds; convert makes an XDD of that again"
+    )))
 }
 
 /// Writes a data sheet in the encoding that it was in.

@@ -6,7 +6,7 @@ use std::path::Path;
 use lexican_eds::Input;
 use lexican_eds::fmt::normalise;
 
-use super::file::must_be_file;
+use super::file::{must_be_file, must_be_ini};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 use lexican_toolbox::data_sheet::{DataSheet, find};
 
@@ -39,6 +39,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::Clean;
     for name in &args.files {
         let Input { eds, .. } = DataSheet::new(find(name)?)?.input;
+        must_be_ini(&eds)?;
         let formatted = normalise(&eds);
         let changes = formatted != eds.text();
         if args.check && changes {

@@ -26,7 +26,7 @@ use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, find, with_overlays
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// EDS or DCF files, or devices that lexican knows (see `lexican devices`)
+    /// EDS, DCF or XDD files, or devices that lexican knows (see `lexican devices`)
     #[arg(required = true, value_name = "FILE|DEVICE")]
     files: Vec<String>,
 

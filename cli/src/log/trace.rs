@@ -26,7 +26,7 @@ pub(super) struct Traced {
     #[arg(long, value_name = "NODE", value_parser = node_id)]
     node: Option<NodeId>,
 
-    /// Of a trace: the data sheet, which says what is measured: an EDS or DCF file, or a device that lexican knows
+    /// Of a trace: the data sheet, which says what is measured: an EDS, DCF or XDD file, or a device that lexican knows
     #[arg(long, value_name = "FILE|DEVICE")]
     device: Option<String>,
 

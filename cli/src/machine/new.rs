@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use lexican_eds::Source;
+use lexican_eds::convert::Format;
 use lexican_eds::model::Device;
 use lexican_machine::{BusYml, Draft, Files, Found, Machine};
 use lexican_runtime::cia301;
@@ -221,13 +222,11 @@ impl Sheets {
     }
 }
 
-/// The EDS and DCF files of a folder, by their names.
+/// The data sheets of a folder, by their names.
 fn data_sheets(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |error| Failure::file("read", folder, &error);
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
-    let is_sheet = |path: &PathBuf| {
-        path.extension().is_some_and(|it| it.eq_ignore_ascii_case("eds") || it.eq_ignore_ascii_case("dcf"))
-    };
+    let is_sheet = |path: &PathBuf| Format::of(path).is_some();
     let mut files: Vec<_> = entries.map_err(failed)?.into_iter().map(|it| it.path()).filter(is_sheet).collect();
     files.sort();
     Ok(files)

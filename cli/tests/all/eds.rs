@@ -327,3 +327,41 @@ fn findings_of_many_files_are_one_document_in_the_order_of_the_files() {
     // Four files with six such values each.
     assert_eq!((bad(&run["results"], "ruleId"), bad(&run["tool"]["driver"]["rules"], "id")), (24, 1));
 }
+
+/// One device in XML: every command takes it, and says of it what it says of the EDS.
+#[test]
+fn a_data_sheet_in_xml_is_one_as_any_other() {
+    let folder = folder("eds-xml");
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    lexican_in(&folder, &["eds", "convert", "sensor.eds", "-o", "sensor.xdd"]).on_stdout(0, "sensor.xdd: 13 objects");
+    let same = lexican_in(&folder, &["eds", "diff", "sensor.eds", "sensor.xdd"]);
+    assert_eq!((same.code, same.stdout.as_str()), (Some(0), ""), "{same}");
+    for args in [&["eds", "dump"][..], &["gen"]] {
+        let of = |file: &str| lexican_in(&folder, &[args, &[file]].concat()).stdout;
+        assert!(of("sensor.eds").len() > 500);
+        assert_eq!(of("sensor.xdd").replace("sensor.xdd", "sensor.eds"), of("sensor.eds"), "{args:?}");
+    }
+    let bus = "sim:sensor.xdd?node=7";
+    lexican_in(&folder, &["check", "--bus", bus, "--device", "sensor.xdd"]).on_stdout(0, "as the data sheet says");
+    let machine = "[bus]\nurl = \"sim:sensor.xdd?node=7\"\n[node.feeder]\nid = 7\nsheet = \"sensor.xdd\"\n";
+    std::fs::write(folder.join("machine.toml"), machine).unwrap();
+    lexican_in(&folder, &["machine", "check"]).on_stdout(0, "1 node");
+    lexican_in(&folder, &["read", "feeder", "1018:04"]).on_stdout(0, "= 42");
+    for args in [&["eds", "fmt"][..], &["eds", "lint", "--fix"]] {
+        lexican_in(&folder, &[args, &["sensor.xdd"]].concat())
+            .on_stderr(2, "is XML, which this command does not change");
+    }
+    lexican_in(&folder, &["eds", "set", "sensor.xdd", "1017", "DefaultValue=1"]).on_stderr(2, "lexican eds convert");
+}
+
+#[test]
+fn what_is_lost_in_another_format_is_named() {
+    let folder = folder("eds-convert");
+    let run = lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.eds", "--json"]);
+    run.on_stdout(0, "the unit of 100C:00");
+    assert!(run.stderr.contains("warning: ag03.eds lacks the unit of 100C:00"), "{run}");
+    lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.eds"]).on_stderr(2, "--force replaces it");
+    lexican_in(&folder, &["eds", "convert", "siko/ag03-1", "-o", "ag03.txt"]).on_stderr(2, "end it with .eds");
+    std::fs::write(folder.join("x.xdd"), "<html/>").unwrap();
+    lexican_in(&folder, &["eds", "convert", "x.xdd", "-o", "x.eds"]).on_stderr(2, "no data sheet");
+}

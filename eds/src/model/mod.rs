@@ -83,6 +83,8 @@ pub struct ObjectDetails {
     pub denotation: Option<String>,
     /// `ParamRefd` of a DCF: the reference designator of the parameter.
     pub designator: Option<String>,
+    /// What tools add in an XDD, by name.
+    pub properties: Vec<(String, String)>,
 }
 
 /// Which of the three lists of a data sheet names an object.
@@ -164,6 +166,8 @@ pub struct EntryDetails {
     pub writable_in: Option<Vec<NmtState>>,
     /// What the overlay says, for the documentation.
     pub description: Option<String>,
+    /// What tools add in an XDD, by name.
+    pub properties: Vec<(String, String)>,
 }
 
 /// A value of the data sheet.
@@ -668,8 +672,13 @@ impl<T: Details> PartialEq for Sparse<T> {
 
 impl Details for ObjectDetails {
     fn none() -> &'static Self {
-        static NONE: ObjectDetails =
-            ObjectDetails { description: None, links: Vec::new(), denotation: None, designator: None };
+        static NONE: ObjectDetails = ObjectDetails {
+            description: None,
+            links: Vec::new(),
+            denotation: None,
+            designator: None,
+            properties: Vec::new(),
+        };
         &NONE
     }
 }
@@ -691,6 +700,7 @@ impl Details for EntryDetails {
             not_simulated: None,
             writable_in: None,
             description: None,
+            properties: Vec::new(),
         };
         &NONE
     }
@@ -727,26 +737,28 @@ impl DerefMut for Entry {
 impl Device {
     /// Forgets where everything was described, so that two devices from different files can be compared.
     pub fn clear_spans(&mut self) {
+        self.for_each_span(|span| *span = Span::default());
+    }
+
+    /// All places where something was described.
+    pub(crate) fn for_each_span(&mut self, mut visit: impl FnMut(&mut Span)) {
         let of_modules = self.modules.iter_mut().flat_map(|module| &mut module.fixed);
         for object in self.objects.iter_mut().chain(of_modules) {
-            object.span = Span::default();
-            object.entries.iter_mut().for_each(|entry| entry.span = Span::default());
+            visit(&mut object.span);
+            object.entries.iter_mut().for_each(|entry| visit(&mut entry.span));
         }
         let extensions = self.modules.iter_mut().flat_map(|module| &mut module.extends);
-        extensions.for_each(|extension| extension.entry.span = Span::default());
-        self.channels.iter_mut().for_each(|channel| channel.span = Span::default());
-        self.enumerations.values_mut().for_each(|enumeration| enumeration.span = Span::default());
-        self.bit_fields.values_mut().for_each(|bit_field| bit_field.span = Span::default());
-        self.quantities.values_mut().for_each(|quantity| quantity.span = Span::default());
-        self.interfaces.values_mut().for_each(Interface::clear_spans);
-    }
-}
-
-impl Interface {
-    fn clear_spans(&mut self) {
-        self.span = Span::default();
-        for parameter in &mut self.parameters {
-            (parameter.span, parameter.entry.span) = (Span::default(), Span::default());
+        extensions.for_each(|extension| visit(&mut extension.entry.span));
+        self.channels.iter_mut().for_each(|channel| visit(&mut channel.span));
+        self.enumerations.values_mut().for_each(|enumeration| visit(&mut enumeration.span));
+        self.bit_fields.values_mut().for_each(|bit_field| visit(&mut bit_field.span));
+        self.quantities.values_mut().for_each(|quantity| visit(&mut quantity.span));
+        for interface in self.interfaces.values_mut() {
+            visit(&mut interface.span);
+            for parameter in &mut interface.parameters {
+                visit(&mut parameter.span);
+                visit(&mut parameter.entry.span);
+            }
         }
     }
 }

@@ -167,7 +167,8 @@ impl Reader<'_> {
     }
 }
 
-fn rational(text: &str) -> Option<(i64, i64)> {
+/// `1/100`, `10` or `0.25`, as numerator and denominator.
+pub(crate) fn rational(text: &str) -> Option<(i64, i64)> {
     if let Some((num, den)) = text.split_once('/') {
         return Some((num.trim().parse().ok()?, den.trim().parse().ok()?));
     }

@@ -67,6 +67,8 @@ mod object;
 pub(crate) mod pdo;
 mod value;
 
+pub(crate) use meaning::rational;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

@@ -23,23 +23,25 @@ use crate::finding::{Findings, Kind};
 use crate::model::{Device, Module, ObjectList};
 use crate::text::{Encoding, Source, Span};
 
+/// Whether a text is XML, by its first character.
+#[must_use]
+pub fn is_xml(sheet: &Source) -> bool {
+    sheet.text().trim_start().starts_with('<')
+}
+
 /// Whether a text is one that can be a data sheet.
 pub(crate) fn is_readable(eds: &Source, out: &mut Findings) -> bool {
     if let Some(refusal) = eds.refusal() {
         out.push(Kind::FileSize(refusal), Span::eds(0, 0));
         return false;
     }
-    if eds.encoding() != Encoding::Utf8 {
+    // XML says itself what it is encoded in.
+    if eds.encoding() != Encoding::Utf8 && !is_xml(eds) {
         let first = eds.text().char_indices().find(|(_, c)| !c.is_ascii());
         let (start, end) = first.map_or((0, 0), |(at, c)| (at, at + c.len_utf8()));
         out.push(Kind::Encoding, Span::eds(start as u32, end as u32));
     }
-    let start = eds.text().len() - eds.text().trim_start().len();
-    let xml = eds.text()[start..].starts_with('<');
-    if xml {
-        out.push(Kind::Xml, Span::eds(start as u32, start as u32 + 1));
-    }
-    !xml
+    true
 }
 
 /// Whether the sections are those of a CPJ (CiA 306-3): nodes of a network, and no objects.

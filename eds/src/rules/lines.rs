@@ -23,9 +23,8 @@ pub(super) fn file_size(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic
 }
 
 pub(super) fn xml(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
-    let Kind::Xml = finding.kind else { return None };
-    let note = note("this is an XML file, not an EDS or DCF").at(finding.span, "");
-    Some(note.help("ask the vendor for the EDS, or convert the XDD with an editor"))
+    let Kind::Xml { why, help } = &finding.kind else { return None };
+    Some(note(why.as_ref()).at(finding.span, "").help(*help))
 }
 
 pub(super) fn project(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {

@@ -15,6 +15,7 @@ mod pdo;
 mod remedy;
 mod rule;
 mod table;
+mod xdd;
 
 use std::collections::BTreeSet;
 

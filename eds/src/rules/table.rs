@@ -2,7 +2,7 @@
 
 use super::rule::Find::{Check, Last, Read};
 use super::rule::Rule;
-use super::{cia301, info, limits, lines, lists, numbers, objects, overlays, pdo};
+use super::{cia301, info, limits, lines, lists, numbers, objects, overlays, pdo, xdd};
 use crate::diagnostic::Severity;
 
 /// A row each: the code, how bad its findings are, where they come from, what holds, why that matters, and what is fixed
@@ -22,9 +22,20 @@ rules! {
         "Data sheets of the largest devices known have some 2 MB. A file beyond the bounds is something else, or an \
          attempt to exhaust memory; it is not read at all.";
     "eds::xml" Error Read(lines::xml),
-        "A data sheet is an EDS or DCF, not XML.",
-        "Files of CiA 311 (XDD, XDC, XPD) describe the same devices in XML. They are recognised, but only EDS and \
-         DCF are read; most vendors offer both, and editors convert one into the other.";
+        "A data sheet in XML is a whole XDD, XDC or XPD of CiA 311.",
+        "It is read within bounds (16 MiB, a million nodes), without document type definitions, and only if its root element \
+         and namespace are those of CiA 311: other formats describe devices with the same words, but not the same meaning.";
+    "xdd::dangling-reference" Warning Read(xdd::dangling_reference),
+        "Each `uniqueIDRef` of an object names a parameter.",
+        "The parameter says data type, access, default and limits of the object. Without it only the attributes of the object \
+         itself count, and most tools write none.";
+    "xdd::duplicate-id" Warning Read(xdd::duplicate_id),
+        "No `uniqueID` comes twice.",
+        "What refers to it means one of the two, and readers differ in which. The first one counts here.";
+    "xdd::not-read" Note Read(xdd::not_read),
+        "All that an XDD says is in the model.",
+        "CiA 311 has pictures, indicators, function blocks and modules that no EDS has, and that no command here needs. The \
+         rest of the file is read.";
     "eds::project" Error Read(lines::project),
         "A data sheet describes a device, not a network.",
         "A CPJ (CiA 306-3) has a section `[Topology]` that names the nodes of a network and their DCF files. It has no \

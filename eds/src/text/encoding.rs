@@ -88,9 +88,13 @@ pub(super) fn decode(bytes: &[u8]) -> (String, Encoding) {
         },
         [0xFF, 0xFE, rest @ ..] => (utf_16(rest, u16::from_le_bytes), le(true)),
         [0xFE, 0xFF, rest @ ..] => (utf_16(rest, u16::from_be_bytes), be(true)),
-        // A data sheet begins with ASCII: a bracket, a comment, a blank or an empty line.
-        [b'[' | b';' | b'#' | b' ' | b'\r' | b'\n', 0, _, 0, ..] => (utf_16(bytes, u16::from_le_bytes), le(false)),
-        [0, b'[' | b';' | b'#' | b' ' | b'\r' | b'\n', 0, _, ..] => (utf_16(bytes, u16::from_be_bytes), be(false)),
+        // A data sheet begins with ASCII: a bracket of INI or XML, a comment, a blank or an empty line.
+        [b'[' | b'<' | b';' | b'#' | b' ' | b'\r' | b'\n', 0, _, 0, ..] => {
+            (utf_16(bytes, u16::from_le_bytes), le(false))
+        }
+        [0, b'[' | b'<' | b';' | b'#' | b' ' | b'\r' | b'\n', 0, _, ..] => {
+            (utf_16(bytes, u16::from_be_bytes), be(false))
+        }
         _ => match str::from_utf8(bytes) {
             Ok(text) => (text.to_owned(), Encoding::Utf8),
             Err(_) => code_page(bytes),

@@ -1,6 +1,6 @@
 //! Everything that is done with a data sheet; what is fuzzed (`fuzz/`) does it, too.
 
-use lexican_eds::{Input, diff, dump, fmt, load, write};
+use lexican_eds::{Input, Source, convert, diff, dump, fmt, load, write, xdd};
 
 pub(crate) fn exercise(input: &Input) {
     let (device, diagnostics) = load(input);
@@ -9,6 +9,10 @@ pub(crate) fn exercise(input: &Input) {
     let _ = (diagnostics.render(input), diagnostics.to_json(input), diagnostics.to_sarif(input));
     let _ = (dump::csv(&device), dump::md(&device), dump::json(&device), write::dcf(&device));
     let _ = (diff::diff(&device, &again.0), fmt::normalise(&input.eds));
+    let xdc = xdd::xdc(&device);
+    let _ = convert::losses(&device, &xdc);
+    let of_written = load(&Input::new(Source::new("written.xdc", xdc))).1;
+    assert!(of_written.iter().all(|finding| finding.code != "eds::xml"), "what is written is XML");
     for label in diagnostics.iter().flat_map(|finding| &finding.labels) {
         let source = input.source(label.span.source).expect("a label is in one of the texts");
         let range = label.span.start as usize..label.span.end as usize;

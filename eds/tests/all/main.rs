@@ -15,3 +15,4 @@ mod quirks;
 mod remedies;
 mod remedy;
 mod robust;
+mod xdd;

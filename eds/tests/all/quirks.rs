@@ -465,7 +465,7 @@ fn tables_without_object_are_an_object_without_entries() {
 
 #[test]
 fn xml_is_recognised() {
-    let (device, diagnostics) = read("\u{feff}<?xml version=\"1.0\"?>\n<ISO15745ProfileContainer/>\n");
+    let (device, diagnostics) = read("\u{feff}<?xml version=\"1.0\"?>\n<project/>\n");
     assert_eq!(device, Device::default());
     assert!(diagnostics.has_errors() && has(&diagnostics, "eds::xml"));
 }

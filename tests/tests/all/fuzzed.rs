@@ -49,6 +49,11 @@ fn what_is_generated_is_rust() {
 }
 
 #[test]
+fn data_sheets_in_xml() {
+    check(fuzz::xdd, "fuzz/corpus/xdd");
+}
+
+#[test]
 fn any_log_is_read() {
     check(fuzz::log, "fuzz/corpus/log");
 }
