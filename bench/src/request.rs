@@ -3,7 +3,7 @@
 pub use lexican_toolbox::drive::Verb;
 use serde::{Deserialize, Serialize};
 
-use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
+use crate::view::{Curve, Difference, Frames, Object, Pdo, TraceFilter, Value};
 
 /// A request of a client. What changes something on the bus needs control ([`Request::TakeControl`]), but for
 /// [`Request::StopAll`].
@@ -232,29 +232,6 @@ pub enum Other {
     Dcf(String),
     /// Another node.
     Node(u8),
-}
-
-/// Which frames of the trace, in the words of `lexican monitor`'s options.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(default)]
-pub struct TraceFilter {
-    /// `5`, `3,5-9`.
-    pub nodes: String,
-    /// `sdo,emcy`.
-    pub services: String,
-    /// `sync,heartbeat`.
-    pub without: String,
-    /// `Statusword`, `6041`.
-    pub object: String,
-    /// `180-1FF`.
-    pub ids: String,
-    /// A part of the text.
-    pub text: String,
-    /// Only what reports an error.
-    pub alarming: bool,
-    /// SDO transfers as one row each.
-    pub transfers: bool,
 }
 
 /// What a request brings.

@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 
 use lexican_toolbox::drive::Verb;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The bus as of a moment. Its fields change at different rates: a client is sent those that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -35,8 +35,35 @@ pub struct View {
 pub struct Kept {
     /// The sequences that its file lists.
     pub sequences: Vec<String>,
+    /// The messages that it lists: each is played as a sequence of one line is, without stopping the drives at its end.
+    pub messages: Vec<String>,
+    /// The filters of the trace that it lists, by name.
+    pub filters: Vec<(String, TraceFilter)>,
     /// While what somebody does is recorded: how many lines there are.
     pub recorded: Option<u32>,
+}
+
+/// Which frames of the trace, in the words of `lexican monitor`'s options.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(default)]
+pub struct TraceFilter {
+    /// `5`, `3,5-9`.
+    pub nodes: String,
+    /// `sdo,emcy`.
+    pub services: String,
+    /// `sync,heartbeat`.
+    pub without: String,
+    /// `Statusword`, `6041`.
+    pub object: String,
+    /// `180-1FF`.
+    pub ids: String,
+    /// A part of the text.
+    pub text: String,
+    /// Only what reports an error.
+    pub alarming: bool,
+    /// SDO transfers as one row each.
+    pub transfers: bool,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

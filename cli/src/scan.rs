@@ -82,7 +82,8 @@ struct Scanner<L> {
     pump: Pump,
     wait: Duration,
     found: BTreeMap<NodeId, Found>,
-    /// The nodes that have responded to the current request.
+    /// How many nodes the current request went to, and those that have responded.
+    asked: usize,
     answered: BTreeSet<NodeId>,
     /// Entries whose responses are segmented: they are read again at the end.
     segmented: BTreeSet<(NodeId, Address)>,
@@ -98,6 +99,7 @@ impl<L: Link> Scanner<L> {
             link,
             pump: Pump::new(),
             found: BTreeMap::new(),
+            asked: 0,
             answered: BTreeSet::new(),
             segmented: BTreeSet::new(),
             decoder: Decoder::new(),
@@ -117,8 +119,9 @@ impl<L: Link> Scanner<L> {
             self.listen(self.wait, true)?;
             self.listen(GRACE, false)?;
         }
-        let nodes: Vec<_> = self.found.keys().copied().collect();
-        self.ask(nodes.into_iter(), STORE_FORMAT)?;
+        let unknown = self.found.iter().filter(|(_, found)| found.device().is_none());
+        let unknown: Vec<_> = unknown.map(|(node, _)| *node).collect();
+        self.ask(unknown.into_iter(), STORE_FORMAT)?;
         self.listen(self.wait, true)?;
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
@@ -136,6 +139,7 @@ impl<L: Link> Scanner<L> {
     fn ask(&mut self, nodes: impl Iterator<Item = NodeId>, address: Address) -> Result<(), Failure> {
         self.answered.clear();
         let nodes: Vec<_> = nodes.collect();
+        self.asked = nodes.len();
         self.progress.set_position(0);
         self.progress.set_length(nodes.len() as u64);
         for node in nodes {
@@ -152,10 +156,10 @@ impl<L: Link> Scanner<L> {
         Ok(())
     }
 
-    /// Listens for so long, or until all known nodes have responded.
+    /// Listens for so long, or until all nodes that were asked have responded.
     fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
         let until = self.link.now() + span;
-        while !until_answered || self.answered.len() < self.found.len() {
+        while !until_answered || self.answered.len() < self.asked {
             match self.pump.receive_frame(&mut self.link, until)? {
                 Some(frame) => self.hear(&frame)?,
                 None => break,

@@ -1,14 +1,17 @@
 //! What the bench shows of a machine from the beginning.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lexican_runtime::Duration;
+use lexican_toolbox::text::node_id::node_ids;
 use lexican_toolbox::trace::sampler::Signal;
 
 use crate::at::At;
-use crate::file;
+use crate::file::{self, Filter};
 use crate::files::Files;
 use crate::model::{Node, Shown};
+use crate::nodes::place;
 use crate::read::Out;
 use crate::wire::{End, end};
 
@@ -30,6 +33,23 @@ pub(crate) fn sequences(paths: &[At<PathBuf>], files: Files<'_>, out: &mut Out) 
         }
     }
     paths.iter().map(|path| files.path(&path.value)).collect()
+}
+
+/// The filters of its trace, with node-IDs in place of names.
+pub(crate) fn filters(
+    nodes: &[Node],
+    filters: BTreeMap<String, At<Filter>>,
+    out: &mut Out,
+) -> BTreeMap<String, Filter> {
+    let mut lowered = |At { value: filter, span }: At<Filter>| {
+        let words = filter.nodes.split(',').map(str::trim).filter(|word| !word.is_empty());
+        let ids = words.filter_map(|word| match node_ids(word) {
+            Ok(_) => Some(word.to_owned()),
+            Err(_) => Some(nodes[place(nodes, word, &span, out)?].id?.to_string()),
+        });
+        Filter { nodes: ids.collect::<Vec<_>>().join(","), ..filter }
+    };
+    filters.into_iter().map(|(name, filter)| (name, lowered(filter))).collect()
 }
 
 fn one(nodes: &[Node], text: &At<String>, as_curve: bool, every: Duration, out: &mut Out) -> Option<Shown> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use lexican_runtime::manager::OnLoss;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::at::{At, BitRate, Id, Protection, Time, Transmission, Written, spelling};
 use crate::model::Identity;
@@ -232,6 +232,32 @@ pub(crate) struct Bench {
     pub(crate) every: Option<At<Time>>,
     /// The files of sequences that it plays.
     pub(crate) sequences: Vec<At<PathBuf>>,
+    /// Messages to send, by name: each a line of a sequence, such as "nmt start feeder".
+    pub(crate) messages: BTreeMap<String, String>,
+    /// Filters of its trace, by name.
+    pub(crate) filters: BTreeMap<String, At<Filter>>,
+}
+
+/// Which frames of a trace are shown, in the words of `lexican monitor`'s options.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct Filter {
+    /// Those of these nodes: "feeder, 7".
+    pub nodes: String,
+    /// Only these services: "sdo, emcy".
+    pub services: String,
+    /// All but these: "sync, heartbeat".
+    pub without: String,
+    /// Only those with this object: "statusword", "6041".
+    pub object: String,
+    /// Only these COB-IDs: "180-1FF".
+    pub ids: String,
+    /// Only lines with this text.
+    pub text: String,
+    /// Only those that report an error.
+    pub alarming: bool,
+    /// SDO transfers as one line each.
+    pub transfers: bool,
 }
 
 /// How a node is simulated.

@@ -37,7 +37,7 @@ pub use format::format;
 pub use generate::generate;
 #[cfg(feature = "codegen")]
 pub use lexican_codegen::{Config, Error as BuildError};
-pub use model::{Bus, Fault, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
+pub use model::{Bus, Fault, Filter, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
 #[cfg(feature = "shells")]
 pub use shell::{BoxedLink, Event, MachineError, What, blocking, tokio};

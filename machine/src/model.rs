@@ -1,5 +1,6 @@
 //! A machine, as its file describes it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use serde::Deserialize;
 use crate::at::{At, BitRate, Revision};
 pub use crate::faults::{Fault, Simulated};
 use crate::file;
+pub use crate::file::Filter;
 
 /// A machine; of one that has several buses, what is on one of them.
 #[derive(Debug)]
@@ -38,6 +40,10 @@ pub struct Machine {
     pub bench: Vec<Shown>,
     /// The files of sequences that it plays.
     pub sequences: Vec<PathBuf>,
+    /// Messages that it sends, by name: lines of sequences.
+    pub messages: BTreeMap<String, String>,
+    /// Filters of its trace, by name; nodes are node-IDs.
+    pub filters: BTreeMap<String, Filter>,
     /// What is wrong with the file.
     pub findings: Diagnostics,
     /// The same machine on its other buses; their findings are here.

@@ -218,6 +218,8 @@ impl Sections {
                 plot: self.bench.plot.extract_if(.., |text| is_here(text)).collect(),
                 every: self.bench.every.clone(),
                 sequences: self.bench.sequences.clone(),
+                messages: self.bench.messages.clone(),
+                filters: self.bench.filters.clone(),
             };
             let part = Sections {
                 about: self.about.clone(),
@@ -245,9 +247,12 @@ impl Sections {
         let faults = faults::of(self.faults, &nodes, out);
         let bench = bench::shown(&nodes, &self.bench, out);
         let sequences = bench::sequences(&self.bench.sequences, files, out);
+        let filters = bench::filters(&nodes, self.bench.filters, out);
+        let messages = self.bench.messages;
         let About { name, note } = self.about;
         let (input, findings, others) = (input.clone(), Diagnostics::default(), Vec::new());
-        let machine = Machine { input, name, note, bus, nodes, faults, bench, sequences, findings, others };
+        let machine =
+            Machine { input, name, note, bus, nodes, faults, bench, sequences, messages, filters, findings, others };
         crate::check::check(&machine, out);
         machine
     }

@@ -256,6 +256,14 @@ export type Kept = {
  */
 sequences: Array<string>, 
 /**
+ * The messages that it lists: each is played as a sequence of one line is, without stopping the drives at its end.
+ */
+messages: Array<string>, 
+/**
+ * The filters of the trace that it lists, by name.
+ */
+filters: Array<[string, TraceFilter]>, 
+/**
  * While what somebody does is recorded: how many lines there are.
  */
 recorded: number | null, };

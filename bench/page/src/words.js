@@ -1,7 +1,7 @@
 // Made of the bench's types: LEXICAN_BLESS=1 cargo test -p lexican-bench golden
 
 /** @type {import('./wire').View} */
-export const EMPTY = {"time":0.0,"bus":{"name":"","is_writable":false,"bit_rate":null,"state":"","frames":0,"frames_per_second":0,"load_percent":null,"load_percent_peak":null,"missing_frames":0,"ids":[],"troubles":[]},"nodes":[],"drives":[],"devices":[],"jobs":[],"watched":[],"trace":{"first":0,"end":0},"control":{"holder":null,"clients":0},"log":null,"kept":{"sequences":[],"recorded":null}}
+export const EMPTY = {"time":0.0,"bus":{"name":"","is_writable":false,"bit_rate":null,"state":"","frames":0,"frames_per_second":0,"load_percent":null,"load_percent_peak":null,"missing_frames":0,"ids":[],"troubles":[]},"nodes":[],"drives":[],"devices":[],"jobs":[],"watched":[],"trace":{"first":0,"end":0},"control":{"holder":null,"clients":0},"log":null,"kept":{"sequences":[],"messages":[],"filters":[],"recorded":null}}
 /** @type {import('./wire').TraceFilter} */
 export const NO_FILTER = {"nodes":"","services":"","without":"","object":"","ids":"","text":"","alarming":false,"transfers":true}
 /** @type {string[]} */

@@ -10,8 +10,8 @@ use lexican_toolbox::text::node_id::node_ids;
 
 use super::lock::lock;
 use crate::model::{Model, Which};
-use crate::request::{Refused, TraceFilter};
-use crate::view::Frames;
+use crate::request::Refused;
+use crate::view::{Frames, TraceFilter};
 
 /// A filter in the words of `lexican monitor`.
 pub(super) fn which(filter: &TraceFilter) -> Result<Which, Refused> {

@@ -75,7 +75,10 @@ impl Bench {
     /// Plays a sequence; [`Answer::File`] says what its lines have printed. However it ends, all drives are told to stop.
     pub(super) fn play(&self, client: u32, name: &str, text: Option<String>, job: &Job) -> Result<Answer, Refused> {
         let player = self.player()?;
-        if text.is_none() && !lock(&self.0.model).kept.sequences.iter().any(|known| known == name) {
+        let kept = lock(&self.0.model).kept.clone();
+        let is_in = |names: &[String]| text.is_none() && names.iter().any(|known| known == name);
+        let is_message = is_in(&kept.messages);
+        if text.is_none() && !is_message && !is_in(&kept.sequences) {
             return Err(Refused::new(format_args!("the machine lists no sequence {name}")));
         }
         let (port, begun) = (self.link_of(client), self.0.ports.now());
@@ -96,6 +99,10 @@ impl Bench {
             check()?;
             result.map_err(|refused| Refused { why: format!("{}: {}", line.text, refused.why), ..refused })
         });
+        if is_message {
+            self.end_play();
+            return ended.map(|()| Answer::Done);
+        }
         let (sender, stand) = oneshot::channel();
         self.stop_all(move |result| drop(sender.send(result)));
         let stand = stand.blocking_recv().unwrap_or_else(|_| Err(Refused::interrupted()));

@@ -11,8 +11,8 @@ use ts_rs::{Config, TS, TypeVisitor};
 
 use crate::columns::TRACE;
 use crate::orders::ORDERS;
-use crate::request::{Request, TraceFilter};
-use crate::view::View;
+use crate::request::Request;
+use crate::view::{TraceFilter, View};
 use crate::web::ToPage;
 
 const MADE: &str = "// Made of the bench's types: LEXICAN_BLESS=1 cargo test -p lexican-bench golden";

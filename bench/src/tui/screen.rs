@@ -91,9 +91,14 @@ impl Screen {
                 return Some(Action::Ask(Purpose::File(String::new()), Request::Record { on }));
             }
             KeyCode::F(6) => {
-                return ui.ask(Text::AskSequence, view.kept.sequences.join(", "), |typed| {
+                let kept = view.kept.clone();
+                let names = [&kept.sequences[..], &kept.messages].concat().join(", ");
+                return ui.ask(Text::AskSequence, names, move |typed| {
                     let name = typed.trim().to_owned();
-                    let text = Some(std::fs::read_to_string(&name).map_err(|error| format!("{name}: {error}"))?);
+                    let is_file = !kept.messages.contains(&name);
+                    let text =
+                        is_file.then(|| std::fs::read_to_string(&name).map_err(|error| format!("{name}: {error}")));
+                    let text = text.transpose()?;
                     Ok(Action::Ask(Purpose::File(String::new()), Request::PlaySequence { name, text }))
                 });
             }

@@ -14,8 +14,8 @@ use super::prompt::Field;
 use super::text::Text;
 use super::ui::Ui;
 use crate::columns;
-use crate::request::{Request, TraceFilter};
-use crate::view::{Frames, View};
+use crate::request::Request;
+use crate::view::{Frames, TraceFilter, View};
 
 /// How many rows are asked for: some above those in sight, and as many as the largest terminal has.
 const PAGE: u32 = 300;
@@ -107,6 +107,12 @@ pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &V
         KeyCode::Char('t') => state.filter.transfers ^= true,
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
+        KeyCode::Char('k') => {
+            // One of the machine's after the other, then none.
+            let kept = &view.kept.filters;
+            let next = kept.iter().position(|(_, filter)| *filter == state.filter).map_or(0, |at| at + 1);
+            state.filter = kept.get(next).map_or_else(TraceFilter::default, |(_, filter)| filter.clone());
+        }
         KeyCode::Char('/') => return ui.ask_for(Field::Text),
         KeyCode::Char('s') => return ui.ask_for(Field::Services),
         KeyCode::Char('n') => return ui.ask_for(Field::Nodes),

@@ -3,8 +3,8 @@
 use super::until;
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
-use lexican_bench::request::{Nmt, TraceFilter};
-use lexican_bench::view::View;
+use lexican_bench::request::Nmt;
+use lexican_bench::view::{TraceFilter, View};
 use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 

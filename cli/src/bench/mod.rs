@@ -16,8 +16,9 @@ use lexican_bench::model::BusInfo;
 use lexican_bench::request::Request;
 use lexican_bench::sheet::Sheet;
 use lexican_bench::tui;
-use lexican_bench::view::Kept;
+use lexican_bench::view::{Kept, TraceFilter};
 use lexican_bench::web::Server;
+use lexican_machine::{Filter, Machine};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
 use lexican_simulation::{Files, Plant};
@@ -199,6 +200,20 @@ fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     outcome(&unconfirmed)
 }
 
+/// What people keep of a machine.
+fn kept(machine: &Machine) -> Kept {
+    let filter = |(name, of): (&String, &Filter)| {
+        let Filter { nodes, services, without, object, ids, text, alarming, transfers } = of.clone();
+        (name.clone(), TraceFilter { nodes, services, without, object, ids, text, alarming, transfers })
+    };
+    Kept {
+        sequences: machine.sequences.iter().map(|path| path.display().to_string()).collect(),
+        messages: machine.messages.keys().cloned().collect(),
+        filters: machine.filters.iter().map(filter).collect(),
+        recorded: None,
+    }
+}
+
 impl Args {
     /// Opens the bus.
     fn open(&self, shell: Shell) -> Result<Bench, Failure> {
@@ -227,8 +242,7 @@ impl Args {
         let of_demo = || url("sim:demo").expect("it is one");
         let bus = BusArgs::named(self.bus.as_ref().map_or_else(of_demo, |bus| bus.url().clone()));
         let context = Context { shell, bus, as_json: false, machine: self.known.machine() };
-        let sequences = context.machine.iter().flat_map(|machine| &machine.sequences);
-        let kept = Kept { sequences: sequences.map(|path| path.display().to_string()).collect(), recorded: None };
+        let kept = context.machine.as_deref().map(kept).unwrap_or_default();
         let player = Sequences { context: Arc::new(context), nodes: nodes.clone() };
         let nodes = self.known.load(nodes)?.into_iter().map(shown).collect();
         let simulation = simulation.map(|devices| Box::new(devices) as Box<dyn Simulation>);

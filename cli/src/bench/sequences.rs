@@ -43,7 +43,8 @@ impl Player for Sequences {
     }
 
     fn read(&self, name: &str, text: Option<String>, link: Box<dyn Link + Send>) -> Result<Vec<Line>, Refused> {
-        let source = text.map_or_else(|| read(name.as_ref()), |text| Ok(Source::new(name, text)));
+        let message = || self.context.machine.as_ref()?.messages.get(name).cloned();
+        let source = text.or_else(message).map_or_else(|| read(name.as_ref()), |text| Ok(Source::new(name, text)));
         let lines = Lines::read(&source.map_err(Refused::new)?, &self.context);
         let lines = lines.map_err(|wrong| Refused::new(wrong).with_remedy("nothing was done"))?;
         lend(self.context.bus.url(), Bus::of(link, self.nodes.clone())).map_err(Refused::new)?;

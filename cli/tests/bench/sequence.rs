@@ -31,6 +31,8 @@ settings = { 2412 = \"2.5 mm\" }
 
 [bench]
 sequences = [\"there.seq\"]
+messages = { anew = \"nmt reset-node cutter\" }
+filters = { cutter = { nodes = \"cutter\", services = \"heartbeat\" } }
 ";
 
 /// A client of the bench that has control.
@@ -178,6 +180,12 @@ fn a_sequence_is_played_on_the_link_of_the_bench_and_a_stop_ends_it() {
     assert!(why.starts_with("1: wait feeder.2412") && why.contains("not within 100 ms"), "{why}");
     let unlisted = page.asks(json!({ "do": "play-sequence", "name": "machine.toml" }));
     assert_eq!(unlisted["refused"]["why"], "the machine lists no sequence machine.toml");
+    // A message stops no drive.
+    let boot_ups = page.view["nodes"][1]["boots"].as_u64().unwrap();
+    assert_eq!(page.asks(json!({ "do": "play-sequence", "name": "anew" }))["answer"], "done");
+    page.until(|view| view["nodes"][1]["boots"].as_u64() == Some(boot_ups + 1));
+    assert_eq!(page.view["kept"]["filters"][0][1]["nodes"], "6");
+    assert_eq!(page.asks(json!({ "do": "nmt", "node": 6, "command": "start" }))["answer"], "done");
     // A stop cuts a travel, and what would come after it.
     let text = "drive cutter run 2000 --enable --for 10min\ndrive feeder move-to 0 mm --enable\n";
     let playing = page.gives(json!({ "do": "play-sequence", "name": "b.seq", "text": text }));
@@ -213,6 +221,12 @@ fn the_page_plays_what_the_machine_lists_and_records() {
     page.reads("drive-5-position", "5");
     page.clicks("drive-5-disable");
     page.reads("record", "Save 1 lines");
+    page.clicks("message-anew");
+    page.clicks("tab-nodes");
+    page.reads("node-6", "PRE-OPERATIONAL");
+    page.clicks("tab-trace");
+    page.clicks("filter-kept-cutter");
+    page.until("document.querySelector('[data-test=filter-nodes]').value === '6'");
     assert_eq!(page.said(), [""; 0]);
     assert_eq!(page.nameless(), [""; 0]);
 }

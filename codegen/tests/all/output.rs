@@ -48,7 +48,7 @@ fn device() -> Device {
     (gain.low, gain.high, gain.default) =
         (Some(Value::Integer(1)), Some(Value::Integer(500)), Some(Value::Integer(100)));
     gain.persistent = true;
-    gain.writable_in = Some(vec![NmtState::PreOperational]);
+    gain.writable_in = Some(Box::from([NmtState::PreOperational]));
     gain.ranges =
         vec![ConditionalRange { when: Condition { index: 0x6060, sub: 0, equal: true, value: -1 }, low: 1, high: 200 }];
     let mut cob_id = entry(0x1014, 0, "COB-ID EMCY", DataType::Unsigned32, Rw);

@@ -84,7 +84,7 @@ pub struct ObjectDetails {
     /// `ParamRefd` of a DCF: the reference designator of the parameter.
     pub designator: Option<String>,
     /// What tools add in an XDD, by name.
-    pub properties: Vec<(String, String)>,
+    pub properties: Option<Box<Properties>>,
 }
 
 /// Which of the three lists of a data sheet names an object.
@@ -163,12 +163,16 @@ pub struct EntryDetails {
     /// Why a simulated device holds it, but does not do what it is for (overlay); it does, when `None`.
     pub not_simulated: Option<String>,
     /// In which NMT states it may be written (overlay); any, when `None`.
-    pub writable_in: Option<Vec<NmtState>>,
+    pub writable_in: Option<Box<[NmtState]>>,
     /// What the overlay says, for the documentation.
     pub description: Option<String>,
     /// What tools add in an XDD, by name.
-    pub properties: Vec<(String, String)>,
+    pub properties: Option<Box<Properties>>,
 }
+
+/// What tools add to an object or an entry in an XDD: names and values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Properties(pub Vec<(String, String)>);
 
 /// A value of the data sheet.
 #[derive(Clone, Debug, PartialEq)]
@@ -677,7 +681,7 @@ impl Details for ObjectDetails {
             links: Vec::new(),
             denotation: None,
             designator: None,
-            properties: Vec::new(),
+            properties: None,
         };
         &NONE
     }
@@ -700,7 +704,7 @@ impl Details for EntryDetails {
             not_simulated: None,
             writable_in: None,
             description: None,
-            properties: Vec::new(),
+            properties: None,
         };
         &NONE
     }

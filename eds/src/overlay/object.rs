@@ -282,7 +282,7 @@ impl Reader<'_> {
         Some(range)
     }
 
-    fn states(&mut self, node: &Node<'_>) -> Option<Vec<NmtState>> {
+    fn states(&mut self, node: &Node<'_>) -> Option<Box<[NmtState]>> {
         let mut states = Vec::new();
         let nodes = self.array(node)?;
         self.expect(node, (!nodes.is_empty()).then_some(()), "at least one state")?;
@@ -294,6 +294,6 @@ impl Reader<'_> {
             };
             states.extend(self.expect(node, state, "\"pre-operational\" or \"operational\""));
         }
-        Some(states)
+        Some(states.into_boxed_slice())
     }
 }

@@ -11,7 +11,7 @@ use super::{ACCESS, BITSTRING, TYPES};
 use crate::finding::Kind;
 use crate::model::keys::Key;
 use crate::model::types::DataType;
-use crate::model::{AccessType, Enumeration, Meaning, Named, ObjectKind, Quantity, Unit};
+use crate::model::{AccessType, Enumeration, Meaning, Named, ObjectKind, Properties, Quantity, Unit};
 use crate::overlay::rational;
 use crate::parse::number;
 
@@ -117,11 +117,12 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
     ) {
         let description = words(parameter, "description").map(|said| said.text.to_owned());
         let text = |node, name| attribute(node, name).map_or("", |said| said.text).to_owned();
-        let properties =
-            children(parameter, "property").map(|it| (text(it, "name"), text(it, "value"))).collect::<Vec<_>>();
+        let properties = children(parameter, "property").map(|it| (text(it, "name"), text(it, "value")));
+        let properties: Vec<_> = properties.collect();
+        let properties = (!properties.is_empty()).then(|| Box::new(Properties(properties)));
         let persistent = attribute(parameter, "persistent").is_some_and(|said| matches!(said.text, "true" | "1"));
         let meaning = data_type.and_then(|data_type| self.meaning(parameter, &data_type, at.clone()));
-        if description.is_some() || persistent || !properties.is_empty() || meaning.is_some() {
+        if description.is_some() || persistent || properties.is_some() || meaning.is_some() {
             let span = xml_span(at);
             self.says.push(Says { index, sub, description, persistent, properties, meaning, span });
         }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use crate::diagnostic::Diagnostics;
 use crate::finding::{Findings, Kind};
-use crate::model::{Device, Enumeration, Meaning, Quantity};
+use crate::model::{Device, Enumeration, Meaning, Properties, Quantity};
 use crate::overlay::{Changes, Use};
 use crate::patch;
 use crate::text::{Source, Span};
@@ -117,7 +117,7 @@ pub(super) struct Says {
     pub(super) sub: Option<u8>,
     pub(super) description: Option<String>,
     pub(super) persistent: bool,
-    pub(super) properties: Vec<(String, String)>,
+    pub(super) properties: Option<Box<Properties>>,
     pub(super) meaning: Option<Meaning>,
     pub(super) span: Span,
 }

@@ -4,7 +4,7 @@
 use super::xml::Xml;
 use super::{ACCESS, BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, TYPES};
 use crate::model::types::DataType;
-use crate::model::{AccessType, Device, Entry, Enumeration, Meaning, Object, ObjectList, Unit};
+use crate::model::{AccessType, Device, Entry, Enumeration, Meaning, Object, ObjectList, Properties, Unit};
 use crate::write::{self, Said, difference, said};
 use crate::{Input, Source, load};
 
@@ -165,7 +165,7 @@ impl Writer<'_> {
                 self.xml.open("parameter", &[("uniqueID", &id_of(object, None))]);
                 self.texts(&object.name, object.description.as_deref());
                 self.xml.empty("dataTypeIDRef", &[("uniqueIDRef", &format!("UID_REC_{:04X}", object.index))]);
-                self.properties(&object.properties);
+                self.properties(object.properties.as_deref());
                 self.xml.close();
             }
             for entry in &object.entries {
@@ -218,7 +218,7 @@ impl Writer<'_> {
             self.xml.words("label", &unit.symbol);
             self.xml.close();
         }
-        self.properties(&entry.properties);
+        self.properties(entry.properties.as_deref());
         self.xml.close();
     }
 
@@ -230,8 +230,8 @@ impl Writer<'_> {
         }
     }
 
-    fn properties(&mut self, properties: &[(String, String)]) {
-        for (name, value) in properties {
+    fn properties(&mut self, properties: Option<&Properties>) {
+        for (name, value) in properties.map(|properties| &properties.0).into_iter().flatten() {
             self.xml.empty("property", &[("name", name), ("value", value)]);
         }
     }
@@ -352,7 +352,7 @@ fn borrowed<'a>(attributes: &'a [(&'a str, String)]) -> Vec<(&'a str, &'a str)> 
 
 /// An object with sub-indices needs a parameter only for what has no other place.
 fn has_parameter(object: &Object) -> bool {
-    object.kind.has_subs() && (object.description.is_some() || !object.properties.is_empty())
+    object.kind.has_subs() && (object.description.is_some() || object.properties.is_some())
 }
 
 /// As CANopenEditor makes them.

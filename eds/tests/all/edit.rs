@@ -7,6 +7,7 @@ use lexican_eds::model::{Device, Entry, Object, ObjectKind, ObjectList};
 use lexican_eds::outline::Outline;
 use lexican_eds::patch::Patch;
 use lexican_eds::types::DataType;
+use lexican_eds::xdd::is_xml;
 use lexican_eds::{Input, Source, Span, load};
 use similar::{ChangeTag, TextDiff};
 
@@ -170,6 +171,9 @@ fn what_was_added_can_be_removed_again() {
     let mut same = 0;
     for case in cases() {
         let sheet = &case.input.eds;
+        if is_xml(sheet) {
+            continue;
+        }
         let read = |text: &Source| {
             let mut device = load(&Input::new(text.clone())).0;
             device.clear_spans();

@@ -96,7 +96,7 @@ fn meanings_of_an_array_are_those_of_its_entries() {
     for entry in &object.entries[1..] {
         assert_eq!(entry.meaning, Meaning::Quantity("Speed".into()));
         assert!(entry.persistent && entry.first_character_high && entry.description.is_none());
-        assert_eq!(entry.writable_in, Some(vec![NmtState::PreOperational]));
+        assert_eq!(entry.writable_in, Some(Box::from([NmtState::PreOperational])));
     }
     assert_eq!((object.entries[1].name.as_str(), object.entries[2].name.as_str()), ("One", "Second"));
     assert_eq!((object.entries[2].ranges[0].when.index, object.entries[2].ranges[0].high), (0x2001, 200));

@@ -221,6 +221,9 @@ fn what_the_bench_shows_is_there() {
         "6:10: error[machine::name]: there is no node \"feder\"",
     );
     check(&format!("{node}[bench]\nsequences = [\"none.seq\"]"), "6:14: error[machine::bench]: cannot read none.seq");
+    let filter = "filters.all = { nodes = \"feeder, fedeer\" }";
+    let meant = "6:15: error[machine::name]: there is no node \"fedeer\" | did you mean `feeder`?";
+    check(&format!("{node}[bench]\n{filter}"), meant);
     check(&format!("{node}[bench]\nwatch = [\"feeder.tpdo1\"]"), "6:10: error[machine::bench]: a PDO has curves");
     check(&format!("{node}[bench]\nplot = [\"feeder.statuswrod\"]"), "names no object \"statuswrod\" | did you mean");
 }

@@ -312,7 +312,7 @@ mod tests {
     fn an_entry_is_written_only_in_its_states() {
         let mut sheet = samples::drive();
         let entry = sheet.objects.iter_mut().find(|object| object.index == 0x6060).unwrap().entries.first_mut();
-        entry.unwrap().writable_in = Some(vec![model::NmtState::PreOperational]);
+        entry.unwrap().writable_in = Some(Box::new([model::NmtState::PreOperational]));
         let mut dictionary = SheetDictionary::new(NODE, &sheet);
         let entry = dictionary.entry(Address::new(0x6060, 0)).unwrap();
         dictionary.state = NmtState::Operational;

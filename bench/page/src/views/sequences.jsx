@@ -7,7 +7,7 @@ import { view } from '../state.js'
 import { Act, Button, Panel } from '../ui.jsx'
 
 export function Sequences() {
-  const { sequences, recorded: count } = view.kept.value
+  const { sequences, messages, recorded: count } = view.kept.value
   const isRecorded = count !== null
   const record = () => (isRecorded ? sendForFile({ do: 'record', on: false }) : send({ do: 'record', on: true }))
   const [picked, setPicked] = useState([])
@@ -19,6 +19,11 @@ export function Sequences() {
         <Button data-test="record" aria-pressed={isRecorded} run={record}>
           {t(isRecorded ? 'sequences.end' : 'sequences.record', { count })}
         </Button>
+        {messages.map((name) => (
+          <Act key={name} data-test={`message-${name}`} run={() => send({ do: 'play-sequence', name, text: null })}>
+            {name}
+          </Act>
+        ))}
         {[...sequences.map((name) => ({ name, text: null })), ...picked].map(({ name, text }) => (
           <Act
             key={name}

@@ -107,6 +107,11 @@ function Filter() {
           </Button>
         ))}
       </div>
+      {view.kept.value.filters.map(([name, kept]) => (
+        <Button key={name} data-test={`filter-kept-${name}`} title={asOptions(kept)} run={() => trace.setFilter(kept)}>
+          {name}
+        </Button>
+      ))}
       {check('alarming')}
       {check('transfers')}
       <Button

@@ -75,7 +75,7 @@ impl Described {
                 .collect(),
             named: named.map_or_else(Vec::new, |named| named.values.iter().map(|value| value.value).collect()),
             is_persistent: entry.persistent,
-            writable_in: entry.writable_in.clone(),
+            writable_in: entry.writable_in.as_deref().map(<[_]>::to_vec),
         }
     }
 
