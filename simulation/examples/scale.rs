@@ -4,7 +4,7 @@
 //! `cargo run --release -p lexican-simulation --example scale [SECONDS]`
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use lexican_runtime::host::{Link, MainError, VirtualBus};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage};
@@ -37,7 +37,7 @@ fn run(sheet: &str, seconds: u32) -> Result<(f64, u64), MainError> {
     let log = Arc::new(Mutex::new(DefaultHasher::new()));
     let heard = Arc::clone(&log);
     bus.observe(move |at, frame| {
-        let mut log = heard.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut log = heard.lock().unwrap_or_else(PoisonError::into_inner);
         (at.as_micros(), frame.id().raw(), frame.data()).hash(&mut *log);
     });
     let mut manager = bus.link();
@@ -52,6 +52,6 @@ fn run(sheet: &str, seconds: u32) -> Result<(f64, u64), MainError> {
         bus.advance(Duration::from_millis(1));
     }
     let took = began.elapsed().as_secs_f64();
-    let digest = log.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).finish();
+    let digest = log.lock().unwrap_or_else(PoisonError::into_inner).finish();
     Ok((f64::from(seconds) / took, digest))
 }
