@@ -11,6 +11,7 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
     ("drive set_inputs: 0xFF => 0xFF - 1", GENERIC),
     ("drive set_inputs: 0xFF => 0xFF - 1 #2", GENERIC),
     ("drive settle_running: 0xFF => 0xFF - 1", GENERIC),
+    ("drive settle_running: std::mem::take (& mut self.parameters_written) => true", "the same parameters once more"),
     ("drive settle_running: parameters != self.controller.parameters => true", "the same parameters once more"),
     ("drive turn_shaft: self.settle (now) ; => ", "the bus asks the drive at the same time, which settles it"),
     ("leds flashes: at < code => at <= code", "where the code ends, a gap begins: it is dark by the other condition"),
@@ -35,6 +36,8 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         "objects fit: storage.number (range.address) > high => storage.number (range.address) >= high",
         "the same value once more",
     ),
+    ("power initialise: self.parameters_written = true ; => ", STARTS),
+    ("power initialise: true => false", STARTS),
     ("status observe: ROUNDING => another number", ROUNDING),
     (
         "status observe: velocity >= target - f64::from (window) - ROUNDING => velocity > target - f64::from (window) - ROUNDING",
@@ -51,6 +54,7 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
 ];
 
 const WAKES_ANEW: &str = "what is switched on looks at the world anew, and has no faults";
+const STARTS: &str = "a device that starts writes objects, which says it, too";
 const GENERIC: &str = "the generic bit goes with the last of the others";
 
 /// A velocity passes through that much in far less than a microsecond, which is what time is counted in.
