@@ -95,7 +95,7 @@ fn a_machine_is_checked_booted_saved_and_repaired_by_names() {
         "{report}"
     );
 
-    fs::write(folder.join("first.seq"), "boot\ndrive feeder move-to 1 mm --enable\ncheck encoder\n").unwrap();
+    fs::write(folder.join("first.seq"), "boot\ndrive feeder move-to 0.2 mm --enable\ncheck encoder\n").unwrap();
     let first = run("run", &["first.seq"]);
     first.on_stdout(0, "node 5: it has reached its target");
     first.on_stdout(0, "3 lines in ");
