@@ -72,7 +72,8 @@ impl Bench {
         }
     }
 
-    /// Plays a sequence; [`Answer::File`] says what its lines have printed. However it ends, all drives are told to stop.
+    /// Plays a sequence, and stops all drives however it ends: [`Answer::File`] has what its lines have printed. A message of the
+    /// machine is one line, after which no drive is stopped.
     pub(super) fn play(&self, client: u32, name: &str, text: Option<String>, job: &Job) -> Result<Answer, Refused> {
         let player = self.player()?;
         let kept = lock(&self.0.model).kept.clone();

@@ -72,8 +72,7 @@ impl Machine {
     /// A CAN database of the nodes that have a data sheet and a node-ID.
     #[must_use]
     pub fn database(&self) -> Database {
-        let devices = self.nodes.iter().filter_map(|node| Some((node, node.id?, self.configured(node)?)));
-        let devices: Vec<_> = devices.collect();
+        let devices = self.configured_nodes();
         let nodes: Vec<_> =
             devices.iter().map(|(node, id, device)| dbc::Node::named(&node.name, *id, device)).collect();
         Database::new(&nodes)
@@ -82,10 +81,13 @@ impl Machine {
     /// A script by which Wireshark shows the objects of the nodes that have a data sheet and a node-ID.
     #[must_use]
     pub fn wireshark_script(&self) -> String {
-        let devices =
-            self.nodes.iter().filter_map(|node| Some((node.name.value.clone(), node.id?, self.configured(node)?)));
-        let devices: Vec<_> = devices.collect();
-        wireshark::script(devices.iter().map(|(name, id, device)| (name.clone(), *id, device)))
+        let devices = self.configured_nodes();
+        wireshark::script(devices.iter().map(|(node, id, device)| (node.name.value.clone(), *id, device)))
+    }
+
+    /// The nodes that have a data sheet and a node-ID, as they are when they have booted.
+    fn configured_nodes(&self) -> Vec<(&Node, NodeId, Device)> {
+        self.nodes.iter().filter_map(|node| Some((node, node.id?, self.configured(node)?))).collect()
     }
 
     /// The bus in a sentence: `500 kbit/s, SYNC every 10 ms, busy for 12.0 % in the worst case`.
