@@ -15,22 +15,22 @@ fn main() {
     let text = data_sheet(1200);
     let (client, server) = Connection::memory();
     let served = std::thread::spawn(move || serve(&server));
-    let tell = |method: &str, params: Value| client.sender.send(Notification::new(method.to_owned(), params).into());
+    let notify = |method: &str, params: Value| client.sender.send(Notification::new(method.to_owned(), params).into());
     let ask = |id: i32, method: &str| {
         let params = json!({ "capabilities": {} });
         client.sender.send(Request::new(RequestId::from(id), method.to_owned(), params).into())
     };
     ask(0, "initialize").unwrap();
     client.receiver.recv().unwrap();
-    tell("initialized", json!({})).unwrap();
-    tell("textDocument/didOpen", json!({ "textDocument": { "uri": URI, "version": 0, "text": text } })).unwrap();
+    notify("initialized", json!({})).unwrap();
+    notify("textDocument/didOpen", json!({ "textDocument": { "uri": URI, "version": 0, "text": text } })).unwrap();
     client.receiver.recv().unwrap();
     let at = json!({ "line": text.lines().count() / 2, "character": 1000 });
     let stroke = |version: usize| {
         let change = json!({ "range": { "start": at, "end": at }, "text": "x" });
         let start = Instant::now();
         let document = json!({ "uri": URI, "version": version });
-        tell("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [change] })).unwrap();
+        notify("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [change] })).unwrap();
         let Ok(Message::Notification(findings)) = client.receiver.recv() else { panic!("the server has ended") };
         assert_eq!(findings.params["version"], version);
         start.elapsed()
@@ -40,7 +40,7 @@ fn main() {
     println!("{} bytes: {:?} in the middle, {:?} at most", text.len(), times[STROKES / 2], times[STROKES - 1]);
     ask(1, "shutdown").unwrap();
     client.receiver.recv().unwrap();
-    tell("exit", Value::Null).unwrap();
+    notify("exit", Value::Null).unwrap();
     served.join().unwrap().unwrap();
 }
 
