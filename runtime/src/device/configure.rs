@@ -66,7 +66,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// Which TPDOs map what RPDOs write.
     fn find_touched(&mut self) {
-        for slot in &mut self.rpdos {
+        for slot in self.rpdos.iter_mut() {
             let is_touched = |(_, tpdo): &(usize, &TpdoSlot<MAPPED>)| tpdo.pdo.mapping().overlaps(slot.pdo.mapping());
             let touched = self.tpdos.iter().enumerate().filter(is_touched);
             slot.touched = touched.fold(0, |bits, (at, _)| bits | 1 << (at % 32));
@@ -134,16 +134,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     /// Gives the PDOs that the dictionary has their places, and configures them.
     fn load_pdos(&mut self, now: Instant, od: &mut (impl ObjectDictionary + ?Sized)) {
         let mut last = 0;
-        for at in 0..RPDOS {
-            let Some(number) = next_pdo(Direction::Receive, last, od) else { break };
-            self.rpdos[at].number = number;
+        while let Some(number) = next_pdo(Direction::Receive, last, od)
+            && let Some(slot) = self.rpdos.take_place()
+        {
+            slot.number = number;
             self.load_rpdo(number, od);
             last = number;
         }
         last = 0;
-        for at in 0..TPDOS {
-            let Some(number) = next_pdo(Direction::Transmit, last, od) else { break };
-            self.tpdos[at].number = number;
+        while let Some(number) = next_pdo(Direction::Transmit, last, od)
+            && let Some(slot) = self.tpdos.take_place()
+        {
+            slot.number = number;
             self.load_tpdo(number, now, od);
             last = number;
         }

@@ -114,7 +114,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if self.is_operational() {
             let Behaviour { rpdos_count_syncs: counts, tpdo_masks: masks, .. } = *self.behaviour();
             let mut touches = false;
-            for slot in &mut self.rpdos {
+            for slot in self.rpdos.iter_mut() {
                 match counts {
                     true => slot.pdo.handle_nth_sync(od),
                     false => slot.pdo.handle_sync(od),
@@ -122,7 +122,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
                 touches |= slot.touched != 0 && slot.pdo.applied().is_some();
             }
             let mut sampled = 0;
-            for slot in &mut self.tpdos {
+            for slot in self.tpdos.iter_mut() {
                 sampled += u16::from(slot.pdo.handle_sync(sync.counter, od));
             }
             due = if sampled == 0 { Due::Nothing } else { Due::Sampled(sampled) };

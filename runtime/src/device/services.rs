@@ -1,5 +1,7 @@
 //! Everything of a device but its SDO servers: what is due, in which order it is sent, and when time passes.
 
+use core::ops::{Deref, DerefMut};
+
 use super::behaviour::{Behaves as _, Behaviour};
 use super::event::Event;
 use super::selection::Selection;
@@ -46,8 +48,8 @@ pub(super) struct Services<
     pub(super) heartbeat: HeartbeatProducer,
     pub(super) guarding: Option<Part<S::Guarding, Guarding>>,
     pub(super) consumers: [Option<HeartbeatConsumer>; MONITORED],
-    pub(super) rpdos: [RpdoSlot<MAPPED>; RPDOS],
-    pub(super) tpdos: [TpdoSlot<MAPPED>; TPDOS],
+    pub(super) rpdos: Slots<RpdoSlot<MAPPED>, RPDOS>,
+    pub(super) tpdos: Slots<TpdoSlot<MAPPED>, TPDOS>,
     /// The error register shows an error of communication that the device has noticed itself.
     pub(super) communication_error: bool,
     /// What the application has set in the error register.
@@ -77,6 +79,44 @@ impl Time {
     fn poll_transmit(&mut self) -> Option<Frame> {
         let (id, time) = self.producer.zip(self.pending.take())?;
         Some(time::frame(id, time))
+    }
+}
+
+/// The PDOs that the dictionary has, in the first of the device's places. Of many places only these are walked over, so that
+/// a SYNC costs what the dictionary has, and not what the device has room for. A few are walked over whole: on a
+/// microcontroller a free place costs less than to know where they begin.
+#[derive(Clone, Debug)]
+pub(super) struct Slots<T, const PLACES: usize> {
+    places: [T; PLACES],
+    used: u16,
+}
+
+impl<T, const PLACES: usize> Slots<T, PLACES> {
+    const ARE_FEW: bool = PLACES <= 8;
+
+    const fn new(free: [T; PLACES]) -> Self {
+        Slots { places: free, used: 0 }
+    }
+
+    /// Takes the next place, if there is one left.
+    pub(super) fn take_place(&mut self) -> Option<&mut T> {
+        let place = self.places.get_mut(usize::from(self.used))?;
+        self.used += 1;
+        Some(place)
+    }
+}
+
+impl<T, const PLACES: usize> Deref for Slots<T, PLACES> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        if Self::ARE_FEW { &self.places } else { &self.places[..usize::from(self.used)] }
+    }
+}
+
+impl<T, const PLACES: usize> DerefMut for Slots<T, PLACES> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        if Self::ARE_FEW { &mut self.places } else { &mut self.places[..usize::from(self.used)] }
     }
 }
 
@@ -166,8 +206,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             heartbeat: HeartbeatProducer::new(node),
             guarding: None,
             consumers: [const { None }; MONITORED],
-            rpdos: [RpdoSlot::FREE; RPDOS],
-            tpdos: [TpdoSlot::FREE; TPDOS],
+            rpdos: Slots::new([RpdoSlot::FREE; RPDOS]),
+            tpdos: Slots::new([TpdoSlot::FREE; TPDOS]),
             communication_error: false,
             application_errors: ErrorRegister::NONE,
             starts_itself: false,
