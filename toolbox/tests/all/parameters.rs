@@ -87,7 +87,7 @@ impl Style {
     /// A data sheet; with `configured`, a DCF that gives every entry another value.
     fn sheet(&self, configured: bool) -> Device {
         let value =
-            |value: u32| configured.then(|| format!(" ParameterValue={}", self.number(value))).unwrap_or_default();
+            |value: u32| if configured { format!(" ParameterValue={}", self.number(value)) } else { String::new() };
         let row = |address: &str, data_type: u16, access: &str, default: Option<u32>, new: u32| {
             let access = if access == "mappable" { self.mappable } else { access };
             let mapping = u8::from(access == self.mappable && access != "rw");
