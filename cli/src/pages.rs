@@ -2,8 +2,8 @@
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, iter};
 
 use clap::{Command, CommandFactory};
 
@@ -65,22 +65,9 @@ fn said(page: &str, is_source: bool) -> Vec<(usize, Said)> {
 
 /// The words of a line as a shell has them, up to a comment, a pipe or the next command.
 fn words(line: &str) -> Vec<OsString> {
-    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
-    for letter in line.chars().chain(iter::once(' ')) {
-        match (quote, letter) {
-            (Some(mark), _) if letter == mark => quote = None,
-            (None, '"' | '\'') => {
-                quote = Some(letter);
-                word.get_or_insert_default();
-            }
-            (None, ' ') => words.extend(word.take().map(OsString::from)),
-            (None, '#' | '|' | ';' | '&' | '>' | '<' | '(' | ')') if word.is_none() => break,
-            (None, ')') => break,
-            _ => word.get_or_insert_default().push(letter),
-        }
-    }
-    words.extend(word.map(OsString::from));
-    words
+    let ends = |word: &String| word.starts_with(['|', ';', '&', '>', '<', '(', ')']);
+    let words = shlex::Shlex::new(line).take_while(|word| !ends(word));
+    words.map(|word| word.trim_end_matches(')').into()).collect()
 }
 
 /// The machine of the demo.

@@ -1,7 +1,7 @@
 // What is seen on every tab: the bus, the connection, who has control, and the stop.
 import { send, stop, stopAll } from './bench.js'
 import { number, percent } from './format.js'
-import { DICTIONARIES, language, setLanguage, t } from './i18n/index.js'
+import { LANGUAGES, language, setLanguage, t } from './i18n/index.js'
 import { isHelpOpen } from './keys.jsx'
 import { connection, client, hasControl, version, view } from './state.js'
 import { nextTheme, theme } from './theme.js'
@@ -40,7 +40,7 @@ export function Header() {
   )
 }
 
-const otherLanguage = () => Object.keys(DICTIONARIES).find((tag) => tag !== language.value)
+const otherLanguage = () => LANGUAGES.find((tag) => tag !== language.value)
 
 /** How the controller's state is marked: `error active` is the one that is well. */
 const kindOf = (state) => (state.endsWith('active') ? 'good' : /off|lost/.test(state) ? 'bad' : 'warn')

@@ -140,23 +140,56 @@ export function State({ state, seen, ...rest }) {
   )
 }
 
-/** Which node a view is about. */
-export function NodePicker() {
+/**
+ * An input with its name.
+ * @param {{ label: string, set: (text: string) => void, class?: string, children?: ComponentChildren, [rest: string]: unknown }} props
+ */
+export function Field({ label, set, class: name = '', children, ...rest }) {
+  return (
+    <label class={`field ${name}`}>
+      <span>{label}</span>
+      <input {...rest} onInput={(event) => set(event.currentTarget.value)} />
+      {children}
+    </label>
+  )
+}
+
+/**
+ * A choice with its name, among values with their texts.
+ * @param {{ label: string, options: [string | number, string | number][], set: (value: string) => void, [rest: string]: unknown }} props
+ */
+export function Choice({ label, options, set, ...rest }) {
   return (
     <label class="field">
-      <span>{t('node')}</span>
-      <select
-        data-test="pick-node"
-        value={nodeId.value ?? ''}
-        onChange={(event) => (chosenNode.value = Number(event.currentTarget.value))}
-      >
-        {view.nodes.value.map((node) => (
-          <option key={node.id} value={node.id}>
-            {node.id} · {node.name}
+      <span>{label}</span>
+      <select {...rest} onChange={(event) => set(event.currentTarget.value)}>
+        {options.map(([value, text]) => (
+          <option key={value} value={value}>
+            {text}
           </option>
         ))}
       </select>
     </label>
+  )
+}
+
+/**
+ * Nodes as options.
+ * @param {{ id: number, name: string }[]} nodes
+ * @returns {[number, string][]}
+ */
+export const named = (nodes) => nodes.map(({ id, name }) => [id, `${id} · ${name}`])
+
+/** Which node a view is about. */
+export function NodePicker() {
+  return (
+    <Choice
+      label={t('node')}
+      data-test="pick-node"
+      value={nodeId.value ?? ''}
+      options={named(view.nodes.value)}
+      set={(id) => (chosenNode.value = Number(id))}
+    />
   )
 }
 

@@ -58,26 +58,15 @@ pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> V
     if troubles.is_empty() {
         frame.render_widget(Line::from(ui.text(Text::NoTroubles)).green(), below);
     }
-    let columns = Columns {
-        head: [
-            "COB-ID",
-            ui.text(Text::Frame),
-            ui.text(Text::Id),
-            "#",
-            ui.text(Text::PerSecond),
-            ui.text(Text::Jitter),
-            ui.text(Text::Share),
-        ],
-        widths: [
-            Constraint::Length(8),
-            Constraint::Fill(2),
-            Constraint::Length(4),
-            Constraint::Fill(1),
-            Constraint::Fill(1),
-            Constraint::Fill(1),
-            Constraint::Length(7),
-        ],
-    };
+    let columns = Columns::new([
+        ("COB-ID", Constraint::Length(8)),
+        (ui.text(Text::Frame), Constraint::Fill(2)),
+        (ui.text(Text::Id), Constraint::Length(4)),
+        ("#", Constraint::Fill(1)),
+        (ui.text(Text::PerSecond), Constraint::Fill(1)),
+        (ui.text(Text::Jitter), Constraint::Fill(1)),
+        (ui.text(Text::Share), Constraint::Length(7)),
+    ]);
     let in_ids = selected.checked_sub(troubles.len()).filter(|row| *row < ids.len());
     let listed = columns.draw(frame, list, in_ids, ids.iter(), rate);
     vec![above, Listed { first: listed.first + troubles.len(), ..listed }]

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
 use super::action::{Action, Purpose};
-use super::list::{ALARM, Columns, Listed, WRONG};
+use super::list::{ALARM, Columns, Listed, WRONG, age, ago};
 use super::text::Text;
 use super::ui::Ui;
 use crate::orders::ORDERS;
@@ -54,12 +54,12 @@ pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> V
     let listed = columns.draw(frame, list, Some(ui.row()), view.drives.iter(), |drive| {
         let state = drive.state.as_deref().unwrap_or("?");
         let mark = if state.starts_with("FAULT") { WRONG } else { "" };
-        let old = age(drive, view.time).map(|seconds| format!(" (-{seconds:.1} s)"));
-        let style = if old.is_some() { Style::new().dim() } else { Style::new() };
+        let ago = ago(drive.seen, view.time);
+        let style = if ago.is_empty() { Style::new() } else { Style::new().dim() };
         Row::new([
             format!("{:>3}", drive.node),
             drive.name.clone(),
-            format!("{mark}{state}{}", old.unwrap_or_default()),
+            format!("{mark}{state}{ago}"),
             format!("{:>16}", number(drive.position, drive.position_unit.as_deref())),
             format!("{:>14}", number(drive.velocity, drive.velocity_unit.as_deref())),
         ])
@@ -77,14 +77,9 @@ fn number(number: Option<f64>, unit: Option<&str>) -> String {
     number.map_or_else(|| "?".to_owned(), |number| format!("{number} {}", unit.unwrap_or_default()))
 }
 
-/// For how long nobody has seen how the drive is, if it should have been seen.
-fn age(drive: &Drive, now: f64) -> Option<f64> {
-    drive.seen.filter(|seen| seen.is_old).map(|seen| now - seen.at)
-}
-
 fn lines(ui: &Ui, drive: &Drive, now: f64) -> Vec<Line<'static>> {
     let mut lines: Vec<_> = WAY.into_iter().zip(BESIDE).map(|states| machine(drive, states.into())).collect();
-    let age = age(drive, now);
+    let age = age(drive.seen, now);
     let old = age.map(|age| Line::from(format!("{WRONG}{} {age:.1} s", ui.text(Text::LastSeen))).red().bold());
     lines.push(old.unwrap_or_default());
     if let Some(unconfirmed) = &drive.unconfirmed {

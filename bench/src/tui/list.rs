@@ -5,6 +5,8 @@ use ratatui::layout::{Constraint, Rect};
 use ratatui::style::{Modifier, Stylize};
 use ratatui::widgets::{HighlightSpacing, Row, Table, TableState};
 
+use crate::view::Seen;
+
 /// Before the row that is selected.
 pub(super) const SELECTED: &str = "▸";
 
@@ -21,11 +23,27 @@ pub(super) struct Listed {
     pub(super) first: usize,
 }
 
+/// For how long nobody has seen what is shown, if somebody should have.
+pub(super) fn age(seen: Option<Seen>, now: f64) -> Option<f64> {
+    seen.filter(|seen| seen.is_old).map(|seen| now - seen.at)
+}
+
+/// The age behind what is shown; empty if that is new.
+pub(super) fn ago(seen: Option<Seen>, now: f64) -> String {
+    age(seen, now).map_or_else(String::new, |seconds| format!(" (-{seconds:.1} s)"))
+}
+
 /// What stands above rows, and how wide their columns are.
 pub(super) struct Columns<H, W> {
     /// Empty for none.
     pub(super) head: H,
     pub(super) widths: W,
+}
+
+impl<'h, const N: usize> Columns<[&'h str; N], [Constraint; N]> {
+    pub(super) fn new(columns: [(&'h str, Constraint); N]) -> Self {
+        Columns { head: columns.map(|(title, _)| title), widths: columns.map(|(_, width)| width) }
+    }
 }
 
 impl<'h, H, W> Columns<H, W>

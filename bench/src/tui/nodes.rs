@@ -8,7 +8,7 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Wrap};
 
 use super::action::{Action, Purpose, say};
-use super::list::{Columns, Listed, WRONG};
+use super::list::{Columns, Listed, WRONG, ago};
 use super::tab::Tab;
 use super::text::Text;
 use super::trace;
@@ -60,17 +60,14 @@ pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> V
         frame.render_widget(Line::from(ui.text(Text::NoNode)).dim(), list);
         return Vec::new();
     };
-    let columns = Columns {
-        head: [Text::Id, Text::Name, Text::State, Text::Heartbeat, Text::Sheet, Text::Faults].map(|text| ui.text(text)),
-        widths: [
-            Constraint::Length(4),
-            Constraint::Fill(2),
-            Constraint::Length(25),
-            Constraint::Length(9),
-            Constraint::Fill(2),
-            Constraint::Fill(1),
-        ],
-    };
+    let columns = Columns::new([
+        (ui.text(Text::Id), Constraint::Length(4)),
+        (ui.text(Text::Name), Constraint::Fill(2)),
+        (ui.text(Text::State), Constraint::Length(25)),
+        (ui.text(Text::Heartbeat), Constraint::Length(9)),
+        (ui.text(Text::Sheet), Constraint::Fill(2)),
+        (ui.text(Text::Faults), Constraint::Fill(1)),
+    ]);
     let listed = columns.draw(frame, list, Some(ui.row()), view.nodes.iter(), |node| row(node, view.time));
     let block = Block::bordered().title(format!(" {} {} ", node.id, node.name));
     let text = Paragraph::new(details(ui, node)).wrap(Wrap { trim: false }).block(block);
@@ -82,10 +79,7 @@ fn row(node: &Node, now: f64) -> Row<'static> {
     let state = node.state.as_deref().unwrap_or("?");
     let state = match node.silent_seconds {
         Some(seconds) => format!("{WRONG}{state} (-{seconds:.1} s)"),
-        None => match node.seen.filter(|seen| seen.is_old) {
-            Some(seen) => format!("{state} (-{:.1} s)", now - seen.at),
-            None => state.to_owned(),
-        },
+        None => format!("{state}{}", ago(node.seen, now)),
     };
     let faults = node.faults.iter().map(|fault| format!("{WRONG}{}", fault.code));
     let is_wrong = !node.faults.is_empty() || node.silent_seconds.is_some();

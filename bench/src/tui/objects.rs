@@ -8,7 +8,7 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table, Wrap};
 
 use super::action::{Action, Purpose, say};
-use super::list::{Columns, Listed};
+use super::list::{Columns, Listed, ago};
 use super::prompt::Field;
 use super::text::Text;
 use super::ui::Ui;
@@ -104,18 +104,14 @@ pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, vi
     ])
     .areas(area);
     let objects: Vec<_> = shown(ui, state, view).collect();
-    let columns = Columns {
-        head: [Text::Address, Text::Name, Text::Value, Text::Default, Text::Limits, Text::Access]
-            .map(|text| ui.text(text)),
-        widths: [
-            Constraint::Length(8),
-            Constraint::Fill(3),
-            Constraint::Fill(2),
-            Constraint::Fill(1),
-            Constraint::Fill(1),
-            Constraint::Length(7),
-        ],
-    };
+    let columns = Columns::new([
+        (ui.text(Text::Address), Constraint::Length(8)),
+        (ui.text(Text::Name), Constraint::Fill(3)),
+        (ui.text(Text::Value), Constraint::Fill(2)),
+        (ui.text(Text::Default), Constraint::Fill(1)),
+        (ui.text(Text::Limits), Constraint::Fill(1)),
+        (ui.text(Text::Access), Constraint::Length(7)),
+    ]);
     let selected = Some(ui.row()).filter(|_| !objects.is_empty());
     let listed = columns.draw(frame, list, selected, objects.iter(), |object| {
         let value = object.value.as_ref();
@@ -176,8 +172,7 @@ fn draw_watched(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) {
         let (low, high) =
             watched.bounds.map_or_else(Default::default, |(low, high)| (low.to_string(), high.to_string()));
         let value = watched.value.as_ref().map_or_else(String::new, |value| value.text.clone());
-        let old = watched.seen.filter(|seen| seen.is_old);
-        let value = old.map_or(value.clone(), |seen| format!("{value} (-{:.1} s)", view.time - seen.at));
+        let value = value + &ago(watched.seen, view.time);
         Row::new([watched.node.to_string(), watched.address.clone(), watched.name.clone(), value, low, high])
     });
     let widths = [

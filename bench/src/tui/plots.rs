@@ -10,7 +10,7 @@ use ratatui::widgets::Row;
 use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke};
 
 use super::action::{Action, Purpose, say};
-use super::list::{Columns, Listed};
+use super::list::{Columns, Listed, ago};
 use super::prompt::Field;
 use super::text::Text;
 use super::ui::Ui;
@@ -237,9 +237,8 @@ fn draw_names(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, now: f6
         ],
     };
     columns.draw(frame, area, Some(ui.row()), state.curves.iter().zip(0..), |(curve, place)| {
-        let age = curve.seen.filter(|seen| seen.is_old).map(|seen| format!(" (-{:.1} s)", now - seen.at));
-        let age = age.unwrap_or_default();
-        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}{age}"));
+        let ago = ago(curve.seen, now);
+        let last = curve.points.last().map_or_else(String::new, |(_, number)| format!(" = {number}{ago}"));
         let [one, two] = state.cursors.map(|cursor| number_at(&curve.points, cursor?));
         let cell = |name: &str, number: Option<f64>| number.map_or_else(String::new, |it| format!("{name} {it}"));
         Row::new([

@@ -2,7 +2,7 @@
 
 use std::thread::yield_now;
 
-use super::{bench_of, client, drive, moves, until};
+use super::{Ending, bench_of, client, drive, enable, moves, until};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::request::{Nmt, Other, Verb};
@@ -31,11 +31,11 @@ feeder.settings = { 1017 = 'raw:100' }
 cutter.settings = { 1017 = 100 }
 ";
 
-fn bench() -> Bench {
+fn bench() -> Ending {
     bench_and_bus(MACHINE).0
 }
 
-fn bench_and_bus(machine: &str) -> (Bench, VirtualBus) {
+fn bench_and_bus(machine: &str) -> (Ending, VirtualBus) {
     let plant = Plant::parse(machine, "machine.toml", Files::Embedded(&[])).unwrap();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(plant.segment(bus.now()).unwrap());
@@ -56,7 +56,6 @@ fn nodes_are_recognised_and_read() {
     let Ok(Answer::Objects(objects)) = client.ask(Request::Objects { node: 5 }).wait() else { panic!("objects") };
     let mode = objects.iter().find(|object| object.address == "6060:00").unwrap();
     assert_eq!(mode.value.as_ref().unwrap().text, "profile position (1)", "what was read is remembered");
-    bench.end();
 }
 
 #[test]
@@ -71,7 +70,6 @@ fn what_the_data_sheet_refuses_is_not_sent() {
     assert!(values[0].text.starts_with("60"), "{values:?}");
     let changes = &bench.view().nodes[0].changes;
     assert!(changes.iter().any(|change| change.contains("2410:05")), "{changes:?}");
-    bench.end();
 }
 
 #[test]
@@ -82,8 +80,7 @@ fn only_who_has_the_hands_changes_something_and_everybody_stops() {
     let start = || Request::Nmt { node: None, command: Nmt::Start };
     assert!(other.ask(start()).wait().unwrap_err().why.contains("has control"));
     assert!(other.ask(Request::TakeControl { force: false }).wait().is_err());
-    one.ask(start()).wait().unwrap();
-    one.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(&one);
     let travel = one.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
     other.ask(Request::StopAll).wait().unwrap();
@@ -91,15 +88,13 @@ fn only_who_has_the_hands_changes_something_and_everybody_stops() {
     let view = until(&bench, |view| !moves(view));
     assert!(view.drives[0].ending.is_some() && view.drives[0].order.is_none());
     assert!(view.drives[0].position.unwrap() < 100_000.0);
-    bench.end();
 }
 
 #[test]
 fn a_number_with_two_readings_moves_and_writes_nothing() {
     let bench = bench();
     let client = client(&bench);
-    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(&client);
     for order in [Verb::MoveTo, Verb::Step, Verb::Run] {
         let refused = client.ask(drive(5, order, Some("5.000"))).wait().unwrap_err();
         assert_eq!(refused.why, "5.000 may be 5 or 5000");
@@ -115,15 +110,13 @@ fn a_number_with_two_readings_moves_and_writes_nothing() {
     // What the card shows can be typed.
     let shown = bench.view().drives[0].position.unwrap().to_string();
     client.ask(drive(5, Verb::MoveTo, Some(&shown))).wait().unwrap();
-    bench.end();
 }
 
 #[test]
 fn a_lost_client_stops_what_it_has_started() {
     let bench = bench();
     let client = client(&bench);
-    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(&client);
     let _travel = client.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(&bench, moves);
     drop(client);
@@ -131,7 +124,6 @@ fn a_lost_client_stops_what_it_has_started() {
     assert_eq!(view.control.holder, None);
     let ending = view.drives[0].ending.as_ref().unwrap();
     assert_eq!(ending.text, "interrupted: it has been stopped");
-    bench.end();
 }
 
 #[test]
@@ -149,7 +141,6 @@ fn a_backup_is_restored_and_compared() {
     let Ok(Answer::Differences(found)) = client.ask(compare()).wait() else { panic!("differences") };
     assert!(found.is_empty(), "{found:?}");
     assert!(bench.view().jobs.iter().all(|job| job.is_success == Some(true)));
-    bench.end();
 }
 
 #[test]
@@ -176,7 +167,6 @@ fn a_pdo_is_mapped_after_it_was_checked() {
     );
     client.ask(Request::Nmt { node: Some(6), command: Nmt::Start }).wait().unwrap();
     until(&bench, |view| view.bus.ids.iter().any(|rate| rate.name == "TPDO1" && rate.per_second > 30.0));
-    bench.end();
 }
 
 #[test]
@@ -200,7 +190,6 @@ fn the_trace_is_filtered_in_the_words_of_the_monitor() {
     assert!(transfers.iter().any(|row| row.text.contains("Statusword")), "{transfers:?}");
     let wrong = TraceFilter { services: "sda".to_owned(), ..TraceFilter::default() };
     assert!(client.ask(Request::Trace { filter: wrong, from: 0, at: None, count: 1 }).wait().is_err());
-    bench.end();
 }
 
 #[test]
@@ -225,7 +214,6 @@ fn values_are_watched_and_plotted() {
     assert!(String::from_utf8(bytes).unwrap().lines().count() > 3);
     client.ask(Request::Unwatch { node: 5, address }).wait().unwrap();
     assert!(bench.view().watched.is_empty());
-    bench.end();
 }
 
 #[test]
@@ -261,7 +249,6 @@ fn watches_and_curves_end_with_the_last_client_that_wants_them_and_are_bounded()
     assert_eq!(watched.iter().filter(|is_watched| **is_watched).count(), 63, "one more was watched before");
     drop(other);
     assert!(bench.view().watched.is_empty());
-    bench.end();
 }
 
 #[test]
@@ -279,7 +266,6 @@ fn values_that_were_seen_before_a_restore_are_read_anew_after_it() {
     client.ask(Request::Restore { node: 5, dcf: String::from_utf8(bytes).unwrap() }).wait().unwrap();
     let after = seen();
     assert!(after.len() == 2 && after.iter().all(|at| *at > before), "{after:?}, {before}");
-    bench.end();
 }
 
 #[test]
@@ -297,7 +283,6 @@ fn what_is_watched_is_read_while_its_drive_moves() {
     assert!(runs(&view) && view.drives[1].order.is_some());
     client.ask(Request::StopAll).wait().unwrap();
     running.wait().unwrap();
-    bench.end();
 }
 
 #[test]
@@ -312,7 +297,6 @@ fn what_was_seen_costs_no_frame() {
     client.ask(Request::Read { node: 5, addresses: addresses() }).wait().unwrap();
     let seen = client.ask(Request::Seen { node: 5, addresses: addresses() }).wait();
     assert!(matches!(seen, Ok(Answer::Values(seen)) if seen.len() == 2));
-    bench.end();
 }
 
 #[test]
@@ -324,7 +308,6 @@ fn a_scan_ends_with_its_client() {
     scan.wait().unwrap_err();
     let job = until(&bench, |view| view.jobs.iter().any(|job| job.is_success.is_some())).jobs.remove(0);
     assert_eq!((&*job.name, job.is_success), ("scan", Some(false)), "{}", job.text);
-    bench.end();
 }
 
 #[test]
@@ -334,7 +317,6 @@ fn a_node_id_that_a_node_has_is_not_given_by_lss() {
     for (node, why) in [(5, "a node has the node-ID 5"), (9, "no device without node-ID answers")] {
         assert_eq!(client.ask(Request::Assign { node }).wait().unwrap_err().why, why);
     }
-    bench.end();
 }
 
 #[test]
@@ -345,7 +327,6 @@ fn whether_a_drive_would_move_is_known_while_somebody_has_the_control() {
     assert_eq!(view.drives[0].obstacles.as_deref(), Some(&["it is not enabled".to_owned()][..]));
     client.ask(Request::ReleaseControl).wait().unwrap();
     until(&bench, |view| view.drives.iter().all(|drive| drive.obstacles.is_none()));
-    bench.end();
 }
 
 /// The AKD's 1014h is stored as "off".
@@ -359,7 +340,6 @@ fn what_a_drive_is_set_to_that_bears_on_moving_it_is_shown_while_somebody_is_in_
     assert!(!off.is_needed && off.text.starts_with("1014:00 switches emergency messages off: "), "{off:?}");
     client.ask(Request::ReleaseControl).wait().unwrap();
     until(&bench, |view| lacks(view).is_empty());
-    bench.end();
 }
 
 #[test]
@@ -398,7 +378,6 @@ fn what_pdos_carry_is_known_by_the_mapping_in_the_node() {
     };
     let is_mapping = |text: &str| text.starts_with("1A00:01 TPDO1 mapping");
     assert!(frames.rows.iter().all(|row| row.service == "TPDO1" || is_mapping(&row.text)), "{frames:?}");
-    bench.end();
 }
 
 /// A bus whose driver panics at its first frame.
@@ -443,11 +422,10 @@ fn an_order_to_a_drive_whose_data_sheet_lacks_something_says_what() {
     bus.set_pace(Pace::RealTime);
     let mut setup = Setup::new(BusInfo { is_writable: true, ..BusInfo::default() });
     setup.nodes.push((NodeId::literal(5), None, Some(sheet)));
-    let bench = Bench::live(Box::new(link), setup).unwrap();
+    let bench = Ending(Bench::live(Box::new(link), setup).unwrap());
     let client = bench.open_client();
     client.ask(Request::TakeControl { force: false }).wait().unwrap();
     let refused = client.ask(drive(5, Verb::Enable, None)).wait().unwrap_err();
     assert!(refused.why.contains("drive 5 cannot be moved by its data sheet: "), "{refused:?}");
     assert!(refused.why.contains("6040h (control word)") && refused.remedy.is_some(), "{refused:?}");
-    bench.end();
 }

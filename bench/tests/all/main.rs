@@ -7,19 +7,38 @@ mod stop;
 mod tui;
 mod web;
 
+use std::ops::Deref;
+
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
-use lexican_bench::request::Verb;
+use lexican_bench::request::{Nmt, Verb};
 use lexican_bench::view::View;
 use lexican_bench::{Bench, Client, Request};
 use lexican_runtime::host::{Pace, VirtualBus};
 
+/// A bench that ends with its test.
+struct Ending(Bench);
+
+impl Deref for Ending {
+    type Target = Bench;
+
+    fn deref(&self) -> &Bench {
+        &self.0
+    }
+}
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
 /// A bench of a bus, in real time.
-fn bench_of(bus: &VirtualBus) -> Bench {
+fn bench_of(bus: &VirtualBus) -> Ending {
     let link = bus.link();
     bus.set_pace(Pace::RealTime);
     let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
-    Bench::live(Box::new(link), Setup::new(info)).unwrap()
+    Ending(Bench::live(Box::new(link), Setup::new(info)).unwrap())
 }
 
 /// A client that has control, of a bench whose two drives are known.
@@ -30,6 +49,12 @@ fn client(bench: &Bench) -> Client {
     let client = bench.open_client();
     client.ask(Request::TakeControl { force: false }).wait().unwrap();
     client
+}
+
+/// Starts all nodes, and enables drive 5.
+fn enable(client: &Client) {
+    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
 }
 
 fn moves(view: &View) -> bool {

@@ -1,6 +1,6 @@
 //! A recorded log: what a bench shows of it, and how a client goes through it.
 
-use super::until;
+use super::{Ending, until};
 use lexican_bench::engine::Setup;
 use lexican_bench::model::BusInfo;
 use lexican_bench::request::Nmt;
@@ -26,9 +26,9 @@ fn log() -> Vec<(Instant, Frame)> {
     ]
 }
 
-fn bench() -> (Bench, Client) {
+fn bench() -> (Ending, Client) {
     let info = BusInfo { name: "bus.log".to_owned(), ..BusInfo::default() };
-    let bench = Bench::replay(log(), Setup::new(info)).unwrap();
+    let bench = Ending(Bench::replay(log(), Setup::new(info)).unwrap());
     let client = bench.open_client();
     until(&bench, |view| position(view) == 10.0);
     (bench, client)
@@ -54,7 +54,6 @@ fn all_of_it_is_shown_at_first() {
     assert_eq!(rows(&client), [0.0, 1.0, 2.0, 5.0, 10.0], "in seconds from the first frame");
     assert_eq!(view.nodes[0].state.as_deref(), Some("OPERATIONAL"));
     assert_eq!(view.nodes[0].faults.iter().map(|fault| (fault.at, &*fault.code)).collect::<Vec<_>>(), [(5.0, "4310")]);
-    bench.end();
 }
 
 #[test]
@@ -73,7 +72,6 @@ fn a_client_goes_back_and_on() {
         assert_eq!(seek(wanted), Ok(Answer::Done));
         assert_eq!(position(&bench.view()), there, "{wanted}");
     }
-    bench.end();
 }
 
 #[test]
@@ -86,7 +84,6 @@ fn it_is_played_to_its_end() {
     for speed in [-1.0, f64::NAN, f64::INFINITY] {
         client.ask(Request::Play { speed }).wait().unwrap_err();
     }
-    bench.end();
 }
 
 #[test]
@@ -97,7 +94,6 @@ fn a_data_sheet_that_is_given_later_holds_for_what_was_shown() {
     client.ask(sheet).wait().unwrap();
     let view = until(&bench, |view| view.nodes[0].faults.first().is_some_and(|fault| fault.text != before));
     assert_eq!((position(&view), view.trace.end), (10.0, 5));
-    bench.end();
 }
 
 #[test]
@@ -122,5 +118,4 @@ fn it_takes_no_frames() {
     let watch = Request::Watch { node: 5, address: address(), every_ms: 100 };
     assert_eq!(client.ask(watch).wait(), Ok(Answer::Done), "its value comes from the log");
     assert_eq!(rows(&client).len(), 5);
-    bench.end();
 }

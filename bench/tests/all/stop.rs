@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::{bench_of, client, drive, moves, until};
+use super::{Ending, bench_of, client, drive, enable, moves, until};
 use lexican_bench::request::{Nmt, Other, Verb};
 use lexican_bench::{Answer, Bench, Client, Request};
 use lexican_runtime::host::{Fate, VirtualBus};
@@ -21,7 +21,7 @@ sheet = 'kollmorgen/akd'
 
 /// A machine whose node 6 does not answer SDO requests, or answers late, once this happens.
 struct Rig {
-    bench: Bench,
+    bench: Ending,
     segment: Arc<Mutex<Segment<SimulatedDevice>>>,
 }
 
@@ -49,8 +49,7 @@ impl Rig {
 }
 
 fn travel(bench: &Bench, client: &Client) -> lexican_bench::engine::Reply {
-    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(client);
     let travel = client.ask(drive(5, Verb::MoveTo, Some("100000")));
     until(bench, moves);
     travel
@@ -71,7 +70,6 @@ fn a_stop_ends_a_backup_and_what_waits_behind_it() {
     assert!(view.jobs.iter().all(|job| job.is_success == Some(false)), "{:?}", view.jobs);
     let values = client.ask(Request::Read { node: 6, addresses: vec!["1000:00".to_owned()] }).wait();
     assert!(matches!(values, Ok(Answer::Values(_))), "its SDO server is free again: {values:?}");
-    rig.bench.end();
 }
 
 #[test]
@@ -87,7 +85,6 @@ fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
     rig.disturb(false);
     assert_eq!(client.ask(Request::StopAll).wait(), Ok(Answer::Done));
     assert!(!rig.bench.view().drives[1].ending.as_ref().unwrap().may_be_moving);
-    rig.bench.end();
 }
 
 #[test]
@@ -158,7 +155,6 @@ fn a_drive_that_loses_its_power_is_not_shown_as_enabled_and_at_its_target() {
     power(Power::Off);
     let view = until(&rig.bench, |view| view.drives[0].seen.is_some_and(|seen| seen.is_old));
     assert!(view.drives[1].seen.is_some_and(|seen| !seen.is_old), "the other one is there");
-    rig.bench.end();
 }
 
 #[test]
@@ -172,15 +168,13 @@ fn a_second_stop_does_not_undo_the_first() {
     }
     assert_eq!(travel.wait(), Ok(Answer::Done));
     until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
-    rig.bench.end();
 }
 
 #[test]
 fn an_order_that_waits_is_dropped_with_its_client() {
     let rig = rig(Fate::Lose);
     let lost = rig.client();
-    lost.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    lost.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(&lost);
     let at = rig.bench.view().drives[0].position;
     let backup = lost.ask(Request::Backup { node: 5 });
     let travel = lost.ask(drive(5, Verb::MoveTo, Some("100000")));
@@ -191,7 +185,6 @@ fn an_order_that_waits_is_dropped_with_its_client() {
     let Ok(Answer::Values(values)) = other.ask(read).wait() else { panic!("a value") };
     assert_eq!(values[0].number, at, "it has not moved");
     assert!(rig.bench.view().drives[0].order.is_none());
-    rig.bench.end();
 }
 
 #[test]
@@ -208,7 +201,6 @@ fn whoever_takes_the_hands_ends_what_was_ordered() {
     assert_eq!(view.control.holder, Some(other.number()));
     assert_eq!(view.drives[0].ending.as_ref().unwrap().text, "interrupted: it has been stopped");
     one.ask(drive(5, Verb::MoveTo, Some("0"))).wait().unwrap_err();
-    rig.bench.end();
 }
 
 #[test]
@@ -222,7 +214,6 @@ fn a_silent_node_does_not_hold_up_others() {
     }
     let refused = silent.wait().unwrap_err();
     assert!(refused.remedy.is_some(), "{refused:?}");
-    rig.bench.end();
 }
 
 #[test]
@@ -236,7 +227,6 @@ fn nodes_are_compared_with_each_other_both_ways_at_once() {
     };
     assert_eq!(there.len(), back.len());
     assert!(!there.is_empty());
-    rig.bench.end();
 }
 
 #[test]
@@ -251,15 +241,13 @@ fn a_faster_watch_that_ends_leaves_the_slower_one() {
     assert_eq!(view.watched.iter().map(|watched| watched.every_ms).collect::<Vec<_>>(), [20]);
     client.ask(Request::Unwatch { node: 5, address: "6064:00".to_owned() }).wait().unwrap();
     assert!(rig.bench.view().watched.is_empty());
-    rig.bench.end();
 }
 
 #[test]
 fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     let rig = rig(Fate::Lose);
     let client = rig.client();
-    client.ask(Request::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
-    client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
+    enable(&client);
     let interrupted = |target: &str| {
         let travel = client.ask(drive(5, Verb::MoveTo, Some(target)));
         until(&rig.bench, moves);
@@ -286,7 +274,6 @@ fn an_interrupted_travel_is_resumed_to_its_target_or_dropped_for_a_new_one() {
     assert_eq!(until(&rig.bench, |view| view.drives[0].order.is_none()).drives[0].target, None);
     client.ask(drive(5, Verb::Enable, None)).wait().unwrap();
     client.ask(drive(5, Verb::MoveTo, Some("3000"))).wait().unwrap();
-    rig.bench.end();
 }
 
 #[test]
@@ -300,5 +287,4 @@ fn a_refused_order_leaves_the_target_of_the_drive() {
     client.ask(drive(5, Verb::MoveTo, Some("10"))).wait().unwrap();
     client.ask(drive(5, Verb::MoveTo, Some("2000000000"))).wait().unwrap_err();
     assert_eq!(rig.bench.view().drives[0].target, Some(10.0));
-    rig.bench.end();
 }

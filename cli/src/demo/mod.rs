@@ -1,20 +1,21 @@
 //! `lexican demo`: the two worked examples of the AG03/1's manual.
 
-mod bench;
-mod checks;
-mod console;
 mod play;
+mod stage;
 
+use std::io::Write;
 use std::path::PathBuf;
 
+use anstyle::AnsiColor;
+use indicatif::ProgressBar;
+use lexican_runtime::host::Pace;
 use lexican_runtime::host::candump::Line;
 use lexican_toolbox::data_sheet::DataSheet;
-use siko_ag03_1::worked_examples::{POSITIONING, VELOCITY};
+use siko_ag03_1::worked_examples::{Example, POSITIONING, VELOCITY};
 
-use crate::output::{Failure, ForceArgs, Outcome};
-use bench::Bench;
-use console::Console;
-use play::Played;
+use crate::output::{Failure, ForceArgs, Outcome, progress, stdout, styled};
+use play::Check;
+use stage::Stage;
 
 /// Run the two worked examples of the SIKO AG03/1's manual against a simulated drive
 ///
@@ -37,44 +38,52 @@ pub(crate) struct Args {
 
 /// The data sheet to decode frames with.
 const DEVICE: &str = "siko/ag03-1";
+const EXAMPLES: [&Example; 2] = [&POSITIONING, &VELOCITY];
 /// The interface on which `canplayer -I demo.log` replays it.
 const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     std::fs::create_dir_all(&args.folder).map_err(|error| Failure::file("create", &args.folder, &error))?;
     let device = DataSheet::load(DEVICE, &[])?.device;
-    let examples = [&POSITIONING, &VELOCITY];
-    let rows = examples.iter().map(|example| example.rows.len()).sum();
-    let mut bench = Bench::new(&device, Console::new(args.realtime, rows), args.realtime);
-    let played = play::all(&mut bench, &examples)?;
-    let recording = bench.finish();
-
-    let checks = checks::all(&played, &recording);
-    checks::print(&checks)?;
-    write_files(args, &played, &recording)?;
-    Ok(if checks.iter().all(|check| check.passed) { Outcome::Clean } else { Outcome::Found })
-}
-
-fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> Result<(), Failure> {
-    let pictures: Vec<_> = played.iter().map(|played| played.picture(&recording.samples)).collect();
+    let rows = EXAMPLES.iter().map(|example| example.rows.len() as u64).sum();
+    let (progress, pace) = match args.realtime {
+        true => (progress("{bar:12.cyan/dim} {pos:>2}/{len}  {wide_msg}", rows), Pace::RealTime),
+        false => (ProgressBar::hidden(), Pace::Virtual),
+    };
+    let mut stage = Stage::new(&device, progress, pace);
+    let played = play::all(&mut stage, &EXAMPLES);
+    stage.progress.finish_and_clear();
+    let (checks, pictures) = played?;
+    stage.heading("Checks")?;
+    let mut stdout = stdout();
+    let width = checks.iter().map(|check| check.what.chars().count()).max().unwrap_or(0);
+    for Check { what, seen, passed } in &checks {
+        let verdict = match passed {
+            true => styled(AnsiColor::Green.on_default().bold(), "    ok"),
+            false => styled(AnsiColor::Red.on_default().bold(), "FAILED"),
+        };
+        writeln!(stdout, "{verdict}  {what:<width$}  {seen}")?;
+    }
+    stdout.flush()?;
     let line = |&(at, frame)| Line { at, interface: INTERFACE.to_owned(), frame }.to_string() + "\n";
-    let log: String = recording.frames.iter().map(line).collect();
+    let log: String = stage.frames.iter().map(line).collect();
     args.force.write(&args.folder.join("demo.svg"), lexican_pictures::svg(&pictures).as_bytes())?;
-    args.force.write(&args.folder.join("demo.log"), log.as_bytes())
+    args.force.write(&args.folder.join("demo.log"), log.as_bytes())?;
+    Ok(if checks.iter().all(|check| check.passed) { Outcome::Clean } else { Outcome::Found })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::kept;
     use lexican_runtime::host::{Fate, VirtualBus};
 
     /// The checks that fail in a run over a manipulated bus.
     fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
         let device = DataSheet::load(DEVICE, &[]).unwrap().device;
-        let mut bench = Bench::new(&device, Console::silent(), false);
-        tamper(bench.bus());
-        let played = play::all(&mut bench, &[&POSITIONING, &VELOCITY]).unwrap();
-        let checks = checks::all(&played, &bench.finish());
+        let mut stage = Stage::new(&device, ProgressBar::hidden(), Pace::Virtual);
+        tamper(&stage.bus);
+        let (checks, _) = kept(|| play::all(&mut stage, &EXAMPLES)).0.unwrap();
         checks.into_iter().filter(|check| !check.passed).map(|check| check.what).collect()
     }
 

@@ -64,6 +64,7 @@ fn frames_are_chosen_and_shifted() {
     for (options, lines) in [
         (&["--cob-id", "605,700-7FF"][..], &[0, 2][..]),
         (&["--except", "00000185"], &[0, 2, 3]),
+        (&["--cob-id", "080-085,605,705", "--except", "705"], &[0, 3]),
         (&["--interface", "can1"], &[1]),
         (&["--after", "0.1s", "--before", "0.3s"], &[1, 2]),
     ] {

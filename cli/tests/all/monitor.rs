@@ -23,11 +23,11 @@ fn check(run: &Run, lines: &[&str]) {
 }
 
 const BUS: &str = "080# 705#05 385#370200000000 605#4064600000000000 585#4364600000000000 080# 705#05 385#370205000000 \
-                   605#40FF2F0000000000 585#80FF2F0000000206 706#7F";
+                   605#40FF2F0000000000 585#80FF2F0000000206 706#05";
 
 #[test]
 fn options_choose_the_frames() {
-    check(&monitor("monitor-node", BUS, &["--node", "6,7"]), &["PRE-OPERATIONAL"]);
+    check(&monitor("monitor-node", BUS, &["--node", "6,7"]), &["OPERATIONAL"]);
     check(&monitor("monitor-id", BUS, &["--cob-id", "700-77F"]), &["node 5", "node 5", "node 6"]);
     check(&monitor("monitor-service", BUS, &["--service", "sync,pdo"]), &["SYNC", "TPDO3", "SYNC", "TPDO3"]);
     check(&monitor("monitor-without", BUS, &["--without", "sync,pdo,heartbeat", "--text", "abort"]), &["abort 2FFF"]);
@@ -65,7 +65,8 @@ fn only_what_differs_is_printed() {
             "OPERATIONAL",
             "Statusword = OPERATION ENABLED",
             "  Position Actual Value = +5 increments",
-            "PRE-OPERATIONAL",
+            // Of another node.
+            "node 6",
         ],
     );
 }

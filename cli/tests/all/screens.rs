@@ -1,7 +1,7 @@
 //! Commands that draw on the whole terminal: what somebody sees in front of it.
 #![cfg(unix)]
 
-use crate::terminal::Terminal;
+use crate::terminal::{Screen, Terminal};
 
 const DRIVE: &str = "sim:siko/ag03-1?node=5";
 

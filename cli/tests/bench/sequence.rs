@@ -14,7 +14,7 @@ use tungstenite::{Message, WebSocket, client};
 use crate::bench::Bench;
 use crate::browser::Browser;
 use crate::common::{folder, lexican_in};
-use crate::terminal::Terminal;
+use crate::terminal::{Screen, Terminal};
 
 const MACHINE: &str = "\
 [node.feeder]

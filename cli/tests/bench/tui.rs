@@ -6,42 +6,16 @@ use std::process::Command;
 
 use crate::common::folder;
 use crate::simulation::Simulation;
-use crate::terminal::Terminal;
+use crate::terminal::{Screen, Terminal};
 use crate::tmux::Tmux;
-
-/// What shows a screen and has keys.
-trait Keyboard {
-    fn press(&mut self, keys: &str);
-    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String;
-}
-
-impl Keyboard for Terminal {
-    fn press(&mut self, keys: &str) {
-        Terminal::press(self, keys);
-    }
-    #[track_caller]
-    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
-        Terminal::wait_for(self, what)
-    }
-}
-
-impl Keyboard for Tmux {
-    fn press(&mut self, keys: &str) {
-        Tmux::press(self, keys);
-    }
-    #[track_caller]
-    fn wait_for(&mut self, what: &dyn Fn(&str) -> bool) -> String {
-        Tmux::wait_for(self, what)
-    }
-}
 
 const DOWN: &str = "\u{1b}[B";
 const DELETE: &str = "\u{1b}[3~";
 
 /// Waits for some words.
 #[track_caller]
-fn shows(screen: &mut dyn Keyboard, words: &str) -> String {
-    screen.wait_for(&|text| text.contains(words))
+fn shows(screen: &mut impl Screen, words: &str) -> String {
+    screen.wait_for(|text| text.contains(words))
 }
 
 /// The title of the details.
@@ -51,19 +25,19 @@ fn title(text: &str) -> Option<&str> {
 
 /// Goes down to the row whose detail has this title.
 #[track_caller]
-fn go_down_to(screen: &mut dyn Keyboard, wanted: &str) {
-    let mut text = screen.wait_for(&|text| title(text).is_some());
+fn go_down_to(screen: &mut impl Screen, wanted: &str) {
+    let mut text = screen.wait_for(|text| title(text).is_some());
     while title(&text) != Some(wanted) {
         screen.press(DOWN);
         // Numbers change by themselves.
-        text = screen.wait_for(&|next| title(next).is_some() && title(next) != title(&text));
+        text = screen.wait_for(|next| title(next).is_some() && title(next) != title(&text));
     }
 }
 
 /// Looks after the demo plant, whose files come into `folder`, and leaves.
-fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
+fn look_after(screen: &mut impl Screen, folder: &Path) {
     let backup = folder.join("node-5.dcf");
-    screen.wait_for(&|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
+    screen.wait_for(|text| ["feeder", "kollmorgen/akd", "encoder"].iter().all(|name| text.contains(name)));
 
     // What is pasted presses no keys, and a click selects a tab.
     screen.press("\u{1b}[200~q\u{1b}[201~");
@@ -78,7 +52,7 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     screen.press("1\r");
     shows(screen, "1000:00");
     screen.press("/v-pos\r");
-    screen.wait_for(&|text| text.contains("v-Pos") && !text.contains("6064:00"));
+    screen.wait_for(|text| text.contains("v-Pos") && !text.contains("6064:00"));
     screen.press("\r60\r");
     shows(screen, "take control first");
     screen.press("h");
@@ -91,11 +65,11 @@ fn look_after(screen: &mut dyn Keyboard, folder: &Path) {
     // A backup brings the value back.
     screen.press("b");
     shows(screen, "node-5.dcf");
-    screen.wait_for(&|_| backup.exists());
+    screen.wait_for(|_| backup.exists());
     screen.press("\r70\r");
     shows(screen, "2410:05 = 70");
     screen.press("unode-5.dcf\r");
-    screen.wait_for(&|text| {
+    screen.wait_for(|text| {
         text.contains("v-Pos") && text.lines().any(|line| line.starts_with("▸2410:05") && line.contains(" 60 "))
     });
 

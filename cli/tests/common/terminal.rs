@@ -25,6 +25,29 @@ const COLUMNS: NonZero<u16> = NonZero::new(140).unwrap();
 /// How long a screen may take: the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// What shows a screen and has keys.
+pub(crate) trait Screen {
+    /// What it shows.
+    fn text(&self) -> String;
+
+    /// Presses keys: the bytes that a terminal sends for them.
+    fn press(&mut self, keys: &str);
+
+    /// Waits until it shows what is wanted; returns it.
+    #[track_caller]
+    fn wait_for(&mut self, what: impl Fn(&str) -> bool) -> String {
+        let begun = Instant::now();
+        loop {
+            let text = self.text();
+            if what(&text) {
+                return text;
+            }
+            assert!(begun.elapsed() < PATIENCE, "the screen shows:\n{text}");
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
 /// The command on a terminal.
 pub(crate) struct Terminal {
     child: Child,
@@ -106,30 +129,6 @@ impl Terminal {
         }
     }
 
-    /// What the screen shows.
-    pub(crate) fn text(&self) -> String {
-        self.screen.lock().unwrap().screen().contents()
-    }
-
-    /// Waits until the screen shows what is wanted; returns it.
-    #[track_caller]
-    pub(crate) fn wait_for(&mut self, what: impl Fn(&str) -> bool) -> String {
-        let begun = Instant::now();
-        loop {
-            let text = self.text();
-            if what(&text) {
-                return text;
-            }
-            assert!(begun.elapsed() < PATIENCE, "the screen shows:\n{text}");
-            thread::sleep(Duration::from_millis(10));
-        }
-    }
-
-    /// Presses keys.
-    pub(crate) fn press(&mut self, keys: &str) {
-        self.keyboard.write_all(keys.as_bytes()).expect("the command reads its keys");
-    }
-
     /// Waits for the end of the command; returns its exit code, and what the screen shows then.
     #[track_caller]
     pub(crate) fn end(mut self) -> (Option<i32>, String) {
@@ -141,6 +140,15 @@ impl Terminal {
             thread::sleep(Duration::from_millis(10));
         }
         (code, self.text())
+    }
+}
+
+impl Screen for Terminal {
+    fn text(&self) -> String {
+        self.screen.lock().unwrap().screen().contents()
+    }
+    fn press(&mut self, keys: &str) {
+        self.keyboard.write_all(keys.as_bytes()).expect("the command reads its keys");
     }
 }
 

@@ -1,13 +1,9 @@
 //! Runs the command in tmux, and looks at its screen.
-#![expect(clippy::disallowed_methods, reason = "a process is waited for")]
 
 use std::path::Path;
 use std::process::{Command, Output};
-use std::thread;
-use std::time::{Duration, Instant};
 
-/// How long a screen may take: the machine may be busy.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::terminal::Screen;
 
 /// A server of tmux of its own, with the command in its only window.
 pub(crate) struct Tmux {
@@ -34,37 +30,22 @@ impl Tmux {
         command.output().expect("it is installed")
     }
 
-    /// What the screen shows.
-    pub(crate) fn text(&self) -> String {
-        String::from_utf8_lossy(&self.tmux(&["capture-pane", "-p"]).stdout).into_owned()
-    }
-
-    /// Waits until the screen shows what is wanted; returns it.
-    #[track_caller]
-    pub(crate) fn wait_for(&mut self, what: impl Fn(&str) -> bool) -> String {
-        let begun = Instant::now();
-        loop {
-            let text = self.text();
-            if what(&text) {
-                return text;
-            }
-            assert!(begun.elapsed() < PATIENCE, "the screen shows:\n{text}");
-            thread::sleep(Duration::from_millis(20));
-        }
-    }
-
-    /// Presses keys: the bytes that a terminal sends for them.
-    pub(crate) fn press(&mut self, keys: &str) {
-        let bytes: Vec<String> = keys.bytes().map(|byte| format!("{byte:02x}")).collect();
-        let bytes: Vec<&str> = bytes.iter().map(String::as_str).collect();
-        self.tmux(&[&["send-keys", "-H"], &bytes[..]].concat());
-    }
-
     /// Waits for the end of the command; returns its exit code.
     #[track_caller]
     pub(crate) fn end(mut self) -> Option<i32> {
         let text = self.wait_for(|text| text.lines().any(|line| line.starts_with("ended with ")));
         text.split_once("ended with ")?.1.split_whitespace().next()?.parse().ok()
+    }
+}
+
+impl Screen for Tmux {
+    fn text(&self) -> String {
+        String::from_utf8_lossy(&self.tmux(&["capture-pane", "-p"]).stdout).into_owned()
+    }
+    fn press(&mut self, keys: &str) {
+        let bytes: Vec<String> = keys.bytes().map(|byte| format!("{byte:02x}")).collect();
+        let bytes: Vec<&str> = bytes.iter().map(String::as_str).collect();
+        self.tmux(&[&["send-keys", "-H"], &bytes[..]].concat());
     }
 }
 

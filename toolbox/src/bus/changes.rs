@@ -54,33 +54,3 @@ impl Changes {
         self.transfers.insert(key, outcome.clone()).is_none_or(|before| before != outcome)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::decode::Decoder;
-    use crate::samples;
-    use lexican_runtime::host::candump::Line;
-
-    #[test]
-    fn of_a_pdo_only_the_values_that_differ_are_new() {
-        let device = samples::drive();
-        let (mut decoder, mut changes) = (Decoder::new(), Changes::default());
-        decoder.introduce(NodeId::literal(5), &device);
-        let mut check = |text: &str, expected: Option<&str>| {
-            let frame = format!("(0.000000) can0 {text}").parse::<Line>().unwrap().frame;
-            let new = changes.observe(&frame, decoder.decode(&frame));
-            assert_eq!(new.map(|it| it.text).as_deref(), expected, "{text}");
-        };
-        check(
-            "385#370200000000",
-            Some("Statusword = OPERATION ENABLED + voltage enabled + remote, Position Actual Value = 0 increments"),
-        );
-        check("385#370200000000", None);
-        check("385#370205000000", Some("Position Actual Value = +5 increments"));
-        check("705#05", Some("OPERATIONAL"));
-        check("705#05", None);
-        check("706#05", Some("OPERATIONAL"));
-        check("705#7F", Some("PRE-OPERATIONAL"));
-    }
-}

@@ -200,28 +200,6 @@ mod tests {
     }
 
     #[test]
-    fn a_transfer_is_one_line() {
-        check(
-            "605#4064600000000000 185#3702 585#4364600000000000",
-            &["5: read 6064:00 Position Actual Value = 0 increments (2.0 ms)"],
-        );
-        check(
-            "605#2F60600002000000 585#6060600000000000",
-            &["5: write 6060:00 Modes of Operation = profile velocity (2) (1.0 ms)"],
-        );
-        check(
-            "605#40FF2F0000000000 585#80FF2F0000000206",
-            &["5: read 2FFF:00: the device aborts: 0602 0000: object does not exist in the object dictionary (1.0 ms)"],
-        );
-        // 9 bytes in two segments.
-        check(
-            "606#4008100000000000 586#4108100009000000 606#6000000000000000 586#0041424344454647 606#7000000000000000 \
-             586#1B48490000000000",
-            &["6: read 1008:00 = \"ABCDEFGHI\" (6 frames, 5.0 ms)"],
-        );
-    }
-
-    #[test]
     fn what_has_no_answer_ends_by_the_next_request_or_is_forgotten() {
         check(
             "605#4064600000000000 605#4041600000000000 606#4000100000000000 585#4B41600037020000",

@@ -164,38 +164,3 @@ fn bit_rate(table: u8, index: u8) -> String {
         None => format!("{index} of table {table}"),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn requests_are_decoded() {
-        let check = |request: LssRequest, text: &str| {
-            assert_eq!(request_text(request), text);
-            assert!(request_json(request)["command"].is_string());
-        };
-        check(LssRequest::SwitchSelective(Part::Product, 0x1402), "select by product = 1402h");
-        check(LssRequest::ConfigureNode(None), "take node-ID none");
-        check(LssRequest::ConfigureBitTiming { table: 0, index: 9 }, "take bit rate by itself");
-        check(LssRequest::ConfigureBitTiming { table: 1, index: 2 }, "take bit rate 2 of table 1");
-        check(LssRequest::ActivateBitTiming { delay_ms: 100 }, "change the bit rate after 100 ms");
-        check(LssRequest::Identify(Bound::RevisionLow, 0x10), "who has revision >= 10h?");
-        let scan = |bits_left, next| LssRequest::Fastscan { value: 0x195, bits_left, part: Part::Vendor, next };
-        check(scan(0x80, Part::Vendor), "fastscan: who has no node-ID?");
-        check(scan(31, Part::Vendor), "fastscan: whose vendor has the upper 1 bits of 00000195h?");
-        check(scan(0, Part::Product), "fastscan: whose vendor has the upper 32 bits of 00000195h? Then product");
-    }
-
-    #[test]
-    fn responses_are_decoded() {
-        let check = |response: LssResponse, refused: bool, text: &str| {
-            assert_eq!((response_text(response).as_str(), refuses(response)), (text, refused));
-            assert!(response_json(response)["command"].is_string());
-        };
-        check(LssResponse::ConfigureNode { error: 0, specific: 0 }, false, "node-ID taken");
-        check(LssResponse::Store { error: 2, specific: 0 }, true, "refused: the storage failed");
-        check(LssResponse::Store { error: 255, specific: 7 }, true, "refused: error 07h of the device");
-        check(LssResponse::Inquired(Part::Serial, 0x1234), false, "serial = 1234h");
-    }
-}

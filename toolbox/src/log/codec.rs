@@ -24,6 +24,19 @@ pub(super) trait Lines: Send {
     fn line(&mut self, line: &str, skipped: &mut Skipped) -> Result<Option<Record>, Flaw>;
 }
 
+/// The frames of lines as text, and what was skipped.
+#[cfg(test)]
+pub(super) fn read<L: Lines + Default>(lines: &str) -> (Vec<String>, Skipped) {
+    let (mut reader, mut skipped, mut records) = (L::default(), Skipped::default(), Vec::new());
+    for line in lines.lines() {
+        let record = reader.line(line.trim(), &mut skipped).unwrap();
+        records.extend(record.map(|Record { at, interface, direction, frame }| {
+            format!("{} {interface} {frame} {}", at.as_micros(), direction.word())
+        }));
+    }
+    (records, skipped)
+}
+
 /// A [`Lines`] as a [`Decode`].
 pub(super) struct Text<L>(pub(super) L);
 

@@ -1,5 +1,6 @@
 //! What people name and write: durations, files, times of day, node-IDs, TOML; and what programs read, JSON.
 
+pub(crate) mod calendar;
 pub mod duration;
 pub mod files;
 pub mod json;

@@ -1,24 +1,27 @@
 //! TIME_OF_DAY as text: `2026-11-23 12:00:00.500` (CiA 301, 7.1.6.5).
 
+use lexican_runtime::Instant;
 use lexican_runtime::object::TimeOfDay;
+
+use super::calendar::{Civil, DAY};
 
 const MS_PER_DAY: u64 = 86_400_000;
 
 /// The days from 1 January 1970 to 1 January 1984.
-const EPOCH: i64 = 5113;
+const EPOCH: u64 = 5113;
 
 /// The time so many milliseconds after the beginning of 1970, in UTC; `None` before 1984, and when the days have no place in
 /// 16 bits, in the year 2163.
 #[must_use]
 pub fn of_unix(ms: u64) -> Option<TimeOfDay> {
-    let days = i64::try_from(ms / MS_PER_DAY).ok()? - EPOCH;
+    let days = (ms / MS_PER_DAY).checked_sub(EPOCH)?;
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (ms % MS_PER_DAY) as u32 })
 }
 
 /// The milliseconds since the beginning of 1970.
 #[must_use]
 pub fn to_unix(time: TimeOfDay) -> u64 {
-    (u64::from(time.days) + EPOCH as u64) * MS_PER_DAY + u64::from(time.ms)
+    (u64::from(time.days) + EPOCH) * MS_PER_DAY + u64::from(time.ms)
 }
 
 /// The same time so many milliseconds later; `None` when the days have no place in 16 bits.
@@ -35,30 +38,18 @@ pub fn later(time: TimeOfDay, ms: u64) -> Option<TimeOfDay> {
 pub fn parse(text: &str) -> Option<TimeOfDay> {
     let (date, time) = text.trim().split_once([' ', 'T']).unwrap_or((text.trim(), "00:00"));
     let [year, month, day] = numbers(date, '-')?;
-    if !(1984..=2163).contains(&year) || !(1..=12).contains(&month) || !(1..=days_of(year, month)).contains(&day) {
-        return None;
-    }
-    let days = days_since_1970(year, month, day) - EPOCH;
+    let midnight = Civil { year, month, day, time: 0 }.at()?;
+    let days = (midnight.as_micros() / DAY).checked_sub(EPOCH)?;
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: of_day(time.trim())? })
 }
 
 /// `2026-11-23 12:00:00.500`. Milliseconds beyond the day, which a device may send, are shown as hours beyond 23.
 #[must_use]
 pub fn text(time: TimeOfDay) -> String {
-    let mut days = i64::from(time.days);
-    let mut year = 1984;
-    while days >= days_of_year(year) {
-        days -= days_of_year(year);
-        year += 1;
-    }
-    let mut month = 1;
-    while days >= days_of(year, month) {
-        days -= days_of(year, month);
-        month += 1;
-    }
+    let Civil { year, month, day, .. } = Civil::of(Instant::from_micros((u64::from(time.days) + EPOCH) * DAY));
     let (seconds, ms) = (time.ms / 1000, time.ms % 1000);
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{year}-{month:02}-{:02} {hours:02}:{minutes:02}:{seconds:02}.{ms:03}", days + 1)
+    format!("{year}-{month:02}-{day:02} {hours:02}:{minutes:02}:{seconds:02}.{ms:03}")
 }
 
 /// Milliseconds since midnight.
@@ -68,33 +59,16 @@ fn of_day(text: &str) -> Option<u32> {
         Some(all) => all,
         None => numbers::<2>(clock, ':').map(|[hours, minutes]| [hours, minutes, 0])?,
     };
-    let is_time = (0..24).contains(&hours) && (0..60).contains(&minutes) && (0..60).contains(&seconds);
+    let is_time = hours < 24 && minutes < 60 && seconds < 60;
     let is_fraction = (1..=3).contains(&fraction.len()) && fraction.bytes().all(|byte| byte.is_ascii_digit());
-    let ms: i64 = format!("{fraction:0<3}").parse().ok().filter(|_| is_time && is_fraction)?;
+    let ms: u64 = format!("{fraction:0<3}").parse().ok().filter(|_| is_time && is_fraction)?;
     u32::try_from(((hours * 60 + minutes) * 60 + seconds) * 1000 + ms).ok()
 }
 
 /// Numbers without signs between separators.
-fn numbers<const N: usize>(text: &str, separator: char) -> Option<[i64; N]> {
+fn numbers<const N: usize>(text: &str, separator: char) -> Option<[u64; N]> {
     let number = |digits: &str| digits.parse().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()));
-    text.split(separator).map(number).collect::<Option<Vec<i64>>>()?.try_into().ok()
-}
-
-fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
-    (1970..year).map(days_of_year).sum::<i64>() + (1..month).map(|month| days_of(year, month)).sum::<i64>() + day - 1
-}
-
-fn days_of_year(year: i64) -> i64 {
-    (1..=12).map(|month| days_of(year, month)).sum()
-}
-
-fn days_of(year: i64, month: i64) -> i64 {
-    match month {
-        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
-        2 => 28,
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    }
+    text.split(separator).map(number).collect::<Option<Vec<u64>>>()?.try_into().ok()
 }
 
 #[cfg(test)]

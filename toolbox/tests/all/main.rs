@@ -12,3 +12,4 @@ mod flash;
 mod logs;
 mod parameters;
 mod remedies;
+mod rows;

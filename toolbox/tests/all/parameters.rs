@@ -1,7 +1,6 @@
 //! What of a device is a parameter, with data sheets as makers of drives write them.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use lexican_eds::model::Device;
@@ -18,6 +17,8 @@ use lexican_toolbox::parameters::restore::{Options, Outcome, configured, not_res
 use lexican_toolbox::parameters::{Ended, LeftOut, Parameters, Progress};
 use lexican_toolbox::values::address;
 use lexican_toolbox::values::wire::written;
+
+use crate::rows::eds;
 
 const NODE: NodeId = NodeId::literal(5);
 const U8: u16 = 5;
@@ -83,92 +84,43 @@ impl Style {
         if self.hexadecimal { format!("0x{number:X}") } else { number.to_string() }
     }
 
-    fn variable(
-        &self,
-        section: &str,
-        data_type: u16,
-        access: &str,
-        default: Option<u32>,
-        value: Option<u32>,
-    ) -> String {
-        let access = if access == "mappable" { self.mappable } else { access };
-        let mapping = u8::from(access == self.mappable && access != "rw");
-        let line = |key: &str, number: Option<u32>| {
-            number.map(|number| format!("{key}={}\n", self.number(number))).unwrap_or_default()
-        };
-        format!(
-            "[{section}]\nParameterName=Entry {section}\nObjectType=0x7\nDataType=0x{data_type:04X}\nAccessType={access}\n\
-             {}{}PDOMapping={mapping}\n\n",
-            line("DefaultValue", default),
-            line("ParameterValue", value)
-        )
-    }
-
     /// A data sheet; with `configured`, a DCF that gives every entry another value.
     fn sheet(&self, configured: bool) -> Device {
-        let value = |value| configured.then_some(value);
-        let mut objects: Vec<(u16, String)> = Vec::new();
-        let mut array = |index: u16, count: Option<String>, subs: &[String]| {
-            let number = u32::try_from(subs.len()).unwrap();
-            let count =
-                count.unwrap_or_else(|| self.variable(&format!("{index:04X}sub0"), U8, "ro", Some(number), None));
-            let mut text = format!(
-                "[{index:04X}]\nParameterName=Object {index:04X}\nObjectType=0x8\nSubNumber={}\n\n",
-                self.number(number + 1)
-            );
-            text += &count;
-            text.extend(subs.iter().cloned());
-            objects.push((index, text));
+        let value =
+            |value: u32| if configured { format!(" ParameterValue={}", self.number(value)) } else { String::new() };
+        let row = |address: &str, data_type: u16, access: &str, default: Option<u32>, new: u32| {
+            let access = if access == "mappable" { self.mappable } else { access };
+            let mapping = u8::from(access == self.mappable && access != "rw");
+            let default = default.map(|default| self.number(default)).unwrap_or_default();
+            format!("{address} {data_type} {access} {default} PDOMapping={mapping}{}", value(new))
         };
-        let limit = |sub, new| self.variable(&format!("607Dsub{sub}"), I32, "mappable", Some(0), value(new));
-        array(0x607D, None, &[limit(1, 11), limit(2, 22)]);
-        let output = |sub, new| self.variable(&format!("60FEsub{sub}"), U32, "mappable", Some(0), value(new));
-        array(0x60FE, None, &[output(1, 1), output(2, 3)]);
-        let sub = |index: u16, sub: u8, data_type, default| {
-            self.variable(&format!("{index:04X}sub{sub}"), data_type, "rw", Some(default), value(default))
-        };
-        array(0x1018, None, &[self.variable("1018sub1", U32, "ro", Some(0x123), None)]);
+        let mut rows = vec![
+            row("607D:01", I32, "mappable", Some(0), 11),
+            row("607D:02", I32, "mappable", Some(0), 22),
+            row("60FE:01", U32, "mappable", Some(0), 1),
+            row("60FE:02", U32, "mappable", Some(0), 3),
+            format!("1018:01 {U32} ro {}", self.number(0x123)),
+            row("1000", U32, "ro", Some(0x20000 | u32::from(self.profile)), 7),
+            row("1001", U8, "ro", Some(0), 7),
+            row("6060", I8, "rw", Some(1), 3),
+        ];
         // The second one is switched off.
         for (number, cob_id, mapped) in [(0, 0x205, 0x2101_0010), (1, 0x8000_0305, 0x2102_0010)] {
-            array(0x1400 + number, None, &[sub(0x1400 + number, 1, U32, cob_id)]);
-            let index = 0x1600 + number;
-            let count = self.variable(&format!("{index:04X}sub0"), U8, "rw", Some(1), value(1));
-            array(index, Some(count), &[sub(index, 1, U32, mapped)]);
+            rows.push(row(&format!("{:04X}:01", 0x1400 + number), U32, "rw", Some(cob_id), cob_id));
+            rows.push(row(&format!("{:04X}:00", 0x1600 + number), U8, "rw", Some(1), 1));
+            rows.push(row(&format!("{:04X}:01", 0x1600 + number), U32, "rw", Some(mapped), mapped));
         }
-        let mut variable = |index: u16, data_type, access: &str, default, new| {
-            objects.push((index, self.variable(&format!("{index:04X}"), data_type, access, default, value(new))));
-        };
-        variable(0x1000, U32, "ro", Some(0x20000 | u32::from(self.profile)), 7);
-        variable(0x1001, U8, "ro", Some(0), 7);
-        variable(0x6060, I8, "rw", Some(1), 3);
         for (index, data_type, default, new) in MAPPABLE {
-            variable(index, data_type, "mappable", Some(default), new);
+            rows.push(row(&format!("{index:04X}"), data_type, "mappable", Some(default), new));
         }
         for (index, data_type, access, reason) in OTHERS {
             // A DCF that gives a value to what cannot be read back is believed.
             let default = (reason != LeftOut::WriteOnly).then_some(0);
-            variable(index, data_type, access, default, 1);
+            rows.push(row(&format!("{index:04X}"), data_type, access, default, 1));
         }
-        let mut text = "[FileInfo]\nFileName=style.eds\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0\n\
-                        [DeviceInfo]\nVendorName=Style\nVendorNumber=0x123\nProductName=Style\nProductNumber=0\n\
-                        RevisionNumber=0\nBaudRate_500=1\nSimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\n\
-                        DynamicChannelsSupported=0\nGroupMessaging=0\nNrOfRXPDO=2\nNrOfTXPDO=0\nLSS_Supported=0\n"
-            .to_owned();
-        objects.sort();
-        let is_mandatory = |index: u16| matches!(index, 0x1000 | 0x1001 | 0x1018);
-        let lists: [(&str, &dyn Fn(u16) -> bool); 3] = [
-            ("MandatoryObjects", &is_mandatory),
-            ("OptionalObjects", &|index| !is_mandatory(index) && !(0x2000..0x6000).contains(&index)),
-            ("ManufacturerObjects", &|index| (0x2000..0x6000).contains(&index)),
-        ];
-        for (list, holds) in lists {
-            let indices: Vec<_> = objects.iter().map(|(index, _)| *index).filter(|index| holds(*index)).collect();
-            write!(text, "[{list}]\nSupportedObjects={}\n", indices.len()).unwrap();
-            indices.iter().zip(1..).for_each(|(index, at)| writeln!(text, "{at}=0x{index:04X}").unwrap());
-        }
-        text.extend(objects.into_iter().map(|(_, text)| text));
+        let info = "VendorName=Style\nVendorNumber=0x123\nProductName=Style\nNrOfRXPDO=2\nNrOfTXPDO=0\n";
         let name = if configured { "style.dcf" } else { "style.eds" };
-        let (device, findings) = lexican_eds::load(&Input::new(Source::new(name, text.as_str())));
+        let (device, findings) = lexican_eds::load(&Input::new(Source::new(name, eds(info, rows.into_iter()))));
         assert!(!findings.has_errors(), "{findings:?}");
         device
     }

@@ -56,6 +56,12 @@ impl Rig {
         rig
     }
 
+    /// After something has been done with it.
+    fn after<R>(mut self, what: impl FnOnce(&mut Rig) -> R) -> Self {
+        what(&mut self);
+        self
+    }
+
     fn connect(&mut self) -> Result<(), Error> {
         self.drive = None;
         self.drive = Some(Drive::connect_described_unprotected(self.bus.link(), NODE, self.description)?);
@@ -205,21 +211,13 @@ const ROWS: &[Row] = &[
     ),
     Row(
         "supply",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.world(|inputs| inputs.output_stage_supply_100mv = 0);
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.world(|inputs| inputs.output_stage_supply_100mv = 0)),
         enable,
         |rig| rig.world(|inputs| inputs.output_stage_supply_100mv = 240),
     ),
     Row(
         "enable-input",
-        || {
-            let mut rig = Rig::enabled(&AG02);
-            rig.world(|inputs| inputs.enable = false);
-            rig
-        },
+        || Rig::enabled(&AG02).after(|rig| rig.world(|inputs| inputs.enable = false)),
         travel,
         |rig| rig.world(|inputs| inputs.enable = true),
     ),
@@ -252,11 +250,7 @@ const ROWS: &[Row] = &[
     Row("below-limit", || Rig::beyond(-1300), travel, |rig| rig.inch_back(Direction::Positive)),
     Row(
         "target",
-        || {
-            let mut rig = Rig::beyond(0);
-            rig.number = 2000;
-            rig
-        },
+        || Rig::beyond(0).after(|rig| rig.number = 2000),
         travel,
         |rig| rig.drive().write(UPPER_LIMIT, 3000).unwrap(),
     ),
@@ -316,11 +310,7 @@ const ROWS: &[Row] = &[
     ),
     Row(
         "out-of-range",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.number = 70_000;
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.number = 70_000),
         |rig| {
             let within = Duration::from_millis(rig.number as u64);
             rig.drive().protect(Supervision::within(within)).map(|_| ())
@@ -329,11 +319,7 @@ const ROWS: &[Row] = &[
     ),
     Row(
         "aborted",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.number = i32::MAX;
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.number = i32::MAX),
         |rig| {
             let limit = rig.number;
             rig.drive().write(UPPER_LIMIT, limit)
@@ -342,11 +328,7 @@ const ROWS: &[Row] = &[
     ),
     Row(
         "limit-switch",
-        || {
-            let mut rig = Rig::enabled(&AG02);
-            rig.world(|inputs| inputs.limit_switches = [true, false]);
-            rig
-        },
+        || Rig::enabled(&AG02).after(|rig| rig.world(|inputs| inputs.limit_switches = [true, false])),
         travel,
         |rig| {
             rig.inch(Direction::Negative);
@@ -356,11 +338,7 @@ const ROWS: &[Row] = &[
     ),
     Row(
         "no-answer",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.bus = VirtualBus::new();
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.bus = VirtualBus::new()),
         Rig::connect,
         |rig| drop(rig.bus.attach(Arc::clone(&rig.siko))),
     ),
@@ -374,33 +352,16 @@ const ROWS: &[Row] = &[
         |rig| rig.drive().pass(Duration::from_secs(1)),
         nothing,
     ),
-    Row(
-        "cancelled",
-        || {
-            let mut rig = Rig::enabled(&AG03_1);
-            rig.drive().cancel_handle().cancel();
-            rig
-        },
-        travel,
-        nothing,
-    ),
+    Row("cancelled", || Rig::enabled(&AG03_1).after(|rig| rig.drive().cancel_handle().cancel()), travel, nothing),
     Row(
         "not-this-drive",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.description = &AKD;
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.description = &AKD),
         Rig::connect,
         |rig| rig.description = &AG03_1,
     ),
     Row(
         "heartbeat",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.drive().write(Object::<u16, Rw>::new(0x1017, 0x00), 100).unwrap();
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.drive().write(Object::<u16, Rw>::new(0x1017, 0x00), 100).unwrap()),
         |rig| rig.drive().protect(GUARDED).map(|_| ()),
         |rig| rig.drive().write(Object::<u16, Rw>::new(0x1017, 0x00), 0).unwrap(),
     ),
@@ -417,32 +378,20 @@ const FREE: i32 = 2;
 const MORE_ROWS: &[Row] = &[
     Row(
         "other-cob-id",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.by_tool(&[(0x1400, 1, 0x206)], NmtCommand::EnterPreOperational);
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.by_tool(&[(0x1400, 1, 0x206)], NmtCommand::EnterPreOperational)),
         Rig::connect,
         |rig| rig.by_tool(&[(0x1011, 1, LOAD)], NmtCommand::ResetNode),
     ),
     Row(
         "other-cob-id",
-        || {
-            let mut rig = Rig::new(&AKD);
-            rig.by_tool(&[(0x1400, 1, 0x206)], NmtCommand::EnterPreOperational);
-            rig
-        },
+        || Rig::new(&AKD).after(|rig| rig.by_tool(&[(0x1400, 1, 0x206)], NmtCommand::EnterPreOperational)),
         Rig::connect,
         // It has no 1011h.
         |rig| rig.by_tool(&[(0x1400, 1, 0x205)], NmtCommand::EnterPreOperational),
     ),
     Row(
         "pdo-in-use",
-        || {
-            let mut rig = Rig::new(&AKD);
-            rig.number = 1;
-            rig
-        },
+        || Rig::new(&AKD).after(|rig| rig.number = 1),
         |rig| rig.map(TransmissionType::EventProfile, &ACTUAL),
         // The driver has all four of them.
         |rig| {
@@ -475,11 +424,7 @@ const MORE_ROWS: &[Row] = &[
     ),
     Row(
         "data-sheet",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.says(0x6064, [0x4B, 0x64, 0x60, 0, 7, 0, 0, 0], [0xFF; 3]);
-            rig
-        },
+        || Rig::new(&AG03_1).after(|rig| rig.says(0x6064, [0x4B, 0x64, 0x60, 0, 7, 0, 0, 0], [0xFF; 3])),
         |rig| match rig.number {
             100 => rig.drive().read(POSITION).map(|_| ()),
             _ => rig.drive().read(Object::<i16, Ro>::new(0x6064, 0x00)).map(|_| ()),
@@ -498,34 +443,12 @@ const MORE_ROWS: &[Row] = &[
     ),
     Row(
         "unknown-mode",
-        || {
-            let mut rig = Rig::enabled(&AG03_1);
-            rig.says(0x6060, [0x4F, 0x60, 0x60, 0, 6, 0, 0, 0], [0x2F, 0x60, 0x60]);
-            rig
-        },
+        || Rig::enabled(&AG03_1).after(|rig| rig.says(0x6060, [0x4F, 0x60, 0x60, 0, 6, 0, 0, 0], [0x2F, 0x60, 0x60])),
         travel,
         |rig| rig.drive().set_mode(Mode::Positioning).unwrap(),
     ),
-    Row(
-        "no-reaction",
-        || {
-            let mut rig = Rig::new(&AG03_1);
-            rig.misses(0x000F);
-            rig
-        },
-        enable,
-        Rig::hears,
-    ),
-    Row(
-        "not-taken",
-        || {
-            let mut rig = Rig::enabled(&AG03_1);
-            rig.misses(0x0010);
-            rig
-        },
-        travel,
-        Rig::hears,
-    ),
+    Row("no-reaction", || Rig::new(&AG03_1).after(|rig| rig.misses(0x000F)), enable, Rig::hears),
+    Row("not-taken", || Rig::enabled(&AG03_1).after(|rig| rig.misses(0x0010)), travel, Rig::hears),
     Row(
         "no-way",
         || {

@@ -1,9 +1,9 @@
 // The page's texts. What comes from the bench (faults, reasons, names of data sheets) stays as the bench says it.
 import { signal } from '@preact/signals'
-import de from './de.js'
-import en from './en.js'
+import { TEXTS } from './texts.js'
 
-export const DICTIONARIES = { en, de }
+/** In the order of the texts. */
+export const LANGUAGES = ['en', 'de']
 const KEY = 'language'
 
 /**
@@ -16,12 +16,12 @@ export function firstLanguage({ location, localStorage, history, navigator } = g
   if (asked) {
     address.searchParams.delete('lang')
     history.replaceState(null, '', address.href)
-    if (asked in DICTIONARIES) localStorage.setItem(KEY, asked)
+    if (LANGUAGES.includes(asked)) localStorage.setItem(KEY, asked)
   }
   const kept = localStorage?.getItem(KEY)
-  if (kept in DICTIONARIES) return kept
+  if (LANGUAGES.includes(kept)) return kept
   const wanted = navigator?.languages ?? []
-  return wanted.map((tag) => tag.slice(0, 2)).find((tag) => tag in DICTIONARIES) ?? 'en'
+  return wanted.map((tag) => tag.slice(0, 2)).find((tag) => LANGUAGES.includes(tag)) ?? 'en'
 }
 
 export const language = signal(firstLanguage())
@@ -33,6 +33,6 @@ export function setLanguage(next) {
 
 /** The text of `key`, with `{name}` replaced by `values.name`. */
 export function t(key, values = {}) {
-  const text = DICTIONARIES[language.value][key] ?? DICTIONARIES.en[key] ?? key
+  const text = TEXTS[key]?.[LANGUAGES.indexOf(language.value)] ?? key
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? '')
 }

@@ -4,7 +4,7 @@ import { send } from '../bench.js'
 import { exact, number } from '../format.js'
 import { language, t } from '../i18n/index.js'
 import { goTo, view, whyNot } from '../state.js'
-import { Act, Age, Button, Empty, ControlHint, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Age, Button, Choice, Empty, ControlHint, Field, isOld, Panel, Refusal, useAsk } from '../ui.jsx'
 import { ORDERS } from '../words.js'
 import { Machine, kindOf } from './machine.jsx'
 import { Sequences } from './sequences.jsx'
@@ -163,38 +163,30 @@ function Orders({ drive, give }) {
     <div class="orders">
       <div class="line">{known('power').map((order) => button(order))}</div>
       <div class="line">
-        <label class="field grow">
-          <span>{t('drive.value')}</span>
-          <input
-            data-test={`drive-${node}-value`}
-            value={value}
-            placeholder={`90 ${drive.position_unit ?? ''}`}
-            autocomplete="off"
-            onInput={(event) => setValue(event.currentTarget.value)}
-            onKeyDown={(event) =>
-              event.key === 'Enter' && whyNot.value === null && value.trim() && give('move-to', value)
-            }
-          />
-        </label>
+        <Field
+          class="grow"
+          label={t('drive.value')}
+          data-test={`drive-${node}-value`}
+          value={value}
+          placeholder={`90 ${drive.position_unit ?? ''}`}
+          autocomplete="off"
+          set={setValue}
+          onKeyDown={(event) =>
+            event.key === 'Enter' && whyNot.value === null && value.trim() && give('move-to', value)
+          }
+        />
         {known('move').map((order) => button(order, value, value.trim() === ''))}
       </div>
       {orders.includes('home') && (
         <div class="line">
           {drive.homing_methods.length > 0 && (
-            <label class="field">
-              <span>{t('drive.method')}</span>
-              <select
-                data-test={`drive-${node}-method`}
-                value={homing}
-                onChange={(event) => setMethod(Number(event.currentTarget.value))}
-              >
-                {drive.homing_methods.map((each) => (
-                  <option key={each} value={each}>
-                    {each}
-                  </option>
-                ))}
-              </select>
-            </label>
+            <Choice
+              label={t('drive.method')}
+              data-test={`drive-${node}-method`}
+              value={homing}
+              options={drive.homing_methods.map((each) => [each, each])}
+              set={(method) => setMethod(Number(method))}
+            />
           )}
           {known('home').map((order) => button(order, homing === undefined ? null : String(homing)))}
         </div>

@@ -3,7 +3,7 @@ import { useEffect, useState } from 'preact/hooks'
 import { send } from '../bench.js'
 import { t } from '../i18n/index.js'
 import { goTo, view } from '../state.js'
-import { Act, Button, ControlHint, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Button, ControlHint, Field, Panel, Refusal, useAsk } from '../ui.jsx'
 import { Fact } from './nodes.jsx'
 
 /** @import * as wire from '../wire' */
@@ -99,17 +99,17 @@ function Write({ node, entry, after }) {
   const hasList = entry.choices.length > 0
   return (
     <form class="write" onSubmit={(event) => event.preventDefault()}>
-      <label class="field grow">
-        <span>{t('entry.new')}</span>
-        <input
-          data-test="object-value"
-          list={hasList ? 'choices' : undefined}
-          value={text}
-          placeholder={entry.value?.is_error ? '' : entry.value?.text}
-          autocomplete="off"
-          spellcheck={false}
-          onInput={(event) => setText(event.currentTarget.value)}
-        />
+      <Field
+        class="grow"
+        label={t('entry.new')}
+        data-test="object-value"
+        list={hasList ? 'choices' : undefined}
+        value={text}
+        placeholder={entry.value?.is_error ? '' : entry.value?.text}
+        autocomplete="off"
+        spellcheck={false}
+        set={setText}
+      >
         {hasList && (
           <datalist id="choices">
             {entry.choices.map((choice) => (
@@ -117,7 +117,7 @@ function Write({ node, entry, after }) {
             ))}
           </datalist>
         )}
-      </label>
+      </Field>
       <Act
         type="submit"
         class="main"

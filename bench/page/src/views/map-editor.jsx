@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from 'preact/hooks'
 import { FRAME_BITS, insert, move, place, placeOfBit, remove, usedBits } from '../bits.js'
 import { ask } from '../bench.js'
 import { t } from '../i18n/index.js'
-import { Act, Button, ControlHint, Refusal, useAsk } from '../ui.jsx'
+import { Act, Button, ControlHint, Field, Refusal, useAsk } from '../ui.jsx'
 import { Bits, where } from './bits.jsx'
 
 /** @import * as wire from '../wire' */
@@ -165,21 +165,20 @@ export function MapEditor({ node, pdo, entries, close }) {
           {objections?.length === 0 && <li class="done">{t('map.fine')}</li>}
         </ul>
         <div class="line">
-          <label class="field">
-            <span>{t('map.transmission')}</span>
-            <input
-              list="transmissions"
-              data-test="pdo-transmission"
-              value={transmission}
-              placeholder={pdo.transmission}
-              onInput={(event) => setTransmission(event.currentTarget.value)}
-            />
+          <Field
+            label={t('map.transmission')}
+            list="transmissions"
+            data-test="pdo-transmission"
+            value={transmission}
+            placeholder={pdo.transmission}
+            set={setTransmission}
+          >
             <datalist id="transmissions">
               {TRANSMISSIONS.map((each) => (
                 <option key={each} value={each} />
               ))}
             </datalist>
-          </label>
+          </Field>
           <Act
             class="main"
             data-test="pdo-apply"
@@ -215,16 +214,14 @@ function Mappable({ pdo, sizeOf, add }) {
   const address = found.some(([each]) => each === chosen) ? chosen : found[0]?.[0]
   return (
     <div class="mappable">
-      <label class="field">
-        <span>{t('map.mappable')}</span>
-        <input
-          type="search"
-          data-test="pdo-search"
-          value={query}
-          onInput={(event) => setQuery(event.currentTarget.value)}
-          onKeyDown={(event) => event.key === 'Enter' && address && add(address)}
-        />
-      </label>
+      <Field
+        label={t('map.mappable')}
+        type="search"
+        data-test="pdo-search"
+        value={query}
+        set={setQuery}
+        onKeyDown={(event) => event.key === 'Enter' && address && add(address)}
+      />
       <ul
         role="listbox"
         aria-label={t('map.mappable')}

@@ -8,6 +8,7 @@ import {
   Button,
   Empty,
   ControlHint,
+  Field,
   RequestButton,
   Panel,
   Refusal,
@@ -235,16 +236,15 @@ function SetSheet({ node }) {
   const [asked, run] = useAsk()
   return (
     <form class="line" onSubmit={(event) => event.preventDefault()}>
-      <label class="field grow">
-        <span>{t('node.sheet')}</span>
-        <input
-          data-test="sheet"
-          value={sheet}
-          placeholder="siko/ag03-1"
-          spellcheck={false}
-          onInput={(event) => setSheet(event.currentTarget.value)}
-        />
-      </label>
+      <Field
+        class="grow"
+        label={t('node.sheet')}
+        data-test="sheet"
+        value={sheet}
+        placeholder="siko/ag03-1"
+        spellcheck={false}
+        set={setSheet}
+      />
       <Button
         data-test="sheet-set"
         disabled={sheet === (node.sheet ?? '')}
@@ -267,17 +267,7 @@ function Lss() {
     <Panel title={t('lss.title')}>
       <p class="hint">{t('lss.help')}</p>
       <form class="line" onSubmit={(event) => event.preventDefault()}>
-        <label class="field">
-          <span>{t('node.id')}</span>
-          <input
-            data-test="lss-node"
-            type="number"
-            min="1"
-            max="127"
-            value={id}
-            onInput={(event) => setId(event.currentTarget.value)}
-          />
-        </label>
+        <Field label={t('node.id')} data-test="lss-node" type="number" min="1" max="127" value={id} set={setId} />
         <Act data-test="lss-assign" disabled={!isValid} run={() => run({ do: 'assign', node: Number(id) })}>
           {t('lss.assign')}
         </Act>

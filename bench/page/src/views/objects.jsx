@@ -5,7 +5,7 @@ import { ask } from '../bench.js'
 import { t } from '../i18n/index.js'
 import { treeRows, withValues } from '../pick.js'
 import { nodeId, connection } from '../state.js'
-import { Button, Empty, NodePicker, Panel, Refusal, Rows, useAsk } from '../ui.jsx'
+import { Button, Empty, Field, NodePicker, Panel, Refusal, Rows, useAsk } from '../ui.jsx'
 import { Entry } from './entry.jsx'
 import { Parameters } from './parameters.jsx'
 import { Watched } from './watched.jsx'
@@ -50,16 +50,15 @@ export function Objects() {
     <div class="split wide-left">
       <Panel class="fill" title={t('objects.title')} tools={<NodePicker />}>
         <div class="line">
-          <label class="field grow">
-            <span>{t('search')}</span>
-            <input
-              type="search"
-              data-test="object-search"
-              value={query.value}
-              placeholder={t('objects.search')}
-              onInput={(event) => (query.value = event.currentTarget.value)}
-            />
-          </label>
+          <Field
+            class="grow"
+            label={t('search')}
+            type="search"
+            data-test="object-search"
+            value={query.value}
+            placeholder={t('objects.search')}
+            set={(text) => (query.value = text)}
+          />
           <Button
             data-test="read-shown"
             aria-disabled={reading.busy}

@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks'
 import { fileText, save } from '../files.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
-import { Act, Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Act, Button, Choice, Empty, named, Panel, Refusal, useAsk } from '../ui.jsx'
 
 /** @import * as wire from '../wire' */
 
@@ -34,21 +34,13 @@ export function Parameters({ node, show }) {
         <Button data-test="compare-defaults" run={() => compare('defaults')}>
           {t('compare.defaults')}
         </Button>
-        <label class="field">
-          <span>{t('compare.node')}</span>
-          <select
-            data-test="compare-node"
-            value=""
-            onChange={(event) => event.currentTarget.value && compare({ node: Number(event.currentTarget.value) })}
-          >
-            <option value="">…</option>
-            {others.map((each) => (
-              <option key={each.id} value={each.id}>
-                {each.id} · {each.name}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={t('compare.node')}
+          data-test="compare-node"
+          value=""
+          options={[['', '…'], ...named(others)]}
+          set={(id) => id && compare({ node: Number(id) })}
+        />
       </div>
       <div class="line">
         <label class="field grow">

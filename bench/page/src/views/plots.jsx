@@ -6,7 +6,7 @@ import { bounds, columns, crossing, extended, inSight, keyOf, newest, numberAt, 
 import { NONE, measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, view } from '../state.js'
-import { Age, Button, Empty, Panel, Refusal, isOld, useAsk } from '../ui.jsx'
+import { Age, Button, Choice, Empty, Field, named, Panel, Refusal, isOld, useAsk } from '../ui.jsx'
 import { Chart } from './chart.jsx'
 
 /** @import * as wire from '../wire' */
@@ -107,23 +107,16 @@ function watchTrigger() {
 function Tools({ sight }) {
   return (
     <>
-      <label class="field">
-        <span>{t('plots.span')}</span>
-        <select
-          data-test="plot-span"
-          value={span.value}
-          onChange={(event) => {
-            span.value = Number(event.currentTarget.value)
-            range.value = null
-          }}
-        >
-          {SPANS.map((each) => (
-            <option key={each} value={each}>
-              {each} s
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice
+        label={t('plots.span')}
+        data-test="plot-span"
+        value={span.value}
+        options={SPANS.map((each) => [each, `${each} s`])}
+        set={(seconds) => {
+          span.value = Number(seconds)
+          range.value = null
+        }}
+      />
       <Button
         data-test="plot-follow"
         aria-pressed={range.value === null}
@@ -170,26 +163,23 @@ function Add() {
         add(text.split(/[\s,]+/).filter(Boolean))
       }}
     >
-      <label class="field">
-        <span>{t('node')}</span>
-        <select data-test="plot-node" value={id ?? ''} onChange={(event) => setNode(Number(event.currentTarget.value))}>
-          {view.nodes.value.map((each) => (
-            <option key={each.id} value={each.id}>
-              {each.id} · {each.name}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label class="field grow">
-        <span>{t('plots.signals')}</span>
-        <input
-          data-test="plot-signals"
-          list="signals"
-          value={text}
-          placeholder="6064:00, tpdo1"
-          spellcheck={false}
-          onInput={(event) => setText(event.currentTarget.value)}
-        />
+      <Choice
+        label={t('node')}
+        data-test="plot-node"
+        value={id ?? ''}
+        options={named(view.nodes.value)}
+        set={(each) => setNode(Number(each))}
+      />
+      <Field
+        class="grow"
+        label={t('plots.signals')}
+        data-test="plot-signals"
+        list="signals"
+        value={text}
+        placeholder="6064:00, tpdo1"
+        spellcheck={false}
+        set={setText}
+      >
         <datalist id="signals">
           {entries.map((entry) => (
             <option key={entry.address} value={entry.address}>
@@ -197,17 +187,14 @@ function Add() {
             </option>
           ))}
         </datalist>
-      </label>
-      <label class="field">
-        <span>{t('plots.every')}</span>
-        <select data-test="plot-every" value={every} onChange={(event) => setEvery(Number(event.currentTarget.value))}>
-          {[10, 20, 50, 100, 500, 1000].map((each) => (
-            <option key={each} value={each}>
-              {each} ms
-            </option>
-          ))}
-        </select>
-      </label>
+      </Field>
+      <Choice
+        label={t('plots.every')}
+        data-test="plot-every"
+        value={every}
+        options={[10, 20, 50, 100, 500, 1000].map((each) => [each, `${each} ms`])}
+        set={(each) => setEvery(Number(each))}
+      />
       <Button class="main" data-test="plot-add" type="submit" disabled={text.trim() === ''}>
         {t('plots.add')}
       </Button>
@@ -240,40 +227,30 @@ function Trigger() {
   }
   return (
     <div class="line" role="group" aria-label={t('trigger')}>
-      <label class="field">
-        <span>{t('trigger')}</span>
-        <select
-          data-test="trigger-curve"
-          value={key || keyOf(curves.value[0])}
-          onChange={(event) => set({ key: event.currentTarget.value })}
-        >
-          {curves.value.map((curve) => (
-            <option key={keyOf(curve)} value={keyOf(curve)}>
-              {curve.node} · {curve.name}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label class="field">
-        <span>{t('trigger.edge')}</span>
-        <select
-          data-test="trigger-edge"
-          value={String(rising)}
-          onChange={(event) => set({ rising: event.currentTarget.value === 'true' })}
-        >
-          <option value="true">{t('trigger.rising')}</option>
-          <option value="false">{t('trigger.falling')}</option>
-        </select>
-      </label>
-      <label class="field">
-        <span>{t('trigger.level')}</span>
-        <input
-          size={8}
-          data-test="trigger-level"
-          value={text}
-          onInput={(event) => set({ text: event.currentTarget.value, armed: null })}
-        />
-      </label>
+      <Choice
+        label={t('trigger')}
+        data-test="trigger-curve"
+        value={key || keyOf(curves.value[0])}
+        options={curves.value.map((curve) => [keyOf(curve), `${curve.node} · ${curve.name}`])}
+        set={(key) => set({ key })}
+      />
+      <Choice
+        label={t('trigger.edge')}
+        data-test="trigger-edge"
+        value={String(rising)}
+        options={[
+          ['true', t('trigger.rising')],
+          ['false', t('trigger.falling')],
+        ]}
+        set={(edge) => set({ rising: edge === 'true' })}
+      />
+      <Field
+        label={t('trigger.level')}
+        size={8}
+        data-test="trigger-level"
+        value={text}
+        set={(text) => set({ text, armed: null })}
+      />
       <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>
         {t(isArmed ? 'trigger.armed' : 'trigger.arm')}
       </Button>

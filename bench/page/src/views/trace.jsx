@@ -7,7 +7,7 @@ import { language, t } from '../i18n/index.js'
 import { scale, scrollTopOf, topRow } from '../scroll.js'
 import { connection, view, wantedRow } from '../state.js'
 import { TraceWindow } from '../trace-window.js'
-import { Button, Panel, Refusal, useResize } from '../ui.jsx'
+import { Button, Field, Panel, Refusal, useResize } from '../ui.jsx'
 import { FORMATS, NO_FILTER, TRACE_COLUMNS } from '../words.js'
 
 /** @import { Row, TraceFilter } from '../wire' */
@@ -142,18 +142,16 @@ function FilterField({ name, size, value, set }) {
     return () => clearTimeout(timer)
   }, [typed])
   return (
-    <label class="field">
-      <span>{t(`filter.${name}`)}</span>
-      <input
-        data-test={`filter-${name}`}
-        type={/** @type {'search'} */ (name === 'text' ? 'search' : 'text')}
-        size={size}
-        spellcheck={false}
-        value={typed ?? value}
-        placeholder={t(`filter.${name}.example`)}
-        onInput={(event) => setTyped(event.currentTarget.value)}
-      />
-    </label>
+    <Field
+      label={t(`filter.${name}`)}
+      data-test={`filter-${name}`}
+      type={name === 'text' ? 'search' : 'text'}
+      size={size}
+      spellcheck={false}
+      value={typed ?? value}
+      placeholder={t(`filter.${name}.example`)}
+      set={setTyped}
+    />
   )
 }
 

@@ -10,6 +10,7 @@ use crate::log::codec::{Encode, Lines, Skipped, WriteError};
 use crate::log::input::Flaw;
 use crate::log::number::{decimal, fixed};
 use crate::log::{Direction, Record, calendar};
+use crate::text::calendar::Civil;
 
 pub(super) struct Read {
     /// 16 or 10, of identifiers and data.
@@ -165,7 +166,7 @@ impl Write {
 impl Encode for Write {
     fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError> {
         let Record { at, interface, direction, frame } = record;
-        if calendar::Civil::of(*at).year > 9999 {
+        if Civil::of(*at).year > 9999 {
             return Err(WriteError::Time { at: *at });
         }
         let channel = self.channels.of(interface)?;
@@ -195,14 +196,7 @@ mod tests {
     use super::*;
 
     fn read(lines: &str) -> (Vec<String>, Skipped) {
-        let (mut reader, mut skipped, mut records) = (Read::default(), Skipped::default(), Vec::new());
-        for line in lines.lines() {
-            let record = reader.line(line.trim(), &mut skipped).unwrap();
-            records.extend(record.map(|Record { at, interface, direction, frame }| {
-                format!("{} {interface} {frame} {}", at.as_micros(), direction.word())
-            }));
-        }
-        (records, skipped)
+        crate::log::codec::read::<Read>(lines)
     }
 
     #[test]

@@ -5,11 +5,11 @@ use lexican_runtime::{Duration, Frame, Instant};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 
-use crate::log::calendar::{Civil, DAY};
 use crate::log::channel::{Channels, Interfaces};
 use crate::log::codec::{Decode, Encode, Skipped, WriteError};
 use crate::log::input::{Fault, Flaw, Input};
 use crate::log::{Direction, Record, socketcan};
+use crate::text::calendar::{Civil, DAY};
 
 /// Kinds of objects. The second kind of message has fields that follow those of the first.
 const CAN_MESSAGE: u32 = 1;

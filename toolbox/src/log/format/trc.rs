@@ -5,12 +5,13 @@ use std::io::Write as _;
 
 use lexican_runtime::{CobId, Frame, Instant};
 
-use crate::log::calendar::{DAY, DAYS_FROM_1899};
+use crate::log::calendar::DAYS_FROM_1899;
 use crate::log::channel::{Channels, Interfaces};
 use crate::log::codec::{Encode, Lines, Skipped, WriteError};
 use crate::log::input::Flaw;
 use crate::log::number::{decimal, fixed, hex};
 use crate::log::{Direction, Record, calendar};
+use crate::text::calendar::{Civil, DAY};
 
 /// What a column has, as `$COLUMNS` of version 2 calls it; older versions have fixed ones. Data is last, where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -252,7 +253,7 @@ impl Write {
             TrcVersion::V2_1 => head += ";$COLUMNS=N,O,T,B,I,d,R,L,D\r\n",
             _ => {}
         }
-        let civil = calendar::Civil::of(at);
+        let civil = Civil::of(at);
         let [hours, minutes, seconds, ms] = civil.clock();
         let tenths = civil.time % 1000 / 100;
         head += &format!(
@@ -306,14 +307,7 @@ mod tests {
     use super::*;
 
     fn read(lines: &str) -> (Vec<String>, Skipped) {
-        let (mut reader, mut skipped, mut records) = (Read::default(), Skipped::default(), Vec::new());
-        for line in lines.lines() {
-            let record = reader.line(line.trim(), &mut skipped).unwrap();
-            records.extend(record.map(|Record { at, interface, direction, frame }| {
-                format!("{} {interface} {frame} {}", at.as_micros(), direction.word())
-            }));
-        }
-        (records, skipped)
+        crate::log::codec::read::<Read>(lines)
     }
 
     #[test]

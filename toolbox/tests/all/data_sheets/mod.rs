@@ -13,6 +13,8 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::drive::{Ending, Fact, Order, Verdict, explain_drive, explain_profile, explain_sheet};
 use rig::Rig;
 
+use crate::rows::eds;
+
 const NODE: NodeId = NodeId::literal(5);
 const STEP: Order = Order::Step(Some(500));
 
@@ -41,31 +43,8 @@ fn sheet(changes: &str) -> DataSheet {
     let address = |line: &str| line.split_whitespace().next().unwrap_or_default().to_owned();
     let changed: Vec<String> = changes.lines().map(address).collect();
     let kept = DRIVE.lines().filter(|line| !changed.contains(&address(line)));
-    let mut lines: Vec<&str> = kept.chain(changes.lines().filter(|line| line.split_whitespace().count() > 1)).collect();
-    lines.sort_unstable();
-    let (mut eds, mut indices) = ("[DeviceInfo]\nProductName=Servo\nVendorNumber=0x2A\n".to_owned(), Vec::new());
-    for line in lines.iter().filter(|line| !line.trim().is_empty()) {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let (index, sub) = words[0].split_once(':').map_or((words[0], None), |(index, sub)| (index, Some(sub)));
-        if !indices.contains(&index) {
-            indices.push(index);
-            let count = lines.iter().filter(|line| line.starts_with(&format!("{index}:"))).count();
-            if count > 0 {
-                eds += &format!("[{index}]\nParameterName=Object\nObjectType=9\n");
-                eds +=
-                    &format!("[{index}sub0]\nParameterName=Count\nDataType=5\nAccessType=ro\nDefaultValue={count}\n");
-            }
-        }
-        let section = sub.map_or(index.to_owned(), |sub| format!("{index}sub{}", sub.trim_start_matches('0')));
-        eds += &format!("[{section}]\nParameterName=Value\nDataType={}\nAccessType={}\n", words[1], words[2]);
-        for (key, value) in ["DefaultValue", "HighLimit"].iter().zip(&words[3..]) {
-            eds += &format!("{key}={value}\n");
-        }
-    }
-    eds += &format!("[OptionalObjects]\nSupportedObjects={}\n", indices.len());
-    for (index, number) in indices.iter().zip(1..) {
-        eds += &format!("{number}=0x{index}\n");
-    }
+    let rows = kept.chain(changes.lines().filter(|line| line.split_whitespace().count() > 1));
+    let eds = eds("ProductName=Servo\nVendorNumber=0x2A\n", rows.map(str::to_owned));
     DataSheet::parse(Input::new(Source::new("drive.eds", eds)))
 }
 
