@@ -1,12 +1,12 @@
 //! From the model to text.
 
 use lexican_eds::model::Device;
-use lexican_eds::{Diagnostics, Span};
+use lexican_eds::{Diagnostics, Span, meanings};
 
 use crate::name::Case;
 use crate::options::Options;
 use crate::scope::{self, Claim};
-use crate::{defined, emit, plan, standard};
+use crate::{defined, emit, plan};
 
 /// Generated code and findings.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ pub fn compile_pdos(device: &Device, options: &Options) -> Output {
 }
 
 fn planned(device: &Device, mut diagnostics: Diagnostics, emit: impl FnOnce(&plan::Plan<'_>) -> String) -> Output {
-    let mut device = standard::complete(device);
+    let mut device = meanings::complete(device);
     defined::resolve(&mut device);
     let code = emit(&plan::Plan::new(&device, &mut diagnostics));
     diagnostics.finish();

@@ -33,7 +33,6 @@ mod name;
 mod options;
 mod plan;
 mod scope;
-mod standard;
 
 pub use compile::{Output, compile, compile_pdos, module_names};
 pub use config::Config;

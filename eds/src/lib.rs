@@ -15,8 +15,8 @@
 //! file into the form of the standard, [`edit`] changes keys and objects of it, [`fix`](mod@fix) what has one right answer;
 //! [`outline`] says what stands where. [`library`] holds the data sheets that are shipped.
 //!
-//! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
-//! says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
+//! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code, and
+//! [`meanings`] adds to a device what their numbers mean; [`drive`] says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
 //!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
@@ -32,6 +32,7 @@ mod finding;
 pub mod fix;
 pub mod fmt;
 pub mod library;
+pub mod meanings;
 pub mod model;
 pub mod outline;
 pub mod overlay;

@@ -12,6 +12,7 @@
 //! | [`values`] | values of objects as people write them, and objects by name |
 //! | [`trace`] | values over time; as pictures with the feature `pictures` |
 //! | [`data_sheet`] | a data sheet, found by file or by its name in the library |
+//! | [`doc`] | a data sheet as a page for people, in HTML or Markdown |
 //! | [`text`] | files, TOML, times of day, node-IDs |
 //! | `replace` | a device in the place of another one, with the feature `archive` |
 //! | `drive` | orders to a drive by hand, with the feature `drives` |
@@ -19,6 +20,7 @@
 pub mod bus;
 pub mod data_sheet;
 pub mod decode;
+pub mod doc;
 #[cfg(feature = "drives")]
 pub mod drive;
 pub mod log;

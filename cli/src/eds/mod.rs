@@ -2,6 +2,7 @@
 
 mod convert;
 mod diff;
+mod doc;
 mod dump;
 mod edit;
 mod fetch;
@@ -19,6 +20,7 @@ pub(crate) enum Command {
     New(new::Args),
     Fetch(fetch::Args),
     Dump(dump::Args),
+    Doc(doc::Args),
     Lint(lint::Args),
     Diff(diff::Args),
     Convert(convert::Args),
@@ -48,6 +50,7 @@ impl Command {
             Command::New(args) => new::run(&args),
             Command::Fetch(args) => fetch::run(&args),
             Command::Dump(args) => dump::run(&args),
+            Command::Doc(args) => doc::run(&args),
             Command::Lint(args) => lint::run(&args),
             Command::Diff(args) => diff::run(&args),
             Command::Convert(args) => convert::run(&args),

@@ -3,15 +3,18 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use lexican_toolbox::doc;
+
 use super::file::{MachineArgs, sound};
 use crate::output::{self, Failure, ForceArgs, Outcome, warn};
 
 /// Write what other tools take of a machine into a folder
 ///
 /// For each node a DCF (NAME.dcf, CiA 306-1) and a concise DCF (NAME.bin, 1F22h of CiA 302-3), which is by the rules of dcfgen: what
-/// the data sheet says already is left out. Of all nodes their list (nodelist.cpj, CiA 306-3) a CAN database (machine.dbc) and names
-/// for Wireshark (machine.lua); for people a page (machine.md) and a picture (machine.svg). Exit code 1 if two messages have the same COB-ID, of which the database
-/// has the first.
+/// the data sheet says already is left out. Of all nodes their list (nodelist.cpj, CiA 306-3), a CAN database (machine.dbc) and names
+/// for Wireshark (machine.lua); for people a page (machine.md), a picture (machine.svg), and both in one page with the data sheet of
+/// each node as a boot configures it, to search in and to print (machine.html). Exit code 1 if two messages have the same COB-ID, of
+/// which the database has the first.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -44,6 +47,8 @@ enum Format {
     Wireshark,
     /// A page about the machine
     Markdown,
+    /// The same with the data sheets of all nodes
+    Html,
     /// A picture of the network
     Svg,
 }
@@ -87,8 +92,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         if wants(Format::Markdown) {
             let picture = format!("{stem}.svg");
-            let page = machine.page(wants(Format::Svg).then_some(&picture));
+            let page = machine.page(doc::Format::Markdown, wants(Format::Svg).then_some(&picture));
             files.push((format!("{stem}.md"), page.into_bytes()));
+        }
+        if wants(Format::Html) {
+            let page = machine.page(doc::Format::Html, Some(stem));
+            files.push((format!("{stem}.html"), page.into_bytes()));
         }
         if wants(Format::Svg) {
             files.push((format!("{stem}.svg"), machine.picture().into_bytes()));

@@ -15,6 +15,28 @@ fn guessed() -> String {
 }
 
 #[test]
+fn a_page_is_html_unless_its_name_or_an_option_says_markdown() {
+    let folder = folder("eds-doc");
+    std::fs::write(folder.join("x.eds"), guessed()).unwrap();
+    let doc = |args: &[&str]| lexican_in(&folder, &[&["eds", "doc", "x.eds", "-o"], args].concat());
+    let html = "<!DOCTYPE html>";
+    for (args, begins) in [
+        (&["x.md"][..], "# "),
+        (&["x"], html),
+        (&["y.md", "--format", "html"], html),
+        (&["y.txt", "--format", "markdown"], "# "),
+    ] {
+        doc(args).on_stdout(0, "");
+        assert!(std::fs::read_to_string(folder.join(args[0])).unwrap().starts_with(begins), "{args:?}");
+    }
+    // A page is made in spite of an error, and says it.
+    std::fs::write(folder.join("x.toml"), "[overlay]\nformat = 1\nnonsense = 2\n").unwrap();
+    doc(&["z.md", "--overlay", "x.toml"]).on_stderr(1, "overlay::unknown-key");
+    assert!(std::fs::read_to_string(folder.join("z.md")).unwrap().contains("x.toml:3 | overlay::unknown-key"));
+    doc(&["x.eds", "--force"]).on_stderr(2, "x.eds");
+}
+
+#[test]
 fn the_drive_has_138_entries() {
     let dump = |format: &[&str]| {
         let run = lexican(&[&["eds", "dump", "siko/ag03-1"], format].concat());

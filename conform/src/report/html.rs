@@ -1,6 +1,8 @@
 //! One page for people: the report as data, and a script that shows it.
 
-use super::{Document, escaped};
+use lexican_eds::text::escaped;
+
+use super::Document;
 
 const PAGE: &str = include_str!("page.html");
 

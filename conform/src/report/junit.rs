@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{Document, Row, escaped};
+use lexican_eds::text::escaped;
+
+use super::{Document, Row};
 
 /// So many frames before the end of a case stand in its failure.
 const EXCERPT: usize = 24;

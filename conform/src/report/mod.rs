@@ -293,20 +293,3 @@ impl Document {
 fn seconds(span: lexican_runtime::Duration) -> f64 {
     span.as_micros() as f64 / 1e6
 }
-
-/// Text that may stand in XML and HTML, between tags and in quotes. Characters that XML does not have are left out.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' | '\t' => escaped.push(letter),
-            letter if letter.is_control() => {}
-            letter => escaped.push(letter),
-        }
-    }
-    escaped
-}

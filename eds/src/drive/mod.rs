@@ -207,11 +207,7 @@ fn device_name(device: &Device) -> Option<String> {
 fn velocity_unit(device: &Device) -> Option<String> {
     let Meaning::Quantity(name) = &device.entry(0x606C, 0)?.meaning else { return None };
     let [unit] = device.quantities.get(name)?.units.as_slice() else { return None };
-    Some(match (unit.num, unit.den) {
-        (num, den) if num == den => unit.symbol.clone(),
-        (num, 1) => format!("{num} {}", unit.symbol),
-        (num, den) => format!("{num}/{den} {}", unit.symbol),
-    })
+    Some(unit.to_string())
 }
 
 /// The emergency codes that the overlay names, of 1003h or 603Fh.

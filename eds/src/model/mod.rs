@@ -253,6 +253,17 @@ pub struct Unit {
     pub when: Option<Condition>,
 }
 
+/// What one count is: `V`, `1/10 V`, `10 ms`.
+impl std::fmt::Display for Unit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.num, self.den) {
+            (num, den) if num == den => f.write_str(&self.symbol),
+            (num, 1) => write!(f, "{num} {}", self.symbol),
+            (num, den) => write!(f, "{num}/{den} {}", self.symbol),
+        }
+    }
+}
+
 /// Limits that depend on the value of another entry.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]

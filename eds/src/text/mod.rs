@@ -1,10 +1,12 @@
 //! Texts with names, and places in them.
 
 mod encoding;
+mod markup;
 
 use std::fmt;
 
 pub use encoding::Encoding;
+pub use markup::escaped;
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 * 1024 * 1024;

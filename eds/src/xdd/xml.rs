@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::NAMESPACES;
+use crate::text::escaped;
 
 /// Elements that the schema declares at its top, and so in its namespace; all others are in none.
 const QUALIFIED: &str = "\
@@ -87,23 +88,4 @@ impl Xml {
     fn indent(&mut self) {
         self.out.extend(std::iter::repeat_n("  ", self.open.len()));
     }
-}
-
-/// A text with what XML takes for its own, and without what no XML can hold.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\n' => out.push_str("&#10;"),
-            '\r' => out.push_str("&#13;"),
-            '\t' => out.push_str("&#9;"),
-            '\0'..='\x1F' | '\u{FFFE}' | '\u{FFFF}' => out.push(char::REPLACEMENT_CHARACTER),
-            other => out.push(other),
-        }
-    }
-    out
 }

@@ -1,73 +1,77 @@
-//! A page about a machine, in Markdown.
+//! A page about a machine, in HTML or Markdown.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
+use lexican_eds::meanings::complete;
 use lexican_runtime::CobId;
 use lexican_runtime::object::Direction;
+use lexican_toolbox::doc::{Chapters, Format, Markup, Page};
 use lexican_toolbox::node::identity::words;
 use lexican_toolbox::pdo::{summary, title};
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::report::ValueReport;
 
-use crate::model::Machine;
+use crate::model::{Machine, Node};
 use crate::nodes::MANAGER;
 use crate::plan::Why;
 use crate::wire::active;
 
 impl Machine {
-    /// A page about it in Markdown: bus, nodes, PDOs, what is written, how it boots. `picture` is the name of its picture.
+    /// A page about it: bus, nodes, PDOs, what is written; in HTML also the data sheet of each node with that.
+    /// `picture` is the name of its picture, which HTML has in it.
     #[must_use]
-    pub fn page(&self, picture: Option<&str>) -> String {
-        // Writing to a string cannot fail.
-        let mut page = format!("# {}\n", self.name.as_deref().unwrap_or("Machine"));
-        if let Some(note) = &self.note {
-            let _ = write!(page, "\n{note}\n");
-        }
-        let url = self.bus.url.as_ref().map(|url| format!("`{}`", url.value));
-        let parts: Vec<_> =
-            url.into_iter().chain(Some(self.bus_in_words()).filter(|words| !words.is_empty())).collect();
-        let _ =
-            write!(page, "\nBus: {}\n", if parts.is_empty() { "not described".to_owned() } else { parts.join(", ") });
+    pub fn page(&self, format: Format, picture: Option<&str>) -> String {
+        let mut page = Page::new(format, self.name.as_deref().unwrap_or("Machine"));
+        page.paragraph(self.note.as_deref().unwrap_or_default());
+        let url = self.bus.url.as_ref().map(|url| url.value.clone());
+        let parts: Vec<_> = url.into_iter().chain([self.bus_in_words()]).filter(|words| !words.is_empty()).collect();
+        page.paragraph(if parts.is_empty() {
+            "Bus: not described".into()
+        } else {
+            "Bus: ".to_owned() + &parts.join(", ")
+        });
         let unbounded = self.load().map(|load| load.unbounded).unwrap_or_default();
         if !unbounded.is_empty() {
-            let _ = write!(page, "\nNot counted in that, since it may come at any time: {}.\n", unbounded.join(", "));
+            let all = unbounded.join(", ");
+            page.paragraph(format!("Not counted in that, since it may come at any time: {all}."));
         }
         if let Some(picture) = picture {
-            let _ = write!(page, "\n![The network]({picture})\n");
+            page.picture("The network", picture, || self.picture());
         }
         self.nodes_of_page(&mut page);
         self.pdos_of_page(&mut page);
-        self.writes_of_page(&mut page);
-        page
+        self.nodes.iter().for_each(|node| self.node_of_page(node, &mut page));
+        page.finish()
     }
 
-    fn nodes_of_page(&self, page: &mut String) {
-        page.push_str(
-            "\n## Nodes\n\n| node | ID | data sheet | identity | error control |\n| --- | ---: | --- | --- | --- |\n",
-        );
+    fn nodes_of_page(&self, page: &mut Page) {
+        page.heading(2, "nodes", "Nodes", "");
         let manager = self.bus.manager.map_or_else(|| "none".to_owned(), |id| id.to_string());
         let heartbeat =
             self.bus.heartbeat.as_ref().map_or_else(String::new, |time| format!("heartbeat {}", time.value));
-        row(page, &[MANAGER, &manager, "", "", &heartbeat]);
+        let mut rows = vec![[MANAGER, &manager, "", "", &heartbeat].map(Markup::from)];
         for node in &self.nodes {
-            let name = if node.optional { format!("{} (optional)", node.name.value) } else { node.name.value.clone() };
+            let name = Markup::link(node.name.as_str(), node.name.as_str());
+            let name = if node.optional { name.and("(optional)") } else { name };
             let identity = words(node.identity.parts()).collect::<Vec<_>>().join(", ");
-            row(page, &[&name, &node.id_in_words(), &node.sheet_in_words(), &identity, &node.error_control()]);
+            let rest = [node.id_in_words(), node.sheet_in_words(), identity, node.error_control()];
+            let [id, sheet, identity, error_control] = rest.map(Markup::from);
+            rows.push([name, id, sheet, identity, error_control]);
         }
+        page.table("", ["node", "ID", "data sheet", "identity", "error control"], rows);
     }
 
-    fn pdos_of_page(&self, page: &mut String) {
+    fn pdos_of_page(&self, page: &mut Page) {
         let sent = self.sent();
         if sent.is_empty() {
             return;
         }
-        page.push_str("\n## PDOs\n\n| from | to | PDO | objects |\n| --- | --- | --- | --- |\n");
+        page.heading(2, "wires", "PDOs", "");
         let mut takers: BTreeMap<CobId, Vec<&str>> = BTreeMap::new();
         for taken in self.nodes.iter().flat_map(|node| active(node, Direction::Receive)) {
             takers.entry(taken.state.cob_id.id()).or_default().push(&taken.node.name);
         }
-        for it in &sent {
+        let rows = sent.iter().map(|it| {
             let name = it.node.name.as_str();
             let (from, to) = match (it.state.name.direction, takers.get(&it.state.cob_id.id())) {
                 (Direction::Receive, _) => (MANAGER, name.to_owned()),
@@ -75,47 +79,32 @@ impl Machine {
             };
             let objects: Vec<_> = it.state.mapping.iter().map(|mapped| title(mapped, it.node.device())).collect();
             let pdo = format!("{}: {}", it.state.name, summary(&it.state));
-            row(page, &[from, &to, &pdo, &objects.join("; ")]);
-        }
+            [from.into(), to.into(), pdo.into(), objects.join("; ").into()]
+        });
+        page.table("", ["from", "to", "PDO", "objects"], rows.collect());
     }
 
-    fn writes_of_page(&self, page: &mut String) {
-        page.push_str("\n## What a boot writes\n");
-        for node in &self.nodes {
-            let _ = write!(page, "\n### {}\n\n", node.name.value);
-            let mut values = node.device().map(DeviceValues::new);
-            let (pdos, others): (Vec<_>, Vec<_>) =
-                self.writes(node).into_iter().partition(|write| write.why == Why::Pdo);
-            for write in &others {
-                let report = ValueReport::of_bytes(values.as_ref(), write.address, &write.data);
-                if let (Some(values), Some(value)) = (&mut values, &report.value) {
-                    values.set(write.address, value);
-                }
-                let _ = writeln!(page, "- {} ({})", escaped(&report.equation()), write.why.name());
+    /// What a boot writes to a node, and its data sheet with that.
+    fn node_of_page(&self, node: &Node, page: &mut Page) {
+        let name = node.name.as_str();
+        page.heading(2, name, name, &format!("node-ID {}, {}", node.id_in_words(), node.sheet_in_words()));
+        let mut values = node.device().map(DeviceValues::new);
+        let (pdos, others): (Vec<_>, Vec<_>) = self.writes(node).into_iter().partition(|write| write.why == Why::Pdo);
+        page.paragraph(match (others.len(), pdos.len()) {
+            (0, 0) => "A boot writes nothing.".to_owned(),
+            (_, 0) => "A boot writes:".to_owned(),
+            (_, pdos) => format!("A boot writes {pdos} entries of PDOs, and:"),
+        });
+        let rows = others.iter().map(|write| {
+            let report = ValueReport::of_bytes(values.as_ref(), write.address, &write.data);
+            if let (Some(values), Some(value)) = (&mut values, &report.value) {
+                values.set(write.address, value);
             }
-            // The table of PDOs has them already.
-            match pdos.len() {
-                0 if others.is_empty() => page.push_str("Nothing.\n"),
-                0 => {}
-                count => _ = writeln!(page, "- {count} entries of PDOs"),
-            }
+            [report.title().into(), report.text().into(), write.why.name().into()]
+        });
+        page.table("", ["entry", "value", "why"], rows.collect());
+        if let (Format::Html, Some(sheet), Some(device)) = (page.format, &node.sheet, self.configured(node)) {
+            Chapters::new(page, &complete(&device), 3, &format!("{name}-")).all(sheet);
         }
     }
-}
-
-fn row(page: &mut String, cells: &[&str]) {
-    let cells: Vec<_> = cells.iter().map(|cell| escaped(cell)).collect();
-    let _ = writeln!(page, "| {} |", cells.join(" | "));
-}
-
-/// A text in which nothing is Markdown.
-fn escaped(text: &str) -> String {
-    let mut out = String::new();
-    for letter in text.chars() {
-        if matches!(letter, '|' | '*' | '_' | '<' | '[' | '`' | '\\') {
-            out.push('\\');
-        }
-        out.push(if letter.is_control() { ' ' } else { letter });
-    }
-    out
 }

@@ -6,6 +6,8 @@ use lexican_eds::{Input, Source, load};
 use lexican_machine::{Files, Machine, Node};
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
+use lexican_toolbox::doc::Format;
+use roxmltree::{Document, ParsingOptions};
 
 use crate::{cantools, machine, sound};
 
@@ -49,13 +51,13 @@ fn the_list_of_nodes_names_their_dcfs() {
 #[test]
 fn a_page_and_a_picture_say_what_goes_where() {
     let press = sound(PRESS);
-    let page = press.page(Some("press.svg"));
+    let page = press.page(Format::Markdown, Some("press.svg"));
     for line in [
         "# press 3",
         "![The network](press.svg)",
-        "| feeder (optional) | 7 | siko/ag03-1 | serial 2Ah | guarding 100 ms, retry 3 |",
+        "| [feeder](#feeder) (optional) | 7 | siko/ag03-1 | serial 2Ah | guarding 100 ms, retry 3 |",
         "| left | right | TPDO1: 185h, with every SYNC (1) | 6064:00 Position actual value |",
-        "- 2412:00 Spindle Pitch = 2.50 mm (setting)",
+        "| 2412:00 Spindle Pitch | 2.50 mm | setting |",
     ] {
         assert!(page.lines().any(|it| it == line), "{line}\n{page}");
     }
@@ -65,6 +67,31 @@ fn a_page_and_a_picture_say_what_goes_where() {
     assert!(picture.contains(">RPDO1  185h, takes effect at the next SYNC (1)<"), "{picture}");
     // The only message between two nodes.
     assert_eq!(picture.matches("<circle").count(), 1);
+}
+
+#[test]
+fn a_page_in_html_has_a_chapter_for_each_node() {
+    let press = sound(PRESS);
+    let page = press.page(Format::Html, Some("press"));
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(&page, options).unwrap();
+    let texts = |id: &str| {
+        let section =
+            document.descendants().find(|it| it.attribute("id") == Some(id)).unwrap_or_else(|| panic!("{id}"));
+        section.descendants().filter_map(|it| it.text()).collect::<Vec<_>>().join(" ")
+    };
+    assert!(texts("wires").contains("TPDO1: 185h, with every SYNC (1)"), "{}", texts("wires"));
+    for node in &press.nodes {
+        let name = &node.name.value;
+        // Its COB-IDs are with its node-ID, and an entry that a boot writes stands beside its default.
+        let id = node.id.unwrap().get();
+        assert!(texts(&format!("{name}-TPDO1")).contains(&format!("{:03X}h", 0x180 + u16::from(id))), "{name}");
+        for write in press.writes(node).iter().filter(|write| !write.is_default) {
+            let anchor = format!("{name}-{:04X}", write.address.index());
+            assert!(texts(&anchor).contains("set to"), "{anchor}: {}", texts(&anchor));
+        }
+    }
+    assert_eq!(document.descendants().filter(|it| it.has_tag_name(("http://www.w3.org/2000/svg", "svg"))).count(), 1);
 }
 
 /// Messages with who sends them, and their signals with who receives them.

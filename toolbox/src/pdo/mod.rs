@@ -20,6 +20,7 @@ use lexican_runtime::{CobId, NodeId};
 use crate::values::{given, resolved};
 
 pub use plan::{Change, Objection, Plan};
+pub(crate) use words::manner;
 pub use words::{in_words, summary, title};
 
 /// How many PDOs may be missing in a row before a device is taken to have no more.

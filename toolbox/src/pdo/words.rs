@@ -60,7 +60,13 @@ pub fn in_words(state: &PdoState, device: Option<&Device>, values: &BTreeMap<Add
 /// `185h, at events of the profile (255), inhibit time 0.5 ms, event timer 10 ms`.
 #[must_use]
 pub fn summary(state: &PdoState) -> String {
-    let mut parts = vec![format!("{}h", state.cob_id.id())];
+    let id = format!("{}h", state.cob_id.id());
+    std::iter::once(id).chain(manner(state)).collect::<Vec<_>>().join(", ")
+}
+
+/// The parts of [`summary`] but the COB-ID.
+pub(crate) fn manner(state: &PdoState) -> Vec<String> {
+    let mut parts = Vec::new();
     parts.extend((!state.cob_id.is_valid()).then(|| "switched off".to_owned()));
     parts.extend(state.transmission.map(|it| transmission(state.name.direction, it)));
     let inhibit = state.inhibit_100us.filter(|time| *time > 0);
@@ -72,7 +78,7 @@ pub fn summary(state: &PdoState) -> String {
     parts.extend(state.event_timer_ms.filter(|time| *time > 0).map(|time| format!("{timer} {time} ms")));
     let remote = state.name.direction == Direction::Transmit && !state.cob_id.allows_remote();
     parts.extend(remote.then(|| "no remote frames".to_owned()));
-    parts.join(", ")
+    parts
 }
 
 /// The data type that fills a gap.

@@ -63,7 +63,7 @@ impl DeviceValues<'_> {
     }
 
     /// `-5.0 V to 30.0 V`, `10 and more`, `up to 10`.
-    pub(super) fn range(&self, entry: &Entry, limits: &Limits) -> String {
+    pub fn range(&self, entry: &Entry, limits: &Limits) -> String {
         let text = |value: &Value| self.describe(entry, value);
         match (&limits.low, &limits.high) {
             (Some(low), Some(high)) => format!("{} to {}", text(low), text(high)),

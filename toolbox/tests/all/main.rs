@@ -7,6 +7,7 @@ mod cases;
 mod corpus_files;
 mod data_sheets;
 mod dbc;
+mod doc;
 mod drive;
 mod flash;
 mod logs;

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeMap;
 
-use lexican_eds::Span;
-use lexican_eds::model::{self, BitField, Bits, Device, Enumeration, Named};
-use lexican_eds::standard::{self, Meaning, Numbers};
+use crate::model::{self, BitField, Bits, Device, Enumeration, Named};
+use crate::standard::{self, Meaning, Numbers};
+use crate::text::Span;
 
 /// The device with the meanings of the standards.
-pub(crate) fn complete(device: &Device) -> Device {
+#[must_use]
+pub fn complete(device: &Device) -> Device {
     let mut device = device.clone();
     let mut objects = std::mem::take(&mut device.objects);
     // Several objects may have one meaning.
