@@ -19,7 +19,7 @@ class LexicanBus(BusABC):
 
     def __init__(self, channel: str | Network, can_filters: Any = None, **kwargs: Any) -> None:
         try:
-            self._frames = Frames(channel)
+            self._frames = Frames(channel) if isinstance(channel, str) else channel.frames()
         except LexicanError as error:
             raise CanInitializationError(str(error)) from error
         self.channel_info = f"lexican {channel}"

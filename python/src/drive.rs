@@ -4,52 +4,16 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use lexican_driver::shared::{self, StopHandle};
-use lexican_driver::{Any, Error};
 use lexican_machine::{MachineError, tokio as shell};
-use lexican_runtime::host::tokio::Runner;
 use lexican_toolbox::drive::{Ending, Order};
 use pyo3::prelude::*;
-use tokio::sync::Mutex;
 
 use crate::error::{Closed, OrRaise, sentence};
-use crate::network::{Node, words};
+use crate::slot::{Slot, stopped};
+use crate::value::words;
 use crate::wait::{seconds, wait};
 
-type Described = shared::Drive<Any, shell::Drive>;
 type Doing<'a, T> = Pin<Box<dyn Future<Output = Result<T, MachineError>> + Send + 'a>>;
-
-/// The drive itself, until it is closed.
-pub(crate) struct Slot {
-    drive: Arc<Mutex<Option<Described>>>,
-    runner: Runner,
-    stop: StopHandle,
-}
-
-impl Slot {
-    pub(crate) fn new(drive: shell::Drive, runner: Runner) -> Self {
-        let stop = StopHandle::default();
-        let drive = shared::Drive::new(drive, runner.clone(), stop.clone());
-        Slot { drive: Arc::new(Mutex::new(Some(drive))), runner, stop }
-    }
-
-    /// Stops it, if it may be moving, waits until it stands, and lets it go.
-    pub(crate) fn end(&self) -> PyResult<()> {
-        self.stop.stop();
-        let drive = self.runner.block_on(self.drive.lock()).take();
-        match drive.map(|mut drive| stopped(&mut drive, &self.stop)) {
-            None | Some(MachineError::Drive(Error::Cancelled { .. })) => Ok(()),
-            Some(error) => Err(error).or_raise(),
-        }
-    }
-}
-
-/// Stops a drive that may be moving, and waits until it stands; what that comes to.
-fn stopped(drive: &mut Described, stop: &StopHandle) -> MachineError {
-    stop.stop();
-    let nothing: Result<(), MachineError> = drive.call(async |_| std::future::pending().await);
-    nothing.expect_err("what has no end was cancelled")
-}
 
 /// A drive of CiA 402. Positions and velocities are texts with a unit, "50 mm", or numbers as the drive counts.
 ///
@@ -59,12 +23,13 @@ fn stopped(drive: &mut Described, stop: &StopHandle) -> MachineError {
 #[pyclass(module = "lexican", frozen, weakref)]
 pub(crate) struct Drive {
     slot: Arc<Slot>,
-    node: Py<Node>,
+    name: String,
+    node: Py<PyAny>,
 }
 
 impl Drive {
-    pub(crate) fn new(slot: Arc<Slot>, node: Py<Node>) -> Self {
-        Drive { slot, node }
+    pub(crate) fn new(slot: Arc<Slot>, name: &str, node: Py<PyAny>) -> Self {
+        Drive { slot, name: name.to_owned(), node }
     }
 
     /// Carries something out; it is stopped when a signal or another thread ends that.
@@ -97,7 +62,7 @@ impl Drive {
 impl Drive {
     /// The node that it is.
     #[getter]
-    fn node(&self, py: Python<'_>) -> Py<Node> {
+    fn node(&self, py: Python<'_>) -> Py<PyAny> {
         self.node.clone_ref(py)
     }
 
@@ -201,7 +166,7 @@ impl Drive {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Drive {}>", self.node.get().name())
+        format!("<Drive {}>", self.name)
     }
 }
 

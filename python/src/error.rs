@@ -9,41 +9,24 @@ use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
-create_exception!(lexican, LexicanError, PyException, "What lexican cannot do, and why.");
-create_exception!(lexican, DataSheetError, LexicanError, "A data sheet that cannot be read, or describes nothing.");
-create_exception!(
-    lexican,
-    MachineFileError,
-    LexicanError,
-    "A machine's file in which something is wrong; all findings."
-);
-create_exception!(
-    lexican,
-    ObjectUnknown,
-    LexicanError,
-    "The data sheet has no such object, or several; what is similar."
-);
-create_exception!(
-    lexican,
-    ValueRefused,
-    LexicanError,
-    "A text that is no value of the object, or one outside its limits."
-);
-create_exception!(lexican, LinkFailed, LexicanError, "The bus cannot be opened, or carries nothing.");
-create_exception!(lexican, Closed, LinkFailed, "The network was closed by the program.");
-create_exception!(
-    lexican,
-    SdoAborted,
-    LexicanError,
-    "The device has aborted an SDO transfer: `code` is the abort code of CiA 301, `index` and `sub` the entry."
-);
-create_exception!(lexican, NoAnswer, LexicanError, "The device does not answer: `index` and `sub` are the entry.");
-create_exception!(
-    lexican,
-    DriveError,
-    LexicanError,
-    "A drive that refuses, is in fault, or does not do what it was ordered."
-);
+macro_rules! exceptions {
+    ($($name:ident($base:ident): $doc:literal;)*) => {
+        $(create_exception!(lexican, $name, $base, $doc);)*
+    };
+}
+
+exceptions! {
+    LexicanError(PyException): "What lexican cannot do, and why.";
+    DataSheetError(LexicanError): "A data sheet that cannot be read, or describes nothing.";
+    MachineFileError(LexicanError): "A machine's file in which something is wrong: all findings.";
+    ObjectUnknown(LexicanError): "The data sheet has no such object, or several: what is similar.";
+    ValueRefused(LexicanError): "A text that is no value of the object, or one that may not be written; nothing was sent.";
+    LinkFailed(LexicanError): "The bus cannot be opened, or carries nothing.";
+    Closed(LinkFailed): "The program has closed it.";
+    SdoAborted(LexicanError): "The device has aborted an SDO transfer of `index` and `sub`: `code` is that of CiA 301.";
+    NoAnswer(LexicanError): "The device does not answer a transfer of `index` and `sub`.";
+    DriveError(LexicanError): "A drive that refuses, is in fault, or does not do what it was ordered.";
+}
 
 /// An error of Rust's side as an exception.
 pub(crate) trait Raise {

@@ -13,7 +13,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Closed, OrRaise};
-use crate::network::Network;
 use crate::opened::{Shared, lock};
 use crate::wait::{SLICE, seconds};
 
@@ -86,14 +85,10 @@ fn unix_time() -> f64 {
 
 #[pymethods]
 impl Frames {
-    /// The bus of a URL, whose simulated devices take their time, or a network that is simulated.
+    /// The bus of a URL, whose simulated devices take their time.
     #[new]
-    fn new(bus: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if let Ok(network) = bus.cast::<Network>() {
-            return network.get().frames();
-        }
-        let url: String = bus.extract()?;
-        bus.py().detach(|| match Shared::link_of_url(&url, Pace::RealTime)? {
+    fn new(py: Python<'_>, url: &str) -> PyResult<Self> {
+        py.detach(|| match Shared::link_of_url(url, Pace::RealTime)? {
             Ok(link) => Frames::over(link, None),
             Err(simulation) => Frames::over(simulation.another_link()?, Some(simulation)),
         })

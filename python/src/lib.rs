@@ -10,6 +10,7 @@ mod network;
 mod opened;
 mod sheet;
 mod simulation;
+mod slot;
 mod value;
 mod wait;
 

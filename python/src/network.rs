@@ -12,25 +12,17 @@ use lexican_runtime::{CobId, NodeId};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyInt, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use crate::drive::{Drive, Slot};
+use crate::drive::Drive;
 use crate::error::{ObjectUnknown, OrRaise, wrong};
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
 use crate::sheet::{DataSheet, node_id};
 use crate::simulation::pace;
-use crate::value::{ObjectName, Value};
+use crate::slot::Slot;
+use crate::value::{ObjectName, Value, words};
 use crate::wait::{seconds, wait};
-
-/// A value, a position or a velocity in words: a text as people write it, or a number as the device counts.
-pub(crate) fn words(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    if value.is_instance_of::<PyBool>() {
-        return Ok(value.extract::<bool>()?.to_string());
-    }
-    let text = value.str()?.to_str()?.to_owned();
-    Ok(if value.is_instance_of::<PyInt>() { format!("raw:{text}") } else { text })
-}
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -40,7 +32,7 @@ pub(crate) fn words(value: &Bound<'_, PyAny>) -> PyResult<String> {
 /// Raises LinkFailed if it cannot be opened.
 #[pyclass(module = "lexican", frozen, subclass, weakref)]
 pub(crate) struct Network {
-    pub(crate) shared: Arc<Shared>,
+    shared: Arc<Shared>,
 }
 
 impl Network {
@@ -216,7 +208,7 @@ impl Network {
 
     /// Another link to a simulated bus, frame by frame: what python-can's interface `lexican` uses. Its time has to pass as on
     /// the wall: `simulate(..., pace="real")`.
-    pub(crate) fn frames(&self) -> PyResult<Frames> {
+    fn frames(&self) -> PyResult<Frames> {
         Frames::over(self.shared.another_link()?, Some(Arc::clone(&self.shared)))
     }
 
@@ -298,10 +290,6 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
     fn found(&self) -> PyResult<(shell::Node, lexican_runtime::host::tokio::Runner)> {
         let (machine, runner) = self.shared.machine()?;
         Ok((machine.node(&self.name).or_raise()?, runner))
@@ -311,8 +299,8 @@ impl Node {
 #[pymethods]
 impl Node {
     /// Its name.
-    #[getter(name)]
-    fn get_name(&self) -> &str {
+    #[getter]
+    fn name(&self) -> &str {
         &self.name
     }
 
@@ -376,7 +364,7 @@ impl Node {
         let drive = wait(py, &runner, machine.drive(&node.name))?.or_raise()?;
         let slot = Arc::new(Slot::new(drive, runner));
         node.shared.note(&slot);
-        Ok(Drive::new(slot, this.unbind()))
+        Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
     }
 
     fn __repr__(&self) -> String {

@@ -11,9 +11,9 @@ use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace, schemes};
 use pyo3::prelude::*;
 
-use crate::drive::Slot;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
 use crate::simulation::Simulation;
+use crate::slot::Slot;
 
 /// Simulated devices, as the command has them.
 const SIM: Scheme = Scheme {

@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_toolbox::values::report::ValueReport;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyString};
+use pyo3::types::{PyBool, PyBytes, PyInt, PyString};
 
 /// A value in Python's words: `bool`, `int`, `float`, `str` or `bytes`; a COB-ID that depends on the node-ID is a text.
 pub(crate) fn python<'py>(
@@ -123,4 +123,13 @@ impl Value {
     fn __repr__(&self) -> String {
         format!("<Value {}>", self.0.equation())
     }
+}
+
+/// A value, a position or a velocity in words: a text as people write it, or a number as the device counts.
+pub(crate) fn words(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if value.is_instance_of::<PyBool>() {
+        return Ok(value.extract::<bool>()?.to_string());
+    }
+    let text = value.str()?.to_str()?.to_owned();
+    Ok(if value.is_instance_of::<PyInt>() { format!("raw:{text}") } else { text })
 }
