@@ -140,6 +140,8 @@ pub(crate) struct PythonLink {
     message: Py<PyAny>,
     incoming: Receiver<Result<Frame, LinkError>>,
     began: WallInstant,
+    /// Until it is gone, the thread takes frames.
+    _open: Arc<()>,
 }
 
 impl PythonLink {
@@ -155,8 +157,11 @@ impl PythonLink {
         let message = py.import("can")?.getattr("Message")?.unbind();
         let (received, incoming) = channel();
         let receiver = bus.clone().unbind();
-        std::thread::Builder::new().spawn(move || while receive(&receiver, &received) {})?;
-        Ok(PythonLink { bus: bus.clone().unbind(), message, incoming, began: WallInstant::now() })
+        let open = Arc::new(());
+        let is_open = Arc::downgrade(&open);
+        std::thread::Builder::new()
+            .spawn(move || while is_open.strong_count() > 0 && receive(&receiver, &received) {})?;
+        Ok(PythonLink { bus: bus.clone().unbind(), message, incoming, began: WallInstant::now(), _open: open })
     }
 }
 

@@ -69,7 +69,7 @@ impl Network {
         };
         known.extend(overlays);
         let overlays: Vec<_> = known.iter().map(|path| path.to_string_lossy().into_owned()).collect();
-        let name = name.unwrap_or_else(|| format!("node{}", node_id(id).map_or(id, NodeId::get)));
+        let name = name.unwrap_or_else(|| format!("node{id}"));
         self.shared.with(|opened| opened.name(&name, id, &sheet, &overlays))?;
         self.find(&name)
     }

@@ -46,6 +46,9 @@ def test_what_fails_is_an_exception_with_its_reason(network: lexican.Machine) ->
         network[1].write("position window", "much")
     with pytest.raises(lexican.LexicanError, match="node-ID 9 has no data sheet"):
         network.node(9)
+    for node in (0, 128):
+        with pytest.raises(lexican.LexicanError, match="they are 1 to 127"):
+            network.read_bytes(node, 0x1000)
     with pytest.raises(lexican.LinkFailed, match="no-such-bus"):
         lexican.Network("no-such-bus")
     with pytest.raises(TypeError, match="python-can"):

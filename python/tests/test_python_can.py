@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,10 @@ def test_we_manage_a_device_of_python_canopen(sensor: Path) -> None:
         device.emcy.send(0x5000, 0x81)
         event = events.next(5.0)
         assert event and (event.what, event.code) == ("emergency", 0x5000)
+        network.close()
+        time.sleep(0.2)
+        device.emcy.send(0x5001, 0x81)
+        assert bus.recv(1.0), "a network that is closed takes no frames from the bus"
     theirs.disconnect()
 
 

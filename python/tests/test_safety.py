@@ -140,8 +140,3 @@ drive = moving(network, bus)
     line = [sys.executable, "-B", "-c", program]
     ended = subprocess.run(line, capture_output=True, text=True, timeout=60, cwd=os.path.dirname(__file__))
     assert (ended.returncode, ended.stdout.strip()) == (0, "velocity 0"), ended.stderr
-
-
-def test_a_panic_is_an_exception() -> None:
-    with lexican.simulate("siko/ag03-1") as network, pytest.raises(OverflowError):
-        network.read_bytes(300, 0x1000)
