@@ -58,6 +58,8 @@ pub(crate) enum Job {
     Firmware,
     /// every fuzz target for a few seconds
     Fuzz,
+    /// the Python package: built, tested and type-checked, where there is a Python with venv
+    Python,
     /// the tests that want a kernel with CAN, in one
     Vcan,
     /// lexican against python-canopen, both ways: what the tables say
@@ -159,6 +161,7 @@ impl Job {
         // Where it is skipped it proves nothing.
         match self {
             Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
+            Job::Python if crate::wheel::is_possible().is_err() => return None,
             Job::Targets if TARGETS.iter().any(|target| !workspace::has_target(target)) => return None,
             _ => {}
         }
@@ -191,6 +194,7 @@ impl Job {
                 (&["firmware", "qemu.rs", "report.rs"], firmware, &["examples/firmware"])
             }
             Job::Fuzz => (&["fuzz.rs"], &["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
+            Job::Python => (&["wheel.rs"], &["python/Cargo.toml"], &["python"]),
             Job::Vcan => (&["vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &[]),
             Job::Interop => {
                 (&["interop", "python.rs", "vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop"])
@@ -312,6 +316,7 @@ impl Job {
                 crate::firmware::run(root, &arguments)
             }
             Job::Fuzz => crate::fuzz::run(root, None, 5),
+            Job::Python => crate::wheel::run(root),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
                 // With the features that the workspace's tests have been built with.

@@ -25,6 +25,7 @@ mod size;
 mod tidy;
 mod vcan;
 mod verify;
+mod wheel;
 mod workspace;
 
 use std::path::PathBuf;

@@ -39,6 +39,7 @@ lexican: bench eds codegen conform driver lsp machine pictures runtime profibus 
 changeover: driver eds machine pictures profibus runtime simulation siko-profibus siko-serial
 circle: driver eds machine runtime kollmorgen-akd pictures simulation
 doors: pictures profibus runtime siko-ag02 siko-profibus siko-serial
+lexican-python: driver eds machine runtime simulation toolbox
 xtask:
 ";
 
@@ -104,7 +105,8 @@ fn subjects(root: &Path) -> Result<Vec<String>, String> {
 /// Dependencies between our packages go only where [`ARROWS`] allows.
 fn arrows(root: &Path, drives: &[String]) -> Result<Vec<String>, String> {
     let mut found = Vec::new();
-    for manifest in manifests(root)? {
+    // It is a workspace of its own.
+    for manifest in manifests(root)?.into_iter().chain([root.join("python/Cargo.toml")]) {
         let shown = manifest.strip_prefix(root).unwrap_or(&manifest).display().to_string();
         found.extend(arrows_of(&shown, &read_toml(&manifest)?, drives));
     }
@@ -213,6 +215,7 @@ fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
         "conform",
         "lsp",
         "cli",
+        "python",
         "examples",
         "tests",
         "xtask",
@@ -317,7 +320,8 @@ mod tests {
 
     #[test]
     fn every_package_with_arrows_is_there() {
-        let manifests = manifests(&crate::workspace::root()).unwrap();
+        let root = crate::workspace::root();
+        let manifests = [manifests(&root).unwrap(), vec![root.join("python/Cargo.toml")]].concat();
         let texts = manifests.iter().map(|path| std::fs::read_to_string(path).unwrap());
         let texts: String = texts.collect();
         for (package, _) in ARROWS.lines().filter_map(|row| row.split_once(':')) {

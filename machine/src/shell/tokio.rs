@@ -76,6 +76,15 @@ impl Machine {
         Ok(Machine { file: Arc::new(file), networks, is_booted: Arc::default() })
     }
 
+    /// A machine of one bus whose network is there already: for nodes that a program names while it runs.
+    pub fn beside(network: Network, file: model::Machine) -> Result<Self, MachineError> {
+        let file = file.sound()?;
+        match file.buses().count() {
+            1 => Ok(Machine { file: Arc::new(file), networks: Arc::new([network]), is_booted: Arc::default() }),
+            buses => Err(MachineError::Links { file: file.file().to_owned(), buses, links: 1 }),
+        }
+    }
+
     /// What its file says.
     #[must_use]
     pub fn file(&self) -> &model::Machine {

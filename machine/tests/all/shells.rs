@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use lexican_eds::Source;
 use lexican_machine::{BoxedLink, Files, Machine, MachineError, What, blocking, tokio as asynchronous};
+use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
@@ -135,6 +136,23 @@ async fn the_whole_job_on_tokio() -> Result<(), MachineError> {
     while events.next().await.unwrap().what != What::Lost {}
     devices.tell("lift", "power on");
     while events.next().await.unwrap().what != What::Booted {}
+    Ok(())
+}
+
+/// As a program does that finds nodes while it runs.
+#[tokio::test(flavor = "current_thread")]
+async fn a_node_is_named_on_a_network_that_is_there() -> Result<(), MachineError> {
+    let (_, mut links, _devices) = Devices::new();
+    let network = Network::spawn(links.remove(0))?;
+    let named = |words: &str| {
+        let file = Machine::parse(Source::new("words", words), Files::Embedded(&[]));
+        asynchronous::Machine::beside(network.clone(), file)
+    };
+    let machine = named("[node.other]\nid = 5\nsheet = 'siko/ag03-1'\n")?;
+    assert_eq!(machine.node("other")?.get("spindle pitch").await?.text(), "0.00 mm");
+    let node = |bus: &str| format!("[bus.{bus}]\n[node.of-{bus}]\nbus = '{bus}'\nid = 5\nsheet = 'siko/ag03-1'\n");
+    let error = named(&(node("left") + &node("right"))).unwrap_err();
+    assert_eq!(error.to_string(), "words has 2 buses, and 1 links are given");
     Ok(())
 }
 

@@ -1,0 +1,131 @@
+//! Exceptions: a class for what a program may want to catch, with the whole text of the error.
+
+use lexican_machine::MachineError;
+use lexican_runtime::host::{AccessError, LinkError};
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::data_sheet::DataSheetError as SheetError;
+use lexican_toolbox::drive::Ending;
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+macro_rules! exceptions {
+    ($($name:ident($base:ident): $doc:literal;)*) => {
+        $(create_exception!(lexican, $name, $base, $doc);)*
+    };
+}
+
+exceptions! {
+    LexicanError(PyException): "What lexican cannot do, and why.";
+    DataSheetError(LexicanError): "A data sheet that cannot be read, or describes nothing.";
+    MachineFileError(LexicanError): "A machine's file in which something is wrong: all findings.";
+    ObjectUnknown(LexicanError): "The data sheet has no such object, or several: what is similar.";
+    ValueRefused(LexicanError): "A text that is no value of the object, or one that may not be written; nothing was sent.";
+    LinkFailed(LexicanError): "The bus cannot be opened, or carries nothing.";
+    Closed(LinkFailed): "The program has closed it.";
+    SdoAborted(LexicanError): "The device has aborted an SDO transfer of `index` and `sub`: `code` is that of CiA 301.";
+    NoAnswer(LexicanError): "The device does not answer a transfer of `index` and `sub`.";
+    DriveError(LexicanError): "A drive that refuses, is in fault, or does not do what it was ordered.";
+}
+
+/// An error of Rust's side as an exception.
+pub(crate) trait Raise {
+    /// The exception.
+    fn raise(self) -> PyErr;
+}
+
+/// Raises the error of a result.
+pub(crate) trait OrRaise<T> {
+    /// What went well.
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T, E: Raise> OrRaise<T> for Result<T, E> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(Raise::raise)
+    }
+}
+
+/// The exception for a transfer that failed, with its entry.
+fn of_sdo(error: SdoError, text: String) -> PyErr {
+    let exception = match error {
+        SdoError::Aborted { .. } => SdoAborted::new_err(text),
+        SdoError::TimedOut { .. } => NoAnswer::new_err(text),
+        _ => return LexicanError::new_err(text),
+    };
+    let address = error.address();
+    Python::attach(|py| {
+        let value = exception.value(py);
+        value.setattr("index", address.index())?;
+        value.setattr("sub", address.sub())?;
+        match error {
+            SdoError::Aborted { code, .. } => value.setattr("code", code.0),
+            _ => Ok(()),
+        }
+    })
+    .err()
+    .unwrap_or(exception)
+}
+
+impl Raise for MachineError {
+    fn raise(self) -> PyErr {
+        let text = self.to_string();
+        match self {
+            MachineError::Access { error: AccessError::Sdo { error, .. }, .. }
+            | MachineError::Drive(lexican_driver::Error::Sdo(error)) => of_sdo(error, text),
+            MachineError::Access { error: AccessError::Link(_), .. }
+            | MachineError::Drive(lexican_driver::Error::Link(_))
+            | MachineError::Open { .. }
+            | MachineError::Url(_)
+            | MachineError::NoBus(_)
+            | MachineError::Link(_)
+            | MachineError::Io(_) => LinkFailed::new_err(text),
+            MachineError::Read(_) | MachineError::Wrong { .. } | MachineError::WhichBus(_) => {
+                MachineFileError::new_err(text)
+            }
+            MachineError::Object { .. } => ObjectUnknown::new_err(text),
+            MachineError::Value { .. } | MachineError::Access { error: AccessError::OutOfRange(_), .. } => {
+                ValueRefused::new_err(text)
+            }
+            MachineError::Drive(_) | MachineError::NotADrive { .. } | MachineError::Together { .. } => {
+                DriveError::new_err(text)
+            }
+            _ => LexicanError::new_err(text),
+        }
+    }
+}
+
+impl Raise for AccessError {
+    fn raise(self) -> PyErr {
+        let text = self.to_string();
+        match self {
+            AccessError::Sdo { error, .. } => of_sdo(error, text),
+            AccessError::Link(_) => LinkFailed::new_err(text),
+            _ => LexicanError::new_err(text),
+        }
+    }
+}
+
+impl Raise for LinkError {
+    fn raise(self) -> PyErr {
+        LinkFailed::new_err(self.to_string())
+    }
+}
+
+impl Raise for SheetError {
+    fn raise(self) -> PyErr {
+        let remedy = self.remedy().map(|remedy| format!("; {remedy}")).unwrap_or_default();
+        DataSheetError::new_err(format!("{self}{remedy}"))
+    }
+}
+
+/// What is neither of a device nor of a bus.
+pub(crate) fn wrong(what: impl ToString) -> PyErr {
+    LexicanError::new_err(what.to_string())
+}
+
+/// How an order has ended, in a sentence.
+pub(crate) fn sentence(ending: &Ending) -> String {
+    let remedy = ending.remedy().map(|remedy| format!("; {remedy}")).unwrap_or_default();
+    format!("{ending}{remedy}")
+}

@@ -1,0 +1,229 @@
+//! Frames without meaning: for python-can, in both directions.
+
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration as WallTime, Instant as WallInstant};
+
+use lexican_machine::BoxedLink;
+use lexican_runtime::host::{Incoming, Link, LinkError, Pace};
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::error::{Closed, OrRaise};
+use crate::opened::{Shared, lock};
+use crate::wait::{SLICE, seconds};
+
+/// How long a link is listened to before it is looked what is to be sent.
+const LISTENING: Duration = Duration::from_millis(1);
+
+/// A frame; a remote one asks for `length` bytes.
+pub(crate) fn frame(id: u32, is_extended: bool, data: &[u8], length: Option<u8>) -> PyResult<Frame> {
+    let cob_id = match is_extended {
+        true => CobId::extended(id),
+        false => u16::try_from(id).ok().and_then(CobId::standard),
+    };
+    let frame = cob_id.and_then(|id| match length {
+        Some(length) => Frame::remote(id, length),
+        None => Frame::new(id, data),
+    });
+    let wrong = || format!("CAN has no frame with the identifier {id:X}h and {} bytes", data.len());
+    frame.ok_or_else(|| PyValueError::new_err(wrong()))
+}
+
+/// A bus frame by frame: what python-can's interface `lexican` is made of. A thread owns its link.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Frames {
+    outgoing: Mutex<Option<Sender<Frame>>>,
+    incoming: Mutex<Receiver<Result<(f64, Frame), LinkError>>>,
+    /// Where the bus is simulated.
+    _simulation: Option<Arc<Shared>>,
+}
+
+impl Frames {
+    pub(crate) fn over(link: BoxedLink, simulation: Option<Arc<Shared>>) -> PyResult<Self> {
+        let (outgoing, asked) = channel();
+        let (received, incoming) = channel();
+        let carry = move || carry(link, &asked, &received);
+        std::thread::Builder::new().spawn(carry)?;
+        Ok(Frames { outgoing: Mutex::new(Some(outgoing)), incoming: Mutex::new(incoming), _simulation: simulation })
+    }
+}
+
+/// Sends what is asked and passes on what is received, until the other side is gone.
+fn carry(mut link: BoxedLink, asked: &Receiver<Frame>, received: &Sender<Result<(f64, Frame), LinkError>>) {
+    loop {
+        let sent = loop {
+            match asked.try_recv() {
+                Ok(frame) => match link.send(&frame) {
+                    Ok(()) => {}
+                    Err(error) => break Err(error),
+                },
+                Err(TryRecvError::Empty) => break Ok(()),
+                Err(TryRecvError::Disconnected) => return,
+            }
+        };
+        let until = link.now() + LISTENING;
+        let outcome = match sent.and_then(|()| link.receive(until)) {
+            Ok(Some(Incoming::Frame(frame))) => Ok((unix_time(), frame)),
+            Ok(_) => continue,
+            Err(error) => Err(error),
+        };
+        let is_final = outcome.as_ref().is_err_and(LinkError::is_final);
+        if received.send(outcome).is_err() || is_final {
+            return;
+        }
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a frame has come now, for programs that ask the wall for the time")]
+fn unix_time() -> f64 {
+    std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
+}
+
+#[pymethods]
+impl Frames {
+    /// The bus of a URL, whose simulated devices take their time.
+    #[new]
+    fn new(py: Python<'_>, url: &str) -> PyResult<Self> {
+        py.detach(|| match Shared::link_of_url(url, Pace::RealTime)? {
+            Ok(link) => Frames::over(link, None),
+            Err(simulation) => Frames::over(simulation.another_link()?, Some(simulation)),
+        })
+    }
+
+    /// Sends a frame; a remote one if it asks for a length.
+    #[pyo3(signature = (id, extended, data, length = None))]
+    fn send(&self, id: u32, extended: bool, data: Vec<u8>, length: Option<u8>) -> PyResult<()> {
+        let frame = frame(id, extended, &data, length)?;
+        let outgoing = lock(&self.outgoing);
+        let sent = outgoing.as_ref().map(|outgoing| outgoing.send(frame));
+        sent.and_then(Result::ok).ok_or_else(|| Closed::new_err("the bus is gone, or was closed"))
+    }
+
+    /// Waits for a frame, no longer than so many seconds: its time as of Unix, identifier, whether that has 29 bits, whether it
+    /// is remote, its length, its data.
+    #[pyo3(signature = (timeout = None))]
+    fn receive<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Received<'py>>> {
+        let mut left = timeout.map(seconds).transpose()?.map(|left| WallTime::from_micros(left.as_micros()));
+        loop {
+            let slice = left.map_or(SLICE, |left| left.min(SLICE));
+            match py.detach(|| lock(&self.incoming).recv_timeout(slice)) {
+                Ok(received) => {
+                    let (time, frame) = received.or_raise()?;
+                    let (id, data) = (frame.id(), PyBytes::new(py, frame.data()));
+                    return Ok(Some((time, id.raw(), id.is_extended(), frame.is_remote(), frame.dlc(), data)));
+                }
+                Err(RecvTimeoutError::Disconnected) => return Err(Closed::new_err("the bus is gone, or was closed")),
+                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            }
+            left = left.map(|left| left - slice);
+            if left.is_some_and(|left| left.is_zero()) {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Lets the bus go.
+    fn close(&self) {
+        lock(&self.outgoing).take();
+    }
+}
+
+type Received<'py> = (f64, u32, bool, bool, u8, Bound<'py, PyBytes>);
+
+/// A bus of python-can as a link. A thread receives from it.
+pub(crate) struct PythonLink {
+    bus: Py<PyAny>,
+    message: Py<PyAny>,
+    incoming: Receiver<Result<Frame, LinkError>>,
+    began: WallInstant,
+    /// Until it is gone, the thread takes frames.
+    _open: Arc<()>,
+}
+
+impl PythonLink {
+    #[expect(clippy::disallowed_methods, reason = "a bus has the time of the wall")]
+    pub(crate) fn over(bus: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = bus.py();
+        for method in ["recv", "send"] {
+            if !bus.hasattr(method)? {
+                let what = format!("a network is over a URL or a bus of python-can, and not over {}", bus.repr()?);
+                return Err(PyTypeError::new_err(what));
+            }
+        }
+        let message = py.import("can")?.getattr("Message")?.unbind();
+        let (received, incoming) = channel();
+        let receiver = bus.clone().unbind();
+        let open = Arc::new(());
+        let is_open = Arc::downgrade(&open);
+        std::thread::Builder::new()
+            .spawn(move || while is_open.strong_count() > 0 && receive(&receiver, &received) {})?;
+        Ok(PythonLink { bus: bus.clone().unbind(), message, incoming, began: WallInstant::now(), _open: open })
+    }
+}
+
+/// Passes one frame on; whether to go on.
+fn receive(bus: &Py<PyAny>, received: &Sender<Result<Frame, LinkError>>) -> bool {
+    let read = |py: Python<'_>| {
+        let message = bus.bind(py).call_method1("recv", (0.05,))?;
+        if message.is_none()
+            || message.getattr("is_error_frame")?.is_truthy()?
+            || message.getattr("is_fd")?.is_truthy()?
+        {
+            return Ok(None);
+        }
+        let length = message.getattr("is_remote_frame")?.is_truthy()?.then(|| message.getattr("dlc")?.extract());
+        let data: Vec<u8> = message.getattr("data")?.extract()?;
+        let is_extended = message.getattr("is_extended_id")?.is_truthy()?;
+        frame(message.getattr("arbitration_id")?.extract()?, is_extended, &data, length.transpose()?).map(Some)
+    };
+    match Python::try_attach(read) {
+        Some(Ok(Some(frame))) => received.send(Ok(frame)).is_ok(),
+        Some(Ok(None)) => true,
+        Some(Err(error)) => {
+            let _ = received.send(Err(io::Error::other(error.to_string()).into()));
+            false
+        }
+        // The interpreter has ended.
+        None => false,
+    }
+}
+
+impl Link for PythonLink {
+    fn now(&self) -> Instant {
+        Instant::from_micros(u64::try_from(self.began.elapsed().as_micros()).unwrap_or(u64::MAX))
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let send = |py: Python<'_>| {
+            let fields = PyDict::new(py);
+            fields.set_item("arbitration_id", frame.id().raw())?;
+            fields.set_item("is_extended_id", frame.id().is_extended())?;
+            fields.set_item("is_remote_frame", frame.is_remote())?;
+            fields.set_item("dlc", frame.dlc())?;
+            fields.set_item("data", PyBytes::new(py, frame.data()))?;
+            let message = self.message.bind(py).call((), Some(&fields))?;
+            self.bus.bind(py).call_method1("send", (message,)).map(drop)
+        };
+        match Python::try_attach(send) {
+            Some(sent) => sent.map_err(|error: PyErr| io::Error::other(error.to_string()).into()),
+            None => Err(LinkError::Closed),
+        }
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let left = WallTime::from_micros(until.since(self.now()).as_micros());
+        match self.incoming.recv_timeout(left) {
+            Ok(frame) => frame.map(|frame| Some(Incoming::Frame(frame))),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(LinkError::Closed),
+        }
+    }
+
+    fn is_real_time(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,54 @@
+//! The Python package `lexican`: what Rust's side has, with Python's names. There is no logic here.
+//!
+//! Every wait releases the interpreter's lock and looks for signals ([`wait`]); what fails is an exception with the whole
+//! text of its error ([`error`]).
+
+mod drive;
+mod error;
+mod frames;
+mod network;
+mod opened;
+mod sheet;
+mod simulation;
+mod slot;
+mod value;
+mod wait;
+
+/// What is compiled of the package.
+#[pyo3::pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::drive::{Drive, Outcome};
+    #[pymodule_export]
+    use crate::error::{
+        Closed, DataSheetError, DriveError, LexicanError, LinkFailed, MachineFileError, NoAnswer, ObjectUnknown,
+        SdoAborted, ValueRefused,
+    };
+    #[pymodule_export]
+    use crate::frames::Frames;
+    #[pymodule_export]
+    use crate::network::{Event, Events, Machine, Network, Node, simulate};
+    #[pymodule_export]
+    use crate::sheet::{Change, DataSheet, Entry, Finding, load};
+    #[pymodule_export]
+    use crate::value::Value;
+
+    /// No drive is left moving by an interpreter that ends.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let py = module.py();
+        let close_all = wrap_pyfunction!(close_all, module)?;
+        py.import("atexit")?.call_method1("register", (close_all,)).map(drop)
+    }
+
+    /// Closes all networks that are open.
+    #[pyfunction]
+    fn close_all(py: Python<'_>) -> PyResult<()> {
+        crate::opened::Shared::close_all(py)
+    }
+
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

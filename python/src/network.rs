@@ -1,0 +1,472 @@
+//! Networks, machines, and their nodes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lexican_machine::{MachineError, What, tokio as shell};
+use lexican_runtime::host::Pace;
+use lexican_runtime::manager::Remote;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{CobId, NodeId};
+use lexican_toolbox::values::lookup::resolve_all;
+use pyo3::exceptions::{PyAttributeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+
+use crate::drive::Drive;
+use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::frames::{Frames, PythonLink, frame};
+use crate::opened::Shared;
+use crate::sheet::{DataSheet, node_id};
+use crate::simulation::pace;
+use crate::slot::Slot;
+use crate::value::{ObjectName, Value, words};
+use crate::wait::{seconds, wait};
+
+/// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
+/// of a bus of python-can.
+///
+/// Calls block, and other threads of Python go on meanwhile; `lexican.aio` has the same for asyncio.
+///
+/// Raises LinkFailed if it cannot be opened.
+#[pyclass(module = "lexican", frozen, subclass, weakref)]
+pub(crate) struct Network {
+    shared: Arc<Shared>,
+}
+
+impl Network {
+    fn find(&self, name: &str) -> PyResult<Node> {
+        let (machine, _) = self.shared.machine()?;
+        let id = machine.node(name).or_raise()?.id();
+        Ok(Node { shared: Arc::clone(&self.shared), name: name.to_owned(), id })
+    }
+}
+
+#[pymethods]
+impl Network {
+    #[new]
+    fn new(bus: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let shared = match bus.extract::<String>() {
+            Ok(url) => bus.py().detach(|| Shared::of_url(&url, Pace::Virtual))?,
+            Err(_) => Shared::of_link(Box::new(PythonLink::over(bus)?))?,
+        };
+        Ok(Network { shared })
+    }
+
+    /// Names a node and its data sheet: a file, a device that lexican knows, or what `load` has read.
+    #[pyo3(signature = (id, sheet, overlays = Vec::new(), name = None))]
+    fn add_node(
+        &self,
+        id: u8,
+        sheet: &Bound<'_, PyAny>,
+        overlays: Vec<PathBuf>,
+        name: Option<String>,
+    ) -> PyResult<Node> {
+        let (sheet, mut known) = match sheet.cast::<DataSheet>() {
+            Ok(sheet) => (sheet.get().name.clone(), sheet.get().overlays.clone()),
+            Err(_) => (sheet.extract::<PathBuf>()?.to_string_lossy().into_owned(), Vec::new()),
+        };
+        known.extend(overlays);
+        let overlays: Vec<_> = known.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+        let name = name.unwrap_or_else(|| format!("node{id}"));
+        self.shared.with(|opened| opened.name(&name, id, &sheet, &overlays))?;
+        self.find(&name)
+    }
+
+    /// The node of a name or a node-ID.
+    fn node(&self, name_or_id: &Bound<'_, PyAny>) -> PyResult<Node> {
+        if let Ok(name) = name_or_id.extract::<String>() {
+            return self.find(&name);
+        }
+        let id: u8 = name_or_id.extract()?;
+        let all = self.nodes()?;
+        all.into_iter().find(|node| node.id.get() == id).ok_or_else(|| {
+            wrong(format_args!(
+                "node-ID {id} has no data sheet: add_node({id}, \"x.eds\"), or read_bytes({id}, 0x1018, 1)"
+            ))
+        })
+    }
+
+    fn __getitem__(&self, name_or_id: &Bound<'_, PyAny>) -> PyResult<Node> {
+        self.node(name_or_id)
+    }
+
+    /// All nodes that have a data sheet and a node-ID.
+    fn nodes(&self) -> PyResult<Vec<Node>> {
+        let Some(machine) = self.shared.with(|opened| Ok(opened.machine.clone()))? else { return Ok(Vec::new()) };
+        let names = machine.file().buses().flat_map(|bus| &bus.nodes).map(|node| node.name.value.clone());
+        let node = |name: String| {
+            let id = machine.node(&name).ok()?.id();
+            Some(Node { shared: Arc::clone(&self.shared), name, id })
+        };
+        Ok(names.filter_map(node).collect())
+    }
+
+    /// The node-IDs that answer to a read of 1000h within a time in seconds. Nothing is changed.
+    #[pyo3(signature = (timeout = 0.5))]
+    fn scan(&self, py: Python<'_>, timeout: f64) -> PyResult<Vec<u16>> {
+        let (network, runner) = self.shared.network()?;
+        let network = network.with_patience(seconds(timeout)?);
+        let answers = async |id: NodeId| {
+            let read = network.read_bytes(id, Address::new(lexican_runtime::cia301::DEVICE_TYPE, 0)).await;
+            read.is_ok().then_some(u16::from(id.get()))
+        };
+        let found = wait(py, &runner, futures_util::future::join_all(NodeId::all().map(answers)))?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// Reads the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
+    ///
+    /// Raises SdoAborted, NoAnswer.
+    #[pyo3(signature = (node, index, sub = 0))]
+    fn read_bytes<'py>(&self, py: Python<'py>, node: u8, index: u16, sub: u8) -> PyResult<Bound<'py, PyBytes>> {
+        let (network, runner) = self.shared.network()?;
+        let node = node_id(node)?;
+        let bytes = wait(py, &runner, network.read_bytes(node, Address::new(index, sub)))?.or_raise()?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Writes the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
+    ///
+    /// Raises SdoAborted, NoAnswer.
+    fn write_bytes(&self, py: Python<'_>, node: u8, index: u16, sub: u8, data: Vec<u8>) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        let node = node_id(node)?;
+        wait(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))?.or_raise()
+    }
+
+    /// Commands a node by NMT, or all nodes: "start", "stop", "pre-operational", "reset-node", "reset-communication".
+    #[pyo3(signature = (command, node = None))]
+    fn nmt(&self, py: Python<'_>, command: &str, node: Option<u8>) -> PyResult<()> {
+        let command = match command {
+            "start" => NmtCommand::Start,
+            "stop" => NmtCommand::Stop,
+            "pre-operational" => NmtCommand::EnterPreOperational,
+            "reset-node" => NmtCommand::ResetNode,
+            "reset-communication" => NmtCommand::ResetCommunication,
+            _ => return Err(PyValueError::new_err(format!("{command:?} is no command of NMT"))),
+        };
+        let (network, runner) = self.shared.network()?;
+        let node = node.map(node_id).transpose()?;
+        wait(py, &runner, network.command(command, node))?.or_raise()
+    }
+
+    /// Sends a frame as it is.
+    #[pyo3(signature = (cob_id, data = Vec::new()))]
+    fn send(&self, py: Python<'_>, cob_id: u32, data: Vec<u8>) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        wait(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))?.or_raise()
+    }
+
+    /// Sends SYNC (080h) every so many seconds from now on; 0 ends that. Counts up to `overflow`, if it is not 0.
+    #[pyo3(signature = (period, overflow = 0))]
+    fn produce_sync(&self, py: Python<'_>, period: f64, overflow: u8) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        let period = seconds(period)?;
+        let sync = network.with_manager(move |manager, now| manager.produce_sync(now, CobId::SYNC, period, overflow));
+        wait(py, &runner, sync)?.or_raise()
+    }
+
+    /// Sends a heartbeat as `node` every so many seconds from now on; 0 ends that.
+    fn produce_heartbeat(&self, py: Python<'_>, node: u8, period: f64) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        let (node, period) = (node_id(node)?, seconds(period)?);
+        let beat = network.with_manager(move |manager, now| manager.produce_heartbeat(now, node, period));
+        wait(py, &runner, beat)?.or_raise()
+    }
+
+    /// Watches a node: it is lost when no heartbeat has come for so many seconds.
+    fn watch_heartbeat(&self, py: Python<'_>, node: u8, timeout: f64) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        let remote = Remote::new(node_id(node)?).with_heartbeat(seconds(timeout)?);
+        let watch =
+            network.with_manager(move |manager, now| manager.add(now, remote).expect("it has room for 127 nodes"));
+        wait(py, &runner, watch)?.or_raise()
+    }
+
+    /// What happens to the nodes that have names, from now on.
+    fn events(&self) -> PyResult<Events> {
+        let (machine, _) = self.shared.machine()?;
+        Ok(Events { events: Arc::new(tokio::sync::Mutex::new(machine.events())), shared: Arc::clone(&self.shared) })
+    }
+
+    /// Lets so many seconds pass, by the time of the bus. In virtual time, nothing passes between calls.
+    fn sleep(&self, py: Python<'_>, span: f64) -> PyResult<()> {
+        let (network, runner) = self.shared.network()?;
+        let span = seconds(span)?;
+        let sleep = async { network.sleep_until(network.now().await? + span).await };
+        wait(py, &runner, sleep)?.map(drop).or_raise()
+    }
+
+    /// The time of the bus, in seconds.
+    fn now(&self, py: Python<'_>) -> PyResult<f64> {
+        let (network, runner) = self.shared.network()?;
+        let now = wait(py, &runner, network.now())?.or_raise()?;
+        Ok(now.since(lexican_runtime::Instant::ZERO).as_secs_f64())
+    }
+
+    /// Another link to a simulated bus, frame by frame: what python-can's interface `lexican` uses. Its time has to pass as on
+    /// the wall: `simulate(..., pace="real")`.
+    fn frames(&self) -> PyResult<Frames> {
+        Frames::over(self.shared.another_link()?, Some(Arc::clone(&self.shared)))
+    }
+
+    /// Stops all its drives that may be moving, waits until they stand, and closes it.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.shared.close(py)
+    }
+
+    fn __enter__(this: Py<Self>) -> Py<Self> {
+        this
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
+        self.close(py)
+    }
+}
+
+/// A machine in one file, `machine.toml`: a network whose nodes have names. `machine.feeder` is `machine.node("feeder")`.
+///
+/// Raises MachineFileError with all that is wrong in the file.
+#[pyclass(module = "lexican", frozen, extends = Network)]
+pub(crate) struct Machine;
+
+#[pymethods]
+impl Machine {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<PyClassInitializer<Self>> {
+        Ok(Machine::over(py.detach(|| Shared::of_machine(&path))?))
+    }
+
+    /// Boots the machine as its file says (CiA 302-2), and keeps it up from now on.
+    ///
+    /// Raises LexicanError with the nodes that have not booted.
+    fn boot(this: &Bound<'_, Self>) -> PyResult<()> {
+        let (machine, runner) = this.as_super().get().shared.machine()?;
+        wait(this.py(), &runner, machine.boot())?.or_raise()
+    }
+
+    /// Has a simulated device follow a line of its simulation, and says what it answers: `tell("feeder", "shaft = blocked")`,
+    /// "emcy 3120 04", "power off", "get 6041".
+    fn tell(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
+        let told = this.as_super().get().shared.with(|opened| {
+            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
+            all.filter_map(Result::transpose).next().transpose()
+        });
+        told?.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
+    }
+
+    fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
+        // What Python itself looks for is no node.
+        let found = if name.starts_with('_') { Err(wrong(name)) } else { this.as_super().get().find(name) };
+        found.map_err(|error| PyAttributeError::new_err(error.value(this.py()).to_string()))
+    }
+}
+
+impl Machine {
+    fn over(shared: Arc<Shared>) -> PyClassInitializer<Self> {
+        PyClassInitializer::from(Network { shared }).add_subclass(Machine)
+    }
+}
+
+/// Simulates the devices of a machine's file, or one device with a node-ID, inside the process. Their time is virtual: it passes
+/// during calls only, and takes no time on the wall; or real.
+#[pyfunction]
+#[pyo3(signature = (source, node = 1, pace = "virtual"))]
+pub(crate) fn simulate(py: Python<'_>, source: PathBuf, node: u8, pace: &str) -> PyResult<Py<Machine>> {
+    let pace = self::pace(pace)?;
+    let source = source.to_string_lossy().into_owned();
+    Py::new(py, Machine::over(py.detach(|| Shared::simulated(&source, node, pace))?))
+}
+
+/// A node with its data sheet. Objects are called by name, by index, or by index and sub-index.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Node {
+    shared: Arc<Shared>,
+    name: String,
+    id: NodeId,
+}
+
+impl Node {
+    fn found(&self) -> PyResult<(shell::Node, lexican_runtime::host::tokio::Runner)> {
+        let (machine, runner) = self.shared.machine()?;
+        Ok((machine.node(&self.name).or_raise()?, runner))
+    }
+}
+
+#[pymethods]
+impl Node {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its node-ID.
+    #[getter]
+    fn id(&self) -> u8 {
+        self.id.get()
+    }
+
+    /// Reads an object.
+    ///
+    /// Raises ObjectUnknown, SdoAborted, NoAnswer.
+    fn read(&self, py: Python<'_>, object: ObjectName) -> PyResult<Value> {
+        let (node, runner) = self.found()?;
+        wait(py, &runner, node.get(&object.text()))?.or_raise().map(Value)
+    }
+
+    /// Reads all entries of an object that can be read: those of an array or a record, in their order.
+    fn read_all(&self, py: Python<'_>, object: ObjectName) -> PyResult<Vec<Value>> {
+        let (node, runner) = self.found()?;
+        let device = node.stated().device();
+        let all = resolve_all(device, &object.text())
+            .map_err(|error| ObjectUnknown::new_err(format!("{}: {error}; {}", self.name, error.advice())))?;
+        let readable = |address: &Address| {
+            let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
+            entry.is_none_or(|entry| entry.access.readable())
+        };
+        let all: Vec<_> = all.into_iter().filter(readable).collect();
+        let read = async {
+            let mut values = Vec::with_capacity(all.len());
+            for address in all {
+                values.push(Value(node.get(&address.to_string()).await?));
+            }
+            Ok::<_, MachineError>(values)
+        };
+        wait(py, &runner, read)?.or_raise()
+    }
+
+    /// Writes an object: a text as people write it, "2.5 mm", "profile velocity", a number as the device counts, or bytes as
+    /// they are, by block transfer where that is quicker.
+    ///
+    /// Raises ObjectUnknown, ValueRefused before anything is sent, SdoAborted, NoAnswer.
+    fn write(&self, py: Python<'_>, object: ObjectName, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (node, runner) = self.found()?;
+        let object = object.text();
+        let Ok(bytes) = value.cast::<PyBytes>() else {
+            return wait(py, &runner, node.set(&object, &words(value)?))?.or_raise();
+        };
+        let address = lexican_toolbox::values::lookup::resolve(node.stated().device(), &object)
+            .map_err(|error| ObjectUnknown::new_err(format!("{}: {error}; {}", self.name, error.advice())))?;
+        wait(py, &runner, node.network().write_bytes(self.id, address, bytes.as_bytes()))?.or_raise()
+    }
+
+    /// The drive of CiA 402 that it is. Where it can notice that this program is gone, that is armed.
+    ///
+    /// Raises DriveError if it is no drive.
+    fn drive(this: Bound<'_, Self>) -> PyResult<Drive> {
+        let py = this.py();
+        let node = this.get();
+        let (machine, runner) = node.shared.machine()?;
+        let drive = wait(py, &runner, machine.drive(&node.name))?.or_raise()?;
+        let slot = Arc::new(Slot::new(drive, runner));
+        node.shared.note(&slot);
+        Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Node {} at node-ID {}>", self.name, self.id)
+    }
+}
+
+/// What happens to the nodes of a network, one after the other: an iterator that waits.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Events {
+    events: Arc<tokio::sync::Mutex<shell::Events>>,
+    shared: Arc<Shared>,
+}
+
+#[pymethods]
+impl Events {
+    /// Waits for the next event, no longer than so many seconds by the time of the bus.
+    #[pyo3(signature = (timeout = None))]
+    fn next(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<Option<Event>> {
+        let (network, runner) = self.shared.network()?;
+        let timeout = timeout.map(seconds).transpose()?;
+        let next = async {
+            let mut events = self.events.lock().await;
+            let Some(timeout) = timeout else { return Ok(events.next().await) };
+            let until = network.now().await? + timeout;
+            tokio::select! {
+                biased;
+                event = events.next() => Ok(event),
+                over = network.sleep_until(until) => over.map(|_| None),
+            }
+        };
+        Ok(wait(py, &runner, next)?.or_raise()?.map(Event))
+    }
+
+    fn __iter__(this: Py<Self>) -> Py<Self> {
+        this
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<Event>> {
+        self.next(py, None)
+    }
+}
+
+/// Something that has happened to a node. Its text is a line.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Event(lexican_machine::Event);
+
+#[pymethods]
+impl Event {
+    /// The name of the node, or the bus, if it has one.
+    #[getter]
+    fn node(&self) -> Option<&str> {
+        self.0.node.as_deref()
+    }
+
+    /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
+    #[getter]
+    fn what(&self) -> &'static str {
+        match self.0.what {
+            What::BootedUp => "booted-up",
+            What::Booted => "booted",
+            What::Failed(_) => "failed",
+            What::Ready => "ready",
+            What::BootTimeElapsed => "boot-time-elapsed",
+            What::State(_) => "state",
+            What::Lost => "lost",
+            What::BootLoop => "boot-loop",
+            What::Emergency(_) => "emergency",
+            What::Pdo(_) => "pdo",
+            What::Bus(_) => "bus",
+            What::Missed(_) => "missed",
+            _ => "other",
+        }
+    }
+
+    /// The error code of an emergency.
+    #[getter]
+    fn code(&self) -> Option<u16> {
+        match &self.0.what {
+            What::Emergency(emergency) => Some(emergency.code.0),
+            _ => None,
+        }
+    }
+
+    /// The values of a PDO, by the names of their entries.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let values = PyDict::new(py);
+        if let What::Pdo(reports) = &self.0.what {
+            for report in reports {
+                let name = report.entry.clone().unwrap_or_else(|| report.address.to_string());
+                values.set_item(name, Py::new(py, Value(report.clone()))?)?;
+            }
+        }
+        Ok(values)
+    }
+
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Event {}>", self.0)
+    }
+}

@@ -1,0 +1,206 @@
+//! A network that is open, and how it ends: no drive is left moving unsaid.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use lexican_eds::Source;
+use lexican_machine::{BoxedLink, Files, Machine as File, MachineError, blocking, tokio as shell};
+use lexican_runtime::Duration;
+use lexican_runtime::host::tokio::{Network, Runner};
+use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
+use lexican_runtime::host::{BusUrl, Pace, schemes};
+use pyo3::prelude::*;
+
+use crate::error::{Closed, LinkFailed, OrRaise, wrong};
+use crate::simulation::Simulation;
+use crate::slot::Slot;
+
+/// Simulated devices, as the command has them.
+const SIM: Scheme = Scheme {
+    name: "sim",
+    example: "sim:siko/ag03-1?node=5",
+    what: "a simulated device",
+    parameters: &[Parameter { key: "node", what: "the node-ID of the device, 1 by default", takes: Takes::Text }, PACE],
+    check: schemes::anything,
+    open: schemes::elsewhere,
+};
+
+/// How long simulated devices boot.
+const BOOTING: Duration = Duration::from_millis(100);
+
+/// All networks that are open, for the end of the interpreter.
+static OPEN: Mutex<Vec<Weak<Shared>>> = Mutex::new(Vec::new());
+
+/// What all objects of a network share.
+pub(crate) struct Shared {
+    opened: Mutex<Option<Opened>>,
+    /// Drives that the program may have.
+    drives: Mutex<Vec<Weak<Slot>>>,
+}
+
+/// A network that is open.
+pub(crate) struct Opened {
+    /// That of the first bus.
+    pub(crate) network: Network,
+    pub(crate) runner: Runner,
+    /// `None` while no node has a name.
+    pub(crate) machine: Option<shell::Machine>,
+    pub(crate) simulations: Vec<Simulation>,
+    /// What its nodes are, in the words of a machine's file, where it has no file.
+    words: Option<String>,
+}
+
+impl Opened {
+    /// Names a node, where no file does.
+    pub(crate) fn name(&mut self, node: &str, id: u8, sheet: &str, overlays: &[String]) -> PyResult<()> {
+        let words = self.words.as_mut().ok_or_else(|| wrong("the machine's file names its nodes"))?;
+        let all = words.clone() + &node_words(node, id, sheet, overlays);
+        self.machine = Some(shell::Machine::beside(self.network.clone(), file("this network", &all)?).or_raise()?);
+        *words = all;
+        Ok(())
+    }
+}
+
+/// What a machine's file says, without errors.
+fn file(name: &str, words: &str) -> PyResult<File> {
+    File::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound().or_raise()
+}
+
+/// A node in the words of a machine's file.
+fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
+    // A string of TOML is written as one of JSON.
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let overlays: Vec<_> = overlays.iter().map(|overlay| quoted(overlay)).collect();
+    let (name, sheet) = (quoted(name), quoted(sheet));
+    format!("[node.{name}]\nid = {id}\nsheet = {sheet}\noverlay = [{}]\n", overlays.join(", "))
+}
+
+impl Shared {
+    /// The bus of a URL.
+    pub(crate) fn of_url(url: &str, pace: Pace) -> PyResult<Arc<Self>> {
+        match Shared::link_of_url(url, pace)? {
+            Ok(link) => Shared::of_link(link),
+            Err(simulation) => Ok(simulation),
+        }
+    }
+
+    /// The link of a URL, or what it simulates.
+    pub(crate) fn link_of_url(url: &str, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
+        let failed = |error: String| LinkFailed::new_err(error);
+        let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
+        let url = BusUrl::among(&known, url).map_err(|error| failed(error.to_string()))?;
+        if url.scheme().name != SIM.name {
+            return url.open().map(Ok).map_err(|error| failed(format!("cannot open {url}: {error}")));
+        }
+        let node = url.get("node").map_or(Ok(1), str::parse).map_err(|error| failed(format!("{url}: {error}")))?;
+        Shared::simulated(url.place(), node, url.pace().unwrap_or(pace)).map(Err)
+    }
+
+    /// The bus behind a link.
+    pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
+        let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
+        let (machine, simulations, words) = (None, Vec::new(), Some(String::new()));
+        Ok(Shared::new(Opened { network, runner, machine, simulations, words }))
+    }
+
+    /// A machine on the buses of its file.
+    pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
+        Ok(Shared::at_work(&blocking::Machine::open(path).or_raise()?, Vec::new(), None))
+    }
+
+    /// The devices of a machine's file, or one device, simulated.
+    pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
+        let (file, words) = if lexican_simulation::plant::is_machine(name) {
+            let (path, bus) = File::file_and_bus(Path::new(name));
+            let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
+            let file = file.or_raise()?;
+            let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from).or_raise();
+            (if bus.is_some() { on_bus(file)? } else { file }, None)
+        } else {
+            let words = node_words(&format!("node{node}"), node, name, &[]);
+            (file("this network", &words)?, Some(words))
+        };
+        let (links, simulations) = Simulation::of(&file, pace)?;
+        let machine = blocking::Machine::over(links, file).or_raise()?;
+        machine.pass(BOOTING).or_raise()?;
+        Ok(Shared::at_work(&machine, simulations, words))
+    }
+
+    fn at_work(machine: &blocking::Machine, simulations: Vec<Simulation>, words: Option<String>) -> Arc<Self> {
+        let (machine, runner) = machine.inner();
+        let (network, runner, machine) = (machine.network().clone(), runner.clone(), Some(machine.clone()));
+        Shared::new(Opened { network, runner, machine, simulations, words })
+    }
+
+    fn new(opened: Opened) -> Arc<Self> {
+        let shared = Arc::new(Shared { opened: Mutex::new(Some(opened)), drives: Mutex::default() });
+        let mut open = lock(&OPEN);
+        open.retain(|other| other.strong_count() > 0);
+        open.push(Arc::downgrade(&shared));
+        drop(open);
+        shared
+    }
+
+    /// Lends what is open.
+    pub(crate) fn with<T>(&self, use_it: impl FnOnce(&mut Opened) -> PyResult<T>) -> PyResult<T> {
+        let mut opened = lock(&self.opened);
+        use_it(opened.as_mut().ok_or_else(|| Closed::new_err("the network was closed"))?)
+    }
+
+    /// The network of the first bus, and what runs it.
+    pub(crate) fn network(&self) -> PyResult<(Network, Runner)> {
+        self.with(|opened| Ok((opened.network.clone(), opened.runner.clone())))
+    }
+
+    /// The machine, and what runs it.
+    pub(crate) fn machine(&self) -> PyResult<(shell::Machine, Runner)> {
+        self.with(|opened| {
+            let machine = opened.machine.clone().ok_or_else(|| wrong("no node has a name: add_node(5, \"x.eds\")"))?;
+            Ok((machine, opened.runner.clone()))
+        })
+    }
+
+    /// Another link to a simulated bus.
+    pub(crate) fn another_link(&self) -> PyResult<BoxedLink> {
+        let link = self.with(|opened| Ok(opened.simulations.first().map(|simulation| simulation.bus.link())))?;
+        Ok(Box::new(link.ok_or_else(|| wrong("only a simulated bus has room for another link"))?))
+    }
+
+    /// Notes a drive, which ends with the network.
+    pub(crate) fn note(&self, drive: &Arc<Slot>) {
+        let mut drives = lock(&self.drives);
+        drives.retain(|other| other.strong_count() > 0);
+        drives.push(Arc::downgrade(drive));
+    }
+
+    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive.
+    pub(crate) fn close(&self, py: Python<'_>) -> PyResult<()> {
+        let drives = std::mem::take(&mut *lock(&self.drives));
+        py.detach(|| {
+            let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
+            drop(lock(&self.opened).take());
+            ended.into_iter().collect()
+        })
+    }
+
+    /// Closes all networks that are open, at the end of the interpreter.
+    pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
+        let open = std::mem::take(&mut *lock(&OPEN));
+        let closed: Vec<_> = open.iter().filter_map(Weak::upgrade).map(|shared| shared.close(py)).collect();
+        closed.into_iter().collect()
+    }
+}
+
+/// A network that is collected as garbage. Its thread may wait for the interpreter, which this one would hold.
+impl Drop for Shared {
+    fn drop(&mut self) {
+        let opened = lock(&self.opened).take();
+        // There is no interpreter any more when it ends.
+        let _ = Python::try_attach(|py| py.detach(|| drop(opened)));
+    }
+}
+
+/// A lock whose holder may have panicked: what it holds is put in place as one.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

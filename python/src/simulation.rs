@@ -1,0 +1,52 @@
+//! Simulated devices inside the process.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lexican_machine::{BoxedLink, Machine};
+use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::error::{MachineFileError, wrong};
+
+/// The devices of a bus, and what happens to them.
+pub(crate) struct Simulation {
+    pub(crate) bus: VirtualBus,
+    devices: Arc<Mutex<Segment<SimulatedDevice>>>,
+}
+
+impl Simulation {
+    /// Switches the devices of a machine on: a link to each of its buses, and what is behind it.
+    pub(crate) fn of(machine: &Machine, pace: Pace) -> PyResult<(Vec<BoxedLink>, Vec<Simulation>)> {
+        let start = |machine: &Machine| {
+            let plant = Plant::of_machine(machine)?;
+            let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
+            let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
+            bus.attach(Arc::clone(&devices));
+            bus.set_pace(pace);
+            Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices }))
+        };
+        let started = machine.buses().map(start).collect::<Result<Vec<_>, lexican_simulation::PlantError>>();
+        Ok(started.map_err(|error| MachineFileError::new_err(error.to_string()))?.into_iter().unzip())
+    }
+
+    /// What a device answers to a line of its simulation, or `None` if there is no such device.
+    pub(crate) fn tell(&self, node: &str, line: &str) -> PyResult<Option<String>> {
+        let command = command::parse(line).map_err(wrong)?;
+        let command = command.ok_or_else(|| PyValueError::new_err("the line is empty"))?;
+        let now = self.bus.now();
+        let mut devices = self.devices.lock().unwrap_or_else(PoisonError::into_inner);
+        let device = devices.nodes_mut().find(|device| device.is_called(node));
+        device.map(|device| device.carry_out(now, &command).map_err(wrong)).transpose()
+    }
+}
+
+/// How fast simulated time passes: "virtual" or "real".
+pub(crate) fn pace(word: &str) -> PyResult<Pace> {
+    match word {
+        "virtual" => Ok(Pace::Virtual),
+        "real" => Ok(Pace::RealTime),
+        _ => Err(PyValueError::new_err(format!("there is no pace {word:?}: \"virtual\" or \"real\""))),
+    }
+}

@@ -1,0 +1,40 @@
+//! Waiting without the interpreter's lock.
+
+use std::future::Future;
+use std::pin::pin;
+use std::time::Duration as WallTime;
+
+use lexican_runtime::Duration;
+use lexican_runtime::host::tokio::Runner;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// How soon Ctrl-C is noticed.
+pub(crate) const SLICE: WallTime = WallTime::from_millis(50);
+
+/// Runs a network until `future` is done, while other threads of Python go on. A signal whose handler raises, as that of Ctrl-C
+/// does, drops the future.
+pub(crate) fn wait<T: Send>(py: Python<'_>, runner: &Runner, future: impl Future<Output = T> + Send) -> PyResult<T> {
+    let mut future = pin!(future);
+    loop {
+        let slice = async {
+            tokio::select! {
+                biased;
+                done = &mut future => Some(done),
+                () = tokio::time::sleep(SLICE) => None,
+            }
+        };
+        match py.detach(|| runner.block_on(slice)) {
+            Some(done) => return Ok(done),
+            None => py.check_signals()?,
+        }
+    }
+}
+
+/// A time in seconds, as Python counts.
+pub(crate) fn seconds(seconds: f64) -> PyResult<Duration> {
+    if !(0.0..1e12).contains(&seconds) {
+        return Err(PyValueError::new_err(format!("{seconds} s is no time to wait")));
+    }
+    Ok(Duration::from_micros((seconds * 1e6).round() as u64))
+}
