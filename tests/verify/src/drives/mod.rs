@@ -17,3 +17,9 @@ pub const ALL: &[Drive] = &[
     siko_profibus::AG02,
     siko_profibus::AG03_1,
 ];
+
+/// What the simulated drives of SIKO do otherwise than `scripts/siko_beyond.txt` says; [`crate::verify`] finds it, too.
+#[must_use]
+pub fn left_open() -> Vec<String> {
+    [siko_ag03_1::left_open(), siko_ag02::left_open()].concat()
+}

@@ -8,6 +8,7 @@ use siko_ag02::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
+use crate::siko::beyond;
 use crate::siko::checks::Checks;
 use crate::siko::rig::{EMCY, NODE, Siko, V_INCH, V_POS, Write, one};
 use crate::siko::tables;
@@ -41,6 +42,10 @@ impl Siko for Ag02 {
     fn bit_rate(value: u8) -> Option<&'static str> {
         od::CanBitRate(value).name()
     }
+}
+
+pub(super) fn left_open() -> Vec<String> {
+    beyond::failures::<Ag02>()
 }
 
 pub(super) const DRIVE: Drive = Drive {

@@ -8,6 +8,7 @@ use siko_ag03_1::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
+use crate::siko::beyond;
 use crate::siko::checks::Checks;
 use crate::siko::rig::{NODE, Siko, Write};
 use crate::siko::tables;
@@ -41,6 +42,10 @@ impl Siko for Ag031 {
     fn bit_rate(value: u8) -> Option<&'static str> {
         od::CanBitRate(value).name()
     }
+}
+
+pub(super) fn left_open() -> Vec<String> {
+    beyond::failures::<Ag031>()
 }
 
 pub(super) const DRIVE: Drive = Drive {

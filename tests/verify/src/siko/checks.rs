@@ -48,5 +48,6 @@ impl<D: Siko> Checks<D> {
         network::identifiers::<D>,
         |checker, case| transmission::check::<D>(checker, case, PDOS),
         super::bits::check::<D>,
+        |checker, _| super::beyond::check::<D>(checker),
     ];
 }
