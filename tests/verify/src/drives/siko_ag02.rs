@@ -8,9 +8,9 @@ use siko_ag02::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
-use crate::siko::beyond;
 use crate::siko::checks::Checks;
 use crate::siko::rig::{EMCY, NODE, Siko, V_INCH, V_POS, Write, one};
+use crate::siko::statements::LEFT_OPEN;
 use crate::siko::tables;
 
 /// The drive.
@@ -45,7 +45,7 @@ impl Siko for Ag02 {
 }
 
 pub(super) fn left_open() -> Vec<String> {
-    beyond::failures::<Ag02>()
+    LEFT_OPEN.failures::<Ag02>()
 }
 
 pub(super) const DRIVE: Drive = Drive {

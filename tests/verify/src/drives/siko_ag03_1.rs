@@ -8,9 +8,9 @@ use siko_ag03_1::{fault, od};
 
 use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
-use crate::siko::beyond;
 use crate::siko::checks::Checks;
 use crate::siko::rig::{NODE, Siko, Write};
+use crate::siko::statements::LEFT_OPEN;
 use crate::siko::tables;
 
 /// The drive.
@@ -45,7 +45,7 @@ impl Siko for Ag031 {
 }
 
 pub(super) fn left_open() -> Vec<String> {
-    beyond::failures::<Ag031>()
+    LEFT_OPEN.failures::<Ag031>()
 }
 
 pub(super) const DRIVE: Drive = Drive {

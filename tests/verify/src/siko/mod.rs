@@ -1,6 +1,5 @@
 //! What the manuals of SIKO's drives share beyond what any manual has: tables and their behaviour.
 
-pub(crate) mod beyond;
 pub(crate) mod bits;
 pub(crate) mod checks;
 pub(crate) mod examples;
