@@ -1,13 +1,14 @@
 //! The simulated controller without a bus: what is not to be seen on one. All else is asked by `tests/verify`.
 
 use lexican_runtime::{Duration, Instant};
-use siko_ag03_1::fault;
+use siko_ag03_1::fault::{self, register};
 use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::controller::{Controller, Network};
-use siko_ag03_1::sim::inputs::{Inputs, Shaft};
+use siko_ag03_1::sim::controller::{Controller, Emergency, Network};
+use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
 use siko_ag03_1::sim::motion::{FULL_ACCELERATION, Motion};
 use siko_ag03_1::sim::parameters::Parameters;
 use siko_ag03_1::state::State;
+use siko_ag03_1::words::control;
 
 /// A controller and the time it is.
 struct Rig {
@@ -127,4 +128,20 @@ fn what_is_due_is_said_at_once_and_to_the_millisecond() {
     assert_eq!(rig.controller.next_event(), Some(rig.now + Duration::from_millis(500)));
     rig.controller.set_network(rig.now, Network::PreOperational);
     assert_eq!(rig.controller.next_event(), None);
+}
+
+#[test]
+fn emergencies_have_the_bits_of_what_they_report() {
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.world(|inputs| inputs.bus = BusState::Passive);
+    let communication = register::GENERAL | register::COMMUNICATION;
+    let passive = Emergency { code: 0x8120, register: communication, stored: false };
+    assert_eq!(rig.controller.next_emergency(), Some(passive));
+    rig.world(|inputs| inputs.bus = BusState::Active);
+    rig.world(|inputs| inputs.internal_error = true);
+    assert!(rig.controller.next_emergency().is_some_and(|emergency| emergency.stored));
+    rig.world(|inputs| inputs.internal_error = false);
+    rig.control(control::FAULT_RESET);
+    let none = Emergency { code: 0x0000, register: 0, stored: false };
+    assert_eq!((rig.controller.next_emergency(), rig.controller.next_emergency()), (Some(none), None));
 }

@@ -7,7 +7,7 @@ use lexican_runtime::profile::cia402::{State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Instant, NodeId};
 use siko::fault::FaultKind;
-use siko::sim::controller::Motor;
+use siko::sim::controller::{Motor, Network};
 use siko::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
 use siko::sim::{Addressing, Braking, DipSwitches, Model, Order, Restore, Setup, SimulatedDrive};
 use siko::state::TRANSITIONS;
@@ -247,6 +247,16 @@ impl<D: Siko> Scripted for D {
                 let found = rig.see(|drive, _| drive.controller().faults().to_vec());
                 return Some(found.iter().map(|fault| fault.code.label).eq(letters.iter().copied()));
             }
+            // An LED is lit (#) or dark, every 100 ms from now on.
+            ("shines", [led, pattern]) => {
+                let lit = |rig: &mut Rig<D>, wanted: char| {
+                    let lights = rig.see(|drive, now| drive.lights(now));
+                    rig.hear(100);
+                    (wanted == '#') == if *led == "bus" { lights.bus } else { lights.status }
+                };
+                return Some(pattern.chars().all(|wanted| lit(rig, wanted)));
+            }
+            ("network", ["operational"]) => rig.see(|drive, now| drive.set_network(now, Network::Operational)),
             // An order of another interface: it is taken, or refused for this reason.
             ("order", [name, reason @ ..]) => {
                 let order = order(name)?;
@@ -370,6 +380,7 @@ fn change<D: Siko>(inputs: &mut Inputs, verb: &str, args: &[&str]) -> Option<()>
         ("control-supply", [tenths]) => inputs.control_supply_100mv = tenths.parse().ok()?,
         ("blocked", []) => inputs.shaft = Shaft::Blocked,
         ("free", []) => inputs.shaft = Shaft::Free,
+        ("force", [name]) => inputs.force(FaultKind::ALL.iter().find(|(_, known)| known == name)?.0),
         ("internal", ["fails"]) => inputs.internal_error = true,
         ("enable", [how]) => inputs.enable = *how == "on",
         ("battery", [hundredths]) => inputs.battery_10mv = hundredths.parse().ok()?,
