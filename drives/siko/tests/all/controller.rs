@@ -66,6 +66,20 @@ impl Rig {
 }
 
 #[test]
+fn a_new_controller_has_the_faults_and_the_load_that_are_there() {
+    let now = Instant::ZERO;
+    let new = |inputs| Controller::new(&MODEL, now, Parameters::default(), inputs, 0);
+    assert_eq!(new(Inputs { internal_error: true, ..Inputs::default() }).faults(), [fault::INTERNAL]);
+    let inputs = Inputs { attainable_rpm: Some(20), ..Inputs::default() };
+    let mut rig = Rig { controller: new(inputs), now, parameters: Parameters::default(), inputs };
+    rig.controller.set_network(now, Network::Operational);
+    [0x0106, 0x0107, 0x010F].into_iter().for_each(|word| rig.control(word));
+    rig.travel_to(5000);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.velocity(rig.now), 20);
+}
+
+#[test]
 fn the_words_change_only_when_announced() {
     // A span that next_change skips must look the same throughout.
     let mut rig = Rig::enabled(Parameters { positioning_type: 2, limits: [-800, 2500], ..Parameters::default() });
