@@ -159,3 +159,18 @@ fn emergencies_have_the_bits_of_what_they_report() {
     let none = Emergency { code: 0x0000, register: 0, stored: false };
     assert_eq!((rig.controller.next_emergency(), rig.controller.next_emergency()), (Some(none), None));
 }
+
+/// Before any time has passed; 600 mA are 30 %.
+#[test]
+fn words_and_parameters_take_effect_at_once() {
+    let mut rig = Rig::enabled(Parameters { torque_deactivation: 29, ..Parameters::default() });
+    rig.travel_to(5000);
+    assert_eq!(rig.controller.torque_deactivation_state(), 1);
+    let mut rig = Rig::enabled(Parameters::default());
+    rig.travel_to(5000);
+    rig.set(|parameters| parameters.torque_deactivation = 20);
+    assert_eq!(rig.controller.torque_deactivation_state(), 1);
+    rig.controller.set_network(rig.now, Network::PreOperational);
+    rig.control(0x0106);
+    assert_eq!(rig.controller.state(), State::SwitchOnDisabled, "the bus does not command");
+}
