@@ -12,11 +12,11 @@ use kollmorgen_akd::{ascii, fault, od};
 use lexican_driver::description::{Number, SetPoints, Test};
 use lexican_driver::sequence::Recovery;
 use lexican_driver::{Any, Cause};
-use lexican_runtime::host::{Fate, Link, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Address, Mapping, Rpdo, Tpdo};
 use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
-use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use lexican_runtime::{CobId, Duration, NodeId};
 use simulator::servo::FaultCodes;
 
 const NODE: NodeId = NodeId::literal(3);
@@ -263,55 +263,6 @@ fn the_simulated_drive_raises_the_faults_of_the_manual() {
     assert_eq!(fault::find("F535").unwrap().text, "without a description");
 }
 
-/// The example of the manual, an M006.
-#[test]
-fn the_simulated_drive_has_an_identity_and_a_mode() {
-    let rig = Rig::by_sdo();
-    rig.storage(|od| {
-        let text = |od: &mut dyn Storage, index| {
-            let mut text = [0; 4];
-            let entry = od.entry(Address::new(index, 0)).unwrap();
-            od.read(&entry, 0, &mut text).unwrap();
-            text
-        };
-        assert_eq!([text(od, 0x1008), text(od, 0x100A)], [*b"M006", *b"1.03"]);
-        let number = |index, sub| od.raw(Address::new(index, sub)).unwrap();
-        let read = [number(0x1018, 2), number(0x1018, 3), number(0x6060, 0)];
-        assert_eq!(read, [u32::from_le_bytes(*b"M006").into(), 0x0014_0000, 1]);
-    });
-}
-
-/// 1002h, every bit of it (6.2.1.3), without hardware enable (29), power stage (14) and homed (23).
-#[test]
-fn the_manufacturer_status_shows_what_the_drive_does() {
-    let (moving, reached, at_speed) = (1 << 0, 1 << 3, 1 << 9);
-    let register = |rig: &Rig| {
-        let mut shown = 0;
-        rig.storage(|od| shown = od.raw(od::MANUFACTURER_STATUS_REGISTER.address()).unwrap());
-        shown & !(1 << 29 | 1 << 14 | 1 << 23)
-    };
-    let mut rig = Rig::by_sdo();
-    rig.drive.enable().unwrap();
-    rig.drive.start_moving_to(100_000).unwrap();
-    assert_eq!(register(&rig), moving);
-    rig.drive.finish().unwrap();
-    assert_eq!(register(&rig), reached);
-    rig.drive.set_mode(Mode::Velocity).unwrap();
-    rig.drive.run_at(300).unwrap();
-    assert_eq!(register(&rig), reached | at_speed);
-    rig.drive.stop().unwrap();
-    rig.drive.set_mode(Mode::Positioning).unwrap();
-    rig.set(|inputs| inputs.machine.negative_limit = Some(-100_000.0));
-    for (index, value) in [(0x6060, 6), (0x6098, 17), (0x6040, 0x1F)] {
-        rig.storage(|od| od.set_raw(Address::new(index, 0), value));
-    }
-    rig.bus.advance(Duration::from_millis(100));
-    assert_eq!(register(&rig), moving | 1 << 16);
-    let rig = Rig::by_sdo();
-    rig.set(|inputs| inputs.warnings = code("n602").into());
-    assert_eq!(register(&rig), 1 << 13 | 1 << 8);
-}
-
 #[test]
 fn a_moving_drive_keeps_its_mode() {
     let mut rig = Rig::by_sdo();
@@ -350,26 +301,6 @@ fn its_pdos_of_the_factory_have_no_inhibit_time() {
     let found: Vec<_> = found.iter().map(|pdo| (pdo.number, pdo.object, pdo.inhibit)).collect();
     let expected = [(3, od::POSITION_ACTUAL_VALUE.address()), (4, od::VELOCITY_ACTUAL_VALUE.address())];
     assert_eq!(found, expected.map(|(number, object)| (number, object, Duration::ZERO)));
-}
-
-/// Bit 30 of 1800h:01 is not supported (6.3.2.1).
-#[test]
-fn remote_frames_cannot_be_forbidden() {
-    const STATUS: Mapping<Tpdo, (od::Statusword,), od::Device> = Mapping::transmit().with(od::STATUSWORD);
-    let mut rig = Rig::by_sdo();
-    let id = CobId::of_node(0x180, NODE);
-    let cob_id = PdoCobId::valid(id).without_remote();
-    rig.drive.configure_pdos(&[PdoSettings::of(1, cob_id, TransmissionType::EventProfile, &STATUS)]).unwrap();
-    rig.drive.enable().unwrap();
-    let heard = Arc::new(Mutex::new(0));
-    let count = Arc::clone(&heard);
-    rig.bus.set_fate(move |_, frame| {
-        *count.lock().unwrap() += u32::from(frame.id() == id && !frame.is_remote());
-        Fate::Deliver
-    });
-    rig.bus.link().send(&Frame::remote(id, 2).unwrap()).unwrap();
-    rig.bus.advance(Duration::from_millis(10));
-    assert_eq!(*heard.lock().unwrap(), 1);
 }
 
 #[test]

@@ -4,9 +4,7 @@
 mod support;
 
 use siko_ag02::Direction;
-use siko_ag02::fault::{self, FaultKind};
-use siko_ag02::sim::inputs::{BusError, BusState};
-use siko_ag02::sim::{Braking, MODEL, Order, Refused, Setup, SimulatedDrive};
+use siko_ag02::sim::{Braking, MODEL, Order, Setup, SimulatedDrive};
 
 use support::{NODE, Rig};
 
@@ -36,16 +34,6 @@ fn four_bytes_are_read_by_42h_and_written_by_23h_whatever_the_size() {
         ("605#4091600100000000", "585#4291600107000000"),
     ] {
         assert_eq!(rig.ask(request), [answer], "{request}");
-    }
-}
-
-#[test]
-fn bit_31_switches_no_pdo_off() {
-    for (model, sent) in [(&MODEL, true), (&siko_ag03_1::sim::MODEL, false)] {
-        let mut rig = Rig::with(Setup::new(model, NODE));
-        assert_eq!(rig.write(0x1800, 1, &0x8000_0185_u32.to_le_bytes()), None);
-        rig.send("000#0105");
-        assert_eq!(rig.pass(1000).iter().any(|frame| frame.starts_with("185#")), sent, "{}", model.name);
     }
 }
 
@@ -100,81 +88,4 @@ fn parameter_25_holds_for_the_order_that_follows_it() {
     };
     let (full, programmed) = (way(Braking::Full), way(Braking::Programmed));
     assert!(full < programmed, "{full} and {programmed} increments");
-}
-
-/// Table 1: "Ein Verfahren ist nur mit Tippbetrieb in Richtung Endschalter 2 möglich".
-#[test]
-fn inching_onto_an_active_limit_switch_is_refused() {
-    let [positive, negative] = [Direction::Positive, Direction::Negative];
-    for (switch, onto, back) in [(0, positive, negative), (1, negative, positive)] {
-        let mut rig = ag02();
-        rig.see(|drive, now| {
-            drive.set_inputs(now, |inputs| inputs.limit_switches[switch] = true);
-            assert_eq!(drive.order(now, Order::Enable), Ok(()));
-            assert_eq!(drive.order(now, Order::Inch(onto)), Err(Refused::Switch(onto)));
-            assert_eq!(drive.order(now, Order::Inch(back)), Ok(()));
-        });
-        rig.pass(100);
-        let moved = rig.see(|drive, now| drive.position(now));
-        assert_eq!(moved < 0, switch == 0, "{moved}");
-    }
-}
-
-#[test]
-fn bus_off_is_fault_f() {
-    let mut rig = ag02();
-    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Off));
-    assert_eq!(rig.see(|drive, _| drive.controller().faults().to_vec()), [fault::BUS_OFF]);
-    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
-    assert_eq!(rig.read(0x1003, 1), Ok(0x8120));
-}
-
-/// Table 20: neither faults nor stored, and 0000h does not follow when the bus is well again (10.2.9).
-#[test]
-fn errors_on_the_bus_are_reported_and_end_without_a_word() {
-    let mut rig = ag02();
-    assert_eq!(rig.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
-    let set = |rig: &Rig, error| rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_error = error));
-    for ((error, _), low) in BusError::ALL.iter().zip(1..) {
-        set(&rig, Some(*error));
-        assert_eq!(rig.pass(10), [format!("085#{low:02X}80110000000000")], "once");
-        assert_eq!((rig.read(0x1001, 0), rig.read(0x1003, 0)), (Ok(0x11), Ok(0)));
-        assert!(rig.see(|drive, _| drive.controller().faults().is_empty()));
-    }
-    // An error passive controller that goes on finding errors is not well yet.
-    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Passive));
-    rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
-    assert_eq!(rig.read(0x1001, 0), Ok(0x11));
-    set(&rig, None);
-    assert_eq!(rig.pass(10), [""; 0]);
-    assert_eq!(rig.read(0x1001, 0), Ok(0));
-}
-
-/// 1800h:02: 254 does what 255 does; TPDO3 and TPDO4 of type 254 are sent on change.
-#[test]
-fn tpdo1_of_type_254_is_sent_by_the_timer_and_the_others_on_change() {
-    let mut rig = ag02();
-    for parameter in [0x1800, 0x1802, 0x1803] {
-        assert_eq!(rig.write(parameter, 2, &[254, 0, 0, 0]), None);
-    }
-    rig.send("000#0105");
-    assert_eq!(rig.pass(50), [""; 0], "nothing at the start");
-    rig.send("205#0601");
-    let heard = rig.pass(40);
-    assert_eq!(heard.iter().map(|frame| &frame[..3]).collect::<Vec<_>>(), ["385", "485"]);
-    let heard = rig.pass(500);
-    assert!(heard.iter().all(|frame| frame.starts_with("185")) && heard.len() == 5, "{heard:?}");
-}
-
-#[test]
-fn emergencies_wait_for_bit_30() {
-    for (switched_on, heard) in [(false, &[][..]), (true, &["085#00F0810000000000"])] {
-        let mut rig = ag02();
-        if switched_on {
-            assert_eq!(rig.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
-        }
-        rig.see(|drive, now| drive.set_inputs(now, |inputs| inputs.force(FaultKind::Sensor)));
-        assert_eq!(rig.pass(10), heard);
-        assert_eq!(rig.read(0x1003, 1), Ok(0xF000));
-    }
 }

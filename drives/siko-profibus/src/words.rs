@@ -10,12 +10,6 @@ pub const BEYOND_LIMIT: u16 = 1 << 14;
 /// Status word: ready to travel.
 pub const READY_TO_TRAVEL: u16 = 1 << 15;
 
-/// Bits of the control word that do nothing, in positioning mode: OFF 3 has to be 0 and is not there, which is why a
-/// master that keeps it at 1, as PROFIDRIVE has it, does no harm either.
-pub const UNUSED_IN_POSITIONING: u16 = control::NO_OFF_3 | 0x7C00;
-/// The same in velocity mode.
-pub const UNUSED_IN_VELOCITY: u16 = control::NO_OFF_3 | control::ENABLE_RAMP | control::UNFREEZE_RAMP | 0xFF00;
-
 /// Control words of figures 13 and 14 (AG02), by what they do.
 pub mod order {
     /// OFF 1: the motor is released.

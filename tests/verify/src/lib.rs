@@ -33,7 +33,7 @@ mod states;
 
 pub use checker::Against;
 pub use drive::{Drive, Inputs, Interface};
-pub use drives::ALL as DRIVES;
+pub use drives::{ALL as DRIVES, left_open};
 pub use exempt::Exempt;
 pub use report::{Erratum, Report, TableReport};
 pub use sheet::PROSE;

@@ -60,10 +60,19 @@ struct Group {
     runs: Vec<&'static str>,
 }
 
-/// Where the shaft was when a run has said `mark`.
+/// A run on its way.
 struct Run<S: Simulator> {
     rig: Rig<S>,
+    /// Where the shaft was when the run said `mark`.
     mark: i64,
+    /// The step that did not hold, as the run has it.
+    failed: String,
+}
+
+impl<S: Simulator> Default for Run<S> {
+    fn default() -> Self {
+        Run { rig: Rig::new(), mark: 0, failed: String::new() }
+    }
 }
 
 impl Script {
@@ -101,11 +110,29 @@ impl Script {
 
     /// Whether all steps of a run hold.
     pub(crate) fn holds<S: Scripted>(&self, steps: &str) -> bool {
-        self.steps(&mut Run::<S> { rig: Rig::new(), mark: 0 }, steps)
+        self.steps(&mut Run::<S>::default(), steps)
+    }
+
+    /// The runs that do not hold, each with its clause and the step that is not so.
+    pub(crate) fn failures<S: Scripted>(&self) -> Vec<String> {
+        let groups = self.paragraphs.values().flatten();
+        let runs = groups.flat_map(|group| group.runs.iter().map(|run| (group.clauses.join(", "), *run)));
+        let fails = |(clause, steps): (String, &'static str)| {
+            let mut run = Run::<S>::default();
+            let holds = self.steps(&mut run, featured::<S>(steps)?);
+            (!holds).then(|| format!("{clause}: not so: {} (in: {steps})", run.failed))
+        };
+        runs.filter_map(fails).collect()
     }
 
     fn steps<S: Scripted>(&self, run: &mut Run<S>, steps: &str) -> bool {
-        steps.split(';').all(|step| self.step(run, step.trim()))
+        steps.split(';').map(str::trim).all(|step| {
+            let holds = self.step(run, step);
+            if !holds {
+                step.clone_into(&mut run.failed);
+            }
+            holds
+        })
     }
 
     fn step<S: Scripted>(&self, run: &mut Run<S>, step: &str) -> bool {

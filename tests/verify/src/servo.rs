@@ -129,6 +129,11 @@ impl<D: OfModel> Scripted for Servo<D> {
             ("rest", []) => _ = rig.rest(),
             ("rest", [range]) => return Some(is_in(rig.rest(), range)),
             ("position", [range]) => return Some(is_in(rig.position(), range)),
+            ("speed", [range]) => {
+                let speed = rig.see(|drive, now| drive.servo().shaft(now).velocity.abs().round());
+                return Some(is_in(speed as i64, range));
+            }
+            ("power", ["cycle"]) => Self::power_cycle(rig),
             ("moving", []) => return Some(rig.is_moving()),
             ("powered", []) => return Some(rig.is_powered()),
             ("unpowered", []) => return Some(rig.is_unpowered()),
@@ -180,9 +185,10 @@ impl<D: OfModel> Scripted for Servo<D> {
                     ("enable-input", ["off"]) => Box::new(|inputs| inputs.enable = false),
                     ("blocked", []) => Box::new(|inputs| inputs.blocked = true),
                     ("home-switch", []) => Box::new(|inputs| inputs.machine.home_switch = Some((-1.0, 1.0))),
-                    ("digital", [bit]) => {
-                        let bit: u32 = bit.parse().ok()?;
-                        Box::new(move |inputs| inputs.digital = 1 << bit)
+                    ("digital", bits) => {
+                        let bits = bits.iter().map(|bit| bit.parse().ok().and_then(|bit| 1_u32.checked_shl(bit)));
+                        let all = bits.collect::<Option<Vec<u32>>>()?.into_iter().fold(0, |all, bit| all | bit);
+                        Box::new(move |inputs| inputs.digital = all)
                     }
                     ("probe-on", [number]) => {
                         let at = number.parse::<usize>().ok()?.checked_sub(1).filter(|at| *at < 2)?;

@@ -5,7 +5,6 @@ use siko_ag02::Direction;
 use siko_ag02::driver::{Approach, Drive, Error, Missing, Mode, Outcome, Refusal, VelocityOutcome};
 use siko_ag02::fault::{self, Cause, FaultKind};
 use siko_ag02::od;
-use siko_ag02::sim::inputs::Shaft;
 
 use super::rig::Rig;
 
@@ -168,14 +167,4 @@ fn faults_are_named_with_and_without_emergencies() {
             assert_eq!(rig.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
         }
     }
-}
-
-#[test]
-fn a_blocked_shaft_is_fault_b() {
-    let mut rig = Rig::new();
-    rig.drive.enable().unwrap();
-    rig.drive.start_moving_to(5000).unwrap();
-    rig.pass(500);
-    rig.world(|inputs| inputs.shaft = Shaft::Blocked);
-    assert_eq!(rig.drive.finish().unwrap(), Outcome::Fault(Cause::from(fault::SHAFT_BLOCKED)));
 }

@@ -19,6 +19,9 @@ pub(crate) struct Rig {
     control: u16,
     target: i32,
     inputs: Telegram,
+    model: &'static Model,
+    /// The actual value when a script said `mark`.
+    mark: i32,
 }
 
 impl Rig {
@@ -33,8 +36,16 @@ impl Rig {
     pub(crate) fn power_on(model: &'static Model) -> Self {
         let now = Instant::ZERO;
         let tasks = PkwMaster::new(Duration::from_secs(1));
-        let mut rig =
-            Rig { drive: ProfibusDrive::new(now, model, 7), now, tasks, control: 0, target: 0, inputs: [0; 14] };
+        let mut rig = Rig {
+            drive: ProfibusDrive::new(now, model, 7),
+            now,
+            tasks,
+            control: 0,
+            target: 0,
+            inputs: [0; 14],
+            model,
+            mark: 0,
+        };
         rig.drive.enter(now, State::DataExchange);
         rig
     }
@@ -140,6 +151,69 @@ impl Rig {
         }
     }
 
+    /// Carries out orders with semicolons between them: control words in hexadecimal, each sent twice; `t5000` is the target, `w1000`
+    /// waits for so many milliseconds. What else the tables of the manuals have, and tests ask, is below.
+    #[track_caller]
+    pub(crate) fn plays(&mut self, orders: &str) {
+        for order in orders.split(';').map(str::trim).filter(|order| !order.is_empty()) {
+            match order.split_whitespace().collect::<Vec<_>>().as_slice() {
+                ["velocity"] => _ = self.write(930, 1),
+                ["nosupply"] => self.world(|inputs| inputs.output_stage_supply_100mv = 0),
+                ["supply"] => self.world(|inputs| inputs.output_stage_supply_100mv = 240),
+                ["dark"] => self.world(|inputs| inputs.control_supply_100mv = 0),
+                ["fault"] => self.world(|inputs| inputs.sensor_fails = true),
+                ["heal"] => self.world(|inputs| inputs.sensor_fails = false),
+                ["battery"] => self.world(|inputs| inputs.battery_10mv = 250),
+                ["lag"] => self.world(|inputs| inputs.attainable_rpm = Some(5)),
+                ["enable", how] => self.world(|inputs| inputs.enable = *how == "on"),
+                ["switch", how] => self.world(|inputs| inputs.limit_switches[0] = *how == "on"),
+                ["limit"] => {
+                    _ = self.write(1017, 1000);
+                    self.turn();
+                }
+                ["set", number, value] => {
+                    let value: i32 = value.parse().unwrap();
+                    assert_eq!(self.write(number.parse().unwrap(), value), Ok(value.cast_unsigned()), "{order}");
+                }
+                ["refused", number, value] => {
+                    let refused = self.write(number.parse().unwrap(), value.parse().unwrap());
+                    assert_eq!(refused, Err(Refusal::WRONG_STATE), "{order}");
+                }
+                ["pnu", number, mask, value] => {
+                    let mask = u32::from_str_radix(mask, 16).unwrap();
+                    let found = self.read(number.parse().unwrap()).map(|found| found & mask);
+                    assert_eq!(found, Ok(value.parse().unwrap()), "{order}");
+                }
+                ["shows", pattern @ ..] => self.shows(&self.pattern(pattern)),
+                ["comes-to", pattern @ ..] => self.comes_to(&self.pattern(pattern)),
+                ["actual", range] => assert!(is_in(self.actual(), range), "{} in {orders}", self.actual()),
+                ["mark"] => self.mark = self.actual(),
+                ["way", range] => {
+                    let way = self.actual() - self.mark;
+                    assert!(is_in(way, range), "{way} in {orders}");
+                }
+                ["once", word] => self.control_once(u16::from_str_radix(word, 16).unwrap()),
+                [other] => match (other.strip_prefix('t'), other.strip_prefix('w')) {
+                    (Some(target), _) => self.target(target.parse().unwrap()),
+                    (_, Some(ms)) => self.pass_ms(ms.parse().unwrap()),
+                    _ => self.control(u16::from_str_radix(other, 16).unwrap()),
+                },
+                _ => panic!("there is no order {order:?}"),
+            }
+        }
+    }
+
+    /// The boxes of figure 13 by name, or a pattern in which b is bit 14 of velocity mode, where the drives differ.
+    fn pattern(&self, words: &[&str]) -> String {
+        let bit_14 = if self.model.velocity_bit_14 { "1" } else { "0" };
+        match words {
+            ["ready"] => "101x 1x11 x011 0111".to_owned(),
+            ["travelling"] => "000x 1x1x x011 0111".to_owned(),
+            ["inching"] => "0x0x 1x1x x011 0111".to_owned(),
+            _ => words.concat().replace('b', bit_14),
+        }
+    }
+
     pub(crate) fn simulated(&mut self) -> &mut SimulatedDrive {
         self.drive.drive_mut()
     }
@@ -150,6 +224,17 @@ impl Rig {
         self.simulated().set_inputs(now, change);
         self.turn();
         self.turn();
+    }
+}
+
+/// Whether a number is as `5000`, `>0`, `<5000` or `35..50` says.
+fn is_in(found: i32, range: &str) -> bool {
+    let number = |text: &str| text.parse::<i32>().unwrap();
+    match (range.strip_prefix('>'), range.strip_prefix('<'), range.split_once("..")) {
+        (Some(low), ..) => found > number(low),
+        (_, Some(high), _) => found < number(high),
+        (.., Some((low, high))) => (number(low)..=number(high)).contains(&found),
+        _ => found == number(range),
     }
 }
 

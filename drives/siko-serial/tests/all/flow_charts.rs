@@ -1,239 +1,105 @@
-//! Figures 4 and 6 of the manual, step by step, by the client over a line of 9600 baud in virtual time.
+//! Figures 4 and 6 of the manual beyond the one way through their boxes that `tests/verify` goes, by the client over a line of
+//! 9600 baud in virtual time. F0 is the setpoint, H08 the velocity of inching, T3 and T4 are how inching operation 2 stops.
 
 use super::serial_rig::{Rig, is};
-use lexican_driver::Direction;
-use lexican_runtime::Duration;
-use siko_ag02::sim::inputs::Shaft;
-use siko_serial::command::{Command, Long, Mode, Setting, Short, Turning};
+use siko_serial::command::{Command, Long};
 use siko_serial::error::ErrorNumber;
 
-#[test]
-fn positioning_follows_figure_4() {
-    let mut rig = Rig::new();
-    assert!(rig.is("000x 0000 x000 x000"), "operation enabled");
-    rig.done(Command::WriteLong(Long::Setpoint, 5000));
-    rig.done(Command::Start);
-    rig.reaches("x1xx 10x0 0001 0000");
-    rig.refuses(Command::Start, ErrorNumber::OPERATING_STATE);
-    rig.refuses(Command::Step, ErrorNumber::OPERATING_STATE);
-    for stop in [Command::Stop, Command::EmergencyStop] {
-        rig.done(stop);
-        rig.reaches("x10x 00x0 0000 0000");
-        rig.done(Command::Start);
-        rig.reaches("x1xx 10x0 0001 0000");
-    }
-    rig.reaches("000x 0000 0000 1000");
-    assert_eq!(rig.number(Command::Position), 5000);
-    // "akt. Fahrauftrag beenden": from the travel, and from the intermediate stop.
-    for stops_first in [false, true] {
-        rig.done(Command::WriteLong(Long::Setpoint, 0));
-        rig.done(Command::Start);
-        rig.reaches("x1xx 10x0 0001 0000");
-        if stops_first {
-            rig.done(Command::Stop);
-            rig.reaches("x10x 00x0 0000 0000");
-        }
-        rig.done(Command::Abort);
-        rig.reaches("000x 0000 0000 x000");
-    }
-    assert!(rig.number(Command::Position) > 0, "it has not arrived");
+#[track_caller]
+fn plays(script: &str) {
+    Rig::new().plays(script);
 }
 
 #[test]
-fn an_intermediate_stop_goes_on_to_another_setpoint() {
-    let mut rig = Rig::new();
-    rig.done(Command::WriteLong(Long::Setpoint, 5000));
-    rig.done(Command::Start);
-    rig.reaches("x1xx 10x0 0001 0000");
-    rig.done(Command::Stop);
-    rig.reaches("x10x 00x0 0000 0000");
-    rig.done(Command::WriteLong(Long::Setpoint, -100));
-    rig.done(Command::Start);
-    rig.reaches("000x 0000 0000 1000");
-    assert_eq!(rig.number(Command::BinaryPosition), -100);
+fn positioning_follows_figure_4() {
+    let under_way = "shows 000x 0000 x000 x000; F0+0005000; M; comes-to travelling";
+    plays(&format!(
+        "{under_way}; M?04; Y?04; O; comes-to interrupted; M; comes-to travelling; comes-to arrived; Z=5000"
+    ));
+    // "akt. Fahrauftrag beenden": from the travel, and from the intermediate stop.
+    plays("F0+0005000; M; comes-to arrived; F0+0000000; M; comes-to travelling; I; comes-to over; Z>0");
+    plays(&format!("{under_way}; N; comes-to interrupted; I; comes-to over; Z<5000; Z>0"));
+    plays(&format!("{under_way}; O; comes-to interrupted; F0-0000100; M; comes-to arrived; W=-100"));
+    // Chapter 2.2.1: parameters that change in between are for the next travel.
+    plays(&format!("{under_way}; O; comes-to interrupted; H0400010; M; wait 1000; V>10"));
 }
 
 #[test]
 fn inching_follows_figure_4() {
-    let mut rig = Rig::new();
-    rig.done(Command::WriteShort(Short::VJog, 30));
-    rig.done(Command::Step);
-    rig.reaches("x0xx 1000 0001 0000");
-    rig.reaches("000x 0000 0000 1000");
-    assert_eq!(rig.number(Command::Position), 1600);
-    for (direction, sign) in [(Direction::Positive, 1), (Direction::Negative, -1)] {
+    plays("H0800030; Y; comes-to inching; comes-to arrived; Z=1600");
+    // The stops of "jederzeit vorzeitig".
+    plays("Y; comes-to inching; O; comes-to over; Y; comes-to inching; N; comes-to over");
+    for (direction, sign) in [("up", 1), ("down", -1)] {
         // 30 rev/min are 800 increments/s.
-        for (setting, braking) in [(Turning::JogStopsFully, 50), (Turning::JogStopsByRamp, 100)] {
-            rig.done(Command::SetTurning(setting));
-            rig.drive.start_inching(direction);
-            rig.pass(Duration::from_secs(1));
-            assert!(rig.is("x0xx 1000 0001 0000"));
-            assert_eq!(rig.number(Command::Velocity), 30 * sign);
-            rig.drive.stop_inching();
+        for (setting, braking) in [("T3", 50), ("T4", 100)] {
+            let mut rig = Rig::new();
+            rig.plays(&format!("H0800030; {setting}; inch {direction}; wait 1000; shows inching; V={}", 30 * sign));
+            rig.plays("inch no-more");
             // The last character counts for 100 ms, in which the drive travels 80 increments.
             let before = rig.position();
-            rig.pass(Duration::from_millis(1500));
+            rig.plays("wait 1500; shows over");
             let way = (rig.position() - before) * sign;
             assert!((braking..=braking + 80).contains(&way), "{way}");
-            assert!(rig.is("000x 0000 0000 x000"));
         }
     }
-    // The stops of "jederzeit vorzeitig".
-    for stop in [Command::Stop, Command::EmergencyStop] {
-        rig.done(Command::Step);
-        rig.reaches("x0xx 1000 0001 0000");
-        rig.done(stop);
-        rig.reaches("000x 0000 0000 x000");
-    }
+    plays("H0800030; inch up; wait 1000; inch down; wait 1000; V=-30");
 }
 
 /// A stop is not undone by the characters that are still being sent.
 #[test]
 fn characters_that_go_on_after_a_stop_move_nothing() {
-    for stop in [Command::EmergencyStop, Command::Stop] {
-        let mut rig = Rig::new();
-        rig.drive.start_inching(Direction::Positive);
-        rig.pass(Duration::from_secs(1));
-        rig.done(stop);
-        rig.pass(Duration::from_secs(5));
-        assert_eq!(rig.number(Command::Velocity), 0);
-        rig.drive.stop_inching();
-        rig.pass(Duration::from_millis(200));
-        rig.drive.start_inching(Direction::Positive);
-        rig.pass(Duration::from_secs(1));
-        assert!(rig.number(Command::Velocity) > 0);
+    for stop in ["N", "O"] {
+        plays(&format!("inch up; wait 1000; {stop}; wait 5000; V=0; inch no-more; wait 200; inch up; wait 1000; V>0"));
     }
-}
-
-/// "Eine Aenderung der Reglerparameter waehrend eines Positioniervorganges hat keine Auswirkung" (chapter 2.2.1).
-#[test]
-fn a_travel_goes_on_with_the_parameters_with_which_it_began() {
-    let mut rig = Rig::new();
-    rig.done(Command::WriteLong(Long::Setpoint, 5000));
-    rig.done(Command::Start);
-    rig.reaches("x1xx 10x0 0001 0000");
-    rig.done(Command::Stop);
-    rig.reaches("x10x 00x0 0000 0000");
-    rig.done(Command::WriteShort(Short::VPos, 10));
-    rig.done(Command::Start);
-    rig.pass(Duration::from_secs(1));
-    assert!(rig.number(Command::Velocity) > 10);
-}
-
-#[test]
-fn characters_of_the_other_direction_stop_before_they_move() {
-    let mut rig = Rig::new();
-    rig.done(Command::WriteShort(Short::VJog, 30));
-    rig.drive.start_inching(Direction::Positive);
-    rig.pass(Duration::from_secs(1));
-    rig.drive.start_inching(Direction::Negative);
-    rig.pass(Duration::from_secs(1));
-    assert_eq!(rig.number(Command::Velocity), -30);
 }
 
 #[test]
 fn velocity_follows_figure_6() {
-    let mut rig = Rig::new();
-    rig.done(Command::SetMode(Mode::Velocity));
-    rig.done(Command::WriteShort(Short::Window, 0));
-    assert!(rig.is("00xx 0000 x000 x000"));
-    for command in [Command::Step, Command::Abort] {
-        rig.refuses(command, ErrorNumber::OPERATING_STATE);
+    plays("X1; shows standing; Y?04; I?04; inch up; wait 1000; V=0");
+    for stop in ["O", "N", "F0+0000000"] {
+        let turns = "X1; H0900000; F0+0000068; M; comes-to turning; V=68";
+        let otherwise = "F0-0000072; comes-to 00xx 1000 0001 0000; comes-to turning; V=-72";
+        plays(&format!("{turns}; {otherwise}; {stop}; comes-to standing; V=0"));
     }
-    for stop in [Command::Stop, Command::EmergencyStop, Command::WriteLong(Long::Setpoint, 0)] {
-        rig.done(Command::WriteLong(Long::Setpoint, 68));
-        rig.done(Command::Start);
-        rig.reaches("00xx 1000 0001 1000");
-        assert_eq!(rig.number(Command::Velocity), 68);
-        rig.done(Command::WriteLong(Long::Setpoint, -72));
-        rig.reaches("00xx 1000 0001 0000");
-        rig.reaches("00xx 1000 0001 1000");
-        assert_eq!(rig.number(Command::Velocity), -72);
-        rig.done(stop);
-        rig.reaches("00xx 0000 x000 x000");
-        assert_eq!(rig.number(Command::Velocity), 0);
-    }
-    rig.drive.start_inching(Direction::Positive);
-    rig.pass(Duration::from_secs(1));
-    assert_eq!(rig.number(Command::Velocity), 0);
 }
 
 /// The edge of both figures from anywhere to "Störung".
 #[test]
 fn a_fault_is_acknowledged_by_s11103() {
-    for mode in [Mode::Positioning, Mode::Velocity] {
-        let mut rig = Rig::new();
-        rig.done(Command::SetMode(mode));
-        rig.done(Command::WriteLong(Long::Setpoint, 50));
-        rig.done(Command::Set(Setting::ResetFault));
-        rig.world(|inputs| inputs.sensor_fails = true);
-        assert!(rig.is("xxxx xxx1 1xxx xxxx"));
-        for command in [Command::Start, Command::Step, Command::Stop, Command::Set(Setting::ResetFault)] {
-            rig.refuses(command, ErrorNumber::FAULT);
-        }
-        assert_eq!(rig.request(Command::Faults), *b"E---------");
-        rig.world(|inputs| inputs.sensor_fails = false);
-        rig.done(Command::Set(Setting::ResetFault));
-        assert!(rig.is("00xx 0000 x000 x000"));
-        rig.done(Command::Start);
+    for mode in ["X0", "X1"] {
+        plays(&format!(
+            "{mode}; F0+0000050; S11103; sensor fails; shows fault; M?10; Y?10; O?10; S11103?10; J1:E---------;
+            sensor works; S11103; shows standing; M"
+        ));
     }
 }
 
 #[test]
 fn the_buffer_has_the_faults_in_their_order() {
-    let mut rig = Rig::new();
-    for _ in 0..2 {
-        rig.done(Command::WriteLong(Long::Setpoint, 900_000));
-        rig.done(Command::Start);
-        rig.pass(Duration::from_secs(1));
-        rig.world(|inputs| inputs.shaft = Shaft::Blocked);
-        rig.reaches("xxxx xxx1 1xxx xxxx");
-        rig.world(|inputs| inputs.shaft = Shaft::Free);
-        rig.done(Command::Set(Setting::ResetFault));
-        rig.world(|inputs| inputs.sensor_fails = true);
-        rig.world(|inputs| inputs.sensor_fails = false);
-        rig.done(Command::Set(Setting::ResetFault));
-    }
-    assert_eq!((rig.number(Command::FaultCount), rig.request(Command::Faults)), (4, *b"BEBE------"));
+    let b = "F0+0900000; M; wait 1000; shaft blocked; comes-to fault; shaft free; S11103";
+    let e = "sensor fails; sensor works; S11103";
     // EEPROM: a restart does not empty it.
-    rig.done(Command::Restart);
-    rig.pass(Duration::from_secs(1));
-    assert_eq!(rig.request(Command::Faults), *b"BEBE------");
-    rig.done(Command::Set(Setting::ClearFaults));
-    assert_eq!((rig.number(Command::FaultCount), rig.request(Command::Faults)), (0, *b"----------"));
+    plays(&format!(
+        "{b}; {e}; {b}; {e}; J0=4; J1:BEBE------; K; wait 1000; J1:BEBE------; S11105; J0=0; J1:----------"
+    ));
 }
 
 #[test]
 fn the_motor_is_in_control_from_the_first_order_until_it_is_released() {
-    let mut rig = Rig::new();
-    assert!(rig.is("xxxx xxxx 1xxx xxxx"));
-    rig.world(|inputs| inputs.enable = false);
-    rig.refuses(Command::Start, ErrorNumber::NOT_ENABLED);
-    rig.world(|inputs| inputs.enable = true);
-    assert!(rig.is("xxxx xxxx 1xxx xxxx"), "what is refused leaves the motor released");
-    rig.done(Command::Start);
-    assert!(rig.is("xxxx xxxx 0xxx xxxx"));
-    rig.done(Command::Release);
-    assert!(rig.is("xxxx xxxx 1xxx xxxx"));
+    plays("shows released; enable off; M?11; enable on; shows released; M; shows controlled; P; shows released");
 }
 
 #[test]
 fn with_a_lag_error_the_stops_release_the_motor() {
-    for stop in [Command::Stop, Command::EmergencyStop] {
-        let mut rig = Rig::new();
-        rig.done(Command::WriteLong(Long::Setpoint, 5000));
-        rig.done(Command::Start);
-        rig.world(|inputs| inputs.attainable_rpm = Some(10));
-        rig.reaches("1xxx xxxx xxxx xxxx");
-        rig.done(stop);
-        rig.reaches("000x 0000 1000 0000");
+    for stop in ["N", "O"] {
+        let lags = "F0+0005000; M; attainable 10; comes-to 1xxx xxxx xxxx xxxx";
+        plays(&format!("{lags}; {stop}; comes-to 000x 0000 1000 0000"));
     }
 }
 
 #[test]
 fn a_refusal_has_its_number_in_words() {
-    let mut rig = Rig::new();
-    rig.refuses(Command::WriteLong(Long::Setpoint, 1_000_001), ErrorNumber::SETPOINT_BEYOND_LIMIT);
+    Rig::new().refuses(Command::WriteLong(Long::Setpoint, 1_000_001), ErrorNumber::SETPOINT_BEYOND_LIMIT);
     let words = ErrorNumber::SETPOINT_BEYOND_LIMIT.to_string();
     assert_eq!(words, "error 09: the setpoint is beyond a limit");
     assert!(is(0x2948, "0010 1001 0100 1000"), "the example of figure 1");

@@ -1,11 +1,13 @@
 //! A simulated drive at the end of a line, and the client at the other.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
+use std::cmp::Ordering;
 use std::io;
 
 use lexican_driver::Direction;
-use lexican_runtime::{Duration, Instant};
-use siko_ag02::sim::inputs::Inputs;
+use lexican_runtime::host::Node;
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+use siko_ag02::sim::inputs::{Inputs, Shaft};
 use siko_serial::answer::Answer;
 use siko_serial::client::{Client, Event, Trouble};
 use siko_serial::command::Command;
@@ -58,6 +60,73 @@ impl Rig {
         is(self.drive.status().unwrap(), pattern)
     }
 
+    /// Carries out a script, whose steps are separated by semicolons. A telegram is done, or, as `M?08`, refused by that error;
+    /// `Z=100`, `Z>100` and `Z<100` compare the number that answers it, `J1:E---------` its letters. The other words are below.
+    #[track_caller]
+    pub(crate) fn plays(&mut self, script: &str) {
+        for step in script.split(';').map(str::trim).filter(|step| !step.is_empty()) {
+            match step.split_whitespace().collect::<Vec<_>>().as_slice() {
+                ["shows", status @ ..] => assert!(self.is(&pattern(status)), "{step} in {script}"),
+                ["comes-to", status @ ..] => self.reaches(&pattern(status)),
+                ["wait", ms] => self.pass(Duration::from_millis(ms.parse().unwrap())),
+                ["inch", "up"] => self.drive.start_inching(Direction::Positive),
+                ["inch", "down"] => self.drive.start_inching(Direction::Negative),
+                ["inch", "no-more"] => self.drive.stop_inching(),
+                ["sensor", how] => self.world(|inputs| inputs.sensor_fails = *how == "fails"),
+                ["shaft", how] => {
+                    self.world(|inputs| inputs.shaft = if *how == "blocked" { Shaft::Blocked } else { Shaft::Free });
+                }
+                ["enable", how] => self.world(|inputs| inputs.enable = *how == "on"),
+                ["switch", number] => {
+                    let at = number.parse::<usize>().unwrap() - 1;
+                    self.world(|inputs| inputs.limit_switches[at] = true);
+                }
+                ["attainable", rpm] => self.world(|inputs| inputs.attainable_rpm = Some(rpm.parse().unwrap())),
+                ["nmt", command] => self.nmt(u8::from_str_radix(command, 16).unwrap()),
+                [telegram] => self.exchanges(telegram),
+                _ => panic!("there is no step {step:?}"),
+            }
+        }
+    }
+
+    /// A telegram and what answers it.
+    #[track_caller]
+    fn exchanges(&mut self, text: &str) {
+        let at = text.find(['?', '=', '<', '>', ':']).unwrap_or(text.len());
+        let (telegram, expected) = text.split_at(at);
+        let command = Command::parse(telegram.as_bytes()).unwrap();
+        let Some((sign, expected)) = expected.split_at_checked(1) else { return self.done(command) };
+        let number: Option<i32> = expected.parse().ok();
+        match sign {
+            "?" => self.refuses(command, ErrorNumber::new(number.unwrap() as u8).unwrap()),
+            ":" => assert_eq!(self.request(command), expected.as_bytes(), "{text}"),
+            _ => {
+                let found = self.number(command);
+                let order = if sign == "<" {
+                    Ordering::Less
+                } else if sign == ">" {
+                    Ordering::Greater
+                } else {
+                    Ordering::Equal
+                };
+                assert_eq!(found.cmp(&number.unwrap()), order, "{text}: {found}");
+            }
+        }
+    }
+
+    /// Sends the drive a frame over its bus.
+    pub(crate) fn frame(&mut self, id: CobId, data: &[u8]) {
+        self.drive.line().with_drive(|drive, now| {
+            let drive = drive.drive_mut();
+            while drive.poll_transmit(now).is_some() {}
+            drive.handle_frame(now, &Frame::new(id, data).unwrap());
+        });
+    }
+
+    fn nmt(&mut self, command: u8) {
+        self.frame(CobId::NMT, &[command, 0]);
+    }
+
     /// Waits for a pattern of a flow chart.
     #[track_caller]
     pub(crate) fn reaches(&mut self, pattern: &str) {
@@ -78,6 +147,24 @@ impl Rig {
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
         self.drive.line().with_drive(|drive, now| drive.drive_mut().set_inputs(now, change));
     }
+}
+
+/// The boxes of figures 4 and 6 by name, or a pattern as it is.
+fn pattern(words: &[&str]) -> String {
+    match words {
+        ["travelling"] => "x1xx 10x0 0001 0000",
+        ["interrupted"] => "x10x 00x0 0000 0000",
+        ["arrived"] => "000x 0000 0000 1000",
+        ["over"] => "000x 0000 0000 x000",
+        ["inching"] => "x0xx 1000 0001 0000",
+        ["fault"] => "xxxx xxx1 1xxx xxxx",
+        ["turning"] => "00xx 1000 0001 1000",
+        ["standing"] => "00xx 0000 x000 x000",
+        ["released"] => "xxxx xxxx 1xxx xxxx",
+        ["controlled"] => "xxxx xxxx 0xxx xxxx",
+        _ => return words.concat(),
+    }
+    .to_owned()
 }
 
 /// Whether a word is as a pattern of 0, 1 and x.

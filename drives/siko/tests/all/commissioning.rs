@@ -1,8 +1,9 @@
-//! What is set up and measured, through both shells: approach, calibration, parameters, torque deactivation,
+//! What is set up and measured: approach, calibration, parameters, torque deactivation,
 //! temperature, battery, emergencies.
 
+use lexican_runtime::host::tokio::Network;
 use lexican_runtime::service::sdo_client::SdoError;
-use siko_ag03_1::driver::{Approach, Error, Mode};
+use siko_ag03_1::driver::{Approach, Error, Mode, Outcome, tokio as tokio_driver};
 use siko_ag03_1::od;
 
 use super::driver::rig::{NODE, Rig};
@@ -68,66 +69,21 @@ fn emergencies_are_switched_by_bit_31_before_the_drive_is_started() {
     assert!(matches!(drive.set_emergencies(false), Err(Error::Sdo(SdoError::Aborted { .. }))));
 }
 
-mod over_tokio {
-    use std::sync::{Arc, Mutex};
-
-    use lexican_runtime::host::VirtualBus;
-    use lexican_runtime::host::tokio::Network;
-    use siko_ag03_1::driver::Outcome;
-    use siko_ag03_1::driver::tokio::Drive;
-    use siko_ag03_1::parameter::{PARAMETERS, ParameterSet};
-    use siko_ag03_1::sim::SimulatedDrive;
-
-    use super::*;
-
-    async fn connected() -> (VirtualBus, Arc<Mutex<SimulatedDrive>>, Drive) {
-        let Rig { bus, simulated, .. } = Rig::new();
-        let drive = Drive::connect_unprotected(Network::spawn(bus.link()).unwrap(), NODE).await.unwrap();
-        (bus, simulated, drive)
-    }
-
-    #[tokio::test]
-    async fn parameters_are_read_compared_written_and_restored() {
-        let (_, _, mut drive) = connected().await;
-        let factory = drive.read_parameters().await.unwrap();
-        assert_eq!(factory.len(), PARAMETERS.len());
-        drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(75)).await.unwrap();
-        drive.write(od::LOOP_LENGTH, od::LoopLength(5)).await.unwrap();
-        assert_eq!(drive.compare_parameters(&factory).await.unwrap().len(), 2);
-        drive.restore(Some(ParameterSet::Controller)).await.unwrap();
-        drive.write_parameters(&factory).await.unwrap();
-        assert_eq!(drive.compare_parameters(&factory).await.unwrap(), []);
-    }
-
-    #[tokio::test]
-    async fn what_the_drive_is_and_measures_is_told() {
-        let (bus, simulated, mut drive) = connected().await;
-        simulated.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.battery_10mv = 312);
-        assert_eq!(drive.battery_voltage().await.unwrap(), 3.12);
-        assert!(drive.temperature().await.unwrap() > 0.0);
-        drive.calibrate(2500).await.unwrap();
-        assert_eq!(drive.position().await.unwrap(), 2500);
-        drive.write(od::SPINDLE_PITCH, od::SpindlePitch(200)).await.unwrap();
-        assert_eq!(drive.units().await.unwrap().millimetres(1000), Some(10.0));
-        drive.set_torque_threshold(Some(50)).await.unwrap();
-        assert_eq!(drive.torque_threshold().await.unwrap(), Some(50));
-        assert!(matches!(drive.store().await, Err(Error::Unsupported { .. })));
-    }
-
-    #[tokio::test]
-    async fn an_operation_can_be_a_task_of_its_own() {
-        let (_, _, mut drive) = connected().await;
-        let travel = tokio::spawn(async move {
-            drive.set_approach(Approach::Positive).await?;
-            let factory = drive.read_parameters().await?;
-            drive.write_parameters(&factory).await?;
-            drive.enable().await?;
-            let mut seen = 0;
-            let outcome = drive.move_to_watched(500, |_| seen += 1).await?;
-            assert!(seen > 1);
-            drive.disable().await?;
-            Ok::<_, Error>(outcome)
-        });
-        assert_eq!(travel.await.unwrap().unwrap(), Outcome::Reached { position: 500 });
-    }
+#[tokio::test]
+async fn an_operation_can_be_a_task_of_its_own() {
+    let Rig { bus, .. } = Rig::new();
+    let network = Network::spawn(bus.link()).unwrap();
+    let mut drive = tokio_driver::Drive::connect_unprotected(network, NODE).await.unwrap();
+    let travel = tokio::spawn(async move {
+        drive.set_approach(Approach::Positive).await?;
+        let factory = drive.read_parameters().await?;
+        drive.write_parameters(&factory).await?;
+        drive.enable().await?;
+        let mut seen = 0;
+        let outcome = drive.move_to_watched(500, |_| seen += 1).await?;
+        assert!(seen > 1);
+        drive.disable().await?;
+        Ok::<_, Error>(outcome)
+    });
+    assert_eq!(travel.await.unwrap().unwrap(), Outcome::Reached { position: 500 });
 }

@@ -5,7 +5,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Duration, Instant};
 use siko_ag03_1::sim::controller::Network;
-use siko_ag03_1::sim::inputs::{BusState, Inputs};
+use siko_ag03_1::sim::inputs::Inputs;
 use siko_ag03_1::sim::script::{Change, Condition, Trigger};
 use siko_ag03_1::sim::{MODEL, Model, Order, Refused, Script, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
@@ -14,48 +14,6 @@ use super::support::{NODE, Rig};
 
 fn world(rig: &Rig, change: impl FnOnce(&mut Inputs)) {
     rig.see(|drive, now| drive.set_inputs(now, change));
-}
-
-fn emergencies(heard: &[String]) -> Vec<&str> {
-    heard.iter().map(String::as_str).filter(|frame| frame.starts_with("085#")).collect()
-}
-
-#[test]
-fn what_the_drive_cannot_hear_does_nothing() {
-    let deaf: [fn(&mut Inputs); 3] = [
-        |inputs| inputs.bus_bit_rate = Some(125_000),
-        |inputs| inputs.bus = BusState::Passive,
-        |inputs| inputs.bus = BusState::Off,
-    ];
-    for change in deaf {
-        let mut rig = Rig::new();
-        world(&rig, change);
-        rig.ask("000#0105");
-        world(&rig, |inputs| *inputs = Inputs::default());
-        rig.pass(10);
-        assert_eq!(rig.see(|drive, _| drive.nmt_state()), NmtState::PreOperational);
-    }
-}
-
-#[test]
-fn a_target_that_a_sync_brings_and_the_dictionary_refuses_starts_nothing() {
-    let mut rig = Rig::new();
-    assert_eq!(rig.write(0x1402, 2, &[0]), None);
-    assert_eq!(rig.write(0x607A, 0, &1000_i32.to_le_bytes()), None);
-    rig.enable();
-    let position = |rig: &Rig| rig.see(|drive, now| drive.position(now));
-    let order = |rig: &mut Rig, word: u8, target: i32| {
-        rig.ask(&format!("405#{word:02X}00{:08X}", target.swap_bytes()));
-        rig.ask("080#");
-    };
-    order(&mut rig, 0x0F, 1000);
-    order(&mut rig, 0x1F, 10_000_000);
-    rig.pass(2000);
-    assert_eq!(position(&rig), 0);
-    order(&mut rig, 0x0F, 500);
-    order(&mut rig, 0x1F, 500);
-    rig.pass(10_000);
-    assert_eq!(position(&rig), 500, "a target within the limits is taken");
 }
 
 /// TPDO3 is sent on change; it is between two turns of the event timer, and the inhibit time has passed.
@@ -134,33 +92,6 @@ fn what_another_interface_does_is_sent_on_change() {
 type Act = fn(&mut SimulatedDrive, Instant);
 
 #[test]
-fn a_passive_bus_stays_reported_while_other_things_change() {
-    let mut rig = Rig::new();
-    rig.ask("000#0105");
-    world(&rig, |inputs| inputs.bus = BusState::Passive);
-    assert_eq!(emergencies(&rig.pass(10)).len(), 1);
-    world(&rig, |inputs| inputs.battery_10mv = 300);
-    assert_eq!(emergencies(&rig.pass(10)), [""; 0]);
-    world(&rig, |inputs| inputs.bus = BusState::Active);
-    assert_eq!(emergencies(&rig.pass(10)), ["085#0000000000000000"]);
-}
-
-#[test]
-fn a_bus_that_recovers_leaves_faults_as_they_are() {
-    let mut rig = Rig::new();
-    rig.ask("000#0105");
-    world(&rig, |inputs| inputs.internal_error = true);
-    rig.pass(10);
-    let before = rig.read(0x1001, 0);
-    world(&rig, |inputs| inputs.bus = BusState::Passive);
-    rig.pass(10);
-    world(&rig, |inputs| inputs.bus = BusState::Active);
-    assert!(!emergencies(&rig.pass(10)).contains(&"085#0000000000000000"));
-    assert_ne!(before, Ok(0));
-    assert_ne!(rig.read(0x1001, 0), Ok(0));
-}
-
-#[test]
 fn the_serial_number_is_that_of_the_setup() {
     let mut rig = Rig::with(Setup { serial_number: 0x0102_0304, ..Setup::new(&MODEL, NODE) });
     assert_eq!(rig.read(0x1018, 4), Ok(0x0102_0304));
@@ -189,20 +120,6 @@ fn a_script_begins_at_once_and_goes_on_by_frames_and_by_time() {
 }
 
 #[test]
-fn what_happens_while_the_drive_is_off_is_no_fault_later() {
-    let mut rig = Rig::new();
-    rig.see(SimulatedDrive::switch_off);
-    world(&rig, |inputs| inputs.internal_error = true);
-    world(&rig, |inputs| inputs.internal_error = false);
-    world(&rig, |inputs| (inputs.control_supply_100mv, inputs.sensor_fails) = (0, true));
-    world(&rig, |inputs| *inputs = Inputs::default());
-    rig.see(SimulatedDrive::switch_on);
-    rig.pass(100);
-    assert!(rig.see(|drive, _| drive.controller().faults().is_empty()));
-    assert_eq!(rig.read(0x1003, 0), Ok(0));
-}
-
-#[test]
 fn a_drive_whose_bus_takes_its_power_starts_anew_when_it_has_it_again() {
     let mut rig = Rig::new();
     let state = |rig: &Rig| rig.see(|drive, _| drive.nmt_state());
@@ -215,4 +132,36 @@ fn a_drive_whose_bus_takes_its_power_starts_anew_when_it_has_it_again() {
     assert_eq!(state(&rig), NmtState::PreOperational);
     rig.ask("000#0105");
     assert_eq!(state(&rig), NmtState::Operational);
+}
+
+/// Where the bus writes nothing, the drive itself may (STOPPED, and while it starts).
+#[test]
+fn what_the_bus_may_not_write_then_the_drive_may() {
+    let mut rig = Rig::new();
+    for (command, taken) in [("000#0105", false), ("000#0205", true), ("000#8005", true)] {
+        rig.ask(command);
+        let written = rig.see(|drive, now| {
+            drive.with_dictionary(now, |od| {
+                let entry = od.entry(Address::new(0x1400, 2)).unwrap();
+                od.write(&entry, 0, &[255], true)
+            })
+        });
+        assert_eq!(written.is_ok(), taken, "{command}");
+    }
+}
+
+#[test]
+fn a_change_is_not_forgotten_when_the_bus_asks_for_frames_first() {
+    let mut rig = Rig::new();
+    assert_eq!(rig.write(0x1800, 5, &[0, 0]), None);
+    assert_eq!(rig.write(0x1802, 2, &[254]), None);
+    assert_eq!(rig.write(0x1802, 3, &[0, 0]), None);
+    rig.enable();
+    rig.send("405#1F0088130000");
+    rig.pass(50);
+    rig.see(|drive, _| {
+        let due = drive.poll_timeout().unwrap();
+        assert_eq!(drive.poll_transmit(due), None);
+        assert_eq!(drive.poll_timeout(), Some(due));
+    });
 }

@@ -22,6 +22,7 @@ fn both_switches_of_the_termination_are_needed() {
     for node in [5, 6].map(NodeId::literal) {
         let terminated = DipSwitches::for_node(node).with_termination(true);
         assert_eq!((terminated.node(), terminated.with_termination(false)), (node, DipSwitches::for_node(node)));
+        assert_eq!(five.with_termination(true).with_node(node), terminated);
     }
     for half in [1 << 8, 1 << 9] {
         assert_eq!(DipSwitches::new(half).termination(), Termination::Incomplete);

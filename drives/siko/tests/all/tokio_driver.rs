@@ -12,7 +12,6 @@ use siko_ag03_1::Direction;
 use siko_ag03_1::driver::sequence::Recovery;
 use siko_ag03_1::driver::tokio::Drive;
 use siko_ag03_1::driver::{DriveContext, Error, Missing, Mode, Outcome, Protection, Supervision, VelocityOutcome};
-use siko_ag03_1::fault::{self, Cause};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
@@ -67,16 +66,6 @@ async fn two_drives_travel_at_once_on_one_network() {
     let (first, second) = tokio::join!(visit(&mut one, 3000), visit(&mut other, -3000));
     assert_eq!(first.unwrap(), Outcome::Reached { position: 3000 });
     assert_eq!(second.unwrap(), Outcome::Reached { position: -3000 });
-}
-
-#[tokio::test]
-async fn a_fault_is_told_with_its_cause() {
-    let (bus, network, simulated) = network(&[5]);
-    let mut drive = Drive::connect_unprotected(network, NodeId::literal(5)).await.unwrap();
-    drive.enable().await.unwrap();
-    drive.start_moving_to(100_000).await.unwrap();
-    simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
-    assert_eq!(drive.finish().await.unwrap(), Outcome::Fault(Cause::from(fault::SENSOR)));
 }
 
 /// An error that leaves the drive moving says so.

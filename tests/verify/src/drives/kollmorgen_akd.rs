@@ -51,6 +51,10 @@ const TABLES: Keys = &[
 /// Types that other tables have.
 const PLACES: &[(&str, Place)] = &[("EmergencyCode", Place::Elsewhere), ("HomingMethod", Place::Elsewhere)];
 
+pub(super) fn left_open() -> Vec<String> {
+    behaviour::LEFT_OPEN.failures::<Simulated>()
+}
+
 pub(super) const DRIVE: Drive = Drive {
     name: "kollmorgen/akd",
     vendor: "Kollmorgen",
@@ -98,6 +102,7 @@ pub(super) const DRIVE: Drive = Drive {
             simulation::bits(checker, case, |index, bit| behaviour::shown(index, bit).is_some());
         },
         |checker, case| prose::statements::<Simulated>(checker, case, &behaviour::SCRIPT, str::to_owned),
+        |checker, _| prose::left_open::<Simulated>(checker, &behaviour::LEFT_OPEN),
         |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
         |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),
     ],

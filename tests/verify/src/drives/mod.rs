@@ -17,3 +17,15 @@ pub const ALL: &[Drive] = &[
     siko_profibus::AG02,
     siko_profibus::AG03_1,
 ];
+
+/// What a simulated drive does otherwise than the script of what its manual leaves open (`scripts/*_beyond.txt`). [`crate::verify`]
+/// finds it, too.
+#[must_use]
+pub fn left_open(drive: &Drive) -> Vec<String> {
+    match drive.name {
+        "siko/ag03-1" => siko_ag03_1::left_open(),
+        "siko/ag02" => siko_ag02::left_open(),
+        "kollmorgen/akd" => kollmorgen_akd::left_open(),
+        _ => Vec::new(),
+    }
+}

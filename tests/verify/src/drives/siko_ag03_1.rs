@@ -10,6 +10,7 @@ use crate::code::{Code, Identity};
 use crate::drive::{Drive, Interface};
 use crate::siko::checks::Checks;
 use crate::siko::rig::{NODE, Siko, Write};
+use crate::siko::statements::LEFT_OPEN;
 use crate::siko::tables;
 
 /// The drive.
@@ -41,6 +42,10 @@ impl Siko for Ag031 {
     fn bit_rate(value: u8) -> Option<&'static str> {
         od::CanBitRate(value).name()
     }
+}
+
+pub(super) fn left_open() -> Vec<String> {
+    LEFT_OPEN.failures::<Ag031>()
 }
 
 pub(super) const DRIVE: Drive = Drive {

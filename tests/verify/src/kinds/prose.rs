@@ -12,6 +12,13 @@ pub(crate) fn said(clauses: &Clauses) -> String {
     clauses.iter().map(clause).collect::<Vec<_>>().join("; ")
 }
 
+/// Finds each run of a script that does not hold: what a drive does where its manual says nothing.
+pub(crate) fn left_open<S: Scripted>(checker: &mut Checker<'_>, script: &Script) {
+    for failure in once::<S, _>("left open", || script.failures::<S>()) {
+        checker.require(false, || failure);
+    }
+}
+
 /// A statement: its key, and the clauses that it has.
 pub(crate) type Statement = (&'static str, fn() -> Clauses);
 

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use super::rig::Siko;
 use crate::drive::Check;
-use crate::kinds::{cia402, network, objects, pdo, sheet, transmission};
+use crate::kinds::{cia402, network, objects, pdo, prose, sheet, transmission};
 
 /// Objects of four, two and one byte that can be written and read.
 const WRITABLE: [(u8, u16); 3] = [(4, 0x607C), (2, 0x1017), (1, 0x100D)];
@@ -48,5 +48,6 @@ impl<D: Siko> Checks<D> {
         network::identifiers::<D>,
         |checker, case| transmission::check::<D>(checker, case, PDOS),
         super::bits::check::<D>,
+        |checker, _| prose::left_open::<D>(checker, &super::statements::LEFT_OPEN),
     ];
 }

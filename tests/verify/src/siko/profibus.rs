@@ -311,7 +311,7 @@ fn general_status<D: Dp>() -> bool {
         let unsupplied = rig.read(1031);
         rig.world(|inputs| inputs.output_stage_supply_100mv = 240);
         let set = rig.write(1032, 20);
-        walk(&mut rig, "000B;003B;t5000;007B;w1000");
+        rig.plays("000B;003B;t5000;007B;w1000");
         rig.world(|inputs| inputs.load_ma = 60_000);
         rig.pass_ms(1000);
         let overloaded = rig.read(1031).map(|word| word & 0x80);
@@ -449,7 +449,7 @@ fn errors<D: Dp>(checker: &mut Checker<'_>, _: &Case<'_>) {
             let mut rig = Rig::new(D::MODEL);
             let travelling = orders.strip_prefix("travelling ");
             if travelling.is_some() {
-                walk(&mut rig, "000B;003B;t5000;007B;w500");
+                rig.plays("000B;003B;t5000;007B;w500");
             }
             let numbers = travelling.unwrap_or(orders).split(':').filter_map(|number| number.parse::<u32>().ok());
             let [identifier, number, index, value] = numbers.collect::<Vec<_>>().try_into().unwrap_or_default();
@@ -462,34 +462,11 @@ fn errors<D: Dp>(checker: &mut Checker<'_>, _: &Case<'_>) {
     }
 }
 
-/// Control words in hexadecimal; `t5000` is the target, `w1000` waits for so many milliseconds, others are named below.
-fn walk(rig: &mut Rig, orders: &str) {
-    for order in orders.split(';').filter(|order| !order.is_empty()) {
-        match order {
-            "velocity" => _ = rig.write(930, 1),
-            "nosupply" => rig.world(|inputs| inputs.output_stage_supply_100mv = 0),
-            "fault" => rig.world(|inputs| inputs.sensor_fails = true),
-            "heal" => rig.world(|inputs| inputs.sensor_fails = false),
-            "battery" => rig.world(|inputs| inputs.battery_10mv = 250),
-            "lag" => rig.world(|inputs| inputs.attainable_rpm = Some(5)),
-            "limit" => {
-                _ = rig.write(1017, 1000);
-                rig.turn();
-            }
-            other => match (other.strip_prefix('t'), other.strip_prefix('w')) {
-                (Some(target), _) => rig.target(target.parse().unwrap_or_default()),
-                (_, Some(ms)) => rig.pass_ms(ms.parse().unwrap_or_default()),
-                _ => rig.control(hex(other).unwrap_or_default() as u16),
-            },
-        }
-    }
-}
-
 /// Status word and actual value of a new drive after some orders.
 fn after<D: Dp>(orders: &str) -> (u16, i32) {
     once::<D, _>(orders, || {
         let mut rig = Rig::new(D::MODEL);
-        walk(&mut rig, orders);
+        rig.plays(orders);
         (rig.word(), rig.actual())
     })
 }
@@ -588,7 +565,7 @@ fn flow_charts<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
         once::<D, _>((figure, key), || {
             let (mut rig, mut answers) = (Rig::new(D::MODEL), Answers::default());
             for row in rows {
-                walk(&mut rig, row.get("orders"));
+                rig.plays(row.get("orders"));
                 let pattern = row.get("status");
                 // The box of an intermediate stop has no status.
                 // Where the way has been lost, nothing is reached any more.

@@ -1,18 +1,19 @@
 //! The simulated drive: what of it differs from drive to drive, how to look at it, and the situations that show what
 //! the manuals say.
 
-use lexican_driver::Codes;
+use lexican_driver::{Codes, Direction};
 use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::profile::cia402::{State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Instant, NodeId};
 use siko::fault::FaultKind;
-use siko::sim::inputs::{BusState, Inputs, Key, Shaft};
-use siko::sim::{Addressing, DipSwitches, Model, Restore, Setup, SimulatedDrive};
+use siko::sim::controller::{Motor, Network};
+use siko::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
+use siko::sim::{Addressing, Braking, DipSwitches, Model, Order, Restore, Setup, SimulatedDrive};
 use siko::state::TRANSITIONS;
 
 use crate::kinds::objects::Objects;
-use crate::notation::number;
+use crate::notation::{fits, number};
 pub(super) use crate::rig::Rig;
 use crate::rig::Simulator;
 use crate::script::{Scripted, address, is_in, is_word, write};
@@ -230,6 +231,38 @@ impl<D: Siko> Scripted for D {
             ("fault", []) => return Some(rig.is_fault()),
             ("disabled", []) => return Some(rig.is_disabled()),
             ("system", args) => return is_word(rig.system(), args),
+            ("shows", pattern) => return Some(fits(rig.status(), &pattern.concat())),
+            ("system-shows", pattern) => return Some(fits(rig.system(), &pattern.concat())),
+            ("motor", words) => {
+                let motor = match words.concat().as_str() {
+                    "incontrol" => Motor::InControl,
+                    "shorted" => Motor::Shorted,
+                    "released" => Motor::Released,
+                    _ => return None,
+                };
+                return Some(rig.see(|drive, now| drive.controller().motor(now)) == motor);
+            }
+            ("current", [ma]) => return Some(rig.see(|d, now| d.controller().current_ma(now).to_string()) == *ma),
+            ("faults", letters) => {
+                let found = rig.see(|drive, _| drive.controller().faults().to_vec());
+                return Some(found.iter().map(|fault| fault.code.label).eq(letters.iter().copied()));
+            }
+            // An LED is lit (#) or dark, every 100 ms from now on.
+            ("shines", [led, pattern]) => {
+                let lit = |rig: &mut Rig<D>, wanted: char| {
+                    let lights = rig.see(|drive, now| drive.lights(now));
+                    rig.hear(100);
+                    (wanted == '#') == if *led == "bus" { lights.bus } else { lights.status }
+                };
+                return Some(pattern.chars().all(|wanted| lit(rig, wanted)));
+            }
+            ("network", ["operational"]) => rig.see(|drive, now| drive.set_network(now, Network::Operational)),
+            // An order of another interface: it is taken, or refused for this reason.
+            ("order", [name, reason @ ..]) => {
+                let order = order(name)?;
+                let refused = rig.see(|drive, now| drive.order(now, order)).err();
+                return Some(refused.iter().map(|refused| format!("{refused:?}")).eq(reason.iter().copied()));
+            }
             ("node", [node]) => return Some(rig.see(|drive, _| drive.node().get().to_string()) == *node),
             ("bit-rate", [rate]) => return Some(rig.see(|drive, _| drive.bit_rate().to_string()) == *rate),
             ("velocities", all) => {
@@ -315,6 +348,26 @@ impl<D: Siko> Scripted for D {
     }
 }
 
+/// An order that does not come by CAN.
+fn order(name: &str) -> Option<Order> {
+    Some(match name {
+        "enable" => Order::Enable,
+        "hold" => Order::Hold,
+        "release" => Order::Release,
+        "start" => Order::Start,
+        "interrupt" => Order::Interrupt(Braking::Programmed),
+        "interrupt-fully" => Order::Interrupt(Braking::Full),
+        "resume" => Order::Resume,
+        "abort" => Order::Abort(Braking::Full),
+        "step" => Order::Step,
+        "inch+" => Order::Inch(Direction::Positive),
+        "inch-" => Order::Inch(Direction::Negative),
+        "stop-inching" => Order::StopInching,
+        "reset-fault" => Order::ResetFault,
+        _ => return None,
+    })
+}
+
 /// Changes the world around a drive.
 fn change<D: Siko>(inputs: &mut Inputs, verb: &str, args: &[&str]) -> Option<()> {
     match (verb, args) {
@@ -324,11 +377,22 @@ fn change<D: Siko>(inputs: &mut Inputs, verb: &str, args: &[&str]) -> Option<()>
         ("temperature", [tenths]) => inputs.temperature_100mdegc = tenths.parse().ok()?,
         ("load", [ma]) => inputs.load_ma = ma.parse().ok()?,
         ("stage", [tenths]) => inputs.output_stage_supply_100mv = tenths.parse().ok()?,
+        ("control-supply", [tenths]) => inputs.control_supply_100mv = tenths.parse().ok()?,
         ("blocked", []) => inputs.shaft = Shaft::Blocked,
+        ("free", []) => inputs.shaft = Shaft::Free,
+        ("force", [name]) => inputs.force(FaultKind::ALL.iter().find(|(_, known)| known == name)?.0),
+        ("internal", ["fails"]) => inputs.internal_error = true,
+        ("enable", [how]) => inputs.enable = *how == "on",
         ("battery", [hundredths]) => inputs.battery_10mv = hundredths.parse().ok()?,
+        ("attainable", ["any"]) => inputs.attainable_rpm = None,
         ("attainable", [rpm]) => inputs.attainable_rpm = Some(rpm.parse().ok()?),
         ("bus", ["passive"]) => inputs.bus = BusState::Passive,
         ("bus", ["active"]) => inputs.bus = BusState::Active,
+        ("bus", ["off"]) => inputs.bus = BusState::Off,
+        ("bus-kbit", [kbit]) => inputs.bus_bit_rate = Some(kbit.parse::<u32>().ok()? * 1000),
+        ("bus-error", [name]) => {
+            inputs.bus_error = BusError::ALL.iter().find(|(_, known)| known == name).map(|(error, _)| *error);
+        }
         ("switch", [number]) => *inputs.limit_switches.get_mut(number.parse::<usize>().ok()?.checked_sub(1)?)? = true,
         ("calibration", [how]) => inputs.calibration_switch = *how == "on",
         ("key", ["1"]) => inputs.key = Some(Key::Clockwise),

@@ -11,6 +11,10 @@ use crate::script::Script;
 /// What the manuals say in words.
 pub(super) static SCRIPT: LazyLock<Script> = LazyLock::new(|| Script::parse(include_str!("../../scripts/siko.txt")));
 
+/// What they leave open, and the simulated drives do.
+pub(crate) static LEFT_OPEN: LazyLock<Script> =
+    LazyLock::new(|| Script::parse(include_str!("../../scripts/siko_beyond.txt")));
+
 /// Compares `statements.csv`.
 pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     prose::statements::<D>(checker, case, &SCRIPT, super::known::<D>);

@@ -1,17 +1,16 @@
 //! Values: terms, data descriptions, bit rates and gears, by what the drive does with each value.
 
 use lexican_eds::model::Meaning;
-use siko::sim::inputs::Key;
 use siko::sim::{BIT_RATES, Setup};
 
-use super::rig::{LOAD, NODE, Rig, Siko, enabled_with, moving_to};
+use super::rig::{NODE, Rig, Siko};
+use super::statements::SCRIPT;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::objects::address_in;
+use crate::kinds::prose::said;
 use crate::kinds::terms::{self, Place};
-use crate::kinds::transmission::cob_id;
 use crate::manual::Row;
-use crate::notation::hex;
 use crate::rig::once;
 use crate::sheet::Sheet;
 
@@ -133,7 +132,8 @@ fn values<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
         let agrees = units_depend(case.sheet, (index, sub), value);
         checker.that(row, "address", Against::Sheet, agrees, "units of positions that depend on something else");
     }
-    checker.cell(row, "meaning", Against::Drive, done::<D>(&row.key));
+    let done = once::<D, _>(&row.key, || SCRIPT.clauses::<D>(&row.key).map(|clauses| said(&clauses)));
+    checker.cell(row, "meaning", Against::Drive, done.unwrap_or_default());
     checker.key(row);
 }
 
@@ -147,186 +147,4 @@ fn units_depend(sheet: &Sheet, (index, sub): (u16, u8), value: &str) -> bool {
             })
         })
     })
-}
-
-/// What the drive does with a value, in the words of the table.
-fn done<D: Siko>(key: &str) -> &'static str {
-    once::<D, _>(key, || by_motion::<D>(key).or_else(|| special::<D>(key)).unwrap_or_default())
-}
-
-/// Values that show in how the drive moves.
-fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
-    let (address, value) = key.rsplit_once(':')?;
-    let value = match value {
-        "i" => 0,
-        "e" => 1,
-        number => number.parse::<i64>().ok()?,
-    };
-    let found = match address {
-        "2416:00" => {
-            let way = |a_inch| {
-                let mut rig = enabled_with::<D>(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
-                rig.control(0x400F);
-                rig.hear(2000);
-                rig.control(0x000F);
-                rig.way_to_rest()
-            };
-            match (way(50), way(25)) {
-                (50, 50) => "stop with maximum delay",
-                (100, 200) => "stop with programmed delay, parameter 8",
-                _ => "",
-            }
-        }
-        "2417:00" => {
-            let mut rig = enabled_with::<D>(&[(0x2417, 0, value, 1)]);
-            rig.travel(100);
-            rig.hear(10_000);
-            let current = rig.read(0x241E, 0).is_ok_and(|current| current > 0);
-            match (current, rig.turn(10), rig.system() >> 7 & 1) {
-                (true, false, 0) => "position control to setpoint",
-                (false, false, 0) => "position control off; motor windings shorted",
-                (false, true, 1) => "position control off; drive released",
-                _ => "",
-            }
-        }
-        "2413:00" => {
-            let beyond = |target: i32| {
-                let mut rig = enabled_with::<D>(&[(0x2413, 0, value, 1)]);
-                rig.travel(target);
-                (0..200).any(|_| {
-                    rig.hear(50);
-                    rig.position().abs() > target.abs()
-                })
-            };
-            match (beyond(1000), beyond(-1000)) {
-                (false, false) => "direct",
-                (false, true) => "loop +",
-                (true, false) => "loop -",
-                _ => "",
-            }
-        }
-        "2412:00" => {
-            let mut rig = enabled_with::<D>(&[(0x2412, 0, value, 2)]);
-            rig.travel(1600);
-            rig.hear(10_000);
-            let turned = rig.shaft();
-            if turned == 1600.0 { "positions in increments" } else { "" }
-        }
-        "2421:00" => {
-            let stops = |threshold| {
-                let mut rig = enabled_with::<D>(&[(0x2421, 0, threshold, 1)]);
-                rig.travel(100_000);
-                rig.world(|inputs| inputs.load_ma = 2400);
-                rig.hear(2000);
-                rig.read(0x2422, 0) == Ok(1)
-            };
-            if !stops(value) && stops(110) { "torque deactivation off" } else { "" }
-        }
-        "2410:0A" => {
-            let way = |a_pos, d_pos| {
-                let mut rig = enabled_with::<D>(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
-                rig.travel(100_000);
-                rig.hear(3000);
-                rig.control(0x011F);
-                rig.way_to_rest()
-            };
-            let ways = [way(50, value), way(25, value), way(25, 100)];
-            if ways == [100, 200, 50] { "delay by parameter 4" } else { "" }
-        }
-        "6060:00" => {
-            let runs = |id, word, target| {
-                let mut rig = enabled_with::<D>(&[(0x6060, 0, value, 1)]);
-                rig.control(0x010F);
-                rig.command(id, word, target);
-                rig.hear(20_000);
-                (rig.position(), rig.velocity())
-            };
-            match (runs(0x405, 0x001F, 500), runs(0x505, 0x000F, 20)) {
-                ((500, 0), (0, 0)) => "profile position",
-                (_, (_, 20)) => "profile velocity",
-                _ => "",
-            }
-        }
-        "607E:00" => {
-            let mut rig = Rig::<D>::new();
-            if D::MODEL.keys {
-                rig.set(&[(0x607E, 0, value, 1)]);
-                rig.hear(0);
-                rig.world(|inputs| inputs.key = Some(Key::CounterClockwise));
-                rig.hear(1000);
-            } else {
-                // Counter-clockwise as it is delivered, where i counts up.
-                rig = moving_to::<D>(1000, 10_000);
-                rig.set(&[(0x607E, 0, value, 1)]);
-            }
-            match (rig.position() > 0, key.ends_with(char::is_alphabetic)) {
-                (true, true) => "counter-clockwise counts positive",
-                (false, true) => "counter-clockwise counts negative",
-                (true, false) => "sense of rotation i",
-                (false, false) => "sense of rotation e",
-            }
-        }
-        _ => return None,
-    };
-    Some(found)
-}
-
-/// Values outside of enumerations: what the drive does with them, in the words of the table.
-fn special<D: Siko>(key: &str) -> Option<&'static str> {
-    let mut rig = Rig::<D>::operational();
-    match key {
-        "1003:00:0" => {
-            rig.world(|inputs| inputs.sensor_fails = true);
-            let before = rig.read(0x1003, 0);
-            let cleared = rig.write(0x1003, 0, 0, 1).is_ok() && rig.read(0x1003, 0) == Ok(0);
-            (before == Ok(1) && cleared).then_some("written: clears the fault buffer")
-        }
-        "100C:00:0" => stays_enabled(&mut rig, 0, 3).then_some("node guarding off"),
-        "100D:00:0" => stays_enabled(&mut rig, 100, 0).then_some("life guarding off"),
-        "1017:00:0" => {
-            let on = rig.write(0x1017, 0, 100, 2).is_ok() && !rig.hear_from(0x705, 1000).is_empty();
-            let off = rig.write(0x1017, 0, 0, 2).is_ok() && rig.hear_from(0x705, 1000).is_empty();
-            (on && off).then_some("heartbeat off")
-        }
-        "1011:01:load" | "1011:02:load" | "1011:03:load" => Some(restored_set(&mut rig, key)),
-        "1011:04:load" => {
-            let set = rig.set(&[(0x607C, 0, 500, 4), (0x1011, 4, LOAD, 4)]);
-            (set && rig.read(0x6064, 0) == Ok(500)).then_some("calibrate")
-        }
-        "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off::<D>(key).then_some("event timer off"),
-        _ => None,
-    }
-}
-
-fn stays_enabled<D: Siko>(rig: &mut Rig<D>, guard_time_ms: i64, life_time_factor: i64) -> bool {
-    rig.enable();
-    let set = rig.set(&[(0x100C, 0, guard_time_ms, 2), (0x100D, 0, life_time_factor, 1)]);
-    rig.request(0x705);
-    rig.hear(5000);
-    set && rig.status() & 0x6F == 0x27
-}
-
-fn restored_set<D: Siko>(rig: &mut Rig<D>, key: &str) -> &'static str {
-    // One parameter of each set: the window (standard), and a-Pos (controller).
-    let changed = rig.set(&[(0x6067, 0, 11, 2), (0x2410, 4, 51, 1)]);
-    let sub = key.get(6..7).and_then(|digit| digit.parse().ok()).unwrap_or(0);
-    let loaded = rig.write(0x1011, sub, LOAD, 4).is_ok();
-    match (changed && loaded, rig.read(0x6067, 0), rig.read(0x2410, 4)) {
-        (true, Ok(10), Ok(50)) => "all parameters to default",
-        (true, Ok(10), Ok(51)) => "standard parameters to default",
-        (true, Ok(11), Ok(50)) => "controller parameters to default",
-        _ => "",
-    }
-}
-
-fn event_timer_off<D: Siko>(key: &str) -> bool {
-    let Some(index) = key.get(..4).and_then(hex).and_then(|index| u16::try_from(index).ok()) else { return false };
-    let id = cob_id::<D>(index);
-    let count = |timer| {
-        let mut rig = Rig::<D>::new();
-        let set = rig.set(&[(index, 2, 255, 1), (index, 5, timer, 2)]);
-        rig.nmt(0x01);
-        if set { rig.hear_from(id, 1000).len() } else { usize::MAX }
-    };
-    (count(100), count(0)) == (10, 0)
 }

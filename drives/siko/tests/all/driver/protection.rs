@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{Link, VirtualBus};
-use lexican_runtime::{CobId, Duration, Frame, Instant};
+use lexican_runtime::{CobId, Duration, Instant};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Protection, Supervision};
 use siko_ag03_1::od;
@@ -120,47 +120,4 @@ fn what_an_unprotected_drive_does_is_said() {
     let (bus, _) = bus();
     let drive = Drive::connect_unprotected(bus.link(), NODE).unwrap();
     assert_eq!(drive.protection().to_string(), "none: the drive goes on with its last order if this program dies");
-}
-
-/// Table 20 has no 8130h: the drive says by its state that its manager is gone, and by nothing else.
-#[test]
-fn life_guarding_that_lapses_sends_no_emergency() {
-    for model in [&MODEL, &siko_ag02::sim::MODEL] {
-        let bus = VirtualBus::with_bit_rate(500);
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(model, NODE)));
-        bus.attach(Arc::clone(&simulated));
-        let emergencies: Arc<Mutex<Vec<Vec<u8>>>> = Arc::default();
-        let seen = Arc::clone(&emergencies);
-        bus.observe(move |_, frame| {
-            if frame.id() == CobId::of_node(0x80, NODE) {
-                seen.lock().unwrap().push(frame.data().to_vec());
-            }
-        });
-        let mut link = bus.link();
-        let words: [&[u8]; 3] = [&[0x06, 0x01], &[0x07, 0x01], &[0x0F, 0x01]];
-        let mut send = |frame: Option<Frame>| {
-            link.send(&frame.unwrap()).unwrap();
-            bus.advance(Duration::from_millis(10));
-        };
-        let sdo = |data: [u8; 8]| Frame::new(CobId::of_node(0x600, NODE), &data);
-        bus.advance(Duration::from_millis(10));
-        // Emergencies are on (1014h), and the life time is 300 ms.
-        let switch = model.emergencies.map_or(0, |switch| u32::from(switch.on_when_set) * switch.bit);
-        let [.., high] = switch.to_le_bytes();
-        send(sdo([0x23, 0x14, 0x10, 0, 0x80 + NODE.get(), 0, 0, high]));
-        let [two, one] = if model.writes_four_bytes { [0x23; 2] } else { [0x2B, 0x2F] };
-        send(sdo([two, 0x0C, 0x10, 0, 100, 0, 0, 0]));
-        send(sdo([one, 0x0D, 0x10, 0, 3, 0, 0, 0]));
-        send(Frame::new(CobId::standard(0).unwrap(), &[0x01, NODE.get()]));
-        words.iter().for_each(|word| send(Frame::new(CobId::of_node(0x200, NODE), word)));
-        assert_eq!(simulated.lock().unwrap().state(), State::OperationEnabled, "{}", model.name);
-        send(Frame::remote(CobId::of_node(0x700, NODE), 1));
-        bus.advance(Duration::from_millis(400));
-        assert_eq!(simulated.lock().unwrap().state(), State::SwitchOnDisabled, "{}", model.name);
-        assert!(emergencies.lock().unwrap().is_empty(), "{}: {emergencies:?}", model.name);
-        let now = bus.now();
-        simulated.lock().unwrap().set_inputs(now, |inputs| inputs.temperature_100mdegc = 2000);
-        bus.advance(Duration::from_millis(10));
-        assert_eq!(emergencies.lock().unwrap().len(), 1, "{}: others are heard", model.name);
-    }
 }

@@ -18,6 +18,10 @@ const STATUS: u16 = 0x6041;
 
 pub(super) static SCRIPT: LazyLock<Script> = LazyLock::new(|| Script::parse(include_str!("../../../scripts/akd.txt")));
 
+/// What the manual leaves open, and the simulated drive does.
+pub(super) static LEFT_OPEN: LazyLock<Script> =
+    LazyLock::new(|| Script::parse(include_str!("../../../scripts/akd_beyond.txt")));
+
 fn clauses(key: &str) -> Option<Clauses> {
     SCRIPT.clauses::<Simulated>(key)
 }
