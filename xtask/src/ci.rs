@@ -1,5 +1,6 @@
 //! What CI runs. There is no other script with logic in it.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::ValueEnum;
+use serde_json::Value;
 
 use crate::disk::Free;
 use crate::proved::{self, Inputs};
@@ -264,8 +266,10 @@ impl Job {
             }
             Job::Features => {
                 // Without features, as firmware takes the core, and each feature by itself.
-                for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
-                    for features in [&[""], &package.features()[..]].concat() {
+                for package in package::published(root)? {
+                    let alone = package::features(&package).collect::<Vec<_>>();
+                    let none = if alone.is_empty() { None } else { Some("") };
+                    for features in none.into_iter().chain(alone) {
                         let alone = ["clippy", "-p", &package.name, "--no-default-features", "--features", features];
                         command::run_cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
                     }
@@ -355,7 +359,7 @@ const TARGETS: [&str; 3] = ["x86_64-pc-windows-gnu", "aarch64-apple-darwin", "th
 /// Checks what is compiled for other machines: the command and all drives for hosts, the core for firmware.
 fn targets(root: &Path) -> Result<(), String> {
     let published = package::published(root)?;
-    let drives = published.iter().filter(|package| package.folder.starts_with(root.join("drives")));
+    let drives = published.iter().filter(|package| package.manifest_path.starts_with(root.join("drives")));
     let mut host = vec!["--all-features", "-p", "lexican"];
     drives.for_each(|package| host.extend(["-p", &package.name]));
     let [windows, mac, controller] = TARGETS;
@@ -381,12 +385,34 @@ fn dependencies(root: &Path) -> Result<(), String> {
     command::run(&["cargo-machete", "--skip-target-dir", &root.to_string_lossy()]).map_err(hint)?;
     command::run_cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[])
         .map_err(hint)?;
+    compiled_once(root)?;
     // What the firmware's boards are made of may come in several versions, but under no other licence.
     let firmware = ["--manifest-path", "examples/firmware/Cargo.toml"];
     command::run_cargo(root, &[&["fetch", "--quiet", "--locked"], &firmware[..]].concat(), &[])?;
     let check =
         ["--config", "deny.toml", "check", "--allow", "license-exception-not-encountered", "licenses", "sources"];
     command::run_cargo(root, &[&["deny", "--offline"], &firmware[..], &check].concat(), &[]).map_err(hint)
+}
+
+/// No library of ours is compiled twice for the tests: of what build scripts and programs share, both want the same features.
+fn compiled_once(root: &Path) -> Result<(), String> {
+    let mut cargo = command::cargo();
+    cargo.args(["test", "--workspace", "--no-run", "--unit-graph", "-Z", "unstable-options"]);
+    // An option of cargo that is not stable yet, and builds nothing.
+    let graph = command::output(cargo.env("RUSTC_BOOTSTRAP", "1").current_dir(root))?.stdout;
+    let graph: Value = serde_json::from_slice(&graph).map_err(|error| format!("cargo test --unit-graph: {error}"))?;
+    let libraries =
+        workspace::all(&graph["units"]).filter(|it| it["mode"] == "build" && it["target"]["kind"][0] == "lib");
+    let ours = libraries.filter_map(|it| it["pkg_id"].as_str().filter(|id| id.starts_with("path+")));
+    let mut seen = BTreeSet::new();
+    let twice: Vec<&str> = ours.filter(|id| !seen.insert(*id)).collect();
+    if twice.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "compiled twice, with dependencies of different features: {}\ngive them the same in eds/Cargo.toml",
+        twice.join(", ")
+    ))
 }
 
 /// Compiles what is published with the lowest versions that its manifests permit, in a copy: the lock file is another.
@@ -430,8 +456,8 @@ mod tests {
         let root = workspace::root();
         let paths = Job::Package.inputs().unwrap().paths(&root).unwrap();
         for package in package::published(&root).unwrap() {
-            let folder = package.folder.strip_prefix(&root).unwrap();
-            assert!(paths.iter().any(|path| folder.starts_with(path)), "{} is not in {paths:?}", folder.display());
+            let manifest = package.manifest_path.strip_prefix(&root).unwrap();
+            assert!(paths.iter().any(|path| manifest.starts_with(path)), "{} is not in {paths:?}", manifest.display());
         }
     }
 
