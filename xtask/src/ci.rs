@@ -18,33 +18,33 @@ use crate::{checkout, command, package, workspace};
 pub(crate) enum Job {
     /// rustfmt
     Fmt,
-    /// clippy, warnings are errors, with all features
-    Clippy,
-    /// clippy of what is published, without features and with each alone
-    Features,
-    /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
-    Targets,
-    /// rustdoc, warnings are errors
-    Doc,
     /// the habits that no compiler checks
     Tidy,
     /// the public API is what `tests/api` has
     Api,
     /// dependencies: none unused, licences and duplicates as `deny.toml` has them
     Dependencies,
-    /// the lowest versions of dependencies that the manifests permit
-    Minimal,
-    /// every package that is published: complete, and built from packages alone
-    Package,
     /// the README's command that runs the main job
     Main,
     /// the README's command that passes the tests
     Test,
+    /// clippy, warnings are errors, with all features
+    Clippy,
+    /// rustdoc, warnings are errors
+    Doc,
+    /// clippy of what is published, without features and with each alone
+    Features,
+    /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
+    Targets,
+    /// the lowest versions of dependencies that the manifests permit
+    Minimal,
+    /// every package that is published: complete, and built from packages alone
+    Package,
     /// crates as users write them, and a firmware without std, built outside of the workspace
     Users,
     /// the page "A drive in an hour", followed
     Hour,
-    /// the conformance test's HTML report in a browser, and the bench's page, where there are a browser and npm
+    /// the bench's page is what its sources make, where there is npm
     Page,
     /// drives against every table of their manuals
     Verify,
@@ -77,13 +77,15 @@ pub(crate) fn run(root: &Path, job: Option<Job>, all: bool) -> Result<(), String
     }
 }
 
-/// Runs the jobs: those that build into folders of their own, or wait for a guest, beside the others.
+/// Runs the jobs: those that compile and judge no times beside the others, since tests wait for half of their time; the one
+/// that does, last and alone.
 fn run_all(root: &Path, all: bool) -> Result<(), String> {
     let is_clean = is_clean(root);
     // Asked before a job builds it anew, when it is no longer the file that it was started from.
     let program = std::env::current_exe().map_err(|error| format!("this program: {error}"))?;
     let wanted = Job::value_variants().iter().filter(|job| all || !job.is_proved(root));
-    let (beside, others): (Vec<Job>, Vec<Job>) = wanted.partition(|job| job.is_beside());
+    let (last, wanted): (Vec<Job>, Vec<Job>) = wanted.partition(|job| **job == Job::Interop);
+    let (beside, others): (Vec<Job>, Vec<Job>) = wanted.into_iter().partition(|job| job.is_beside());
     let has_failed = AtomicBool::new(false);
     let times = Mutex::new(Vec::new());
     let carry_out = |job: Job, work: &dyn Fn() -> Result<(), String>| {
@@ -103,11 +105,12 @@ fn run_all(root: &Path, all: bool) -> Result<(), String> {
         let alone = others.iter().try_for_each(|job| carry_out(*job, &|| job.run_and_look(root, is_clean)));
         (alone, beside.join().unwrap_or_else(|_| Err("a job beside the others has panicked".to_owned())))
     });
+    let last = last.iter().try_for_each(|job| carry_out(*job, &|| job.run_and_look(root, is_clean)));
     let mut times = times.into_inner().unwrap_or_else(PoisonError::into_inner);
     times.sort();
     println!("== how long each job took, two at a time");
     times.iter().rev().for_each(|(time, job)| println!("{:5} s  {}", time.as_secs(), job.name()));
-    alone.and(beside)
+    alone.and(beside).and(last)
 }
 
 /// Whether the checkout can be watched for what jobs change in it.
@@ -150,10 +153,11 @@ impl Job {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether it can run beside the others: it does not build into their folder, or hardly, and judges no times.
+    /// Whether it can run beside the others: it judges no times. One that builds into their folder waits while one of them does.
     const fn is_beside(self) -> bool {
+        use Job::{Clippy, Doc, Features, Firmware, Fuzz, Main, Minimal, Package, Targets};
         // What the firmware fails by a time is tried again.
-        matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz)
+        matches!(self, Main | Clippy | Doc | Features | Targets | Minimal | Package | Firmware | Fuzz)
     }
 
     /// What it depends on, when it is so heavy that it is worth to know.
@@ -162,10 +166,14 @@ impl Job {
         match self {
             Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
             Job::Targets if TARGETS.iter().any(|target| !workspace::has_target(target)) => return None,
+            Job::Page if !command::is_there("npm") => return None,
             _ => {}
         }
         // Its files in `xtask/src`, the manifests, and what is read besides.
         let (own, manifests, paths): (&[&str], &[&str], &[&str]) = match self {
+            // The benchmarks are below `tests`. What is not below a package is included by one.
+            Job::Clippy | Job::Doc => (&[], &["Cargo.toml"], &["README.md", "docs", "drives", "examples", "fuzz"]),
+            Job::Page => (&["page.rs"], &[], &["bench/page"]),
             Job::Features | Job::Minimal | Job::Package => (&["package.rs"], &["cli/Cargo.toml"], &["drives"]),
             Job::Targets => (&["package.rs"], &["cli/Cargo.toml"], &["drives", "examples/firmware"]),
             Job::Users => {
@@ -288,14 +296,20 @@ impl Job {
             Job::Minimal => minimal(root),
             Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
-            Job::Test => readme_command(root, "tests"),
+            Job::Test => {
+                readme_command(root, "tests")?;
+                // A test that is skipped does not show there.
+                for programs in [&["chromium-headless-shell", "chromium", "google-chrome"][..], &["tmux"], &["tshark"]]
+                {
+                    if !programs.iter().any(|program| command::is_there(program)) {
+                        println!("skipped: the tests that want {}", programs.join(" or "));
+                    }
+                }
+                Ok(())
+            }
             Job::Users => nested(root, &["downstream::", "bare::"]),
             Job::Hour => nested(root, &["a_drive_in_an_hour::"]),
-            // The tests have done it, but a test that is skipped does not show there.
-            Job::Page => {
-                command::run_cargo(root, &["test", "--workspace", "--test", "bench", "--", "--nocapture"], &[])?;
-                crate::page::run(root, true)
-            }
+            Job::Page => crate::page::run(root, true),
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
                 let tests = ["test", "--workspace", "--features", "lexican-mutants/mutants", "--test"];
