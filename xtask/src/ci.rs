@@ -1,7 +1,7 @@
 //! What CI runs. There is no other script with logic in it.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -54,6 +54,8 @@ pub(crate) enum Job {
     Chaos,
     /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,
+    /// real data sheets of many vendors, where there are any: LEXICAN_CORPUS, a folder or an archive
+    Sheets,
     /// what generated code costs, but for times
     Size,
     /// the firmware, on a microcontroller that QEMU plays
@@ -167,6 +169,7 @@ impl Job {
             Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
             Job::Targets if TARGETS.iter().any(|target| !workspace::has_target(target)) => return None,
             Job::Page if !command::is_there("npm") => return None,
+            Job::Sheets if !corpus().is_some_and(|corpus| corpus.is_file()) => return None,
             _ => {}
         }
         // Its files in `xtask/src`, the manifests, and what is read besides.
@@ -195,6 +198,9 @@ impl Job {
                 (&["chaos.rs"], programs, &[])
             }
             Job::Corpus => (&["corpus.rs"], &["cli/Cargo.toml"], &[]),
+            Job::Sheets => {
+                (&[], &["eds/Cargo.toml", "simulation/Cargo.toml", "toolbox/Cargo.toml"], &["tests", "cli/tests"])
+            }
             Job::Size => (&["firmware", "qemu.rs", "size", "size.rs"], &["cli/Cargo.toml"], &["tests/size"]),
             Job::Firmware => {
                 let firmware = &["examples/firmware/Cargo.toml", "cli/Cargo.toml"];
@@ -207,7 +213,8 @@ impl Job {
             }
             _ => return None,
         };
-        Some(Inputs { own, manifests, paths })
+        let outside = if self == Job::Sheets { corpus() } else { None };
+        Some(Inputs { own, manifests, paths, outside })
     }
 
     /// Whether it has passed with just what is in the checkout; says so.
@@ -324,6 +331,14 @@ impl Job {
                 let folder = root.join("eds/tests/golden");
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))
             }
+            Job::Sheets => {
+                let Some(corpus) = corpus() else {
+                    println!("skipped: real data sheets: LEXICAN_CORPUS names none");
+                    return Ok(());
+                };
+                let tests = ["test", "--workspace", "--test", "all", "--", "corpus::", "precision::", "declared::"];
+                command::run_cargo(root, &tests, &[("LEXICAN_CORPUS", &corpus.to_string_lossy())])
+            }
             Job::Size => crate::size::run(root, true),
             Job::Firmware => {
                 let arguments = crate::firmware::Arguments { check: true, round_trips: 10_000 };
@@ -350,6 +365,13 @@ const NESTED: &str = "lexican-tests/nested";
 fn nested(root: &Path, tests: &[&str]) -> Result<(), String> {
     let nested = ["test", "--workspace", "--features", NESTED, "--test", "outside", "--"];
     command::run_cargo(root, &[&nested[..], tests].concat(), &[])
+}
+
+/// Data sheets that are no part of this project: a folder, or an archive of one.
+fn corpus() -> Option<PathBuf> {
+    let beside = || workspace::root().join("../shared/corpus/dev.tar.xz");
+    let place = std::env::var_os("LEXICAN_CORPUS").map_or_else(beside, PathBuf::from);
+    place.canonicalize().ok()
 }
 
 /// What firmware uses.

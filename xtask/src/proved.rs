@@ -38,6 +38,8 @@ pub(crate) struct Inputs {
     pub(crate) manifests: &'static [&'static str],
     /// Files and folders besides.
     pub(crate) paths: &'static [&'static str],
+    /// A file that is no part of this repository.
+    pub(crate) outside: Option<PathBuf>,
 }
 
 impl Inputs {
@@ -64,6 +66,9 @@ impl Inputs {
         let mut list = git(&["ls-files", "--stage", "--"]);
         let mut text = command::output(list.args(self.paths(root)?))?.stdout;
         text.extend(command::output(Command::new("rustc").arg("-vV"))?.stdout);
+        if let Some(outside) = &self.outside {
+            text.extend(command::output(git(&["hash-object"]).arg(outside))?.stdout);
+        }
         let mut hash = git(&["hash-object", "--stdin"]);
         let failed = |error: std::io::Error| format!("git hash-object: {error}");
         let mut child = hash.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
@@ -142,7 +147,8 @@ mod tests {
         file("target/.gitignore", "*");
         command::output(Command::new("git").arg("init").arg("--quiet").current_dir(&root)).unwrap();
         // What a job depends on always is looked for, too: git refuses no path that is not there.
-        let inputs = Inputs { own: &[], manifests: &[], paths: &["job"] };
+        let inputs = Inputs { own: &[], manifests: &[], paths: &["job"], outside: Some(root.join("outside")) };
+        file("outside", "1");
         let hash = || inputs.hash(&root).unwrap();
         let first = hash();
         file("elsewhere/b.rs", "2");
@@ -154,6 +160,9 @@ mod tests {
         assert!(!is_right(&root, "job", &hash()));
         file("job/a.rs", "1");
         assert_eq!(hash(), first);
+        file("outside", "2");
+        assert_ne!(hash(), first);
+        file("outside", "1");
         file("job/new.rs", "");
         assert_ne!(hash(), first, "a file that is not yet added counts");
         std::fs::remove_dir_all(&root).unwrap();
