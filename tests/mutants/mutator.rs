@@ -23,9 +23,9 @@ pub(crate) struct Sources {
     pub(crate) folder: &'static str,
     /// The modules at its root.
     pub(crate) modules: &'static [&'static str],
-    /// The files whose mutants are made.
-    pub(crate) mutated: &'static [&'static str],
-    /// Where the constants that they use stand, besides them.
+    /// The files of these modules whose mutants are not made.
+    pub(crate) unmutated: &'static [&'static str],
+    /// Where the constants that the others use stand, besides them.
     pub(crate) constants: &'static [&'static str],
     /// What begins each path of the folder and is left out of the names of mutants.
     pub(crate) prefix: &'static str,
@@ -34,8 +34,8 @@ pub(crate) struct Sources {
     pub(crate) others: &'static [&'static str],
     /// What is added to an instant or subtracted from one, for which there is no other operator.
     pub(crate) spans: &'static [&'static str],
-    /// What the modules use from elsewhere, by items before them.
-    pub(crate) before: &'static str,
+    /// What the crate exports besides its modules, and they use from elsewhere.
+    pub(crate) exports: &'static str,
     /// Whether constants that are more than a number are mutated: descriptions and models. They are made at run time then.
     pub(crate) data: bool,
 }
@@ -45,12 +45,11 @@ impl Sources {
     pub(crate) fn mutate(&'static self) {
         let drives = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../../drives");
         let source = drives.join(self.folder);
-        for path in [source.as_path(), Path::new("build.rs"), Path::new("../mutator.rs")] {
-            println!("cargo::rerun-if-changed={}", path.display());
-        }
-        let mut mutator = Mutator { constants: self.constants(&source), ..Mutator::new(self) };
+        println!("cargo::rerun-if-changed={}", source.display());
+        let mutated = self.mutated(&source);
+        let mut mutator = Mutator { constants: self.constants(&source, &mutated), ..Mutator::new(self) };
         if self.data {
-            mutator.data = Data::of(self.mutated.iter().map(|name| parse(&file(&source, name))), self.others);
+            mutator.data = Data::of(mutated.iter().map(|name| parse(&file(&source, name))), self.others);
         }
         let modules = self.modules.iter().map(|name| {
             let items = module(&source, name, &mut mutator);
@@ -59,18 +58,34 @@ impl Sources {
         // The modules are no longer below the root of their crate.
         let text = modules.collect::<String>().replace("crate ::", "crate :: mutated ::");
         let text = text.replace("crate :: mutated :: mutant", "crate :: mutant");
-        let (names, tests, before) = (&mutator.names, &mutator.tests, self.before);
+        let (names, tests, exports) = (&mutator.names, &mutator.tests, self.exports);
         let paths = tests.iter().map(|test| syn::parse_str::<syn::Path>(test).unwrap());
         let names = quote! {
             pub const MUTANTS: &[&str] = &[#(#names),*];
             pub const TESTS: &[(&str, fn())] = &[#((#tests, #paths)),*];
         };
         let out = env::var("OUT_DIR").unwrap();
-        fs::write(Path::new(&out).join("mutated.rs"), format!("{before}\n{names}\n{text}")).unwrap();
+        fs::write(Path::new(&out).join("mutated.rs"), format!("{exports}\n{names}\n{text}")).unwrap();
+    }
+
+    /// The files whose mutants are made.
+    fn mutated(&self, source: &Path) -> Vec<String> {
+        let mut found: Vec<String> = self.modules.iter().map(ToString::to_string).collect();
+        let mut next = 0;
+        while let Some(name) = found.get(next).cloned() {
+            let inner = parse(&file(source, &name)).items.into_iter().filter_map(|item| match item {
+                Item::Mod(ItemMod { ident, content: None, .. }) => Some(format!("{name}/{ident}")),
+                _ => None,
+            });
+            found.extend(inner);
+            next += 1;
+        }
+        found.retain(|name| !self.unmutated.contains(&name.as_str()));
+        found
     }
 
     /// The constants that are numbers, by name: a mutant uses another number where it names one.
-    fn constants(&self, source: &Path) -> BTreeSet<String> {
+    fn constants(&self, source: &Path, mutated: &[String]) -> BTreeSet<String> {
         let mut found = BTreeSet::new();
         let mut take = |ident: &syn::Ident, of: &Type| {
             let of = of.to_token_stream().to_string();
@@ -78,7 +93,7 @@ impl Sources {
                 found.insert(ident.to_string());
             }
         };
-        for name in self.mutated.iter().chain(self.constants) {
+        for name in mutated.iter().map(String::as_str).chain(self.constants.iter().copied()) {
             let mut items = parse(&file(source, name)).items;
             while let Some(item) = items.pop() {
                 match item {
@@ -97,9 +112,12 @@ impl Sources {
     }
 }
 
+/// A source without docs, and without what is not here.
 fn parse(path: &Path) -> syn::File {
     let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    let mut file = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Bare.visit_file_mut(&mut file);
+    file
 }
 
 fn file(source: &Path, name: &str) -> std::path::PathBuf {
@@ -110,7 +128,6 @@ fn file(source: &Path, name: &str) -> std::path::PathBuf {
 /// The items of a module, with its own modules in it.
 fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
     let mut file = parse(&file(source, name));
-    Bare.visit_file_mut(&mut file);
     for item in &mut file.items {
         if let Item::Mod(ItemMod { ident, vis, content, semi, .. }) = item
             && (content.is_none() || ident == "tests")
@@ -125,7 +142,7 @@ fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
                 // The list of tests names it.
                 *vis = parse_quote! { pub(crate) };
             }
-        } else if mutator.sources.mutated.contains(&name) {
+        } else if !mutator.sources.unmutated.contains(&name) {
             mutator.file = name.trim_start_matches(mutator.sources.prefix).to_owned();
             if !mutator.lazy(item) {
                 mutator.visit_item_mut(item);

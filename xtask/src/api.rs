@@ -18,7 +18,7 @@ use crate::{outside, package};
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let mut wrong = Vec::new();
     for package in package::published(root)? {
-        let lib = package.folder.join("src/lib.rs");
+        let lib = package.manifest_path.with_file_name("src/lib.rs");
         if !lib.exists() {
             continue;
         }

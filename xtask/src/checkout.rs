@@ -18,20 +18,22 @@ pub(crate) fn changes(root: &Path) -> Result<String, String> {
     }
 }
 
-/// Copies the files that git knows, or would know, to another folder.
-pub(crate) fn copy(root: &Path, folder: &Path) -> Result<(), String> {
+/// The files that git knows, or would know, from the root.
+pub(crate) fn files(root: &Path) -> Result<Vec<String>, String> {
     let mut list = Command::new("git");
     list.args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"]).current_dir(root);
-    let files = command::output(&mut list)?.stdout;
-    for file in String::from_utf8_lossy(&files).split_terminator('\0') {
-        let (from, to) = (root.join(file), folder.join(file));
-        // What is deleted is in the list until that is committed.
-        if from.is_file() {
-            let parent = to.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent)
-                .and_then(|()| std::fs::copy(&from, &to))
-                .map_err(|error| format!("{}: {error}", to.display()))?;
-        }
+    let files = String::from_utf8_lossy(&command::output(&mut list)?.stdout).into_owned();
+    // What is deleted is in the list until that is committed.
+    Ok(files.split_terminator('\0').filter(|file| root.join(file).is_file()).map(str::to_owned).collect())
+}
+
+/// Copies them to another folder.
+pub(crate) fn copy(root: &Path, folder: &Path) -> Result<(), String> {
+    for file in files(root)? {
+        let to = folder.join(&file);
+        std::fs::create_dir_all(to.parent().unwrap_or(folder))
+            .and_then(|()| std::fs::copy(root.join(file), &to))
+            .map_err(|error| format!("{}: {error}", to.display()))?;
     }
     Ok(())
 }

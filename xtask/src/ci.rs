@@ -1,12 +1,14 @@
 //! What CI runs. There is no other script with logic in it.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::ValueEnum;
+use serde_json::Value;
 
 use crate::disk::Free;
 use crate::proved::{self, Inputs};
@@ -16,33 +18,33 @@ use crate::{checkout, command, package, workspace};
 pub(crate) enum Job {
     /// rustfmt
     Fmt,
-    /// clippy, warnings are errors, with all features
-    Clippy,
-    /// clippy of what is published, without features and with each alone
-    Features,
-    /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
-    Targets,
-    /// rustdoc, warnings are errors
-    Doc,
     /// the habits that no compiler checks
     Tidy,
     /// the public API is what `tests/api` has
     Api,
     /// dependencies: none unused, licences and duplicates as `deny.toml` has them
     Dependencies,
-    /// the lowest versions of dependencies that the manifests permit
-    Minimal,
-    /// every package that is published: complete, and built from packages alone
-    Package,
     /// the README's command that runs the main job
     Main,
     /// the README's command that passes the tests
     Test,
+    /// clippy, warnings are errors, with all features
+    Clippy,
+    /// rustdoc, warnings are errors
+    Doc,
+    /// clippy of what is published, without features and with each alone
+    Features,
+    /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
+    Targets,
+    /// the lowest versions of dependencies that the manifests permit
+    Minimal,
+    /// every package that is published: complete, and built from packages alone
+    Package,
     /// crates as users write them, and a firmware without std, built outside of the workspace
     Users,
     /// the page "A drive in an hour", followed
     Hour,
-    /// the conformance test's HTML report in a browser, and the bench's page, where there are a browser and npm
+    /// the bench's page is what its sources make, where there is npm
     Page,
     /// drives against every table of their manuals
     Verify,
@@ -52,6 +54,8 @@ pub(crate) enum Job {
     Chaos,
     /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,
+    /// real data sheets of many vendors, where there are any: LEXICAN_CORPUS, a folder or an archive
+    Sheets,
     /// what generated code costs, but for times
     Size,
     /// the firmware, on a microcontroller that QEMU plays
@@ -77,13 +81,15 @@ pub(crate) fn run(root: &Path, job: Option<Job>, all: bool) -> Result<(), String
     }
 }
 
-/// Runs the jobs: those that build into folders of their own, or wait for a guest, beside the others.
+/// Runs the jobs: those that compile and judge no times beside the others, since tests wait for half of their time; the one
+/// that does, last and alone.
 fn run_all(root: &Path, all: bool) -> Result<(), String> {
     let is_clean = is_clean(root);
     // Asked before a job builds it anew, when it is no longer the file that it was started from.
     let program = std::env::current_exe().map_err(|error| format!("this program: {error}"))?;
     let wanted = Job::value_variants().iter().filter(|job| all || !job.is_proved(root));
-    let (beside, others): (Vec<Job>, Vec<Job>) = wanted.partition(|job| job.is_beside());
+    let (last, wanted): (Vec<Job>, Vec<Job>) = wanted.partition(|job| **job == Job::Interop);
+    let (beside, others): (Vec<Job>, Vec<Job>) = wanted.into_iter().partition(|job| job.is_beside());
     let has_failed = AtomicBool::new(false);
     let times = Mutex::new(Vec::new());
     let carry_out = |job: Job, work: &dyn Fn() -> Result<(), String>| {
@@ -103,11 +109,12 @@ fn run_all(root: &Path, all: bool) -> Result<(), String> {
         let alone = others.iter().try_for_each(|job| carry_out(*job, &|| job.run_and_look(root, is_clean)));
         (alone, beside.join().unwrap_or_else(|_| Err("a job beside the others has panicked".to_owned())))
     });
+    let last = last.iter().try_for_each(|job| carry_out(*job, &|| job.run_and_look(root, is_clean)));
     let mut times = times.into_inner().unwrap_or_else(PoisonError::into_inner);
     times.sort();
     println!("== how long each job took, two at a time");
     times.iter().rev().for_each(|(time, job)| println!("{:5} s  {}", time.as_secs(), job.name()));
-    alone.and(beside)
+    alone.and(beside).and(last)
 }
 
 /// Whether the checkout can be watched for what jobs change in it.
@@ -150,10 +157,11 @@ impl Job {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether it can run beside the others: it does not build into their folder, or hardly, and judges no times.
+    /// Whether it can run beside the others: it judges no times. One that builds into their folder waits while one of them does.
     const fn is_beside(self) -> bool {
+        use Job::{Clippy, Doc, Features, Firmware, Fuzz, Main, Minimal, Package, Targets};
         // What the firmware fails by a time is tried again.
-        matches!(self, Job::Minimal | Job::Package | Job::Firmware | Job::Fuzz)
+        matches!(self, Main | Clippy | Doc | Features | Targets | Minimal | Package | Firmware | Fuzz)
     }
 
     /// What it depends on, when it is so heavy that it is worth to know.
@@ -163,10 +171,15 @@ impl Job {
             Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
             Job::Python if crate::wheel::is_possible().is_err() => return None,
             Job::Targets if TARGETS.iter().any(|target| !workspace::has_target(target)) => return None,
+            Job::Page if !command::is_there("npm") => return None,
+            Job::Sheets if !corpus().is_some_and(|corpus| corpus.is_file()) => return None,
             _ => {}
         }
         // Its files in `xtask/src`, the manifests, and what is read besides.
         let (own, manifests, paths): (&[&str], &[&str], &[&str]) = match self {
+            // The benchmarks are below `tests`. What is not below a package is included by one.
+            Job::Clippy | Job::Doc => (&[], &["Cargo.toml"], &["README.md", "docs", "drives", "examples", "fuzz"]),
+            Job::Page => (&["page.rs"], &[], &["bench/page"]),
             Job::Features | Job::Minimal | Job::Package => (&["package.rs"], &["cli/Cargo.toml"], &["drives"]),
             Job::Targets => (&["package.rs"], &["cli/Cargo.toml"], &["drives", "examples/firmware"]),
             Job::Users => {
@@ -188,6 +201,9 @@ impl Job {
                 (&["chaos.rs"], programs, &[])
             }
             Job::Corpus => (&["corpus.rs"], &["cli/Cargo.toml"], &[]),
+            Job::Sheets => {
+                (&[], &["eds/Cargo.toml", "simulation/Cargo.toml", "toolbox/Cargo.toml"], &["tests", "cli/tests"])
+            }
             Job::Size => (&["firmware", "qemu.rs", "size", "size.rs"], &["cli/Cargo.toml"], &["tests/size"]),
             Job::Firmware => {
                 let firmware = &["examples/firmware/Cargo.toml", "cli/Cargo.toml"];
@@ -201,7 +217,8 @@ impl Job {
             }
             _ => return None,
         };
-        Some(Inputs { own, manifests, paths })
+        let outside = if self == Job::Sheets { corpus() } else { None };
+        Some(Inputs { own, manifests, paths, outside })
     }
 
     /// Whether it has passed with just what is in the checkout; says so.
@@ -240,7 +257,13 @@ impl Job {
     fn run_silently(self, root: &Path, program: &Path) -> Result<(), String> {
         let name = self.name();
         println!("== {name}: begun beside the others");
-        let output = Command::new(program).args(["ci", &name]).current_dir(root).stdin(Stdio::null()).output();
+        // What only compiles gives way to the tests, of which some wait for a program to answer in time.
+        let gives_way = cfg!(unix) && self != Job::Firmware;
+        let mut command = if gives_way { Command::new("nice") } else { Command::new(program) };
+        if gives_way {
+            command.arg(program);
+        }
+        let output = command.args(["ci", &name]).current_dir(root).stdin(Stdio::null()).output();
         let output = output.map_err(|error| format!("cargo xtask ci {name}: {error}"))?;
         let text = [output.stdout, output.stderr].concat();
         println!("{}", String::from_utf8_lossy(&text).trim_end());
@@ -268,8 +291,10 @@ impl Job {
             }
             Job::Features => {
                 // Without features, as firmware takes the core, and each feature by itself.
-                for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
-                    for features in [&[""], &package.features()[..]].concat() {
+                for package in package::published(root)? {
+                    let alone = package::features(&package).collect::<Vec<_>>();
+                    let none = if alone.is_empty() { None } else { Some("") };
+                    for features in none.into_iter().chain(alone) {
                         let alone = ["clippy", "-p", &package.name, "--no-default-features", "--features", features];
                         command::run_cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
                     }
@@ -288,14 +313,20 @@ impl Job {
             Job::Minimal => minimal(root),
             Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
-            Job::Test => readme_command(root, "tests"),
+            Job::Test => {
+                readme_command(root, "tests")?;
+                // A test that is skipped does not show there.
+                for programs in [&["chromium-headless-shell", "chromium", "google-chrome"][..], &["tmux"], &["tshark"]]
+                {
+                    if !programs.iter().any(|program| command::is_there(program)) {
+                        println!("skipped: the tests that want {}", programs.join(" or "));
+                    }
+                }
+                Ok(())
+            }
             Job::Users => nested(root, &["downstream::", "bare::"]),
             Job::Hour => nested(root, &["a_drive_in_an_hour::"]),
-            // The tests have done it, but a test that is skipped does not show there.
-            Job::Page => {
-                command::run_cargo(root, &["test", "--workspace", "--test", "bench", "--", "--nocapture"], &[])?;
-                crate::page::run(root, true)
-            }
+            Job::Page => crate::page::run(root, true),
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
                 let tests = ["test", "--workspace", "--features", "lexican-mutants/mutants", "--test"];
@@ -309,6 +340,14 @@ impl Job {
             Job::Corpus => {
                 let folder = root.join("eds/tests/golden");
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))
+            }
+            Job::Sheets => {
+                let Some(corpus) = corpus() else {
+                    println!("skipped: real data sheets: LEXICAN_CORPUS names none");
+                    return Ok(());
+                };
+                let tests = ["test", "--workspace", "--test", "all", "--", "corpus::", "precision::", "declared::"];
+                command::run_cargo(root, &tests, &[("LEXICAN_CORPUS", &corpus.to_string_lossy())])
             }
             Job::Size => crate::size::run(root, true),
             Job::Firmware => {
@@ -339,6 +378,13 @@ fn nested(root: &Path, tests: &[&str]) -> Result<(), String> {
     command::run_cargo(root, &[&nested[..], tests].concat(), &[])
 }
 
+/// Data sheets that are no part of this project: a folder, or an archive of one.
+fn corpus() -> Option<PathBuf> {
+    let beside = || workspace::root().join("../shared/corpus/dev.tar.xz");
+    let place = std::env::var_os("LEXICAN_CORPUS").map_or_else(beside, PathBuf::from);
+    place.canonicalize().ok()
+}
+
 /// What firmware uses.
 const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features", "--features", "defmt"];
 
@@ -360,7 +406,7 @@ const TARGETS: [&str; 3] = ["x86_64-pc-windows-gnu", "aarch64-apple-darwin", "th
 /// Checks what is compiled for other machines: the command and all drives for hosts, the core for firmware.
 fn targets(root: &Path) -> Result<(), String> {
     let published = package::published(root)?;
-    let drives = published.iter().filter(|package| package.folder.starts_with(root.join("drives")));
+    let drives = published.iter().filter(|package| package.manifest_path.starts_with(root.join("drives")));
     let mut host = vec!["--all-features", "-p", "lexican"];
     drives.for_each(|package| host.extend(["-p", &package.name]));
     let [windows, mac, controller] = TARGETS;
@@ -386,12 +432,34 @@ fn dependencies(root: &Path) -> Result<(), String> {
     command::run(&["cargo-machete", "--skip-target-dir", &root.to_string_lossy()]).map_err(hint)?;
     command::run_cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[])
         .map_err(hint)?;
+    compiled_once(root)?;
     // What the firmware's boards are made of may come in several versions, but under no other licence.
     let firmware = ["--manifest-path", "examples/firmware/Cargo.toml"];
     command::run_cargo(root, &[&["fetch", "--quiet", "--locked"], &firmware[..]].concat(), &[])?;
     let check =
         ["--config", "deny.toml", "check", "--allow", "license-exception-not-encountered", "licenses", "sources"];
     command::run_cargo(root, &[&["deny", "--offline"], &firmware[..], &check].concat(), &[]).map_err(hint)
+}
+
+/// No library of ours is compiled twice for the tests: of what build scripts and programs share, both want the same features.
+fn compiled_once(root: &Path) -> Result<(), String> {
+    let mut cargo = command::cargo();
+    cargo.args(["test", "--workspace", "--no-run", "--unit-graph", "-Z", "unstable-options"]);
+    // An option of cargo that is not stable yet, and builds nothing.
+    let graph = command::output(cargo.env("RUSTC_BOOTSTRAP", "1").current_dir(root))?.stdout;
+    let graph: Value = serde_json::from_slice(&graph).map_err(|error| format!("cargo test --unit-graph: {error}"))?;
+    let libraries =
+        workspace::all(&graph["units"]).filter(|it| it["mode"] == "build" && it["target"]["kind"][0] == "lib");
+    let ours = libraries.filter_map(|it| it["pkg_id"].as_str().filter(|id| id.starts_with("path+")));
+    let mut seen = BTreeSet::new();
+    let twice: Vec<&str> = ours.filter(|id| !seen.insert(*id)).collect();
+    if twice.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "compiled twice, with dependencies of different features: {}\ngive them the same in eds/Cargo.toml",
+        twice.join(", ")
+    ))
 }
 
 /// Compiles what is published with the lowest versions that its manifests permit, in a copy: the lock file is another.
@@ -435,8 +503,8 @@ mod tests {
         let root = workspace::root();
         let paths = Job::Package.inputs().unwrap().paths(&root).unwrap();
         for package in package::published(&root).unwrap() {
-            let folder = package.folder.strip_prefix(&root).unwrap();
-            assert!(paths.iter().any(|path| folder.starts_with(path)), "{} is not in {paths:?}", folder.display());
+            let manifest = package.manifest_path.strip_prefix(&root).unwrap();
+            assert!(paths.iter().any(|path| manifest.starts_with(path)), "{} is not in {paths:?}", manifest.display());
         }
     }
 

@@ -8,12 +8,21 @@ pub(crate) fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
+/// Whether this machine has a program.
+pub(crate) fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
+}
+
 /// Runs a command on this machine, and shows it.
 pub(crate) fn run(words: &[&str]) -> Result<(), String> {
-    let line = words.join(" ");
-    println!("$ {line}");
     let (program, arguments) = words.split_first().ok_or("no command")?;
-    let status = Command::new(program).args(arguments).status().map_err(|error| format!("{line}: {error}"))?;
+    show(&words.join(" "), Command::new(program).args(arguments))
+}
+
+/// Runs a command, after a line that shows it.
+pub(crate) fn show(line: &str, command: &mut Command) -> Result<(), String> {
+    println!("$ {line}");
+    let status = command.status().map_err(|error| format!("{line}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }
 
@@ -29,12 +38,5 @@ pub(crate) fn output(command: &mut Command) -> Result<Output, String> {
 /// Runs cargo in a folder, and shows it.
 pub(crate) fn run_cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
     let line = format!("cargo {}", arguments.join(" "));
-    println!("$ {line}");
-    let status = cargo()
-        .args(arguments)
-        .envs(environment.iter().copied())
-        .current_dir(root)
-        .status()
-        .map_err(|error| format!("{line}: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
+    show(&line, cargo().args(arguments).envs(environment.iter().copied()).current_dir(root))
 }

@@ -89,9 +89,10 @@ fn more_inputs(target: &str) -> Option<&'static str> {
 
 /// The names of all targets.
 fn targets(root: &Path) -> Result<Vec<String>, String> {
-    let manifest = workspace::read_toml(&root.join("fuzz/Cargo.toml"))?;
-    let bins = manifest.get("bin").and_then(toml::Value::as_array).into_iter().flatten();
-    Ok(bins.filter_map(|bin| Some(bin.get("name")?.as_str()?.to_owned())).collect())
+    let packages = workspace::packages(root, "fuzz/Cargo.toml")?;
+    let targets = packages.iter().flat_map(|package| workspace::all(&package.says["targets"]));
+    let bins = targets.filter(|target| target["kind"][0] == "bin");
+    Ok(bins.filter_map(|bin| Some(bin["name"].as_str()?.to_owned())).collect())
 }
 
 /// The machine that this is, as the compiler names it.

@@ -1,29 +1,17 @@
 //! What is published: every package is complete in itself, and builds from packages alone.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use crate::{command, outside, workspace};
+use serde_json::Value;
 
-/// A package that is published.
-pub(crate) struct Package {
-    pub(crate) name: String,
-    pub(crate) folder: PathBuf,
-    manifest: toml::Table,
-}
+use crate::workspace::{self, Package};
+use crate::{command, outside};
 
-/// Those of the workspace.
+/// The packages of the workspace that are published.
 pub(crate) fn published(root: &Path) -> Result<Vec<Package>, String> {
-    let mut packages = Vec::new();
-    for path in workspace::manifests(root)? {
-        let manifest = workspace::read_toml(&path)?;
-        let package = manifest.get("package").and_then(toml::Value::as_table).ok_or("a manifest has no package")?;
-        if package.get("publish").and_then(toml::Value::as_bool) == Some(false) {
-            continue;
-        }
-        let name = package.get("name").and_then(toml::Value::as_str).ok_or("a package has no name")?.to_owned();
-        packages.push(Package { name, folder: path.parent().unwrap_or(root).to_path_buf(), manifest });
-    }
+    let mut packages = workspace::packages(root, "Cargo.toml")?;
+    packages.retain(|package| package.says["publish"].is_null());
     Ok(packages)
 }
 
@@ -33,7 +21,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let packages = published(root)?;
     let mut found = Vec::new();
     for package in &packages {
-        found.extend(package.findings(&package.files()?));
+        found.extend(findings(package, &files(package)?));
     }
     if !found.is_empty() {
         return Err(found.join("\n"));
@@ -64,71 +52,70 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     command::run_cargo(&folder, &check, &[("CARGO_PROFILE_DEV_DEBUG", "false")])
 }
 
-impl Package {
-    /// The names of its features; the default ones are none.
-    pub(crate) fn features(&self) -> Vec<&str> {
-        let features = self.manifest.get("features").and_then(toml::Value::as_table);
-        let names = features.into_iter().flat_map(toml::Table::keys).map(String::as_str);
-        names.filter(|name| *name != "default").collect()
-    }
+/// The names of a package's features; the default ones are none.
+pub(crate) fn features(package: &Package) -> impl Iterator<Item = &str> {
+    let names = package.says["features"].as_object().into_iter().flat_map(|features| features.keys());
+    names.map(String::as_str).filter(|name| *name != "default")
+}
 
-    /// What is packed.
-    fn files(&self) -> Result<String, String> {
-        let mut command = command::cargo();
-        command.args(["package", "--list", "--offline", "--allow-dirty"]).current_dir(&self.folder);
-        Ok(String::from_utf8_lossy(&command::output(&mut command)?.stdout).into_owned())
-    }
+/// What is packed.
+fn files(package: &Package) -> Result<String, String> {
+    let mut command = command::cargo();
+    command.args(["package", "--list", "--offline", "--allow-dirty", "--manifest-path"]).arg(&package.manifest_path);
+    Ok(String::from_utf8_lossy(&command::output(&mut command)?.stdout).into_owned())
+}
 
-    fn findings(&self, files: &str) -> Vec<String> {
-        let mut found = Vec::new();
-        let mut find = |what: String| found.push(format!("{}: {what}", self.name));
-        for file in ["LICENSE-APACHE", "LICENSE-MIT", "README.md"] {
-            if !files.lines().any(|line| line == file) {
-                find(format!("{file} is not in the package"));
-            }
+fn findings(package: &Package, files: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut find = |what: String| found.push(format!("{}: {what}", package.name));
+    for file in ["LICENSE-APACHE", "LICENSE-MIT", "README.md"] {
+        if !files.lines().any(|line| line == file) {
+            find(format!("{file} is not in the package"));
         }
-        let package = &self.manifest["package"];
-        for key in ["description", "license", "repository", "keywords", "categories"] {
-            if package.get(key).is_none() {
-                find(format!("the manifest has no {key}"));
-            }
-        }
-        if package.get("readme").and_then(toml::Value::as_str) != Some("README.md") {
-            find("the README must be the package's own".to_owned());
-        }
-        let docs = package.get("metadata").and_then(|metadata| metadata.get("docs")?.get("rs")?.get("all-features"));
-        if !self.features().is_empty() && docs.and_then(toml::Value::as_bool) != Some(true) {
-            find("docs.rs must show all features: [package.metadata.docs.rs]".to_owned());
-        }
-        found
     }
+    for key in ["description", "license", "repository", "keywords", "categories"] {
+        if package.says[key].is_null() || package.says[key].as_array().is_some_and(Vec::is_empty) {
+            find(format!("the manifest has no {key}"));
+        }
+    }
+    if package.says["readme"] != "README.md" {
+        find("the README must be the package's own".to_owned());
+    }
+    let docs = package.says["metadata"].pointer("/docs/rs/all-features").and_then(Value::as_bool);
+    if features(package).next().is_some() && docs != Some(true) {
+        find("docs.rs must show all features: [package.metadata.docs.rs]".to_owned());
+    }
+    found
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
-    const WHOLE: &str = "[package]\nname = \"x\"\ndescription = \"\"\nlicense = \"\"\nrepository = \"\"\nkeywords = []\n\
-                         categories = []\nreadme = \"README.md\"\nmetadata.docs.rs.all-features = true\n\
-                         [features]\ndefault = []\nstd = []\n";
     const FILES: &str = "LICENSE-APACHE\nLICENSE-MIT\nREADME.md\nsrc/lib.rs\n";
 
     #[track_caller]
-    fn findings(manifest: &str, files: &str) -> usize {
-        let manifest = manifest.parse().unwrap();
-        Package { name: "x".to_owned(), folder: PathBuf::new(), manifest }.findings(files).len()
+    fn count(without: &str, readme: &str, files: &str) -> usize {
+        let mut whole = json!({
+            "name": "x", "manifest_path": "", "features": { "default": [], "std": [] }, "description": "", "license": "",
+            "repository": "", "keywords": ["x"], "categories": ["x"], "readme": readme,
+            "metadata": { "docs": { "rs": { "all-features": true } } },
+        });
+        whole.as_object_mut().unwrap().remove(without);
+        findings(&serde_json::from_value(whole).unwrap(), files).len()
     }
 
     #[test]
     fn a_package_is_complete_in_itself() {
-        assert_eq!(findings(WHOLE, FILES), 0);
-        for line in ["description", "license", "repository", "keywords", "categories", "readme", "metadata"] {
-            let manifest: Vec<&str> = WHOLE.lines().filter(|other| !other.starts_with(line)).collect();
-            assert_eq!(findings(&manifest.join("\n"), FILES), 1, "without {line}");
+        assert_eq!(count("", "README.md", FILES), 0);
+        for key in ["description", "license", "repository", "keywords", "categories", "readme", "metadata"] {
+            assert_eq!(count(key, "README.md", FILES), 1, "without {key}");
         }
-        assert_eq!(findings(&WHOLE.replace("\"README.md\"", "\"../README.md\""), FILES), 1);
+        assert_eq!(count("", "../README.md", FILES), 1);
         for file in ["LICENSE-APACHE", "LICENSE-MIT", "README.md"] {
-            assert_eq!(findings(WHOLE, &FILES.replace(file, "other")), 1, "without {file}");
+            assert_eq!(count("", "README.md", &FILES.replace(file, "other")), 1, "without {file}");
         }
     }
 
@@ -136,8 +123,8 @@ mod tests {
     fn what_is_published_has_features_but_for_the_default_ones() {
         let packages = published(&workspace::root()).unwrap();
         let runtime = packages.iter().find(|package| package.name == "lexican-runtime").unwrap();
-        let features = runtime.features();
-        assert!(features.contains(&"std") && !features.contains(&"default"));
+        let all: Vec<_> = features(runtime).collect();
+        assert!(all.contains(&"std") && !all.contains(&"default"));
         assert!(!packages.iter().any(|package| package.name == "xtask"));
     }
 }

@@ -1,35 +1,29 @@
 //! What npm makes: the page of the bench (`bench/page/dist`, of `bench/page/src`) after its tests, and the extension for VS Code.
 
-use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
+
+use crate::command;
 
 /// Makes the page anew; with `check`, compares it with the one that is there, if this machine has npm.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let folder = root.join("bench/page");
-    match Command::new("npm").arg("--version").output() {
-        Err(error) if check && error.kind() == ErrorKind::NotFound => {
-            println!("skipped: whether the bench's page is what its sources make: there is no npm");
-            return Ok(());
-        }
-        Err(error) => return Err(format!("npm: {error}: install nodejs and npm")),
-        Ok(_) => {}
+    if check && !command::is_there("npm") {
+        println!("skipped: whether the bench's page is what its sources make: there is no npm");
+        return Ok(());
     }
     let make = if check { "check" } else { "build" };
     run_npm(&folder, &[&["ci", "--no-audit", "--no-fund"], &["test"], &["run", make]])
 }
 
 fn run_npm(folder: &Path, lines: &[&[&str]]) -> Result<(), String> {
-    for arguments in lines {
-        let line = format!("npm {}", arguments.join(" "));
-        println!("$ {line}");
-        let status = Command::new("npm").current_dir(folder).args(*arguments).status();
-        let status = status.map_err(|error| format!("{line}: {error}: install nodejs and npm"))?;
-        if !status.success() {
-            return Err(format!("{line}: {status}"));
-        }
-    }
-    Ok(())
+    lines.iter().try_for_each(|arguments| {
+        let npm = command::show(
+            &format!("npm {}", arguments.join(" ")),
+            Command::new("npm").current_dir(folder).args(*arguments),
+        );
+        npm.map_err(|error| format!("{error}: it takes nodejs and npm"))
+    })
 }
 
 /// Makes the package of the extension for VS Code: `editors/vscode/lexican.vsix`.
@@ -44,5 +38,5 @@ pub(crate) fn pictures(root: &Path) -> Result<(), String> {
     let folder = root.join("bench/docs");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let play = ["test", "--workspace", "--test", "bench", "page::", "--", "--nocapture"];
-    crate::command::run_cargo(root, &play, &[("LEXICAN_PICTURES", &folder.to_string_lossy())])
+    command::run_cargo(root, &play, &[("LEXICAN_PICTURES", &folder.to_string_lossy())])
 }

@@ -6,7 +6,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::{command, workspace};
+use serde_json::Value;
+
+use crate::command;
+use crate::workspace::{self, all};
 
 /// Where the records are. They are made by jobs, and are no part of what jobs depend on.
 pub(crate) const FOLDER: &str = ".ci/proved";
@@ -35,6 +38,8 @@ pub(crate) struct Inputs {
     pub(crate) manifests: &'static [&'static str],
     /// Files and folders besides.
     pub(crate) paths: &'static [&'static str],
+    /// A file that is no part of this repository.
+    pub(crate) outside: Option<PathBuf>,
 }
 
 impl Inputs {
@@ -61,6 +66,9 @@ impl Inputs {
         let mut list = git(&["ls-files", "--stage", "--"]);
         let mut text = command::output(list.args(self.paths(root)?))?.stdout;
         text.extend(command::output(Command::new("rustc").arg("-vV"))?.stdout);
+        if let Some(outside) = &self.outside {
+            text.extend(command::output(git(&["hash-object"]).arg(outside))?.stdout);
+        }
         let mut hash = git(&["hash-object", "--stdin"]);
         let failed = |error: std::io::Error| format!("git hash-object: {error}");
         let mut child = hash.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
@@ -90,54 +98,24 @@ fn record(root: &Path, job: &str) -> PathBuf {
 
 /// The folders of a manifest's packages and of all packages of this repository that they depend on, for tests, too.
 fn packages(root: &Path, manifest: &str) -> Result<BTreeSet<String>, String> {
-    let mut cargo = command::cargo();
-    cargo.args(["metadata", "--format-version", "1", "--all-features", "--locked", "--manifest-path", manifest]);
-    let metadata: Metadata = serde_json::from_slice(&command::output(cargo.current_dir(root))?.stdout)
-        .map_err(|error| format!("cargo metadata of {manifest}: {error}"))?;
-    let depends: BTreeMap<&str, &[String]> =
-        metadata.resolve.nodes.iter().map(|node| (&*node.id, &*node.dependencies)).collect();
-    let of_manifest = |package: &&Package| Path::new(&package.manifest_path) == root.join(manifest);
+    let metadata = workspace::metadata(root, manifest, &["--all-features", "--locked"])?;
+    let id = |of: &Value| of["id"].as_str().unwrap_or_default().to_owned();
+    let depends: BTreeMap<_, _> =
+        all(&metadata["resolve"]["nodes"]).map(|node| (id(node), &node["dependencies"])).collect();
     // A manifest of a whole workspace has no package of its own: all its members count.
-    let mut open: Vec<&str> = match metadata.packages.iter().find(of_manifest) {
-        Some(package) => vec![&package.id],
-        None => metadata.workspace_members.iter().map(String::as_str).collect(),
+    let mut open: Vec<&str> = match metadata["resolve"]["root"].as_str() {
+        Some(package) => vec![package],
+        None => all(&metadata["workspace_members"]).filter_map(Value::as_str).collect(),
     };
     let mut reached = BTreeSet::new();
     while let Some(id) = open.pop() {
         if reached.insert(id) {
-            open.extend(depends.get(id).into_iter().copied().flatten().map(String::as_str));
+            open.extend(depends.get(id).into_iter().flat_map(|it| all(it)).filter_map(Value::as_str));
         }
     }
-    let ours = metadata.packages.iter().filter(|package| package.source.is_none() && reached.contains(&*package.id));
-    let folders = ours.filter_map(|package| Path::new(&package.manifest_path).parent()?.strip_prefix(root).ok());
+    let ours = all(&metadata["packages"]).filter(|it| it["source"].is_null() && reached.contains(id(it).as_str()));
+    let folders = ours.filter_map(|it| Path::new(it["manifest_path"].as_str()?).parent()?.strip_prefix(root).ok());
     Ok(folders.map(|folder| folder.to_string_lossy().into_owned()).collect())
-}
-
-/// What `cargo metadata` says, as far as it is wanted here.
-#[derive(serde::Deserialize)]
-struct Metadata {
-    packages: Vec<Package>,
-    resolve: Resolve,
-    workspace_members: Vec<String>,
-}
-
-#[derive(serde::Deserialize)]
-struct Package {
-    id: String,
-    /// None for a package that lies in this repository.
-    source: Option<String>,
-    manifest_path: String,
-}
-
-#[derive(serde::Deserialize)]
-struct Resolve {
-    nodes: Vec<Node>,
-}
-
-#[derive(serde::Deserialize)]
-struct Node {
-    id: String,
-    dependencies: Vec<String>,
 }
 
 #[cfg(test)]
@@ -169,7 +147,8 @@ mod tests {
         file("target/.gitignore", "*");
         command::output(Command::new("git").arg("init").arg("--quiet").current_dir(&root)).unwrap();
         // What a job depends on always is looked for, too: git refuses no path that is not there.
-        let inputs = Inputs { own: &[], manifests: &[], paths: &["job"] };
+        let inputs = Inputs { own: &[], manifests: &[], paths: &["job"], outside: Some(root.join("outside")) };
+        file("outside", "1");
         let hash = || inputs.hash(&root).unwrap();
         let first = hash();
         file("elsewhere/b.rs", "2");
@@ -181,6 +160,9 @@ mod tests {
         assert!(!is_right(&root, "job", &hash()));
         file("job/a.rs", "1");
         assert_eq!(hash(), first);
+        file("outside", "2");
+        assert_ne!(hash(), first);
+        file("outside", "1");
         file("job/new.rs", "");
         assert_ne!(hash(), first, "a file that is not yet added counts");
         std::fs::remove_dir_all(&root).unwrap();

@@ -1,45 +1,26 @@
 //! Paths in pages: each file and folder that a page names is there.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::checkout;
 use crate::workspace::entries;
 
 /// What the pages name that is not there. Of the changelog only links count: what it says was true when it was written.
 pub(super) fn findings(root: &Path) -> Result<Vec<String>, String> {
-    let mut pages = Vec::new();
-    collect(root, &mut pages)?;
-    let rooms: Vec<String> = entries(root)?.iter().filter(|path| path.is_dir()).filter_map(|path| name(path)).collect();
+    let rooms = entries(root)?.into_iter().filter(|path| path.is_dir());
+    let rooms: Vec<String> = rooms.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned())).collect();
     let mut found = Vec::new();
-    for page in pages {
-        let shown = page.strip_prefix(root).unwrap_or(&page).display().to_string();
-        let text = fs::read_to_string(&page).map_err(|error| format!("{shown}: {error}"))?;
-        let folder = page.parent().unwrap_or(root);
-        for (line, named) in named(&text, &rooms, shown != "CHANGELOG.md") {
+    for page in checkout::files(root)?.iter().filter(|page| page.ends_with(".md")) {
+        let text = fs::read_to_string(root.join(page)).map_err(|error| format!("{page}: {error}"))?;
+        let folder = root.join(page).with_file_name("");
+        for (line, named) in named(&text, &rooms, page != "CHANGELOG.md") {
             if !folder.join(&named).exists() && !root.join(&named).exists() {
-                found.push(format!("{shown}:{line}: {named} is not there"));
+                found.push(format!("{page}:{line}: {named} is not there"));
             }
         }
     }
     Ok(found)
-}
-
-fn name(path: &Path) -> Option<String> {
-    path.file_name().and_then(|name| name.to_str()).map(str::to_owned)
-}
-
-fn collect(folder: &Path, pages: &mut Vec<PathBuf>) -> Result<(), String> {
-    for path in entries(folder)? {
-        let name = name(&path).unwrap_or_default();
-        if path.is_dir() {
-            if !name.starts_with('.') && !["target", "node_modules"].contains(&name.as_str()) {
-                collect(&path, pages)?;
-            }
-        } else if name.ends_with(".md") {
-            pages.push(path);
-        }
-    }
-    Ok(())
 }
 
 /// The links of a page to files, and, if wanted, what stands between backquotes and begins with one of our rooms.
