@@ -56,7 +56,7 @@ fn a_machine_is_formatted_exported_and_explained() {
     in_machine("machine-fmt-check", &odd, &["machine", "fmt", "--check"]).on_stdout(1, "machine.toml");
     in_machine("machine-fmt", &odd, &["machine", "fmt"]).on_stdout(0, "machine.toml");
     let export = in_machine("machine-export", MACHINE, &["machine", "export", "--folder", "all"]);
-    let files = ["feeder.dcf", "feeder.bin", "nodelist.cpj", "machine.dbc", "machine.lua", "machine.md", "machine.svg"];
+    let files = ["feeder.dcf", "feeder.bin", "machine.dbc", "machine.lua", "machine.md", "machine.svg", "nodelist.cpj"];
     export.on_stdout(0, &files.map(|file| format!("all/{file}\n")).concat());
     let some = &["machine", "export", "--folder", "some", "--format", "cpj,concise"];
     in_machine("machine-export-some", MACHINE, some).on_stdout(0, "some/feeder.bin\nsome/nodelist.cpj\n");
