@@ -110,6 +110,7 @@ export default {
   'node.aborts': 'Abbrüche',
   'node.sheet': 'Gerätebeschreibung',
   'node.sheet.set': 'Verwenden',
+  'node.sheet.fetch': 'Aus dem Gerät holen',
   'node.silent': 'seit {seconds} s still',
   'node.vendor': 'Hersteller',
   'node.product': 'Produkt',

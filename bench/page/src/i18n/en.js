@@ -109,6 +109,7 @@ export default {
   'node.aborts': 'Aborts',
   'node.sheet': 'Data sheet',
   'node.sheet.set': 'Use',
+  'node.sheet.fetch': 'Fetch from the device',
   'node.silent': 'silent for {seconds} s',
   'node.vendor': 'Vendor',
   'node.product': 'Product',
