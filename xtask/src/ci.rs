@@ -40,7 +40,7 @@ pub(crate) enum Job {
     Test,
     /// crates as users write them, and a firmware without std, built outside of the workspace
     Users,
-    /// the page "A drive in an hour", followed
+    /// the pages "A drive in an hour" and "For users of CANopenNode", followed
     Hour,
     /// the conformance test's HTML report in a browser, and the bench's page, where there are a browser and npm
     Page,
@@ -286,7 +286,7 @@ impl Job {
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
             Job::Users => nested(root, &["downstream::", "bare::"]),
-            Job::Hour => nested(root, &["a_drive_in_an_hour::"]),
+            Job::Hour => nested(root, &["a_drive_in_an_hour::", "for_canopennode::"]),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
                 command::run_cargo(root, &["test", "--workspace", "--test", "bench", "--", "--nocapture"], &[])?;
