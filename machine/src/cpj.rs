@@ -1,5 +1,6 @@
 //! A CPJ (CiA 306-3, nodelist project): the nodes of one network or several, and the DCF of each.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -89,10 +90,11 @@ impl<'a> Reader<'a> {
         let mut pairs = BTreeMap::new();
         for (key, value) in &section.pairs {
             let (at, key, value) = (range(*key), self.source.get(*key), self.source.get(*value).trim());
-            if pairs.contains_key(&key.to_ascii_lowercase()) {
-                self.warn("cpj::key", &at, again(&format!("`{key}`")), None);
-            } else {
-                pairs.insert(key.to_ascii_lowercase(), Pair { key, at, value });
+            match pairs.entry(key.to_ascii_lowercase()) {
+                Entry::Vacant(free) => {
+                    free.insert(Pair { key, at, value });
+                }
+                Entry::Occupied(_) => self.warn("cpj::key", &at, again(&format!("`{key}`")), None),
             }
         }
         pairs
