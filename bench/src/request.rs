@@ -41,6 +41,8 @@ pub enum Request {
         /// `siko/ag03-1`, `drive.eds`.
         sheet: String,
     },
+    /// Gives a node the data sheet that it has in it (1021h).
+    FetchSheet { node: u8 },
     /// Looks for one device without node-ID by LSS fastscan, and gives it this node-ID.
     Assign { node: u8 },
 

@@ -133,6 +133,8 @@ pub struct Node {
     pub name: String,
     /// The data sheet: `siko/ag03-1`.
     pub sheet: Option<String>,
+    /// Whether it has one in it (1021h) that is not used.
+    pub stores_sheet: bool,
     /// 1018h, as far as it was read: vendor, product, revision, serial number.
     pub identity: [Option<u32>; 4],
     /// `OPERATIONAL`; None while unknown.

@@ -19,6 +19,7 @@ use lexican_toolbox::bus::sdo_channel::{request_frame, responder};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::decode::duplicates::{DuplicateNodes, Evidence};
 use lexican_toolbox::node::identity::{recognise, words};
+use lexican_toolbox::node::stored;
 use lexican_toolbox::text::duration::milliseconds;
 
 /// Find the nodes of a bus
@@ -51,7 +52,6 @@ const PAUSE: Duration = Duration::from_millis(1);
 /// How much later a second node with the same node-ID may respond.
 const GRACE: Duration = Duration::from_millis(30);
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
-const STORE_FORMAT: Address = Address::new(cia301::STORE_FORMAT, 0);
 
 /// A node that was found.
 #[derive(Debug, Default)]
@@ -121,7 +121,7 @@ impl<L: Link> Scanner<L> {
         }
         let unknown = self.found.iter().filter(|(_, found)| found.device().is_none());
         let unknown: Vec<_> = unknown.map(|(node, _)| *node).collect();
-        self.ask(unknown.into_iter(), STORE_FORMAT)?;
+        self.ask(unknown.into_iter(), stored::FORM)?;
         self.listen(self.wait, true)?;
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
@@ -237,7 +237,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
                 "revision": found.identity(3),
                 "serial": found.identity(4),
                 "device": found.device(),
-                "data_sheet": found.numbers.contains_key(&STORE_FORMAT),
+                "data_sheet": found.numbers.contains_key(&stored::FORM),
                 "two_nodes": found.evidence,
                 "other_answers": others,
             });
@@ -245,7 +245,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
         } else {
             let name = styled(anstyle::Style::new().bold(), format_args!("node {node:>3}"));
             writeln!(stdout, "{name}  {}", found.describe())?;
-            if found.numbers.contains_key(&STORE_FORMAT) {
+            if found.numbers.contains_key(&stored::FORM) {
                 writeln!(stdout, "          its data sheet is in it: `lexican eds fetch {node}` reads it")?;
             }
             for evidence in &found.evidence {

@@ -96,7 +96,9 @@ fn device_facts(device: &Device) -> Vec<(&'static str, String)> {
         ("NrOfTXPDO", some(info.transmit_pdos)),
         ("LSS_Supported", flag(info.lss)),
         ("CompactPDO", number(Some(info.compact_pdo).filter(|&bits| bits != 0))),
+        ("CANopenSafetySupported", flag(info.safety)),
     ];
+    facts.extend(info.reserved.iter().map(|(key, value)| (*key, Some(value.clone()))));
     if let Some(commissioning) = &device.commissioning {
         facts.extend([
             ("NodeID", some(commissioning.node_id.map(u16::from))),

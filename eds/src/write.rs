@@ -156,6 +156,12 @@ impl Writer {
         if info.compact_pdo != 0 {
             self.pair("CompactPDO", hex(info.compact_pdo));
         }
+        if info.safety {
+            self.flag("CANopenSafetySupported", true);
+        }
+        for (key, value) in &info.reserved {
+            self.pair(key, one_line(value));
+        }
     }
 
     fn commissioning(&mut self, commissioning: &Commissioning) {
@@ -327,6 +333,12 @@ impl Writer {
             self.value(key, value, entry.data_type);
         }
         self.flag("PDOMapping", entry.pdo_mapping);
+        if entry.srdo_mapping {
+            self.flag("SRDOMapping", true);
+        }
+        if let Some((index, sub)) = entry.inverted {
+            self.pair("InvertedSRAD", format_args!("0x{index:04X}{sub:02X}"));
+        }
         if self.configured {
             self.value("ParameterValue", &entry.configured, entry.data_type);
             self.text("Denotation", &entry.denotation);
@@ -453,6 +465,8 @@ mod tests {
             pdo_mapping in any::<bool>(),
             values in [value(data_type), value(data_type), value(data_type), value(data_type)],
             texts in [option::of(text()), option::of(text()), option::of(text()), option::of(text())],
+            srdo_mapping in any::<bool>(),
+            inverted in option::of(any::<(u16, u8)>()),
         ) -> Entry {
             let [default, configured, low, high] = values;
             let [denotation, designator, upload_file, download_file] = texts;
@@ -461,7 +475,8 @@ mod tests {
             let (low, high) = if is_zero(&low) && is_zero(&high) { (None, None) } else { (low, high) };
             let entry = Entry { name, data_type, access, pdo_mapping, default, ..Entry::new(0, 0, Span::default()) };
             entry.with_details(EntryDetails {
-                configured, low, high, denotation, designator, upload_file, download_file, ..EntryDetails::default()
+                configured, low, high, denotation, designator, upload_file, download_file, srdo_mapping, inverted,
+                ..EntryDetails::default()
             })
         }
     }
@@ -530,7 +545,7 @@ mod tests {
                 false => vec![Module { number: 1, product_name: module_name, comments: comments.clone(), fixed, ..Module::default() }],
             };
             let mut device = Device {
-                file: FileInfo { name, version, revision, description, last_eds, ..FileInfo::default() },
+                file: FileInfo { name, version, revision, description: description.clone(), last_eds, ..FileInfo::default() },
                 info: DeviceInfo {
                     vendor_name, vendor_number, product_name, product_number, revision_number, order_code,
                     bit_rates_kbit, granularity,
@@ -538,6 +553,7 @@ mod tests {
                     group_messaging: flags[4], lss: flags[5],
                     // A bit that means something would bring objects when it is read back.
                     receive_pdos: Some(1), transmit_pdos: None, compact_pdo: 0x40,
+                    safety: flags[0], reserved: description.iter().map(|text| ("NG_Slave", text.clone())).collect(),
                 },
                 dummies,
                 comments,

@@ -71,6 +71,8 @@ impl Default for Buses {
 pub(crate) struct Bus {
     /// Where it is, as --bus has it: "can0", "slcan:/dev/ttyACM0". `--bus sim` simulates the machine instead.
     pub(crate) url: Option<At<String>>,
+    /// Its reference designator in drawings (NetRefd of CiA 306).
+    pub(crate) designator: Option<String>,
     /// Its bit rate.
     pub(crate) bit_rate: Option<At<BitRate>>,
     /// The node-ID of the manager. It has to have one when nodes watch its heartbeat.
@@ -109,6 +111,8 @@ enum OnLossName {
 pub(crate) struct Node {
     /// Its node-ID, 1 to 127; or "none", for a device that gets one by LSS.
     pub(crate) id: Option<At<Id>>,
+    /// Its reference designator in drawings (NodeRefd of CiA 306): "-A3".
+    pub(crate) designator: Option<String>,
     /// On which bus it is, if the machine has several.
     pub(crate) bus: Option<At<String>>,
     /// The kind that it is of.

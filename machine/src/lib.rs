@@ -4,13 +4,14 @@
 //! [`Machine::open`] reads it, with a finding for each mistake; [`Machine::writes`] is what is written into each node,
 //! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
 //! [`Machine::dcf`], [`Machine::database`], [`Machine::page`] and others are what other tools and people take of it. A [`Draft`] is the
-//! file of a machine that is there already, as it was [`Found`] on its bus, or described by a [`BusYml`].
+//! file of a machine that is there already, as it was [`Found`] on its bus, or described by a [`BusYml`] or a [`Cpj`].
 //! With the feature `codegen`, `generate` makes a typed machine of it in a build script.
 
 mod at;
 mod bench;
 mod bus_yml;
 mod check;
+mod cpj;
 mod draft;
 mod export;
 mod faults;
@@ -30,6 +31,7 @@ mod wire;
 pub use at::{At, Revision};
 pub use bus_yml::BusYml;
 pub use check::Load;
+pub use cpj::Cpj;
 pub use draft::{Draft, Found};
 pub use files::Files;
 pub use format::format;

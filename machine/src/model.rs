@@ -79,6 +79,7 @@ pub struct WhichBus {
 pub struct Bus {
     pub name: Option<At<String>>,
     pub url: Option<At<String>>,
+    pub designator: Option<String>,
     /// In bit/s.
     pub bit_rate: Option<u32>,
     pub manager: Option<NodeId>,
@@ -95,6 +96,7 @@ impl Bus {
         Bus {
             name,
             url: bus.url,
+            designator: bus.designator,
             bit_rate: bus.bit_rate.map(|At { value: BitRate(rate), .. }| rate),
             manager: bus.manager.and_then(|id| id.value.0),
             sync: bus.sync.map(|time| time.0),
@@ -112,6 +114,7 @@ impl Bus {
 #[allow(missing_docs, reason = "they are as in the section of the file")]
 pub struct Node {
     pub name: At<String>,
+    pub designator: Option<String>,
     /// `None` for a device that gets its node-ID by LSS.
     pub id: Option<NodeId>,
     /// The name of its data sheet: a path, or a device of the library.

@@ -132,6 +132,7 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     let time = |time: &Option<At<Time>>| time.as_ref().map(|time| time.value.0);
     Node {
         id,
+        designator: node.designator,
         sheet_name,
         sheet,
         overlays: overlays.iter().map(|overlay| sheets.files.path(&overlay.value)).collect(),

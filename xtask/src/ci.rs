@@ -42,7 +42,7 @@ pub(crate) enum Job {
     Package,
     /// crates as users write them, and a firmware without std, built outside of the workspace
     Users,
-    /// the page "A drive in an hour", followed
+    /// the pages "A drive in an hour" and "For users of CANopenNode", followed
     Hour,
     /// the bench's page is what its sources make, where there is npm
     Page,
@@ -325,7 +325,7 @@ impl Job {
                 Ok(())
             }
             Job::Users => nested(root, &["downstream::", "bare::"]),
-            Job::Hour => nested(root, &["a_drive_in_an_hour::"]),
+            Job::Hour => nested(root, &["a_drive_in_an_hour::", "for_canopennode::"]),
             Job::Page => crate::page::run(root, true),
             Job::Verify => {
                 crate::verify::run(root, None, true)?;

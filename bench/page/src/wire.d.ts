@@ -306,6 +306,10 @@ name: string,
  */
 sheet: string | null, 
 /**
+ * Whether it has one in it (1021h) that is not used.
+ */
+stores_sheet: boolean, 
+/**
  * 1018h, as far as it was read: vendor, product, revision, serial number.
  */
 identity: [number | null, number | null, number | null, number | null], 
@@ -519,7 +523,7 @@ node: number | null, command: Nmt, } | { "do": "acknowledge" } | { "do": "scan" 
 /**
  * `siko/ag03-1`, `drive.eds`.
  */
-sheet: string, } | { "do": "assign", node: number, } | { "do": "objects", node: number, } | { "do": "read", node: number, 
+sheet: string, } | { "do": "fetch-sheet", node: number, } | { "do": "assign", node: number, } | { "do": "objects", node: number, } | { "do": "read", node: number, 
 /**
  * `6064:00`; `1018` for all entries of an object.
  */

@@ -2,20 +2,25 @@
 
 use lexican_eds::model::Value;
 use lexican_eds::types::Class;
+use lexican_eds::{Input, Source};
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::node::stored;
 use lexican_toolbox::values::lookup::{resolve, resolve_all};
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, written};
 
 use super::hub::Port;
+use super::jobs::Job;
 use super::lock::lock;
 use super::worker::Worker;
 use crate::model::value;
 use crate::number;
 use crate::request::{Answer, Refused};
+use crate::sheet::Sheet;
 use crate::view;
 
 /// Reads entries by their names or addresses.
@@ -53,6 +58,29 @@ fn read_one(worker: &Worker, network: &mut Network<Port>, address: Address) -> R
         }),
         Err(error) => Err(Refused::new(error).with_remedy(model.no_answer(worker.node))),
     }
+}
+
+/// Gives the node the data sheet that it has in it.
+pub(super) fn fetch_sheet(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
+    let node = worker.node;
+    let mut network = worker.network()?;
+    let silent = |error: AccessError| Refused::new(error).with_remedy(lock(&worker.model).no_answer(node));
+    match stored::form(&mut network, node).map_err(silent)? {
+        Some(stored::TEXT) => {}
+        Some(form) => {
+            let why =
+                format_args!("the data sheet of node {node} is in form {form} of the vendor (1022h), and no text");
+            return Err(Refused::new(why).with_remedy("`lexican eds fetch` writes it as it is, for the vendor's tools"));
+        }
+        None => return Err(Refused::new(format_args!("node {node} has no data sheet in it: there is no 1022h"))),
+    }
+    let text = network.read_bytes(node, stored::SHEET).map_err(silent)?;
+    let name = format!("1021h of node {node}");
+    let sheet = DataSheet::new(Input::new(Source::from_bytes(&name, &text)));
+    let sheet = sheet.map_err(|error| Refused { remedy: error.remedy(), ..Refused::new(&error) })?;
+    job.end(true, format!("{} objects", sheet.device.objects.len()));
+    lock(&worker.model).introduce(node, Sheet::new(&name, sheet));
+    Ok(Answer::Done)
 }
 
 /// Writes an entry, if the data sheet allows it.

@@ -8,6 +8,7 @@ use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
+use lexican_toolbox::node::stored;
 use lexican_toolbox::trace::sampler::Signal;
 
 use super::hub::{self, Port, Ports};
@@ -412,7 +413,10 @@ pub(super) fn get_to_know(worker: &Worker) {
     worker.ask(NOBODY, |worker| {
         let Ok(mut network) = worker.network() else { return };
         let identity = (1..=4).map(|sub| Address::new(cia301::IDENTITY, sub));
-        for address in identity.chain([Address::new(DEVICE_NAME, 0)]) {
+        for address in identity.chain([Address::new(DEVICE_NAME, 0), stored::FORM]) {
+            if address == stored::FORM && lock(&worker.model).sheet(worker.node).is_some() {
+                return;
+            }
             match network.read_bytes(worker.node, address) {
                 Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
                 // It is not there, and asked again when it boots.

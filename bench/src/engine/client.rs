@@ -112,6 +112,7 @@ impl Client {
             Request::Write { node, address, text, force } => {
                 self.with(node, sender, move |worker| noted(false, access::write(worker, &address, &text, force)));
             }
+            Request::FetchSheet { node } => self.job(node, "data sheet", sender, access::fetch_sheet),
             Request::Backup { node } => self.job(node, "backup", sender, parameters::keep),
             Request::Restore { node, dcf } => {
                 self.job(node, "restore", sender, move |worker, job| parameters::put_back(worker, job, &dcf));

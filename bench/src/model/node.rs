@@ -6,6 +6,7 @@ use lexican_runtime::manager::Pace;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Instant, Measured, cia301};
+use lexican_toolbox::node::stored;
 use lexican_toolbox::values::hex;
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::encode;
@@ -76,6 +77,8 @@ pub(crate) struct Node {
     pub(crate) device_name: Option<String>,
     /// 1018h.
     pub(crate) identity: [Option<u32>; 4],
+    /// Whether it has its data sheet in it, as a text (1022h).
+    pub(crate) stores_sheet: bool,
     /// Whether it has answered with its product code, or that it has none.
     pub(crate) has_said_product: bool,
     /// By its error control, or the answer of a command.
@@ -164,7 +167,7 @@ impl Node {
         seen
     }
 
-    /// What 1008h and 1018h say.
+    /// What 1008h, 1018h and 1022h say.
     fn learn(&mut self, report: &ValueReport) {
         let Some(raw) = &report.raw else { return };
         match (report.address.index(), report.address.sub()) {
@@ -181,6 +184,7 @@ impl Node {
                     self.changes.truncate(CHANGES);
                 }
             }
+            _ if report.address == stored::FORM => self.stores_sheet = raw.first() == Some(&stored::TEXT),
             _ => {}
         }
     }
@@ -197,6 +201,7 @@ impl Node {
             id,
             name: self.name(),
             sheet: self.sheet.map(|sheet| sheet.name.to_owned()),
+            stores_sheet: self.stores_sheet && self.sheet.is_none(),
             identity: self.identity,
             state: self.state.map(|state| state.value.to_string()),
             faults: self.faults.clone(),

@@ -37,6 +37,7 @@ pub(super) fn handle_key(ui: &mut Ui, trace: &mut trace::State, code: KeyCode, v
                 Ok(Action::Ask(Purpose::Say, Request::SetSheet { node, sheet }))
             })
         }
+        KeyCode::Char('e') => say(Request::FetchSheet { node: id? }),
         KeyCode::Char('g') => {
             let fault = node.and_then(|node| node.faults.first().or(node.history.first()))?.row;
             ui.tab = Tab::Trace;
@@ -108,6 +109,9 @@ fn details(ui: &Ui, node: &Node) -> Vec<Line<'static>> {
     let known = ["vendor", "product", "revision", "serial"].into_iter().zip(node.identity);
     let known: Vec<_> = known.filter_map(|(name, number)| Some(format!("{name} {:X}h", number?))).collect();
     lines.push(Line::from(format!("{}: {}", ui.text(Text::Identity), known.join(", "))));
+    if node.stores_sheet {
+        lines.push(Line::from(ui.text(Text::StoresSheet)));
+    }
     if let Some(ms) = node.sdo_ms {
         lines.push(Line::from(format!("SDO: {ms:.1} ms")));
     }

@@ -91,6 +91,7 @@ texts! {
     On, "on", "ein";
     Off, "off", "aus";
     NoSheet, "no data sheet: d gives one", "kein Datenblatt: d gibt eines";
+    StoresSheet, "its data sheet is in it: e fetches it", "sein Datenblatt ist in ihm: e holt es";
     NoNode, "no node was heard: f looks for nodes", "kein Knoten gehört: f sucht Knoten";
     NoDrive, "no node is a drive", "kein Knoten ist ein Antrieb";
     NoDevice, "the devices of this bus are real", "die Geräte an diesem Bus sind echt";
@@ -129,7 +130,7 @@ texts! {
     AskSheet, "data sheet (siko/ag03-1, FILE.eds)", "Datenblatt (siko/ag03-1, DATEI.eds)";
     AskId, "node-ID for a device without one", "Knotennummer für ein Gerät ohne";
     AskInput, "set to", "setzen auf";
-    HelpNodes, "o operational  p pre-operational  x stopped  r reset  c reset communication  f find nodes  a LSS  d data sheet  g to the fault  Enter objects", "o operational  p pre-operational  x stopped  r Reset  c Reset der Kommunikation  f Knoten suchen  a LSS  d Datenblatt  g zur Störung  Eingabe Objekte";
+    HelpNodes, "o operational  p pre-operational  x stopped  r reset  c reset communication  f find nodes  a LSS  d data sheet  e its own  g to the fault  Enter objects", "o operational  p pre-operational  x stopped  r Reset  c Reset der Kommunikation  f Knoten suchen  a LSS  d Datenblatt  e sein eigenes  g zur Störung  Eingabe Objekte";
     HelpObjects, "[ ] node  / search  Enter write  r read  R read the object  w watch  g plot  d differences  b backup  u restore", "[ ] Knoten  / suchen  Eingabe schreiben  r lesen  R Objekt lesen  w beobachten  g Kurve  d Unterschiede  b sichern  u zurückspielen";
     HelpPdos, "[ ] node  r read the mapping  a add an object  Del remove the last  t when  c check  Enter write", "[ ] Knoten  r Abbildung lesen  a Objekt dazu  Entf letztes weg  t wann  c prüfen  Eingabe schreiben";
     HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export  click: mark a row", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern  Klick: Zeile markieren";

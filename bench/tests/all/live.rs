@@ -59,6 +59,32 @@ fn nodes_are_recognised_and_read() {
 }
 
 #[test]
+fn a_node_is_asked_for_the_data_sheet_that_it_has_in_it() {
+    let own = "[1021]\nParameterName=Store EDS\nObjectType=0x2\nDataType=0x000F\nAccessType=ro\n\
+        [1022]\nParameterName=Store format\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nDefaultValue=0\n";
+    let sheet = format!("{own}{}", include_str!("../../../cli/tests/sensor.eds"));
+    let plant =
+        Plant::parse("[node.a]\nid = 7\nsheet = 'a.eds'\n", "machine.toml", Files::Embedded(&[("a.eds", &sheet)]));
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(plant.unwrap().segment(bus.now()).unwrap());
+    let bench = bench_of(&bus);
+    let client = bench.open_client();
+    client.ask(Request::Scan).wait().unwrap();
+    let view = until(&bench, |view| view.nodes.iter().any(|node| node.stores_sheet));
+    assert_eq!(view.nodes[0].sheet, None);
+    client.ask(Request::FetchSheet { node: 7 }).wait().unwrap();
+    let node = bench.view().nodes[0].clone();
+    assert_eq!((node.sheet.as_deref(), node.stores_sheet), (Some("1021h of node 7"), false));
+    let Ok(Answer::Objects(objects)) = client.ask(Request::Objects { node: 7 }).wait() else { panic!("objects") };
+    assert!(objects.iter().any(|object| object.name == "Store EDS"), "its objects have names");
+    bench.end();
+    let bench = bench_and_bus(MACHINE).0;
+    let refused = bench.open_client().ask(Request::FetchSheet { node: 5 }).wait().unwrap_err();
+    assert_eq!(refused.why, "node 5 has no data sheet in it: there is no 1022h");
+    bench.end();
+}
+
+#[test]
 fn what_the_data_sheet_refuses_is_not_sent() {
     let bench = bench();
     let client = client(&bench);

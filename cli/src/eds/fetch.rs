@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use lexican_runtime::host::{AccessError, Pace};
-use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{AbortCode, NodeId, cia301};
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Pace;
 use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::node::stored;
 
 use crate::access::{LONGEST, save};
 use crate::bus::{Connected, Identity, NODE, NetworkArgs, node_id};
@@ -39,26 +38,20 @@ Examples:
     lexican eds fetch 5 --bus can0 -o valve.eds
     lexican eds fetch 5 --bus can0 -o - | less";
 
-/// The form of a text that is not compressed (CiA 301, object 1022h).
-const TEXT: u8 = 0;
-
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     args.force.guard(&args.output, args.network.files())?;
     let Connected { mut network, id, .. } = args.network.connect_as(Pace::Virtual, args.node, Identity::Any)?;
-    let form = match network.read_bytes(id, Address::new(cia301::STORE_FORMAT, 0)) {
-        Ok(data) => data.first().copied().unwrap_or(TEXT),
-        Err(AccessError::Sdo { error: SdoError::Aborted { code: AbortCode::NO_SUCH_OBJECT, .. }, .. }) => {
-            let what = format_args!("node {id} has no data sheet in it: there is no 1022h");
-            return Err(Failure::new(what)
-                .help("`lexican devices` lists those that lexican knows; others come from the vendor"));
-        }
-        Err(error) => return Err(error.into()),
+    let Some(form) = stored::form(&mut network, id)? else {
+        let what = format_args!("node {id} has no data sheet in it: there is no 1022h");
+        return Err(
+            Failure::new(what).help("`lexican devices` lists those that lexican knows; others come from the vendor")
+        );
     };
-    let outcome = save(&mut network, id, Address::new(cia301::STORE_EDS, 0), LONGEST, &args.output, &args.force)?;
+    let outcome = save(&mut network, id, stored::SHEET, LONGEST, &args.output, &args.force)?;
     if outcome != Outcome::Clean || args.output.as_os_str() == "-" {
         return Ok(outcome);
     }
-    if form != TEXT {
+    if form != stored::TEXT {
         let path = args.output.display();
         note(format_args!("{path} is in form {form} of the vendor (1022h), and no text: its tools have to unpack it"));
         return Ok(Outcome::Found);

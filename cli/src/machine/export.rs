@@ -76,9 +76,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         let bus = machine.bus.name.as_ref().map(|name| name.value.as_str());
         let stem = bus.unwrap_or("machine");
-        if wants(Format::Cpj) {
-            files.push((format!("{}.cpj", bus.unwrap_or("nodelist")), machine.node_list().into_bytes()));
-        }
         if wants(Format::Dbc) {
             let database = machine.database();
             for name in &database.left_out {
@@ -102,6 +99,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         if wants(Format::Svg) {
             files.push((format!("{stem}.svg"), machine.picture().into_bytes()));
         }
+    }
+    if wants(Format::Cpj) {
+        files.push(("nodelist.cpj".to_owned(), machine.node_list().into_bytes()));
     }
     for (name, content) in files {
         let path = args.folder.join(name);

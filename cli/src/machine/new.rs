@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lexican_eds::Source;
 use lexican_eds::convert::Format;
 use lexican_eds::model::Device;
-use lexican_machine::{BusYml, Draft, Files, Found, Machine};
+use lexican_machine::{BusYml, Cpj, Draft, Files, Found, Machine};
 use lexican_runtime::cia301;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, BusUrl, Pace, Pump};
@@ -31,13 +31,14 @@ use crate::scan;
 /// From a bus: its nodes with their identities and data sheets, heartbeat and guarding, PDOs and parameters where these differ from
 /// the data sheets. What a boot writes is what the nodes have. Set-points and what an RPDO writes are left out, as in a backup.
 /// From a folder of DCFs or backups: the same of these. From a bus.yml of dcfgen (lely-core) or cogen (ros2_canopen): what these
-/// tools make of it; what they drop, override or reorder without a word is said.
+/// tools make of it; what they drop, override or reorder without a word is said. From a CPJ (CiA 306-3): its networks and nodes, with
+/// what their DCFs say.
 ///
 /// Then the file is checked, as `lexican machine check` does it. Exit code 1 if anything is wrong with it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// A bus.yml, or a folder of DCFs
+    /// A bus.yml, a CPJ, or a folder of DCFs
     #[arg(value_name = "FILE|DIR", conflicts_with = "bus")]
     source: Option<PathBuf>,
 
@@ -66,6 +67,7 @@ Examples:
     lexican machine new --bus can0 -o machine.toml
     lexican machine new --bus can0 --sheets sheets -o machine.toml
     lexican machine new config/bus.yml -o machine.toml
+    lexican machine new nodelist.cpj -o machine.toml
     lexican machine new backups -o machine.toml";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -77,10 +79,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let sheets = Sheets::read(&args.sheets, folder)?;
     let (draft, outcome) = match (&args.source, &args.bus) {
         (Some(source), _) if source.is_dir() => (of_folder(source, &sheets, folder)?, Outcome::Clean),
+        (Some(source), _) if source.extension().is_some_and(|it| it.eq_ignore_ascii_case("cpj")) => {
+            of_cpj(source, &sheets, folder)?
+        }
         (Some(source), _) => of_bus_yml(source, folder)?,
         (None, Some(bus)) => (of_bus(bus, &sheets, args.timeout)?, Outcome::Clean),
         (None, None) => {
-            return Err(Failure::new("from what?").help("name the bus, --bus can0, or a bus.yml, or a folder of DCFs"));
+            return Err(
+                Failure::new("from what?").help("name the bus, --bus can0, or a bus.yml, a CPJ, or a folder of DCFs")
+            );
         }
     };
     let text = draft.text();
@@ -143,15 +150,7 @@ fn of_folder(source: &Path, sheets: &Sheets, folder: &Path) -> Result<Draft, Fai
         if device.entries().any(|entry| entry.download_file.is_some()) {
             warn(format_args!("{shown} has DOMAINs, which are left out; `lexican restore` writes them"));
         }
-        let info = &device.info;
-        let known = sheets.find([info.vendor_number, info.product_number, info.revision_number, None]);
-        // A data sheet that lacks what the DCF sets is that of another version.
-        let values = configured(&device, id);
-        let has_all = |sheet: &Device| values.keys().all(|it| sheet.entry(it.index(), it.sub()).is_some());
-        let (name, sheet) = match known.filter(|(_, sheet)| has_all(sheet)) {
-            Some((name, sheet)) => (name, sheet.clone()),
-            None => (relative(&path, folder), device.clone()),
-        };
+        let (name, sheet) = sheets.of_dcf(&path, &device, folder);
         found.push(Found::of_dcf(id, device, name, sheet));
     }
     if found.is_empty() {
@@ -159,6 +158,15 @@ fn of_folder(source: &Path, sheets: &Sheets, folder: &Path) -> Result<Draft, Fai
     }
     found.sort_by_key(|node| node.id);
     Ok(Draft::default().with(&found))
+}
+
+/// A machine of the nodes of a CPJ; what is wrong with it is left out.
+fn of_cpj(source: &Path, sheets: &Sheets, folder: &Path) -> Result<(Draft, Outcome), Failure> {
+    let files = Files::Folder(source.parent().unwrap_or(Path::new("")));
+    let sheet = |path: &str, dcf: &Device| sheets.of_dcf(path.as_ref(), dcf, folder);
+    let Cpj { draft, findings, input } = Cpj::read(read(source)?, files, &sheet);
+    eprint!("{}", findings.render(&input));
+    Ok((draft, if findings.has_errors() { Outcome::Found } else { Outcome::Clean }))
 }
 
 /// What dcfgen or cogen makes of a bus.yml; what is wrong with it is left out.
@@ -208,6 +216,19 @@ impl Sheets {
             }
         }
         Ok(Sheets(sheets))
+    }
+
+    /// The data sheet of the device of a DCF, and how the file names it: one that is known, or else the DCF itself.
+    fn of_dcf(&self, path: &Path, dcf: &Device, folder: &Path) -> (String, Device) {
+        let info = &dcf.info;
+        let known = self.find([info.vendor_number, info.product_number, info.revision_number, None]);
+        // A data sheet that lacks what the DCF sets is that of another version.
+        let values = configured(dcf, NodeId::literal(1));
+        let has_all = |sheet: &Device| values.keys().all(|it| sheet.entry(it.index(), it.sub()).is_some());
+        match known.filter(|(_, sheet)| has_all(sheet)) {
+            Some((name, sheet)) => (name, sheet.clone()),
+            None => (relative(path, folder), dcf.clone()),
+        }
     }
 
     /// The data sheet of a node, that of its own revision before others, and one that configures nothing before a DCF.

@@ -56,7 +56,7 @@ fn a_machine_is_formatted_exported_and_explained() {
     in_machine("machine-fmt-check", &odd, &["machine", "fmt", "--check"]).on_stdout(1, "machine.toml");
     in_machine("machine-fmt", &odd, &["machine", "fmt"]).on_stdout(0, "machine.toml");
     let export = in_machine("machine-export", MACHINE, &["machine", "export", "--folder", "all"]);
-    let files = "feeder.dcf feeder.bin nodelist.cpj machine.dbc machine.lua machine.md machine.html machine.svg";
+    let files = "feeder.dcf feeder.bin machine.dbc machine.lua machine.md machine.html machine.svg nodelist.cpj";
     export.on_stdout(0, &files.split(' ').map(|file| format!("all/{file}\n")).collect::<String>());
     let some = &["machine", "export", "--folder", "some", "--format", "cpj,concise"];
     in_machine("machine-export-some", MACHINE, some).on_stdout(0, "some/feeder.bin\nsome/nodelist.cpj\n");
@@ -186,7 +186,7 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
     let folder = folder("machine-new");
     // The devices of a simulated bus have what their DCFs say.
     std::fs::write(folder.join("configured.toml"), CONFIGURED.replace("MACHINES", MACHINES)).unwrap();
-    let export = ["machine", "export", "configured.toml", "--folder", "dcfs", "--format", "dcf"];
+    let export = ["machine", "export", "configured.toml", "--folder", "dcfs", "--format", "dcf,cpj"];
     lexican_in(&folder, &export).on_stdout(0, "dcfs/a.dcf\n");
     let nodes = [("a", 5), ("b", 6), ("c", 8)];
     let bus = nodes.map(|(name, id)| format!("[node.{name}]\nid = {id}\nsheet = \"dcfs/{name}.dcf\"\n"));
@@ -204,14 +204,14 @@ fn a_boot_of_a_machine_that_was_found_changes_nothing() {
         assert!(written.contains(lines), "{lines}\n{written}");
     }
     plan.on_stdout(0, "1A00:02");
-    // Their DCFs say the same, and so do their backups.
+    // Their DCFs say the same, and so do the list of them and their backups.
     let named = written.replace(".drive5", ".a").replace(".drive6", ".b").replace(".encoder8", ".c");
     let sheet = format!("8={MACHINES}/encoder.eds");
     let devices = ["--device", "5=siko/ag03-1", "--device", "6=kollmorgen/akd", "--device", &sheet];
     let backup = ["backup", "--bus", "sim:bus.toml", "5,6,8", "-o", "backups/{node}.dcf"];
     std::fs::create_dir_all(folder.join("backups")).unwrap();
     lexican_in(&folder, &[&backup[..], &devices[..]].concat()).on_stdout(0, "node 8: ");
-    for (source, names) in [("dcfs", &named), ("backups", &written)] {
+    for (source, names) in [("dcfs", &named), ("dcfs/nodelist.cpj", &named), ("backups", &written)] {
         lexican_in(&folder, &["machine", "new", source, "--sheets", MACHINES, "-o", "again.toml", "--force"])
             .on_stdout(0, "");
         let again = std::fs::read_to_string(folder.join("again.toml")).unwrap();

@@ -52,6 +52,10 @@ pub struct DeviceInfo {
     pub lss: bool,
     /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
     pub compact_pdo: u32,
+    /// `CANopenSafetySupported`.
+    pub safety: bool,
+    /// Keys that CiA 306-1 reserves, and that tools have in common, with their values: nothing here depends on them.
+    pub reserved: Vec<(&'static str, String)>,
 }
 
 /// A program that belongs to the device.

@@ -19,10 +19,12 @@ pub(crate) enum Key {
     UploadFile,
     DownloadFile,
     ParamRefd,
+    SrdoMapping,
+    InvertedSrad,
 }
 
 /// The spellings, in the order of [`Key`].
-pub(crate) const KEYS: [&str; 16] = [
+pub(crate) const KEYS: [&str; 18] = [
     "ParameterName",
     "ObjectType",
     "DataType",
@@ -39,6 +41,8 @@ pub(crate) const KEYS: [&str; 16] = [
     "UploadFile",
     "DownloadFile",
     "ParamRefd",
+    "SRDOMapping",
+    "InvertedSRAD",
 ];
 
 impl Key {
@@ -71,7 +75,9 @@ pub(crate) const FILE_INFO: [&str; 12] = [
     "LastEDS",
 ];
 
-pub(crate) const DEVICE_INFO: [&str; 24] = [
+/// The keys of `[DeviceInfo]`. The last nine mean nothing here: CiA 306-1 reserves six of them, for what older versions had, and the
+/// others, of node guarding, are those of CiA 311 as CANopenEditor writes them.
+pub(crate) const DEVICE_INFO: [&str; 34] = [
     "VendorName",
     "VendorNumber",
     "ProductName",
@@ -96,6 +102,16 @@ pub(crate) const DEVICE_INFO: [&str; 24] = [
     "NrOfTXPDO",
     "LSS_Supported",
     "CompactPDO",
+    "CANopenSafetySupported",
+    "ProductVersion",
+    "ProductRevision",
+    "LMT_ManufacturerName",
+    "LMT_ProductName",
+    "ExtendedBootUpMaster",
+    "ExtendedBootUpSlave",
+    "NG_Slave",
+    "NG_Master",
+    "NrOfNG_MonitoredNodes",
 ];
 
 pub(crate) const COMMISSIONING: [&str; 9] = [

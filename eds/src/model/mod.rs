@@ -148,6 +148,10 @@ pub struct EntryDetails {
     pub denotation: Option<String>,
     /// `ParamRefd` of a DCF: the reference designator of the parameter.
     pub designator: Option<String>,
+    /// `SRDOMapping`: it can be mapped into a safety-relevant message (CiA 304).
+    pub srdo_mapping: bool,
+    /// `InvertedSRAD`: the index and sub-index of what holds it inverted, for such a message.
+    pub inverted: Option<(u16, u8)>,
     /// `UploadFile` of a DCF: where data read from the device go.
     pub upload_file: Option<String>,
     /// `DownloadFile` of a DCF: where data written to the device come from.
@@ -706,6 +710,8 @@ impl Details for EntryDetails {
             high: None,
             denotation: None,
             designator: None,
+            srdo_mapping: false,
+            inverted: None,
             upload_file: None,
             download_file: None,
             meaning: Meaning::Plain,

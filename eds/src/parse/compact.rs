@@ -22,8 +22,9 @@ impl<'a, 's> Reader<'a, 's> {
         if facts.compact == 0 {
             let unused = [Key::DataType, Key::AccessType, Key::PdoMapping, Key::DefaultValue, Key::ParameterValue];
             let limits = [Key::LowLimit, Key::HighLimit, Key::UploadFile, Key::DownloadFile];
+            let safety = [Key::SrdoMapping, Key::InvertedSrad];
             // Without any sub-index it may be a single value, which is another finding.
-            for key in unused.into_iter().chain(limits).filter(|_| facts.subs > 0) {
+            for key in unused.into_iter().chain(limits).chain(safety).filter(|_| facts.subs > 0) {
                 self.without_effect(fields[key as usize]);
             }
             return;

@@ -72,7 +72,10 @@ impl<'a, 's> Reader<'a, 's> {
                 bit_rates_kbit.push(bit_rate);
             }
         }
-        let [.., master, slave, granularity, channels, group, receive, transmit, lss, compact] = rest;
+        let [_, _, _, _, _, _, _, _, _, master, slave, granularity, channels, group, receive, transmit, rest @ ..] =
+            rest;
+        let [lss, compact, safety, reserved @ ..] = rest;
+        let reserved = DEVICE_INFO[DEVICE_INFO.len() - reserved.len()..].iter().zip(reserved);
         DeviceInfo {
             vendor_name: self.text(vendor_name),
             vendor_number: self.number(vendor_number),
@@ -90,6 +93,8 @@ impl<'a, 's> Reader<'a, 's> {
             transmit_pdos: self.number(transmit),
             lss: self.flag(lss),
             compact_pdo: self.number(nonempty(compact)).unwrap_or(0),
+            safety: self.flag(safety),
+            reserved: reserved.filter_map(|(key, pair)| Some((*key, self.text(pair)?))).collect(),
         }
     }
 

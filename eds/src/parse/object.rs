@@ -76,6 +76,7 @@ impl<'a, 's> Reader<'a, 's> {
             ..Entry::new(index, sub, span)
         };
         let configured = self.value(field(Key::ParameterValue), data_type);
+        let srad = self.number::<u32>(nonempty(field(Key::InvertedSrad)));
         let [low, high] = self.limits(index, sub, [field(Key::LowLimit), field(Key::HighLimit)], data_type);
         entry.with_details(EntryDetails {
             configured,
@@ -83,6 +84,8 @@ impl<'a, 's> Reader<'a, 's> {
             high,
             denotation: self.text(field(Key::Denotation)),
             designator: self.text(field(Key::ParamRefd)),
+            srdo_mapping: self.flag(field(Key::SrdoMapping)),
+            inverted: srad.map(|srad| ((srad >> 8) as u16, srad as u8)),
             upload_file: self.text(field(Key::UploadFile)),
             download_file: self.text(field(Key::DownloadFile)),
             ..EntryDetails::default()

@@ -283,6 +283,14 @@ pub(super) fn broken_link(cx: &Context<'_>, out: &mut Out<'_>) {
             let message = format!("the object {:04X} links to {link:04X}, which is not there", object.index);
             out.push(note(message).at(object.span, ""));
         }
+        for entry in &object.entries {
+            if let Some((index, sub)) = entry.inverted.filter(|&(index, sub)| cx.device.entry(index, sub).is_none()) {
+                let (of, at) = (entry.index, entry.sub);
+                let message =
+                    format!("{of:04X}:{at:02X} has {index:04X}:{sub:02X} for its inverse, which is not there");
+                out.push(note(message).at(entry.span, ""));
+            }
+        }
     }
 }
 

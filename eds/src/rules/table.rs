@@ -379,8 +379,9 @@ rules! {
         "From 0040h on data types are objects of the device itself (CiA 301, 7.4.1). Without their description the \
          size of a value is unknown.";
     "eds::broken-link" Warning Check(objects::broken_link),
-        "ObjectLinks name objects that are there.",
-        "`[xxxxObjectLinks]` (CiA 306-1) lists objects that belong together.";
+        "ObjectLinks and InvertedSRAD name objects that are there.",
+        "`[xxxxObjectLinks]` (CiA 306-1) lists objects that belong together, and `InvertedSRAD` is the index and sub-index of what holds \
+         the same value inverted, for safety-relevant messages (CiA 304).";
     "eds::too-many-entries" Error Read(objects::too_many_entries),
         "CompactSubObj and CompactPDO stand for a bounded number of entries in a file.",
         "A line of a few bytes can stand for 254 entries, or for 1024 PDO parameters, so a small file could exhaust \

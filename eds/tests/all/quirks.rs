@@ -302,6 +302,46 @@ fn compact_objects_are_written_out() {
 }
 
 #[test]
+fn compact_storage_is_read_as_each_tool_writes_it() {
+    // Sub-indices with their default, and name and value where they have their own.
+    let check = |text: &str, expected: &[(u8, &str, Option<i128>, Option<i128>)]| {
+        let (device, diagnostics) = read(text);
+        assert!(!has(&diagnostics, "eds::key-without-effect"), "{text}");
+        let number = |value: &Option<Value>| value.as_ref().and_then(Value::as_integer);
+        let entries = device.objects[0].entries.iter();
+        let found: Vec<_> =
+            entries.map(|it| (it.sub, it.name.as_str(), number(&it.default), number(&it.configured))).collect();
+        assert_eq!(found, expected, "{text}");
+        assert!(device.objects[0].entries[1..].iter().all(|it| it.data_type == DataType::Unsigned32), "{text}");
+    };
+    // dcfgen of lely-core: an array with a default, and a mapping, which is a record; values that are not named have none.
+    let dcfgen = "[1028]\nParameterName=Emergency consumer object\nObjectType=0x08\nDataType=0x0007\nAccessType=rw\n\
+        DefaultValue=0x80000000\nCompactSubObj=2\n\n[1028Value]\nNrOfEntries=1\n2=0x00000082\n";
+    let (name, off) = ("Emergency consumer object", Some(0x8000_0000));
+    let all = [
+        (0, "NrOfObjects", Some(2), None),
+        (1, &*format!("{name}1"), off, None),
+        (2, &*format!("{name}2"), off, Some(0x82)),
+    ];
+    check(dcfgen, &all);
+    let mapping = "[1600]\nParameterName=Mapping\nObjectType=0x09\nDataType=0x0007\nAccessType=rw\nCompactSubObj=1\n\n\
+        [1600Value]\nNrOfEntries=1\n1=0x22000120\n";
+    check(mapping, &[(0, "NrOfObjects", Some(1), None), (1, "Mapping1", None, Some(0x2200_0120))]);
+    // The samples of python-canopen: the count first, names for all, and one sub-index more than there can be.
+    let sample = "[3004]\nCompactSubObj=2\nParameterName=Sensor\nObjectType=8\nDataType=7\nAccessType=ro\nDefaultValue=3\nPDOMapping=0\n\
+        [3004Name]\nNrOfEntries=2\n1=Left\n2=Right\n";
+    check(sample, &[(0, "NrOfObjects", Some(2), None), (1, "Left", Some(3), None), (2, "Right", Some(3), None)]);
+    let (device, _) =
+        read("[1003]\nParameterName=x\nObjectType=0x8\nCompactSubObj=255\nDataType=0x7\nAccessType=ro\nPDOMapping=0\n");
+    assert_eq!(device.objects[0].entries.len(), 255, "sub-indices end with 254");
+    // EdsDcfNet: sections of sub-indices beside the count, which win.
+    let both = "[6000]\nParameterName=Input\nSubNumber=2\nObjectType=0x8\nDataType=0x0007\nAccessType=ro\nDefaultValue=0\nPDOMapping=1\n\
+        CompactSubObj=2\n[6000sub0]\nParameterName=Count\nDataType=0x0005\nAccessType=ro\nDefaultValue=2\n\
+        [6000sub2]\nParameterName=Own\nDataType=0x0007\nAccessType=ro\nDefaultValue=7\n";
+    check(both, &[(0, "Count", Some(2), None), (1, "Input1", Some(0), None), (2, "Own", Some(7), None)]);
+}
+
+#[test]
 fn pdo_parameters_that_compact_pdo_leaves_out_are_there() {
     let (device, diagnostics) = read(
         "[DeviceInfo]\nGranularity=16\nNrOfRXPDO=5\nNrOfTXPDO=1\nCompactPDO=0x17\n\
@@ -381,6 +421,57 @@ fn commissioning_is_read_in_both_spellings() {
         let designators = [commissioning.node_designator.as_deref(), commissioning.network_designator.as_deref()];
         assert_eq!(designators, [Some("-K5"), Some("W1")]);
     }
+}
+
+/// What CiA 306-1 has for a value in a DCF.
+const VALUE: &str = "ParameterName=Word\nObjectType=0x7\nDataType=0x0006\nAccessType=rw\nDefaultValue=1\nLowLimit=0\nHighLimit=9\n\
+    PDOMapping=1\nSRDOMapping=1\nInvertedSRAD=0x210000\nParameterValue=2\nDenotation=Level\nParamRefd=-B7\nUploadFile=up.bin\n\
+    DownloadFile=down.bin\n";
+
+/// All sections and keys of a DCF by CiA 306-1, but for compact storage.
+fn with_all_keys() -> String {
+    let rates = [10, 20, 50, 100, 125, 250, 500, 800, 1000].map(|rate| format!("BaudRate_{rate}=1\n")).concat();
+    format!(
+        "[FileInfo]\nFileName=a.dcf\nFileVersion=1\nFileRevision=2\nEDSVersion=4.0\nDescription=all keys\nCreationTime=09:00AM\n\
+         CreationDate=01-02-2026\nCreatedBy=me\nModificationTime=10:00AM\nModificationDate=01-03-2026\nModifiedBy=you\nLastEDS=a.eds\n\
+         [DeviceInfo]\nVendorName=v\nVendorNumber=0x1\nProductName=p\nProductNumber=0x2\nRevisionNumber=0x3\nOrderCode=o\n{rates}\
+         SimpleBootUpMaster=1\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=1\nGroupMessaging=1\nNrOfRXPDO=0\n\
+         NrOfTXPDO=0\nLSS_Supported=1\nCANopenSafetySupported=1\nProductVersion=1\nProductRevision=2\nLMT_ManufacturerName=m\n\
+         LMT_ProductName=l\nExtendedBootUpMaster=1\nExtendedBootUpSlave=0\nNG_Slave=1\nNG_Master=0\nNrOfNG_MonitoredNodes=0\n\
+         [DeviceComissioning]\nNodeID=5\nNodeName=Axis\nNodeRefd=-K5\nBaudrate=500\nNetNumber=1\nNetworkName=Line\nNetRefd=W1\n\
+         CANopenManager=0\nLSS_SerialNumber=16\n[DummyUsage]\nDummy0005=1\n[Comments]\nLines=1\nLine1=one\n\
+         [Tools]\nItems=1\n[Tool1]\nName=t\nCommand=t $EDS\n\
+         [DynamicChannels]\nNrOfSeg=1\nType1=0x0007\nDir1=rww\nRange1=0xA080-0xA0BF\nPPOffset1=1\n\
+         [SupportedModules]\nNrOfEntries=1\n[ConnectedModules]\nNrOfEntries=1\n1=1\n\
+         [M1ModuleInfo]\nProductName=m\nProductVersion=1\nProductRevision=2\nOrderCode=o\n[M1Comments]\nLines=1\nLine1=one\n\
+         [M1FixedObjects]\nNrOfEntries=1\n1=0x6200\n[M1Fixed6200]\n{VALUE}[M1SubExtends]\nNrOfEntries=1\n1=0x6000\n\
+         [M1SubExt6000]\nCount=1\nObjExtend=0\n{VALUE}\
+         [ManufacturerObjects]\nSupportedObjects=2\n1=0x2000\n2=0x2100\n[2000]\nObjFlags=0x1\n{VALUE}[2000ObjectLinks]\n\
+         ObjectLinks=1\n1=0x2100\n[2100]\nParameterName=a\nObjectType=0x9\nSubNumber=2\nDenotation=d\nParamRefd=-B8\n\
+         [2100sub0]\n{VALUE}[2100sub1]\n{VALUE}"
+    )
+}
+
+#[test]
+fn every_key_of_cia_306_is_known_and_written_again() {
+    let text = with_all_keys();
+    let (device, diagnostics) = read(&text);
+    let found = ["unknown-key", "unknown-section", "key-without-effect", "bad-number", "bad-flag"];
+    for finding in diagnostics.iter() {
+        assert!(!found.iter().any(|code| finding.code.ends_with(code)), "{} {}", finding.code, finding.message);
+    }
+    let keys = |text: &str| -> Vec<String> {
+        let mut section = String::new();
+        let line = |line: &str| match line.starts_with('[') {
+            true => (section = line.to_owned(), None).1,
+            false => (!line.is_empty()).then(|| format!("{section}{line}")),
+        };
+        text.lines().filter_map(line).collect()
+    };
+    let again = keys(&write::dcf(&device));
+    let lost: Vec<_> = keys(&text).into_iter().filter(|key| !again.contains(key)).collect();
+    assert!(lost.is_empty(), "{lost:#?}");
+    assert_eq!(device.entry(0x2000, 0).and_then(|entry| entry.inverted), Some((0x2100, 0)));
 }
 
 #[test]

@@ -26,6 +26,8 @@ const WATCHED: Address = Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1);
 pub struct Found {
     /// What it is called, if it is.
     pub name: Option<String>,
+    /// Its reference designator in drawings.
+    pub designator: Option<String>,
     /// Its node-ID.
     pub id: NodeId,
     /// What it says of itself (1018h).
@@ -49,7 +51,8 @@ impl Found {
         sheet: Option<(String, Device, Device)>,
         heartbeat_ms: u16,
     ) -> Self {
-        Found { name: None, id, identity, sheet, heartbeat_ms, lines: Vec::new(), written: BTreeSet::new() }
+        let (lines, written) = (Vec::new(), BTreeSet::new());
+        Found { name: None, designator: None, id, identity, sheet, heartbeat_ms, lines, written }
     }
 
     /// A node by its DCF, and its data sheet, which may be the DCF itself.
@@ -59,7 +62,7 @@ impl Found {
         let info = &dcf.info;
         let identity = [info.vendor_number, info.product_number, info.revision_number, commissioning.serial_number];
         let found = Found::new(id, identity, Some((sheet_name, sheet, dcf)), 0);
-        Found { name: commissioning.node_name, ..found }
+        Found { name: commissioning.node_name, designator: commissioning.node_designator, ..found }
     }
 
     /// What an entry has, as a number.
@@ -82,15 +85,22 @@ impl Draft {
     /// Adds nodes as they were found, so that what a boot writes into them is what they have.
     #[must_use]
     pub fn with(mut self, nodes: &[Found]) -> Self {
+        self.add_all(nodes);
+        self
+    }
+
+    /// Does the same; returns what each node is called, and the parameters that its data sheet does not allow.
+    pub(crate) fn add_all(&mut self, nodes: &[Found]) -> Vec<(String, Vec<String>)> {
         let watched = watched(nodes);
         if let Some((manager, ms)) = watched {
             self.bus.put("manager", manager.to_string());
             self.bus.put_time("heartbeat", ms);
         }
-        for node in nodes {
-            self.add(node, watched.is_some());
-        }
-        self
+        let add = |node| {
+            let refused = self.add(node, watched.is_some());
+            (self.nodes.last().map(|(name, _)| name.clone()).unwrap_or_default(), refused)
+        };
+        nodes.iter().map(add).collect()
     }
 
     /// Adds a node, which `watches` the manager; returns the parameters that its data sheet does not allow.
@@ -119,6 +129,9 @@ fn section(node: &Found, watches: bool) -> (Section, Vec<String>) {
     }
     if let Some(identity) = identity(numbers) {
         section.put("identity", identity);
+    }
+    if let Some(designator) = &node.designator {
+        section.put("designator", quoted(designator));
     }
     for (key, value) in &node.lines {
         section.put(key, value);

@@ -19,7 +19,10 @@ use crate::nodes::is_name;
 /// The text of a machine's file in the making.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
+    machine: Section,
     pub(crate) bus: Section,
+    /// Those of a machine that has several.
+    buses: Vec<(String, Section)>,
     nodes: Vec<(String, Section)>,
 }
 
@@ -71,13 +74,24 @@ impl Draft {
         draft
     }
 
-    /// A name for a node: the one that is wanted, if it can be.
+    /// A name for a node that is free.
     fn free_name(&self, wanted: &str, otherwise: &str) -> String {
-        let word = |name: &str| name.trim().replace(|letter: char| ".:= ".contains(letter) || letter.is_control(), "-");
-        let is_free = |name: &String| is_name(name) && !self.nodes.iter().any(|(other, _)| other == name);
-        let numbered = (2..).map(|number| format!("{otherwise}-{number}"));
-        let mut names = [word(wanted), otherwise.to_owned()].into_iter().chain(numbered);
-        names.find(is_free).expect("one of the numbers is free")
+        free_name(&self.nodes, wanted, otherwise)
+    }
+
+    /// A name for a bus that is free.
+    pub(crate) fn free_bus_name(&self, wanted: &str) -> String {
+        free_name(&self.buses, wanted, "bus")
+    }
+
+    /// Ends the bus that was described: the only one, with the name of the machine, or one of several, with its own.
+    pub(crate) fn end_bus(&mut self, bus: Option<String>, name: Option<&str>, designator: Option<&str>) {
+        self.bus.lines.extend(designator.map(|it| format!("designator = {}", quoted(it))));
+        match (bus, name) {
+            (Some(bus), _) => self.buses.push((bus, std::mem::take(&mut self.bus))),
+            (None, Some(name)) => self.machine.put("name", quoted(name)),
+            (None, None) => {}
+        }
     }
 
     /// The text of the file.
@@ -86,19 +100,38 @@ impl Draft {
         // Writing to a string cannot fail.
         let mut text = String::new();
         let mut table = |name: &str, lines: &[String]| {
-            if !lines.is_empty() {
-                let gap = if text.is_empty() { "" } else { "\n" };
-                let _ = writeln!(text, "{gap}[{name}]\n{}", lines.join("\n"));
+            let gap = if text.is_empty() { "" } else { "\n" };
+            let _ = writeln!(text, "{gap}[{name}]");
+            for line in lines {
+                let _ = writeln!(text, "{line}");
             }
         };
-        table("bus", &self.bus.lines);
+        for (name, section) in [("machine", &self.machine), ("bus", &self.bus)] {
+            if !section.lines.is_empty() {
+                table(name, &section.lines);
+            }
+        }
+        for (name, bus) in &self.buses {
+            table(&format!("bus.{}", Key::new(name).display_repr()), &bus.lines);
+        }
         for (name, node) in &self.nodes {
             let name = format!("node.{}", Key::new(name).display_repr());
             table(&name, &node.lines);
-            table(&format!("{name}.settings"), &node.settings);
+            if !node.settings.is_empty() {
+                table(&format!("{name}.settings"), &node.settings);
+            }
         }
         text
     }
+}
+
+/// The name that is wanted as a word, if that can be and no other has it.
+fn free_name(taken: &[(String, Section)], wanted: &str, otherwise: &str) -> String {
+    let word = |name: &str| name.trim().replace(|letter: char| ".:= ".contains(letter) || letter.is_control(), "-");
+    let is_free = |name: &String| is_name(name) && !taken.iter().any(|(other, _)| other == name);
+    let numbered = (2..).map(|number| format!("{otherwise}-{number}"));
+    let mut names = [word(wanted), otherwise.to_owned()].into_iter().chain(numbered);
+    names.find(is_free).expect("one of the numbers is free")
 }
 
 /// A text in TOML.

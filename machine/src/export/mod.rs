@@ -33,8 +33,10 @@ impl Machine {
         device.commissioning = Some(Commissioning {
             node_id: node.id.map(NodeId::get).or(known.node_id),
             node_name: Some(node.name.value.clone()),
+            node_designator: node.designator.clone().or(known.node_designator),
             bit_rate_kbit: self.bus.bit_rate.and_then(|rate| u16::try_from(rate / 1000).ok()).or(known.bit_rate_kbit),
-            network_name: self.name.clone().or(known.network_name),
+            network_name: self.network_name().map(str::to_owned).or(known.network_name),
+            network_designator: self.bus.designator.clone().or(known.network_designator),
             serial_number: serial.or(known.serial_number),
             ..known
         });
@@ -48,22 +50,43 @@ impl Machine {
         self.configured(node).as_ref().map(lexican_eds::write::dcf)
     }
 
-    /// The list of the nodes and their DCFs (CiA 306-3, `nodelist.cpj`).
+    /// The name of its bus, or else its own.
+    fn network_name(&self) -> Option<&str> {
+        self.bus.name.as_ref().map(|name| name.as_str()).or(self.name.as_deref())
+    }
+
+    /// The list of the nodes and their DCFs, on all its buses (CiA 306-3, `nodelist.cpj`).
     #[must_use]
     pub fn node_list(&self) -> String {
-        let nodes = || self.nodes.iter().filter_map(|node| Some((node, node.id?.get())));
-        let mut list = "[Topology]\r\n".to_owned();
-        if let Some(name) = &self.name {
-            let _ = write!(list, "NetName={}\r\n", name.replace(char::is_control, " "));
-        }
-        let _ = write!(list, "Nodes=0x{:02X}\r\n", nodes().count());
-        let mut nodes: Vec<_> = nodes().collect();
-        nodes.sort_by_key(|(_, id)| *id);
-        for (Node { name, sheet, .. }, id) in nodes {
-            let name = &name.value;
-            let _ = write!(list, "Node{id}Present=0x01\r\nNode{id}Name={name}\r\n");
-            if sheet.is_some() {
-                let _ = write!(list, "Node{id}DCFName={name}.dcf\r\n");
+        let mut list = String::new();
+        let mut line = |text: std::fmt::Arguments<'_>| {
+            let _ = write!(list, "{}\r\n", text.to_string().replace(char::is_control, " "));
+        };
+        for (machine, number) in self.buses().zip(1..) {
+            match number {
+                1 => line(format_args!("[Topology]")),
+                number => line(format_args!("[Topology{number}]")),
+            }
+            if let Some(name) = machine.network_name() {
+                line(format_args!("NetName={name}"));
+            }
+            if let Some(designator) = &machine.bus.designator {
+                line(format_args!("NetRefd={designator}"));
+            }
+            let mut nodes: Vec<_> = machine.nodes.iter().filter_map(|node| Some((node.id?.get(), node))).collect();
+            nodes.sort_by_key(|(id, _)| *id);
+            line(format_args!("Nodes=0x{:02X}", nodes.len()));
+            for (id, node) in nodes {
+                let name = &node.name.value;
+                line(format_args!("Node{id}Present=0x01"));
+                line(format_args!("Node{id}Name={name}"));
+                let known = || node.device()?.commissioning.as_ref()?.node_designator.as_ref();
+                if let Some(designator) = node.designator.as_ref().or_else(known) {
+                    line(format_args!("Node{id}Refd={designator}"));
+                }
+                if node.sheet.is_some() {
+                    line(format_args!("Node{id}DCFName={name}.dcf"));
+                }
             }
         }
         list

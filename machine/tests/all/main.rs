@@ -3,6 +3,7 @@
 mod bus_yml;
 #[path = "../../../toolbox/tests/all/cantools.rs"]
 mod cantools;
+mod cpj;
 mod exports;
 mod files;
 mod findings;

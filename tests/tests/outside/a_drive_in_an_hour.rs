@@ -8,8 +8,8 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 
 const PAGE: &str = include_str!("../../../drives/a-drive-in-an-hour.md");
 
-/// A reader who follows the page.
-struct User {
+/// A reader who follows a page.
+pub(crate) struct User {
     folder: PathBuf,
     simulation: Option<Simulation>,
 }
@@ -23,6 +23,38 @@ struct Simulation {
 }
 
 impl User {
+    /// Has the command, and a folder with these files.
+    pub(crate) fn begins(folder: &str, files: &[(&str, &str)]) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme").join(folder);
+        let _ = std::fs::remove_dir_all(&folder);
+        for (path, text) in files {
+            outside::write(&folder, path, text);
+        }
+        let user = User { folder, simulation: None };
+        // In place of `cargo install`.
+        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cli/Cargo.toml");
+        let manifest = manifest.to_str().expect("the checkout has a name in UTF-8");
+        outside::succeeds(user.folder(), &["build", "--quiet", "--bin", "lexican", "--manifest-path", manifest]);
+        user
+    }
+
+    /// Writes the files of a page and types its commands; returns what the last ones have printed, and how often that was compared.
+    pub(crate) fn follows(&mut self, page: &'static str, folder: &str) -> (String, usize) {
+        let (mut printed, mut compared) = (String::new(), 0);
+        for (language, text) in outside::blocks(page) {
+            match (language, outside::file(text, folder)) {
+                (_, Some(path)) => outside::write(&self.folder, path, text),
+                ("sh", None) => printed = text.lines().map(|command| self.types(command)).collect(),
+                ("text", None) => {
+                    assert_eq!(printed.trim_end(), text);
+                    compared += 1;
+                }
+                _ => panic!("a block that the test does not follow: {text}"),
+            }
+        }
+        (printed, compared)
+    }
+
     fn folder(&self) -> &str {
         self.folder.to_str().expect("the target folder has a name in UTF-8")
     }
@@ -81,26 +113,8 @@ impl Drop for Simulation {
 
 #[test]
 fn the_page_moves_a_drive() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme/axis");
-    let _ = std::fs::remove_dir_all(&folder);
-    outside::write(&folder, "eds/servo.eds", include_str!("../../downstream/servo/eds/servo.eds"));
-    let mut user = User { folder, simulation: None };
-    // In place of `cargo install`.
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cli/Cargo.toml");
-    let manifest = manifest.to_str().expect("the checkout has a name in UTF-8");
-    outside::succeeds(user.folder(), &["build", "--quiet", "--bin", "lexican", "--manifest-path", manifest]);
-    let (mut printed, mut compared) = (String::new(), 0);
-    for (language, text) in outside::blocks(PAGE) {
-        match (language, outside::file(text, "axis")) {
-            (_, Some(path)) => outside::write(&user.folder, path, text),
-            ("sh", None) => printed = text.lines().map(|command| user.types(command)).collect(),
-            ("text", None) => {
-                assert_eq!(printed.trim_end(), text);
-                compared += 1;
-            }
-            _ => panic!("a block that the test does not follow: {text}"),
-        }
-    }
+    let mut user = User::begins("axis", &[("eds/servo.eds", include_str!("../../downstream/servo/eds/servo.eds"))]);
+    let (printed, compared) = user.follows(PAGE, "axis");
     assert_eq!(compared, 3, "what the page says of the output is compared");
     assert_eq!(printed, "reached, at 1000; Position(1000)\nhomed, at 0\nruns at 100\n", "after the last step");
 

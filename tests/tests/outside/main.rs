@@ -7,6 +7,8 @@ mod bare;
 mod cases;
 #[cfg(feature = "nested")]
 mod downstream;
+#[cfg(feature = "nested")]
+mod for_canopennode;
 mod golden;
 mod outside;
 mod readme;

@@ -5,3 +5,4 @@ pub mod flash;
 pub mod followed;
 pub mod identity;
 pub mod remote;
+pub mod stored;

@@ -143,6 +143,7 @@ export const TEXTS = {
   'node.aborts': ['Aborts', 'Abbrüche'],
   'node.sheet': ['Data sheet', 'Gerätebeschreibung'],
   'node.sheet.set': ['Use', 'Verwenden'],
+  'node.sheet.fetch': ['Fetch from the device', 'Aus dem Gerät holen'],
   'node.silent': ['silent for {seconds} s', 'seit {seconds} s still'],
   'node.vendor': ['Vendor', 'Hersteller'],
   'node.product': ['Product', 'Produkt'],

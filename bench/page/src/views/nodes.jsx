@@ -252,6 +252,11 @@ function SetSheet({ node }) {
       >
         {t('node.sheet.set')}
       </Button>
+      {node.stores_sheet && (
+        <Button data-test="sheet-fetch" run={() => run({ do: 'fetch-sheet', node: node.id })}>
+          {t('node.sheet.fetch')}
+        </Button>
+      )}
       <Refusal of={asked.refused} test="sheet-refusal" />
     </form>
   )
