@@ -5,12 +5,14 @@ mod info;
 pub(crate) mod keys;
 pub mod number;
 pub(crate) mod pdo;
+mod sparse;
 pub mod types;
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
 pub use info::{Commissioning, DeviceInfo, FileInfo, Tool};
+use sparse::{Details, Sparse};
 
 use crate::model::types::DataType;
 use crate::text::Span;
@@ -653,39 +655,6 @@ impl Value {
             Self::Integer(number) => Some(*number),
             _ => None,
         }
-    }
-}
-
-/// Details that most objects and entries lack, allocated only where they differ from the default: a data sheet may
-/// have 65,536 objects of a few bytes each, and limits, overlays and configurations are far larger than those.
-#[derive(Clone, Debug)]
-pub(crate) struct Sparse<T>(Option<Box<T>>);
-
-/// Details that can be left out.
-pub(crate) trait Details: Default + PartialEq + 'static {
-    /// The default, which most objects or entries have.
-    fn none() -> &'static Self;
-}
-
-impl<T: Details> Sparse<T> {
-    const NONE: Self = Self(None);
-
-    fn new(details: T) -> Self {
-        Self((details != *T::none()).then(|| Box::new(details)))
-    }
-
-    fn get(&self) -> &T {
-        self.0.as_deref().unwrap_or(T::none())
-    }
-
-    fn get_mut(&mut self) -> &mut T {
-        self.0.get_or_insert_default()
-    }
-}
-
-impl<T: Details> PartialEq for Sparse<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.get() == other.get()
     }
 }
 
