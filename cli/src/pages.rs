@@ -41,7 +41,7 @@ fn said(page: &str, is_source: bool) -> Vec<(usize, Said)> {
             continue;
         }
         match block {
-            Some("text" | "rust" | "rust,ignore" | "toml" | "json" | "ini") => {}
+            Some("text" | "rust" | "rust,ignore" | "python" | "toml" | "json" | "ini") => {}
             Some(_) => {
                 let line = line.trim_start().trim_start_matches("$ ");
                 for (begin, _) in line.match_indices("lexican ") {
