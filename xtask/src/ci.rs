@@ -186,7 +186,9 @@ impl Job {
                 let tests: &[&str] = &["tests/Cargo.toml", "tests/bare", "tests/downstream", "tests/tests"];
                 (&[], &["codegen/Cargo.toml", "drives/driver/Cargo.toml", "drives/simulator/Cargo.toml"], tests)
             }
-            Job::Hour => (&[], &["cli/Cargo.toml"], &["drives", "tests/Cargo.toml", "tests/downstream", "tests/tests"]),
+            Job::Hour => {
+                (&[], &["cli/Cargo.toml"], &["docs", "drives", "tests/Cargo.toml", "tests/downstream", "tests/tests"])
+            }
             // The mutated crates are made of the sources of others.
             Job::Verify => {
                 let manifests = &["tests/mutants/Cargo.toml", "tests/verify/Cargo.toml"];
@@ -210,7 +212,7 @@ impl Job {
                 (&["firmware", "qemu.rs", "report.rs"], firmware, &["examples/firmware"])
             }
             Job::Fuzz => (&["fuzz.rs"], &["fuzz/Cargo.toml"], &["eds/tests/golden", "tests/downstream/no_std/eds"]),
-            Job::Python => (&["wheel.rs"], &["python/Cargo.toml"], &["python"]),
+            Job::Python => (&["wheel.rs"], &["python/Cargo.toml"], &["docs", "python"]),
             Job::Vcan => (&["vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &[]),
             Job::Interop => {
                 (&["interop", "python.rs", "vcan"], &["cli/Cargo.toml", "tests/Cargo.toml"], &["tests/interop"])
