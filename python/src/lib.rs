@@ -3,8 +3,11 @@
 //! Every wait releases the interpreter's lock and looks for signals ([`wait`]); what fails is an exception with the whole
 //! text of its error ([`error`]).
 
+mod callbacks;
+mod conform;
 mod drive;
 mod error;
+mod fault;
 mod frames;
 mod network;
 mod opened;
@@ -20,12 +23,16 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::conform::{CaseResult, Conformance};
+    #[pymodule_export]
     use crate::drive::{Drive, Outcome};
     #[pymodule_export]
     use crate::error::{
         Closed, DataSheetError, DriveError, LexicanError, LinkFailed, MachineFileError, NoAnswer, ObjectUnknown,
         SdoAborted, ValueRefused,
     };
+    #[pymodule_export]
+    use crate::fault::Fault;
     #[pymodule_export]
     use crate::frames::Frames;
     #[pymodule_export]

@@ -8,14 +8,16 @@ use lexican_runtime::host::Pace;
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{CobId, NodeId};
+use lexican_runtime::{AbortCode, CobId, NodeId};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
+use crate::callbacks::Callback;
 use crate::drive::Drive;
 use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::fault::{Effect, Fault};
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
 use crate::sheet::{DataSheet, node_id};
@@ -191,6 +193,15 @@ impl Network {
         Ok(Events { events: Arc::new(tokio::sync::Mutex::new(machine.events())), shared: Arc::clone(&self.shared) })
     }
 
+    /// Calls `function` with each event of a kind from now on, such as "emergency", or with all events: in a thread of its own,
+    /// soon after it has happened. Its exceptions go to `sys.unraisablehook`, and `close` raises the first.
+    #[pyo3(signature = (what, function))]
+    fn on(&self, what: Option<String>, function: Py<PyAny>) -> PyResult<()> {
+        let (machine, _) = self.shared.machine()?;
+        self.shared.call_back(Callback::new(machine.events(), what, function)?);
+        Ok(())
+    }
+
     /// Lets so many seconds pass, by the time of the bus. In virtual time, nothing passes between calls.
     fn sleep(&self, py: Python<'_>, span: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
@@ -212,7 +223,8 @@ impl Network {
         Frames::over(self.shared.another_link()?, Some(Arc::clone(&self.shared)))
     }
 
-    /// Stops all its drives that may be moving, waits until they stand, and closes it.
+    /// Stops all its drives that may be moving, waits until they stand, and closes it. Callbacks have been called with all events
+    /// then.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.shared.close(py)
     }
@@ -251,11 +263,31 @@ impl Machine {
     /// Has a simulated device follow a line of its simulation, and says what it answers: `tell("feeder", "shaft = blocked")`,
     /// "emcy 3120 04", "power off", "get 6041".
     fn tell(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
-        let told = this.as_super().get().shared.with(|opened| {
-            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
-            all.filter_map(Result::transpose).next().transpose()
-        });
-        told?.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
+        this.as_super().get().shared.tell(node, line)
+    }
+
+    /// A simulated device is off as long as a `with` lasts: `with machine.power_off("feeder"):`. As all faults.
+    fn power_off(this: &Bound<'_, Self>, node: String) -> Fault {
+        let shared = Arc::clone(&this.as_super().get().shared);
+        let (also, name) = (Arc::clone(&shared), node.clone());
+        let power = |shared: &Shared, node: &str, line: &str| shared.tell(node, line).map(drop);
+        Fault::new(move || power(&shared, &node, "power off"), move || power(&also, &name, "power on"))
+    }
+
+    /// What a simulated device sends is lost: by the predefined identifiers of its node-ID.
+    fn mute(this: &Bound<'_, Self>, node: &str) -> PyResult<Fault> {
+        this.as_super().get().shared.fault(node, Effect::Lost)
+    }
+
+    /// What a simulated device sends is late by so many seconds.
+    fn delay(this: &Bound<'_, Self>, node: &str, span: f64) -> PyResult<Fault> {
+        this.as_super().get().shared.fault(node, Effect::Late(seconds(span)?))
+    }
+
+    /// A simulated device aborts all SDO transfers.
+    #[pyo3(signature = (node, code = 0x0800_0000))]
+    fn refuse(this: &Bound<'_, Self>, node: &str, code: u32) -> PyResult<Fault> {
+        this.as_super().get().shared.fault(node, Effect::Refusal(AbortCode(code)))
     }
 
     fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
@@ -410,7 +442,7 @@ impl Events {
 
 /// Something that has happened to a node. Its text is a line.
 #[pyclass(module = "lexican", frozen)]
-pub(crate) struct Event(lexican_machine::Event);
+pub(crate) struct Event(pub(crate) lexican_machine::Event);
 
 #[pymethods]
 impl Event {
@@ -422,7 +454,7 @@ impl Event {
 
     /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
     #[getter]
-    fn what(&self) -> &'static str {
+    pub(crate) fn what(&self) -> &'static str {
         match self.0.what {
             What::BootedUp => "booted-up",
             What::Booted => "booted",

@@ -11,12 +11,14 @@ use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace, schemes};
 use pyo3::prelude::*;
 
+use crate::callbacks::Callback;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
+use crate::fault::{Effect, Fault};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
 
 /// Simulated devices, as the command has them.
-const SIM: Scheme = Scheme {
+pub(crate) const SIM: Scheme = Scheme {
     name: "sim",
     example: "sim:siko/ag03-1?node=5",
     what: "a simulated device",
@@ -36,6 +38,7 @@ pub(crate) struct Shared {
     opened: Mutex<Option<Opened>>,
     /// Drives that the program may have.
     drives: Mutex<Vec<Weak<Slot>>>,
+    callbacks: Mutex<Vec<Callback>>,
 }
 
 /// A network that is open.
@@ -59,6 +62,12 @@ impl Opened {
         *words = all;
         Ok(())
     }
+}
+
+/// The URL of a bus, which may be simulated.
+pub(crate) fn bus_url(url: &str) -> PyResult<BusUrl> {
+    let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
+    BusUrl::among(&known, url).map_err(|error| LinkFailed::new_err(error.to_string()))
 }
 
 /// What a machine's file says, without errors.
@@ -86,9 +95,12 @@ impl Shared {
 
     /// The link of a URL, or what it simulates.
     pub(crate) fn link_of_url(url: &str, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
+        Shared::link_of(&bus_url(url)?, pace)
+    }
+
+    /// The same.
+    pub(crate) fn link_of(url: &BusUrl, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
         let failed = |error: String| LinkFailed::new_err(error);
-        let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
-        let url = BusUrl::among(&known, url).map_err(|error| failed(error.to_string()))?;
         if url.scheme().name != SIM.name {
             return url.open().map(Ok).map_err(|error| failed(format!("cannot open {url}: {error}")));
         }
@@ -133,7 +145,11 @@ impl Shared {
     }
 
     fn new(opened: Opened) -> Arc<Self> {
-        let shared = Arc::new(Shared { opened: Mutex::new(Some(opened)), drives: Mutex::default() });
+        let shared = Arc::new(Shared {
+            opened: Mutex::new(Some(opened)),
+            drives: Mutex::default(),
+            callbacks: Mutex::default(),
+        });
         let mut open = lock(&OPEN);
         open.retain(|other| other.strong_count() > 0);
         open.push(Arc::downgrade(&shared));
@@ -173,13 +189,40 @@ impl Shared {
         drives.push(Arc::downgrade(drive));
     }
 
-    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive.
+    /// Notes a callback, which ends with the network.
+    pub(crate) fn call_back(&self, callback: Callback) {
+        lock(&self.callbacks).push(callback);
+    }
+
+    /// What a simulated device answers to a line of its simulation.
+    pub(crate) fn tell(&self, node: &str, line: &str) -> PyResult<String> {
+        let told = self.with(|opened| {
+            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
+            all.filter_map(Result::transpose).next().transpose()
+        });
+        told?.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
+    }
+
+    /// A fault of the frames of a simulated device.
+    pub(crate) fn fault(&self, node: &str, effect: Effect) -> PyResult<Fault> {
+        let id = self.machine()?.0.node(node).or_raise()?.id();
+        self.with(|opened| {
+            let simulation = opened.simulations.iter().find(|simulation| simulation.has(node));
+            let simulation = simulation.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))?;
+            Ok(Fault::of_frames(Arc::clone(&simulation.faults), id, effect))
+        })
+    }
+
+    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a
+    /// callback.
     pub(crate) fn close(&self, py: Python<'_>) -> PyResult<()> {
         let drives = std::mem::take(&mut *lock(&self.drives));
         py.detach(|| {
             let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
+            let callbacks = std::mem::take(&mut *lock(&self.callbacks));
+            let called: Vec<_> = callbacks.into_iter().map(Callback::end).collect();
             drop(lock(&self.opened).take());
-            ended.into_iter().collect()
+            ended.into_iter().chain(called).collect()
         })
     }
 

@@ -9,11 +9,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{MachineFileError, wrong};
+use crate::fault::{Faults, fate};
 
 /// The devices of a bus, and what happens to them.
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     devices: Arc<Mutex<Segment<SimulatedDevice>>>,
+    pub(crate) faults: Faults,
 }
 
 impl Simulation {
@@ -25,10 +27,18 @@ impl Simulation {
             let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
             bus.attach(Arc::clone(&devices));
             bus.set_pace(pace);
-            Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices }))
+            let faults = Faults::default();
+            let lasting = Arc::clone(&faults);
+            bus.set_fate(move |_, frame| fate(&lasting, frame));
+            Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices, faults }))
         };
         let started = machine.buses().map(start).collect::<Result<Vec<_>, lexican_simulation::PlantError>>();
         Ok(started.map_err(|error| MachineFileError::new_err(error.to_string()))?.into_iter().unzip())
+    }
+
+    /// Whether the device is one of them.
+    pub(crate) fn has(&self, node: &str) -> bool {
+        self.devices.lock().unwrap_or_else(PoisonError::into_inner).nodes().any(|device| device.is_called(node))
     }
 
     /// What a device answers to a line of its simulation, or `None` if there is no such device.

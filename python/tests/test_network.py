@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
 import threading
 from pathlib import Path
 
@@ -183,3 +184,47 @@ def test_the_same_in_asyncio(machine: Path) -> None:
                     break
 
     asyncio.run(main())
+
+
+def test_callbacks_are_called_and_their_exceptions_are_not_lost(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unraisable: list[BaseException | None] = []
+
+    def note(it: sys.UnraisableHookArgs) -> None:
+        unraisable.append(it.exc_value)
+
+    monkeypatch.setattr(sys, "unraisablehook", note)
+    seen: list[str] = []
+    states: list[str] = []
+
+    def refuse(event: lexican.Event) -> None:
+        raise RuntimeError(f"mine: {event}")
+
+    with pytest.raises(RuntimeError, match="mine: feeder: EMCY"):
+        with lexican.simulate(machine) as it:
+            it.on(None, lambda event: seen.append(event.what))
+            it.on("booted", lambda event: states.append(str(it.feeder.read("statusword"))))
+            it.on("emergency", refuse)
+            it.boot()
+            it.tell("feeder", "fault = \"D\"")
+            it.sleep(1.0)
+    assert {"booted", "ready", "emergency"} <= set(seen), "all that has happened is in it, once it is closed"
+    assert [str(error) for error in unraisable][0].startswith("mine: feeder: EMCY")
+    assert states
+
+
+def test_a_callback_may_close_its_network(network: lexican.Machine) -> None:
+    closed = threading.Event()
+
+    def close(_: lexican.Event) -> None:
+        network.close()
+        closed.set()
+
+    network.on("booted-up", close)
+    network.nmt("reset-node", 1)
+    try:
+        network.sleep(1.0)
+    except lexican.LexicanError:
+        pass  # It was closed meanwhile.
+    assert closed.wait(10)

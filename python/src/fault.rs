@@ -1,0 +1,99 @@
+//! Faults of simulated devices, each for as long as a `with` lasts.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::Fate;
+use lexican_runtime::wire::sdo::{Abort, ServerResponse};
+use lexican_runtime::{AbortCode, Duration, Frame, NodeId};
+use lexican_toolbox::bus::sdo_channel::{responder, response_id};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::opened::lock;
+
+/// What happens to the frames of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effect {
+    /// They are lost.
+    Lost,
+    /// They are late.
+    Late(Duration),
+    /// Its answers to SDO requests are an abort.
+    Refusal(AbortCode),
+}
+
+/// The faults of a bus that last.
+pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Effect)>>>;
+
+/// What happens to a frame.
+pub(crate) fn fate(faults: &Faults, frame: &Frame) -> Fate {
+    let fate = |&(node, effect): &(NodeId, Effect)| match effect {
+        Effect::Lost => is_of(frame, node).then_some(Fate::Lose),
+        Effect::Late(span) => is_of(frame, node).then_some(Fate::Delay(span)),
+        Effect::Refusal(code) if responder(frame) == Some(node) => match ServerResponse::parse(frame.data())? {
+            ServerResponse::InitiateUpload { address, .. }
+            | ServerResponse::InitiateDownload { address }
+            | ServerResponse::InitiateBlockDownload { address, .. }
+            | ServerResponse::InitiateBlockUpload { address, .. } => {
+                let abort = ServerResponse::Abort(Abort { address, code });
+                Some(Fate::Replace(Frame::from_array(response_id(node), abort.to_bytes())))
+            }
+            _ => None,
+        },
+        Effect::Refusal(_) => None,
+    };
+    lock(faults).iter().rev().find_map(fate).unwrap_or(Fate::Deliver)
+}
+
+/// Whether a node has sent a frame, by the predefined connection set.
+fn is_of(frame: &Frame, node: NodeId) -> bool {
+    let id = frame.id().raw();
+    let sent = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700];
+    !frame.id().is_extended() && id & 0x7F == u32::from(node.get()) && sent.contains(&(id & 0x780))
+}
+
+type Step = Box<dyn Fn() -> PyResult<()> + Send + Sync>;
+
+/// A fault of a simulated device, which lasts as long as its `with`.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Fault {
+    begin: Step,
+    end: Step,
+}
+
+impl Fault {
+    pub(crate) fn new(
+        begin: impl Fn() -> PyResult<()> + Send + Sync + 'static,
+        end: impl Fn() -> PyResult<()> + Send + Sync + 'static,
+    ) -> Self {
+        Fault { begin: Box::new(begin), end: Box::new(end) }
+    }
+
+    /// Of the frames of a node.
+    pub(crate) fn of_frames(faults: Faults, node: NodeId, effect: Effect) -> Self {
+        let (begun, it) = (Arc::clone(&faults), (node, effect));
+        let begin = move || {
+            lock(&begun).push(it);
+            Ok(())
+        };
+        let end = move || {
+            let mut faults = lock(&faults);
+            let at = faults.iter().rposition(|other| *other == it);
+            at.map(|at| faults.remove(at));
+            Ok(())
+        };
+        Fault::new(begin, end)
+    }
+}
+
+#[pymethods]
+impl Fault {
+    fn __enter__(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| (self.begin)())
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
+        py.detach(|| (self.end)())
+    }
+}
