@@ -40,9 +40,8 @@ impl Callback {
                 // There is no interpreter any more when it ends.
                 let called = Python::try_attach(|py| {
                     let called = function.call1(py, (event,));
-                    called.map(drop).map_err(|error| {
+                    called.map(drop).inspect_err(|error| {
                         error.clone_ref(py).write_unraisable(py, Some(function.bind(py)));
-                        error
                     })
                 });
                 match called {

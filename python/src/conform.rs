@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use lexican_conform::{
-    Case, CaseReport, Hazard, HostLateness, Observer, Record, Report, Settings, Sheet, cases, profile_cases,
+    Case, CaseReport, Hazard, HostLateness, Observer, Record, Report, Settings, Sheet, Verdict, cases, profile_cases,
 };
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -74,11 +74,7 @@ impl Conformance {
     fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
         let find = |id: &String| self.all().find(|case| case.id == id).ok_or_else(|| wrong(format!("no case {id}")));
         let cases = ids.iter().map(find).collect::<PyResult<Vec<_>>>()?;
-        let opened = py.detach(|| Shared::link_of(&self.bus, Pace::Virtual))?;
-        let (mut link, simulation) = match opened {
-            Ok(link) => (link, None),
-            Err(simulation) => (simulation.another_link()?, Some(simulation)),
-        };
+        let (mut link, simulation) = py.detach(|| Shared::lone_link(&self.bus, Pace::Virtual))?;
         let (sender, steps) = sync_channel(0);
         let (sheet, settings, cancelled) =
             (Arc::clone(&self.sheet), self.settings.clone(), Arc::clone(&self.cancelled));
@@ -170,7 +166,7 @@ impl Observer for Follower<'_> {
     fn begins(&mut self, _: usize, _: usize, _: &Case) {}
 
     fn ended(&mut self, report: &CaseReport) {
-        let reason = report.outcome.as_ref().err().map(|verdict| verdict.reason()).unwrap_or_default();
+        let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
         let text = self.text(report, &reason);
         let result = CaseResult { id: report.case.id.to_owned(), verdict: report.verdict().to_owned(), reason, text };
         // Nobody may wait for it.

@@ -9,7 +9,8 @@ use lexican_toolbox::bus::sdo_channel::{responder, response_id};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::opened::lock;
+use crate::error::OrRaise;
+use crate::opened::{Shared, lock, no_device};
 
 /// What happens to the frames of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,48 +53,42 @@ fn is_of(frame: &Frame, node: NodeId) -> bool {
     !frame.id().is_extended() && id & 0x7F == u32::from(node.get()) && sent.contains(&(id & 0x780))
 }
 
-type Step = Box<dyn Fn() -> PyResult<()> + Send + Sync>;
-
 /// A fault of a simulated device, which lasts as long as its `with`.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Fault {
-    begin: Step,
-    end: Step,
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) node: String,
+    /// `None` if it has no power.
+    pub(crate) effect: Option<Effect>,
 }
 
 impl Fault {
-    pub(crate) fn new(
-        begin: impl Fn() -> PyResult<()> + Send + Sync + 'static,
-        end: impl Fn() -> PyResult<()> + Send + Sync + 'static,
-    ) -> Self {
-        Fault { begin: Box::new(begin), end: Box::new(end) }
-    }
-
-    /// Of the frames of a node.
-    pub(crate) fn of_frames(faults: Faults, node: NodeId, effect: Effect) -> Self {
-        let (begun, it) = (Arc::clone(&faults), (node, effect));
-        let begin = move || {
-            lock(&begun).push(it);
-            Ok(())
+    fn turn(&self, on: bool) -> PyResult<()> {
+        let Some(effect) = self.effect else {
+            return self.shared.tell(&self.node, if on { "power off" } else { "power on" }).map(drop);
         };
-        let end = move || {
-            let mut faults = lock(&faults);
-            let at = faults.iter().rposition(|other| *other == it);
-            at.map(|at| faults.remove(at));
+        let it = (self.shared.machine()?.0.node(&self.node).or_raise()?.id(), effect);
+        self.shared.with(|opened| {
+            let simulation = opened.simulations.iter().find(|simulation| simulation.has(&self.node));
+            let mut faults = lock(&simulation.ok_or_else(|| no_device(&self.node))?.faults);
+            match faults.iter().rposition(|other| *other == it) {
+                Some(at) if !on => drop(faults.remove(at)),
+                _ if on => faults.push(it),
+                _ => {}
+            }
             Ok(())
-        };
-        Fault::new(begin, end)
+        })
     }
 }
 
 #[pymethods]
 impl Fault {
     fn __enter__(&self, py: Python<'_>) -> PyResult<()> {
-        py.detach(|| (self.begin)())
+        py.detach(|| self.turn(true))
     }
 
     #[pyo3(signature = (*_exception))]
     fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
-        py.detach(|| (self.end)())
+        py.detach(|| self.turn(false))
     }
 }

@@ -9,8 +9,10 @@ mod drive;
 mod error;
 mod fault;
 mod frames;
+mod lss;
 mod network;
 mod opened;
+mod pdo;
 mod sheet;
 mod simulation;
 mod slot;
@@ -36,7 +38,11 @@ mod _native {
     #[pymodule_export]
     use crate::frames::Frames;
     #[pymodule_export]
+    use crate::lss::{lss_configure, lss_scan};
+    #[pymodule_export]
     use crate::network::{Event, Events, Machine, Network, Node, simulate};
+    #[pymodule_export]
+    use crate::pdo::Pdo;
     #[pymodule_export]
     use crate::sheet::{Change, DataSheet, Entry, Finding, load};
     #[pymodule_export]

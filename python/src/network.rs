@@ -6,9 +6,10 @@ use std::sync::Arc;
 use lexican_machine::{MachineError, What, tokio as shell};
 use lexican_runtime::host::Pace;
 use lexican_runtime::manager::Remote;
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, CobId, NodeId};
+use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
@@ -20,11 +21,12 @@ use crate::error::{ObjectUnknown, OrRaise, wrong};
 use crate::fault::{Effect, Fault};
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
+use crate::pdo::Pdo;
 use crate::sheet::{DataSheet, node_id};
 use crate::simulation::pace;
 use crate::slot::Slot;
-use crate::value::{ObjectName, Value, words};
-use crate::wait::{seconds, wait};
+use crate::value::{ObjectName, Value, by_name, words};
+use crate::wait::{seconds, wait, within};
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -34,7 +36,7 @@ use crate::wait::{seconds, wait};
 /// Raises LinkFailed if it cannot be opened.
 #[pyclass(module = "lexican", frozen, subclass, weakref)]
 pub(crate) struct Network {
-    shared: Arc<Shared>,
+    pub(crate) shared: Arc<Shared>,
 }
 
 impl Network {
@@ -266,28 +268,25 @@ impl Machine {
         this.as_super().get().shared.tell(node, line)
     }
 
-    /// A simulated device is off as long as a `with` lasts: `with machine.power_off("feeder"):`. As all faults.
+    /// A simulated device is off as long as a `with` lasts, as all faults: `with machine.power_off("feeder"):`.
     fn power_off(this: &Bound<'_, Self>, node: String) -> Fault {
-        let shared = Arc::clone(&this.as_super().get().shared);
-        let (also, name) = (Arc::clone(&shared), node.clone());
-        let power = |shared: &Shared, node: &str, line: &str| shared.tell(node, line).map(drop);
-        Fault::new(move || power(&shared, &node, "power off"), move || power(&also, &name, "power on"))
+        Machine::fault(this, node, None)
     }
 
     /// What a simulated device sends is lost: by the predefined identifiers of its node-ID.
-    fn mute(this: &Bound<'_, Self>, node: &str) -> PyResult<Fault> {
-        this.as_super().get().shared.fault(node, Effect::Lost)
+    fn mute(this: &Bound<'_, Self>, node: String) -> Fault {
+        Machine::fault(this, node, Some(Effect::Lost))
     }
 
     /// What a simulated device sends is late by so many seconds.
-    fn delay(this: &Bound<'_, Self>, node: &str, span: f64) -> PyResult<Fault> {
-        this.as_super().get().shared.fault(node, Effect::Late(seconds(span)?))
+    fn delay(this: &Bound<'_, Self>, node: String, span: f64) -> PyResult<Fault> {
+        Ok(Machine::fault(this, node, Some(Effect::Late(seconds(span)?))))
     }
 
     /// A simulated device aborts all SDO transfers.
     #[pyo3(signature = (node, code = 0x0800_0000))]
-    fn refuse(this: &Bound<'_, Self>, node: &str, code: u32) -> PyResult<Fault> {
-        this.as_super().get().shared.fault(node, Effect::Refusal(AbortCode(code)))
+    fn refuse(this: &Bound<'_, Self>, node: String, code: u32) -> Fault {
+        Machine::fault(this, node, Some(Effect::Refusal(AbortCode(code))))
     }
 
     fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
@@ -298,6 +297,10 @@ impl Machine {
 }
 
 impl Machine {
+    fn fault(this: &Bound<'_, Self>, node: String, effect: Option<Effect>) -> Fault {
+        Fault { shared: Arc::clone(&this.as_super().get().shared), node, effect }
+    }
+
     fn over(shared: Arc<Shared>) -> PyClassInitializer<Self> {
         PyClassInitializer::from(Network { shared }).add_subclass(Machine)
     }
@@ -399,6 +402,28 @@ impl Node {
         Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
     }
 
+    /// The PDOs that it sends, by its data sheet or the machine's file.
+    fn pdos(&self) -> PyResult<Vec<Pdo>> {
+        let (node, _) = self.found()?;
+        let (machine, _) = self.shared.machine()?;
+        let (it, network) = (node.stated(), node.network());
+        let Some(device) = it.device() else { return Ok(Vec::new()) };
+        let bus = machine.file().buses().position(|bus| bus.nodes.iter().any(|other| other.name.value == self.name));
+        let heard = self.shared.with(|opened| Ok(Arc::clone(&opened.heard[bus.unwrap_or_default()])))?;
+        let state = |name: PdoName| {
+            let stated = it.pdos.iter().find(|pdo| pdo.after.name == name).map(|pdo| pdo.after.clone());
+            stated.or_else(|| PdoState::of_sheet(device, self.id, name))
+        };
+        let names = PdoName::of_sheet(device).into_iter().filter(|name| name.direction == Direction::Transmit);
+        let sent = names.filter_map(state).filter(|it| it.cob_id.is_valid() && !it.mapping.is_empty());
+        let device = Arc::new(device.clone());
+        let pdo = |state| {
+            let (shared, heard, device) = (Arc::clone(&self.shared), Arc::clone(&heard), Arc::clone(&device));
+            Pdo { shared, heard, network: network.clone(), device, state }
+        };
+        Ok(sent.map(pdo).collect())
+    }
+
     fn __repr__(&self) -> String {
         format!("<Node {} at node-ID {}>", self.name, self.id)
     }
@@ -418,17 +443,8 @@ impl Events {
     fn next(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<Option<Event>> {
         let (network, runner) = self.shared.network()?;
         let timeout = timeout.map(seconds).transpose()?;
-        let next = async {
-            let mut events = self.events.lock().await;
-            let Some(timeout) = timeout else { return Ok(events.next().await) };
-            let until = network.now().await? + timeout;
-            tokio::select! {
-                biased;
-                event = events.next() => Ok(event),
-                over = network.sleep_until(until) => over.map(|_| None),
-            }
-        };
-        Ok(wait(py, &runner, next)?.or_raise()?.map(Event))
+        let next = async { self.events.lock().await.next().await };
+        Ok(wait(py, &runner, within(&network, timeout, next))?.or_raise()?.map(Event))
     }
 
     fn __iter__(this: Py<Self>) -> Py<Self> {
@@ -484,14 +500,10 @@ impl Event {
     /// The values of a PDO, by the names of their entries.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let values = PyDict::new(py);
-        if let What::Pdo(reports) = &self.0.what {
-            for report in reports {
-                let name = report.entry.clone().unwrap_or_else(|| report.address.to_string());
-                values.set_item(name, Py::new(py, Value(report.clone()))?)?;
-            }
+        match &self.0.what {
+            What::Pdo(reports) => by_name(py, reports.clone()),
+            _ => Ok(PyDict::new(py)),
         }
-        Ok(values)
     }
 
     fn __str__(&self) -> String {

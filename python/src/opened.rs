@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 
 use crate::callbacks::Callback;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
-use crate::fault::{Effect, Fault};
+use crate::pdo::{Heard, Noting};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
 
@@ -49,6 +49,8 @@ pub(crate) struct Opened {
     /// `None` while no node has a name.
     pub(crate) machine: Option<shell::Machine>,
     pub(crate) simulations: Vec<Simulation>,
+    /// The PDOs of each bus.
+    pub(crate) heard: Vec<Heard>,
     /// What its nodes are, in the words of a machine's file, where it has no file.
     words: Option<String>,
 }
@@ -75,6 +77,14 @@ fn file(name: &str, words: &str) -> PyResult<File> {
     File::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound().or_raise()
 }
 
+/// A machine's file without errors, on all its buses or one: `machine.toml#left`.
+fn sound_file(path: &Path) -> PyResult<File> {
+    let (path, bus) = File::file_and_bus(path);
+    let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
+    let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from);
+    if bus.is_some() { file.and_then(on_bus) } else { file }.or_raise()
+}
+
 /// A node in the words of a machine's file.
 fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
     // A string of TOML is written as one of JSON.
@@ -87,19 +97,22 @@ fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
 impl Shared {
     /// The bus of a URL.
     pub(crate) fn of_url(url: &str, pace: Pace) -> PyResult<Arc<Self>> {
-        match Shared::link_of_url(url, pace)? {
+        match Shared::link_of(&bus_url(url)?, pace)? {
             Ok(link) => Shared::of_link(link),
             Err(simulation) => Ok(simulation),
         }
     }
 
-    /// The link of a URL, or what it simulates.
-    pub(crate) fn link_of_url(url: &str, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
-        Shared::link_of(&bus_url(url)?, pace)
+    /// A link without a network, and what it simulates, if it does.
+    pub(crate) fn lone_link(url: &BusUrl, pace: Pace) -> PyResult<(BoxedLink, Option<Arc<Self>>)> {
+        Ok(match Shared::link_of(url, pace)? {
+            Ok(link) => (link, None),
+            Err(simulation) => (simulation.another_link()?, Some(simulation)),
+        })
     }
 
-    /// The same.
-    pub(crate) fn link_of(url: &BusUrl, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
+    /// The link of a URL, or what it simulates.
+    fn link_of(url: &BusUrl, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
         let failed = |error: String| LinkFailed::new_err(error);
         if url.scheme().name != SIM.name {
             return url.open().map(Ok).map_err(|error| failed(format!("cannot open {url}: {error}")));
@@ -110,38 +123,45 @@ impl Shared {
 
     /// The bus behind a link.
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
+        let (link, heard) = Noting::over(link);
         let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
-        let (machine, simulations, words) = (None, Vec::new(), Some(String::new()));
-        Ok(Shared::new(Opened { network, runner, machine, simulations, words }))
+        let (machine, simulations, heard, words) = (None, Vec::new(), vec![heard], Some(String::new()));
+        Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
     /// A machine on the buses of its file.
     pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
-        Ok(Shared::at_work(&blocking::Machine::open(path).or_raise()?, Vec::new(), None))
+        let file = sound_file(path)?;
+        let links = file.buses().map(File::link).collect::<Result<_, _>>().or_raise()?;
+        Shared::over(links, file, Vec::new(), None)
     }
 
     /// The devices of a machine's file, or one device, simulated.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
         let (file, words) = if lexican_simulation::plant::is_machine(name) {
-            let (path, bus) = File::file_and_bus(Path::new(name));
-            let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
-            let file = file.or_raise()?;
-            let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from).or_raise();
-            (if bus.is_some() { on_bus(file)? } else { file }, None)
+            (sound_file(Path::new(name))?, None)
         } else {
             let words = node_words(&format!("node{node}"), node, name, &[]);
             (file("this network", &words)?, Some(words))
         };
         let (links, simulations) = Simulation::of(&file, pace)?;
-        let machine = blocking::Machine::over(links, file).or_raise()?;
-        machine.pass(BOOTING).or_raise()?;
-        Ok(Shared::at_work(&machine, simulations, words))
+        Shared::over(links, file, simulations, words)
     }
 
-    fn at_work(machine: &blocking::Machine, simulations: Vec<Simulation>, words: Option<String>) -> Arc<Self> {
+    fn over(
+        links: Vec<BoxedLink>,
+        file: File,
+        simulations: Vec<Simulation>,
+        words: Option<String>,
+    ) -> PyResult<Arc<Self>> {
+        let (links, heard) = links.into_iter().map(Noting::over).unzip();
+        let machine = blocking::Machine::over(links, file).or_raise()?;
+        if !simulations.is_empty() {
+            machine.pass(BOOTING).or_raise()?;
+        }
         let (machine, runner) = machine.inner();
         let (network, runner, machine) = (machine.network().clone(), runner.clone(), Some(machine.clone()));
-        Shared::new(Opened { network, runner, machine, simulations, words })
+        Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
     fn new(opened: Opened) -> Arc<Self> {
@@ -200,17 +220,7 @@ impl Shared {
             let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
             all.filter_map(Result::transpose).next().transpose()
         });
-        told?.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
-    }
-
-    /// A fault of the frames of a simulated device.
-    pub(crate) fn fault(&self, node: &str, effect: Effect) -> PyResult<Fault> {
-        let id = self.machine()?.0.node(node).or_raise()?.id();
-        self.with(|opened| {
-            let simulation = opened.simulations.iter().find(|simulation| simulation.has(node));
-            let simulation = simulation.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))?;
-            Ok(Fault::of_frames(Arc::clone(&simulation.faults), id, effect))
-        })
+        told?.ok_or_else(|| no_device(node))
     }
 
     /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a
@@ -241,6 +251,10 @@ impl Drop for Shared {
         // There is no interpreter any more when it ends.
         let _ = Python::try_attach(|py| py.detach(|| drop(opened)));
     }
+}
+
+pub(crate) fn no_device(node: &str) -> PyErr {
+    wrong(format_args!("there is no simulated device {node:?}"))
 }
 
 /// A lock whose holder may have panicked: what it holds is put in place as one.

@@ -64,8 +64,10 @@ def test_faults_last_as_long_as_their_with(network: lexican.Machine) -> None:
     before = network.now()
     assert network.read_bytes(1, 0x1018, 1) == b"\x95\x01\x00\x00"
     assert network.now() - before < 0.2
-    with pytest.raises(lexican.LexicanError, match="there is no node"):
-        network.mute("feder")
+    with pytest.raises(lexican.LexicanError, match="there is no node"), network.mute("feder"):
+        pass
+    with pytest.raises(lexican.LexicanError, match="no simulated device"), network.power_off("feder"):
+        pass
 
 
 CONFORM = ["--lexican-conform", "5", "--lexican-bus", "sim:siko/ag03-1?node=5"]
