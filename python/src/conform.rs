@@ -43,20 +43,21 @@ impl Conformance {
     /// A simulated device may do without a data sheet. `allow` names what may move a machine or outlasts the test: "motion",
     /// "outputs", "manufacturer", "store", "restore", "node-id".
     #[new]
-    #[pyo3(signature = (bus, node, sheet = None, overlays = Vec::new(), allow = Vec::new()))]
-    fn new(bus: &str, node: u8, sheet: Option<PathBuf>, overlays: Vec<PathBuf>, allow: Vec<String>) -> PyResult<Self> {
+    #[pyo3(signature = (bus, node, sheet = None, allow = Vec::new()))]
+    fn new(bus: &str, node: u8, sheet: Option<PathBuf>, allow: Vec<String>) -> PyResult<Self> {
         let bus = bus_url(bus)?;
-        let simulated = (bus.scheme().name == SIM.name).then(|| bus.place().to_owned());
-        let name = sheet.map(|sheet| sheet.to_string_lossy().into_owned()).or(simulated);
+        let is_simulated = bus.scheme().name == SIM.name;
+        let name = sheet.map(|sheet| sheet.to_string_lossy().into_owned());
+        let name = name.or_else(|| is_simulated.then(|| bus.place().to_owned()));
         let name = name.ok_or_else(|| wrong("a device is tested by its data sheet: name it"))?;
-        let sheet = Arc::new(Sheet::of(&DataSheet::load(&name, &overlays).or_raise()?.input));
+        let sheet = Arc::new(Sheet::of(&DataSheet::load(&name, &[]).or_raise()?.input));
         let mut settings = Settings::new(node_id(node)?);
         for name in allow {
             let hazard = Hazard::ALL.into_iter().find(|hazard| hazard.name() == name);
             let names = Hazard::ALL.map(Hazard::name).join(", ");
             settings.allow.insert(hazard.ok_or_else(|| wrong(format_args!("{name:?} is none of {names}")))?);
         }
-        if bus.scheme().name != SIM.name {
+        if !is_simulated {
             settings.host = HostLateness::watched();
         }
         let (test, cancelled, left) = Default::default();
@@ -72,8 +73,7 @@ impl Conformance {
     ///
     /// Raises LinkFailed.
     fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
-        let find = |id: &String| self.all().find(|case| case.id == id).ok_or_else(|| wrong(format!("no case {id}")));
-        let cases = ids.iter().map(find).collect::<PyResult<Vec<_>>>()?;
+        let cases: Vec<_> = ids.iter().filter_map(|id| self.all().find(|case| case.id == id)).collect();
         let (mut link, simulation) = py.detach(|| Shared::lone_link(&self.bus, Pace::Virtual))?;
         let (sender, steps) = sync_channel(0);
         let (sheet, settings, cancelled) =
@@ -123,17 +123,13 @@ impl Conformance {
     }
 }
 
-/// How a case has ended.
+/// How a case has ended: its id; "passed", "failed", "advised" (failed, of what is recommended), "not applicable", "not allowed",
+/// "blocked", "not decidable" or "unfinished"; why it has not passed; all that the report has of it, with its last frames.
 #[pyclass(module = "lexican", frozen, get_all)]
 pub(crate) struct CaseResult {
-    /// Its id.
     id: String,
-    /// "passed", "failed", "advised" (failed, of what is recommended), "not applicable", "not allowed", "blocked", "not
-    /// decidable", "unfinished".
     verdict: String,
-    /// Why it has not passed.
     reason: String,
-    /// All that the report has of it, with its last frames.
     text: String,
 }
 

@@ -3,47 +3,20 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::Fate;
-use lexican_runtime::wire::sdo::{Abort, ServerResponse};
-use lexican_runtime::{AbortCode, Duration, Frame, NodeId};
-use lexican_toolbox::bus::sdo_channel::{responder, response_id};
+use lexican_runtime::{Frame, NodeId};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::error::OrRaise;
 use crate::opened::{Shared, lock, no_device};
 
-/// What happens to the frames of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effect {
-    /// They are lost.
-    Lost,
-    /// They are late.
-    Late(Duration),
-    /// Its answers to SDO requests are an abort.
-    Refusal(AbortCode),
-}
-
-/// The faults of a bus that last.
-pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Effect)>>>;
+/// What happens to the frames of nodes as long as a fault lasts.
+pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
 
 /// What happens to a frame.
 pub(crate) fn fate(faults: &Faults, frame: &Frame) -> Fate {
-    let fate = |&(node, effect): &(NodeId, Effect)| match effect {
-        Effect::Lost => is_of(frame, node).then_some(Fate::Lose),
-        Effect::Late(span) => is_of(frame, node).then_some(Fate::Delay(span)),
-        Effect::Refusal(code) if responder(frame) == Some(node) => match ServerResponse::parse(frame.data())? {
-            ServerResponse::InitiateUpload { address, .. }
-            | ServerResponse::InitiateDownload { address }
-            | ServerResponse::InitiateBlockDownload { address, .. }
-            | ServerResponse::InitiateBlockUpload { address, .. } => {
-                let abort = ServerResponse::Abort(Abort { address, code });
-                Some(Fate::Replace(Frame::from_array(response_id(node), abort.to_bytes())))
-            }
-            _ => None,
-        },
-        Effect::Refusal(_) => None,
-    };
-    lock(faults).iter().rev().find_map(fate).unwrap_or(Fate::Deliver)
+    let faults = lock(faults);
+    faults.iter().rev().find(|(node, _)| is_of(frame, *node)).map_or(Fate::Deliver, |(_, fate)| *fate)
 }
 
 /// Whether a node has sent a frame, by the predefined connection set.
@@ -59,15 +32,15 @@ pub(crate) struct Fault {
     pub(crate) shared: Arc<Shared>,
     pub(crate) node: String,
     /// `None` if it has no power.
-    pub(crate) effect: Option<Effect>,
+    pub(crate) fate: Option<Fate>,
 }
 
 impl Fault {
     fn turn(&self, on: bool) -> PyResult<()> {
-        let Some(effect) = self.effect else {
+        let Some(fate) = self.fate else {
             return self.shared.tell(&self.node, if on { "power off" } else { "power on" }).map(drop);
         };
-        let it = (self.shared.machine()?.0.node(&self.node).or_raise()?.id(), effect);
+        let it = (self.shared.machine()?.0.node(&self.node).or_raise()?.id(), fate);
         self.shared.with(|opened| {
             let simulation = opened.simulations.iter().find(|simulation| simulation.has(&self.node));
             let mut faults = lock(&simulation.ok_or_else(|| no_device(&self.node))?.faults);

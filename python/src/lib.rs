@@ -23,6 +23,7 @@ mod wait;
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
+    use pyo3::types::IntoPyDict;
 
     #[pymodule_export]
     use crate::conform::{CaseResult, Conformance};
@@ -48,11 +49,15 @@ mod _native {
     #[pymodule_export]
     use crate::value::Value;
 
-    /// No drive is left moving by an interpreter that ends.
+    /// No drive is left moving by an interpreter that ends, nor stopped by one that was forked.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();
         let close_all = wrap_pyfunction!(close_all, module)?;
+        if let Ok(at_fork) = py.import("os")?.getattr("register_at_fork") {
+            let forget_all = [("after_in_child", wrap_pyfunction!(forget_all, module)?)];
+            at_fork.call((), Some(&forget_all.into_py_dict(py)?))?;
+        }
         py.import("atexit")?.call_method1("register", (close_all,)).map(drop)
     }
 
@@ -60,6 +65,12 @@ mod _native {
     #[pyfunction]
     fn close_all(py: Python<'_>) -> PyResult<()> {
         crate::opened::Shared::close_all(py)
+    }
+
+    /// Leaves all networks to the process that has forked this one.
+    #[pyfunction]
+    fn forget_all() {
+        crate::opened::Shared::forget_all();
     }
 
     #[pymodule_export]

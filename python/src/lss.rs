@@ -10,25 +10,21 @@ use crate::error::{LinkFailed, wrong};
 use crate::network::Network;
 use crate::opened::{Shared, bus_url};
 use crate::sheet::node_id;
-use crate::wait::aside;
 
 /// Vendor-ID, product code, revision number and serial number (1018h).
 type Numbers = (u32, u32, u32, u32);
 
-/// Runs a conversation on the bus of a URL, or of a simulated network.
-fn converse<T: Send + 'static>(
+/// Runs a conversation on the bus of a URL, or of a simulated network: for seconds, after which Ctrl-C is noticed.
+fn converse<T: Send>(
     bus: &Bound<'_, PyAny>,
-    work: impl FnOnce(&mut Session<BoxedLink>) -> Result<T, Trouble> + Send + 'static,
+    work: impl FnOnce(&mut Session<BoxedLink>) -> Result<T, Trouble> + Send,
 ) -> PyResult<T> {
     let (link, simulation) = match bus.cast::<Network>() {
         Ok(network) => (network.get().shared.another_link()?, None),
         Err(_) => Shared::lone_link(&bus_url(&bus.extract::<String>()?)?, Pace::Virtual)?,
     };
-    let done = aside(bus.py(), move || {
-        let done = Session::run(link, Times::default(), work);
-        drop(simulation);
-        done
-    })?;
+    let done = bus.py().detach(|| Session::run(link, Times::default(), work));
+    drop(simulation);
     done.map_err(|trouble| match trouble {
         Trouble::Link(error) => LinkFailed::new_err(error.to_string()),
         other => wrong(other),

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lexican_machine::{MachineError, What, tokio as shell};
-use lexican_runtime::host::Pace;
+use lexican_runtime::host::{Fate, Pace};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{AbortCode, CobId, NodeId};
+use lexican_runtime::{CobId, NodeId};
 use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
@@ -18,7 +18,7 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 use crate::callbacks::Callback;
 use crate::drive::Drive;
 use crate::error::{ObjectUnknown, OrRaise, wrong};
-use crate::fault::{Effect, Fault};
+use crate::fault::Fault;
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
 use crate::pdo::Pdo;
@@ -275,18 +275,12 @@ impl Machine {
 
     /// What a simulated device sends is lost: by the predefined identifiers of its node-ID.
     fn mute(this: &Bound<'_, Self>, node: String) -> Fault {
-        Machine::fault(this, node, Some(Effect::Lost))
+        Machine::fault(this, node, Some(Fate::Lose))
     }
 
     /// What a simulated device sends is late by so many seconds.
     fn delay(this: &Bound<'_, Self>, node: String, span: f64) -> PyResult<Fault> {
-        Ok(Machine::fault(this, node, Some(Effect::Late(seconds(span)?))))
-    }
-
-    /// A simulated device aborts all SDO transfers.
-    #[pyo3(signature = (node, code = 0x0800_0000))]
-    fn refuse(this: &Bound<'_, Self>, node: String, code: u32) -> Fault {
-        Machine::fault(this, node, Some(Effect::Refusal(AbortCode(code))))
+        Ok(Machine::fault(this, node, Some(Fate::Delay(seconds(span)?))))
     }
 
     fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
@@ -297,8 +291,8 @@ impl Machine {
 }
 
 impl Machine {
-    fn fault(this: &Bound<'_, Self>, node: String, effect: Option<Effect>) -> Fault {
-        Fault { shared: Arc::clone(&this.as_super().get().shared), node, effect }
+    fn fault(this: &Bound<'_, Self>, node: String, fate: Option<Fate>) -> Fault {
+        Fault { shared: Arc::clone(&this.as_super().get().shared), node, fate }
     }
 
     fn over(shared: Arc<Shared>) -> PyClassInitializer<Self> {

@@ -236,6 +236,17 @@ impl Shared {
         })
     }
 
+    /// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
+    pub(crate) fn forget_all() {
+        for shared in OPEN.try_lock().iter().flat_map(|open| open.iter()).filter_map(Weak::upgrade) {
+            for slot in lock(&shared.drives).drain(..).filter_map(|slot| slot.upgrade()) {
+                std::mem::forget(slot.drive.try_lock().map(|mut drive| drive.take()));
+                std::mem::forget(slot);
+            }
+            std::mem::forget((lock(&shared.opened).take(), std::mem::take(&mut *lock(&shared.callbacks))));
+        }
+    }
+
     /// Closes all networks that are open, at the end of the interpreter.
     pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
         let open = std::mem::take(&mut *lock(&OPEN));

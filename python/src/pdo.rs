@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use lexican_eds::model::{Device, Mapped};
 use lexican_machine::BoxedLink;
-use lexican_runtime::host::{Descriptor, Incoming, Link, LinkError, tokio as shell};
+use lexican_runtime::host::{Incoming, Link, LinkError, tokio as shell};
 use lexican_runtime::manager;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use lexican_toolbox::decode::content;
@@ -68,7 +68,7 @@ impl Link for Noting {
         self.link.is_drained()
     }
     #[cfg(unix)]
-    fn descriptor(&self) -> Option<Descriptor> {
+    fn descriptor(&self) -> Option<lexican_runtime::host::Descriptor> {
         self.link.descriptor()
     }
     fn is_real_time(&self) -> bool {
@@ -141,9 +141,5 @@ impl Pdo {
         };
         let frame = wait(py, &runner, within(&self.network, timeout.map(seconds).transpose()?, next))?.or_raise()?;
         frame.map(|frame| self.values(py, &frame)).transpose()
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Pdo {} {}>", self.state.name, self.state.cob_id.id())
     }
 }

@@ -2,17 +2,13 @@
 
 use std::future::Future;
 use std::pin::pin;
-use std::sync::Mutex;
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration as WallTime;
 
 use lexican_runtime::Duration;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::host::tokio::{Network, Runner};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-
-use crate::opened::lock;
 
 /// How soon Ctrl-C is noticed.
 pub(crate) const SLICE: WallTime = WallTime::from_millis(50);
@@ -48,21 +44,6 @@ pub(crate) async fn within<T>(
         biased;
         event = next => Ok(event),
         over = network.sleep_until(until) => over.map(|_| None),
-    }
-}
-
-/// Runs what blocks in a thread, while other threads of Python go on. A signal whose handler raises leaves it to its end.
-pub(crate) fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
-    let (done, outcome) = channel();
-    // What is waited for without the lock has to be of all threads.
-    let outcome = Mutex::new(outcome);
-    std::thread::Builder::new().spawn(move || done.send(work()))?;
-    loop {
-        match py.detach(|| lock(&outcome).recv_timeout(SLICE)) {
-            Ok(outcome) => return Ok(outcome),
-            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
-            Err(RecvTimeoutError::Disconnected) => return Err(PyRuntimeError::new_err("a thread has panicked")),
-        }
     }
 }
 
