@@ -7,8 +7,7 @@ use lexican_machine::tokio as shell;
 use pyo3::prelude::*;
 use tokio::sync::oneshot;
 
-use crate::network::Event;
-use crate::opened::lock;
+use crate::wait::lock;
 
 /// The thread that calls a function, until this is gone.
 pub(crate) struct Callback {
@@ -18,8 +17,12 @@ pub(crate) struct Callback {
 }
 
 impl Callback {
-    /// Calls a function with each event of a kind, or with all events.
-    pub(crate) fn new(mut events: shell::Events, what: Option<String>, function: Py<PyAny>) -> PyResult<Self> {
+    /// Calls a function with what `of` makes of each event.
+    pub(crate) fn new<E: for<'py> IntoPyObject<'py> + Send>(
+        mut events: shell::Events,
+        of: impl Fn(lexican_machine::Event) -> Option<E> + Send + 'static,
+        function: Py<PyAny>,
+    ) -> PyResult<Self> {
         // It waits for what others receive, and lets no time of its own pass.
         let waiting = tokio::runtime::Builder::new_current_thread().build()?;
         let (stop, mut stopped) = oneshot::channel();
@@ -33,10 +36,8 @@ impl Callback {
                     _ = &mut stopped => None,
                 }
             };
-            while let Some(event) = waiting.block_on(next()).map(Event) {
-                if what.as_ref().is_some_and(|what| event.what() != what) {
-                    continue;
-                }
+            while let Some(event) = waiting.block_on(next()) {
+                let Some(event) = of(event) else { continue };
                 // There is no interpreter any more when it ends.
                 let called = Python::try_attach(|py| {
                     let called = function.call1(py, (event,));

@@ -15,9 +15,9 @@ use lexican_toolbox::decode::Decoder;
 use pyo3::prelude::*;
 
 use crate::error::{Closed, OrRaise, wrong};
-use crate::opened::{SIM, Shared, bus_url, lock};
+use crate::opened::{SIM, Shared, bus_url};
 use crate::sheet::node_id;
-use crate::wait::SLICE;
+use crate::wait::{SLICE, lock};
 
 /// So many frames before its end are shown of a case that fails.
 const EXCERPT: usize = 12;

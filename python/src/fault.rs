@@ -1,30 +1,14 @@
 //! Faults of simulated devices, each for as long as a `with` lasts.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use lexican_runtime::host::Fate;
-use lexican_runtime::{Frame, NodeId};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::error::OrRaise;
-use crate::opened::{Shared, lock, no_device};
-
-/// What happens to the frames of nodes as long as a fault lasts.
-pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
-
-/// What happens to a frame.
-pub(crate) fn fate(faults: &Faults, frame: &Frame) -> Fate {
-    let faults = lock(faults);
-    faults.iter().rev().find(|(node, _)| is_of(frame, *node)).map_or(Fate::Deliver, |(_, fate)| *fate)
-}
-
-/// Whether a node has sent a frame, by the predefined connection set.
-fn is_of(frame: &Frame, node: NodeId) -> bool {
-    let id = frame.id().raw();
-    let sent = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700];
-    !frame.id().is_extended() && id & 0x7F == u32::from(node.get()) && sent.contains(&(id & 0x780))
-}
+use crate::opened::{Shared, no_device};
+use crate::wait::lock;
 
 /// A fault of a simulated device, which lasts as long as its `with`.
 #[pyclass(module = "lexican", frozen)]

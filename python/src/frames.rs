@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Closed, OrRaise};
-use crate::opened::{Shared, bus_url, lock};
-use crate::wait::{SLICE, seconds};
+use crate::opened::{Shared, bus_url};
+use crate::wait::{SLICE, lock, seconds};
 
 /// How long a link is listened to before it is looked what is to be sent.
 const LISTENING: Duration = Duration::from_millis(1);

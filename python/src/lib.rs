@@ -9,6 +9,7 @@ mod drive;
 mod error;
 mod fault;
 mod frames;
+mod heard;
 mod lss;
 mod network;
 mod opened;

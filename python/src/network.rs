@@ -200,7 +200,8 @@ impl Network {
     #[pyo3(signature = (what, function))]
     fn on(&self, what: Option<String>, function: Py<PyAny>) -> PyResult<()> {
         let (machine, _) = self.shared.machine()?;
-        self.shared.call_back(Callback::new(machine.events(), what, function)?);
+        let of = move |event| Some(Event(event)).filter(|event| what.as_ref().is_none_or(|what| event.what() == what));
+        self.shared.call_back(Callback::new(machine.events(), of, function)?);
         Ok(())
     }
 
@@ -452,7 +453,7 @@ impl Events {
 
 /// Something that has happened to a node. Its text is a line.
 #[pyclass(module = "lexican", frozen)]
-pub(crate) struct Event(pub(crate) lexican_machine::Event);
+pub(crate) struct Event(lexican_machine::Event);
 
 #[pymethods]
 impl Event {
@@ -464,7 +465,7 @@ impl Event {
 
     /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
     #[getter]
-    pub(crate) fn what(&self) -> &'static str {
+    fn what(&self) -> &'static str {
         match self.0.what {
             What::BootedUp => "booted-up",
             What::Booted => "booted",

@@ -1,7 +1,7 @@
 //! A network that is open, and how it ends: no drive is left moving unsaid.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 use lexican_eds::Source;
 use lexican_machine::{BoxedLink, Files, Machine as File, MachineError, blocking, tokio as shell};
@@ -13,9 +13,10 @@ use pyo3::prelude::*;
 
 use crate::callbacks::Callback;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
-use crate::pdo::{Heard, Noting};
+use crate::heard::{Heard, Noting};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
+use crate::wait::lock;
 
 /// Simulated devices, as the command has them.
 pub(crate) const SIM: Scheme = Scheme {
@@ -266,9 +267,4 @@ impl Drop for Shared {
 
 pub(crate) fn no_device(node: &str) -> PyErr {
     wrong(format_args!("there is no simulated device {node:?}"))
-}
-
-/// A lock whose holder may have panicked: what it holds is put in place as one.
-pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

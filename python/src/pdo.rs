@@ -1,13 +1,11 @@
 //! PDOs of a node: what came last, and how long ago.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use lexican_eds::model::{Device, Mapped};
-use lexican_machine::BoxedLink;
-use lexican_runtime::host::{Incoming, Link, LinkError, tokio as shell};
+use lexican_runtime::Frame;
+use lexican_runtime::host::tokio as shell;
 use lexican_runtime::manager;
-use lexican_runtime::{CobId, Duration, Frame, Instant};
 use lexican_toolbox::decode::content;
 use lexican_toolbox::pdo::PdoState;
 use lexican_toolbox::values::DeviceValues;
@@ -16,71 +14,10 @@ use pyo3::types::PyDict;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::error::OrRaise;
-use crate::opened::{Shared, lock};
+use crate::heard::Heard;
+use crate::opened::Shared;
 use crate::value::by_name;
-use crate::wait::{seconds, wait, within};
-
-/// The last frame of each PDO on a bus, and when it came.
-pub(crate) type Heard = Arc<Mutex<BTreeMap<CobId, (Instant, Frame)>>>;
-
-/// A link that notes PDOs when they come: whoever asks later knows how old they are.
-pub(crate) struct Noting {
-    link: BoxedLink,
-    heard: Heard,
-}
-
-impl Noting {
-    pub(crate) fn over(link: BoxedLink) -> (BoxedLink, Heard) {
-        let heard = Heard::default();
-        (Box::new(Noting { link, heard: Arc::clone(&heard) }), heard)
-    }
-
-    fn note(&self, received: Result<Option<Incoming>, LinkError>) -> Result<Option<Incoming>, LinkError> {
-        if let Ok(Some(Incoming::Frame(frame))) = &received
-            && (0x180..0x580).contains(&frame.id().raw())
-            && !frame.is_remote()
-        {
-            lock(&self.heard).insert(frame.id(), (self.link.now(), *frame));
-        }
-        received
-    }
-}
-
-impl Link for Noting {
-    fn now(&self) -> Instant {
-        self.link.now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.link.send(frame)
-    }
-    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.link.try_send(frame)
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        let received = self.link.receive(until);
-        self.note(received)
-    }
-    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        let received = self.link.receive_at(now, until);
-        self.note(received)
-    }
-    fn is_drained(&self) -> bool {
-        self.link.is_drained()
-    }
-    #[cfg(unix)]
-    fn descriptor(&self) -> Option<lexican_runtime::host::Descriptor> {
-        self.link.descriptor()
-    }
-    fn is_real_time(&self) -> bool {
-        self.link.is_real_time()
-    }
-    fn latency(&self) -> Duration {
-        self.link.latency()
-    }
-    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
-        self.link.listen_to(ids)
-    }
-}
+use crate::wait::{lock, seconds, wait, within};
 
 /// A PDO that a node sends, by its data sheet or by the machine's file.
 #[pyclass(module = "lexican", frozen)]

@@ -2,6 +2,7 @@
 
 use std::future::Future;
 use std::pin::pin;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration as WallTime;
 
 use lexican_runtime::Duration;
@@ -53,4 +54,9 @@ pub(crate) fn seconds(seconds: f64) -> PyResult<Duration> {
         return Err(PyValueError::new_err(format!("{seconds} s is no time to wait")));
     }
     Ok(Duration::from_micros((seconds * 1e6).round() as u64))
+}
+
+/// A lock whose holder may have panicked: what it holds is put in place as one.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
