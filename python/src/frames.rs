@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Closed, OrRaise};
-use crate::opened::{Shared, lock};
-use crate::wait::{SLICE, seconds};
+use crate::opened::{Shared, bus_url};
+use crate::wait::{SLICE, lock, seconds};
 
 /// How long a link is listened to before it is looked what is to be sent.
 const LISTENING: Duration = Duration::from_millis(1);
@@ -88,10 +88,8 @@ impl Frames {
     /// The bus of a URL, whose simulated devices take their time.
     #[new]
     fn new(py: Python<'_>, url: &str) -> PyResult<Self> {
-        py.detach(|| match Shared::link_of_url(url, Pace::RealTime)? {
-            Ok(link) => Frames::over(link, None),
-            Err(simulation) => Frames::over(simulation.another_link()?, Some(simulation)),
-        })
+        let (link, simulation) = py.detach(|| Shared::lone_link(&bus_url(url)?, Pace::RealTime))?;
+        Frames::over(link, simulation)
     }
 
     /// Sends a frame; a remote one if it asks for a length.

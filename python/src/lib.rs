@@ -3,11 +3,17 @@
 //! Every wait releases the interpreter's lock and looks for signals ([`wait`]); what fails is an exception with the whole
 //! text of its error ([`error`]).
 
+mod callbacks;
+mod conform;
 mod drive;
 mod error;
+mod fault;
 mod frames;
+mod heard;
+mod lss;
 mod network;
 mod opened;
+mod pdo;
 mod sheet;
 mod simulation;
 mod slot;
@@ -18,7 +24,10 @@ mod wait;
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
+    use pyo3::types::IntoPyDict;
 
+    #[pymodule_export]
+    use crate::conform::{CaseResult, Conformance};
     #[pymodule_export]
     use crate::drive::{Drive, Outcome};
     #[pymodule_export]
@@ -27,19 +36,29 @@ mod _native {
         SdoAborted, ValueRefused,
     };
     #[pymodule_export]
+    use crate::fault::Fault;
+    #[pymodule_export]
     use crate::frames::Frames;
     #[pymodule_export]
+    use crate::lss::{lss_configure, lss_scan};
+    #[pymodule_export]
     use crate::network::{Event, Events, Machine, Network, Node, simulate};
+    #[pymodule_export]
+    use crate::pdo::Pdo;
     #[pymodule_export]
     use crate::sheet::{Change, DataSheet, Entry, Finding, load};
     #[pymodule_export]
     use crate::value::Value;
 
-    /// No drive is left moving by an interpreter that ends.
+    /// No drive is left moving by an interpreter that ends, nor stopped by one that was forked.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();
         let close_all = wrap_pyfunction!(close_all, module)?;
+        if let Ok(at_fork) = py.import("os")?.getattr("register_at_fork") {
+            let forget_all = [("after_in_child", wrap_pyfunction!(forget_all, module)?)];
+            at_fork.call((), Some(&forget_all.into_py_dict(py)?))?;
+        }
         py.import("atexit")?.call_method1("register", (close_all,)).map(drop)
     }
 
@@ -47,6 +66,12 @@ mod _native {
     #[pyfunction]
     fn close_all(py: Python<'_>) -> PyResult<()> {
         crate::opened::Shared::close_all(py)
+    }
+
+    /// Leaves all networks to the process that has forked this one.
+    #[pyfunction]
+    fn forget_all() {
+        crate::opened::Shared::forget_all();
     }
 
     #[pymodule_export]

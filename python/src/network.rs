@@ -4,25 +4,29 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lexican_machine::{MachineError, What, tokio as shell};
-use lexican_runtime::host::Pace;
+use lexican_runtime::host::{Fate, Pace};
 use lexican_runtime::manager::Remote;
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, Direction};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, NodeId};
+use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
+use crate::callbacks::Callback;
 use crate::drive::Drive;
 use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::fault::Fault;
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
+use crate::pdo::Pdo;
 use crate::sheet::{DataSheet, node_id};
 use crate::simulation::pace;
 use crate::slot::Slot;
-use crate::value::{ObjectName, Value, words};
-use crate::wait::{seconds, wait};
+use crate::value::{ObjectName, Value, by_name, words};
+use crate::wait::{seconds, wait, within};
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -32,7 +36,7 @@ use crate::wait::{seconds, wait};
 /// Raises LinkFailed if it cannot be opened.
 #[pyclass(module = "lexican", frozen, subclass, weakref)]
 pub(crate) struct Network {
-    shared: Arc<Shared>,
+    pub(crate) shared: Arc<Shared>,
 }
 
 impl Network {
@@ -191,6 +195,16 @@ impl Network {
         Ok(Events { events: Arc::new(tokio::sync::Mutex::new(machine.events())), shared: Arc::clone(&self.shared) })
     }
 
+    /// Calls `function` with each event of a kind from now on, such as "emergency", or with all events: in a thread of its own,
+    /// soon after it has happened. Its exceptions go to `sys.unraisablehook`, and `close` raises the first.
+    #[pyo3(signature = (what, function))]
+    fn on(&self, what: Option<String>, function: Py<PyAny>) -> PyResult<()> {
+        let (machine, _) = self.shared.machine()?;
+        let of = move |event| Some(Event(event)).filter(|event| what.as_ref().is_none_or(|what| event.what() == what));
+        self.shared.call_back(Callback::new(machine.events(), of, function)?);
+        Ok(())
+    }
+
     /// Lets so many seconds pass, by the time of the bus. In virtual time, nothing passes between calls.
     fn sleep(&self, py: Python<'_>, span: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
@@ -212,7 +226,8 @@ impl Network {
         Frames::over(self.shared.another_link()?, Some(Arc::clone(&self.shared)))
     }
 
-    /// Stops all its drives that may be moving, waits until they stand, and closes it.
+    /// Stops all its drives that may be moving, waits until they stand, and closes it. Callbacks have been called with all events
+    /// then.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.shared.close(py)
     }
@@ -251,11 +266,22 @@ impl Machine {
     /// Has a simulated device follow a line of its simulation, and says what it answers: `tell("feeder", "shaft = blocked")`,
     /// "emcy 3120 04", "power off", "get 6041".
     fn tell(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
-        let told = this.as_super().get().shared.with(|opened| {
-            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
-            all.filter_map(Result::transpose).next().transpose()
-        });
-        told?.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
+        this.as_super().get().shared.tell(node, line)
+    }
+
+    /// A simulated device is off as long as a `with` lasts, as all faults: `with machine.power_off("feeder"):`.
+    fn power_off(this: &Bound<'_, Self>, node: String) -> Fault {
+        Machine::fault(this, node, None)
+    }
+
+    /// What a simulated device sends is lost: by the predefined identifiers of its node-ID.
+    fn mute(this: &Bound<'_, Self>, node: String) -> Fault {
+        Machine::fault(this, node, Some(Fate::Lose))
+    }
+
+    /// What a simulated device sends is late by so many seconds.
+    fn delay(this: &Bound<'_, Self>, node: String, span: f64) -> PyResult<Fault> {
+        Ok(Machine::fault(this, node, Some(Fate::Delay(seconds(span)?))))
     }
 
     fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
@@ -266,6 +292,10 @@ impl Machine {
 }
 
 impl Machine {
+    fn fault(this: &Bound<'_, Self>, node: String, fate: Option<Fate>) -> Fault {
+        Fault { shared: Arc::clone(&this.as_super().get().shared), node, fate }
+    }
+
     fn over(shared: Arc<Shared>) -> PyClassInitializer<Self> {
         PyClassInitializer::from(Network { shared }).add_subclass(Machine)
     }
@@ -367,6 +397,28 @@ impl Node {
         Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
     }
 
+    /// The PDOs that it sends, by its data sheet or the machine's file.
+    fn pdos(&self) -> PyResult<Vec<Pdo>> {
+        let (node, _) = self.found()?;
+        let (machine, _) = self.shared.machine()?;
+        let (it, network) = (node.stated(), node.network());
+        let Some(device) = it.device() else { return Ok(Vec::new()) };
+        let bus = machine.file().buses().position(|bus| bus.nodes.iter().any(|other| other.name.value == self.name));
+        let heard = self.shared.with(|opened| Ok(Arc::clone(&opened.heard[bus.unwrap_or_default()])))?;
+        let state = |name: PdoName| {
+            let stated = it.pdos.iter().find(|pdo| pdo.after.name == name).map(|pdo| pdo.after.clone());
+            stated.or_else(|| PdoState::of_sheet(device, self.id, name))
+        };
+        let names = PdoName::of_sheet(device).into_iter().filter(|name| name.direction == Direction::Transmit);
+        let sent = names.filter_map(state).filter(|it| it.cob_id.is_valid() && !it.mapping.is_empty());
+        let device = Arc::new(device.clone());
+        let pdo = |state| {
+            let (shared, heard, device) = (Arc::clone(&self.shared), Arc::clone(&heard), Arc::clone(&device));
+            Pdo { shared, heard, network: network.clone(), device, state }
+        };
+        Ok(sent.map(pdo).collect())
+    }
+
     fn __repr__(&self) -> String {
         format!("<Node {} at node-ID {}>", self.name, self.id)
     }
@@ -386,17 +438,8 @@ impl Events {
     fn next(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<Option<Event>> {
         let (network, runner) = self.shared.network()?;
         let timeout = timeout.map(seconds).transpose()?;
-        let next = async {
-            let mut events = self.events.lock().await;
-            let Some(timeout) = timeout else { return Ok(events.next().await) };
-            let until = network.now().await? + timeout;
-            tokio::select! {
-                biased;
-                event = events.next() => Ok(event),
-                over = network.sleep_until(until) => over.map(|_| None),
-            }
-        };
-        Ok(wait(py, &runner, next)?.or_raise()?.map(Event))
+        let next = async { self.events.lock().await.next().await };
+        Ok(wait(py, &runner, within(&network, timeout, next))?.or_raise()?.map(Event))
     }
 
     fn __iter__(this: Py<Self>) -> Py<Self> {
@@ -452,14 +495,10 @@ impl Event {
     /// The values of a PDO, by the names of their entries.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let values = PyDict::new(py);
-        if let What::Pdo(reports) = &self.0.what {
-            for report in reports {
-                let name = report.entry.clone().unwrap_or_else(|| report.address.to_string());
-                values.set_item(name, Py::new(py, Value(report.clone()))?)?;
-            }
+        match &self.0.what {
+            What::Pdo(reports) => by_name(py, reports.clone()),
+            _ => Ok(PyDict::new(py)),
         }
-        Ok(values)
     }
 
     fn __str__(&self) -> String {

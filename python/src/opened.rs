@@ -1,7 +1,7 @@
 //! A network that is open, and how it ends: no drive is left moving unsaid.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 use lexican_eds::Source;
 use lexican_machine::{BoxedLink, Files, Machine as File, MachineError, blocking, tokio as shell};
@@ -11,12 +11,15 @@ use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
 use lexican_runtime::host::{BusUrl, Pace, schemes};
 use pyo3::prelude::*;
 
+use crate::callbacks::Callback;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
+use crate::heard::{Heard, Noting};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
+use crate::wait::lock;
 
 /// Simulated devices, as the command has them.
-const SIM: Scheme = Scheme {
+pub(crate) const SIM: Scheme = Scheme {
     name: "sim",
     example: "sim:siko/ag03-1?node=5",
     what: "a simulated device",
@@ -36,6 +39,7 @@ pub(crate) struct Shared {
     opened: Mutex<Option<Opened>>,
     /// Drives that the program may have.
     drives: Mutex<Vec<Weak<Slot>>>,
+    callbacks: Mutex<Vec<Callback>>,
 }
 
 /// A network that is open.
@@ -46,6 +50,8 @@ pub(crate) struct Opened {
     /// `None` while no node has a name.
     pub(crate) machine: Option<shell::Machine>,
     pub(crate) simulations: Vec<Simulation>,
+    /// The PDOs of each bus.
+    pub(crate) heard: Vec<Heard>,
     /// What its nodes are, in the words of a machine's file, where it has no file.
     words: Option<String>,
 }
@@ -61,9 +67,23 @@ impl Opened {
     }
 }
 
+/// The URL of a bus, which may be simulated.
+pub(crate) fn bus_url(url: &str) -> PyResult<BusUrl> {
+    let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
+    BusUrl::among(&known, url).map_err(|error| LinkFailed::new_err(error.to_string()))
+}
+
 /// What a machine's file says, without errors.
 fn file(name: &str, words: &str) -> PyResult<File> {
     File::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound().or_raise()
+}
+
+/// A machine's file without errors, on all its buses or one: `machine.toml#left`.
+fn sound_file(path: &Path) -> PyResult<File> {
+    let (path, bus) = File::file_and_bus(path);
+    let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
+    let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from);
+    if bus.is_some() { file.and_then(on_bus) } else { file }.or_raise()
 }
 
 /// A node in the words of a machine's file.
@@ -78,17 +98,23 @@ fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
 impl Shared {
     /// The bus of a URL.
     pub(crate) fn of_url(url: &str, pace: Pace) -> PyResult<Arc<Self>> {
-        match Shared::link_of_url(url, pace)? {
+        match Shared::link_of(&bus_url(url)?, pace)? {
             Ok(link) => Shared::of_link(link),
             Err(simulation) => Ok(simulation),
         }
     }
 
+    /// A link without a network, and what it simulates, if it does.
+    pub(crate) fn lone_link(url: &BusUrl, pace: Pace) -> PyResult<(BoxedLink, Option<Arc<Self>>)> {
+        Ok(match Shared::link_of(url, pace)? {
+            Ok(link) => (link, None),
+            Err(simulation) => (simulation.another_link()?, Some(simulation)),
+        })
+    }
+
     /// The link of a URL, or what it simulates.
-    pub(crate) fn link_of_url(url: &str, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
+    fn link_of(url: &BusUrl, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
         let failed = |error: String| LinkFailed::new_err(error);
-        let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
-        let url = BusUrl::among(&known, url).map_err(|error| failed(error.to_string()))?;
         if url.scheme().name != SIM.name {
             return url.open().map(Ok).map_err(|error| failed(format!("cannot open {url}: {error}")));
         }
@@ -98,42 +124,53 @@ impl Shared {
 
     /// The bus behind a link.
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
+        let (link, heard) = Noting::over(link);
         let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
-        let (machine, simulations, words) = (None, Vec::new(), Some(String::new()));
-        Ok(Shared::new(Opened { network, runner, machine, simulations, words }))
+        let (machine, simulations, heard, words) = (None, Vec::new(), vec![heard], Some(String::new()));
+        Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
     /// A machine on the buses of its file.
     pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
-        Ok(Shared::at_work(&blocking::Machine::open(path).or_raise()?, Vec::new(), None))
+        let file = sound_file(path)?;
+        let links = file.buses().map(File::link).collect::<Result<_, _>>().or_raise()?;
+        Shared::over(links, file, Vec::new(), None)
     }
 
     /// The devices of a machine's file, or one device, simulated.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
         let (file, words) = if lexican_simulation::plant::is_machine(name) {
-            let (path, bus) = File::file_and_bus(Path::new(name));
-            let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
-            let file = file.or_raise()?;
-            let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from).or_raise();
-            (if bus.is_some() { on_bus(file)? } else { file }, None)
+            (sound_file(Path::new(name))?, None)
         } else {
             let words = node_words(&format!("node{node}"), node, name, &[]);
             (file("this network", &words)?, Some(words))
         };
         let (links, simulations) = Simulation::of(&file, pace)?;
-        let machine = blocking::Machine::over(links, file).or_raise()?;
-        machine.pass(BOOTING).or_raise()?;
-        Ok(Shared::at_work(&machine, simulations, words))
+        Shared::over(links, file, simulations, words)
     }
 
-    fn at_work(machine: &blocking::Machine, simulations: Vec<Simulation>, words: Option<String>) -> Arc<Self> {
+    fn over(
+        links: Vec<BoxedLink>,
+        file: File,
+        simulations: Vec<Simulation>,
+        words: Option<String>,
+    ) -> PyResult<Arc<Self>> {
+        let (links, heard) = links.into_iter().map(Noting::over).unzip();
+        let machine = blocking::Machine::over(links, file).or_raise()?;
+        if !simulations.is_empty() {
+            machine.pass(BOOTING).or_raise()?;
+        }
         let (machine, runner) = machine.inner();
         let (network, runner, machine) = (machine.network().clone(), runner.clone(), Some(machine.clone()));
-        Shared::new(Opened { network, runner, machine, simulations, words })
+        Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
     fn new(opened: Opened) -> Arc<Self> {
-        let shared = Arc::new(Shared { opened: Mutex::new(Some(opened)), drives: Mutex::default() });
+        let shared = Arc::new(Shared {
+            opened: Mutex::new(Some(opened)),
+            drives: Mutex::default(),
+            callbacks: Mutex::default(),
+        });
         let mut open = lock(&OPEN);
         open.retain(|other| other.strong_count() > 0);
         open.push(Arc::downgrade(&shared));
@@ -173,14 +210,42 @@ impl Shared {
         drives.push(Arc::downgrade(drive));
     }
 
-    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive.
+    /// Notes a callback, which ends with the network.
+    pub(crate) fn call_back(&self, callback: Callback) {
+        lock(&self.callbacks).push(callback);
+    }
+
+    /// What a simulated device answers to a line of its simulation.
+    pub(crate) fn tell(&self, node: &str, line: &str) -> PyResult<String> {
+        let told = self.with(|opened| {
+            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
+            all.filter_map(Result::transpose).next().transpose()
+        });
+        told?.ok_or_else(|| no_device(node))
+    }
+
+    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a
+    /// callback.
     pub(crate) fn close(&self, py: Python<'_>) -> PyResult<()> {
         let drives = std::mem::take(&mut *lock(&self.drives));
         py.detach(|| {
             let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
+            let callbacks = std::mem::take(&mut *lock(&self.callbacks));
+            let called: Vec<_> = callbacks.into_iter().map(Callback::end).collect();
             drop(lock(&self.opened).take());
-            ended.into_iter().collect()
+            ended.into_iter().chain(called).collect()
         })
+    }
+
+    /// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
+    pub(crate) fn forget_all() {
+        for shared in OPEN.try_lock().iter().flat_map(|open| open.iter()).filter_map(Weak::upgrade) {
+            for slot in lock(&shared.drives).drain(..).filter_map(|slot| slot.upgrade()) {
+                std::mem::forget(slot.drive.try_lock().map(|mut drive| drive.take()));
+                std::mem::forget(slot);
+            }
+            std::mem::forget((lock(&shared.opened).take(), std::mem::take(&mut *lock(&shared.callbacks))));
+        }
     }
 
     /// Closes all networks that are open, at the end of the interpreter.
@@ -200,7 +265,6 @@ impl Drop for Shared {
     }
 }
 
-/// A lock whose holder may have panicked: what it holds is put in place as one.
-pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+pub(crate) fn no_device(node: &str) -> PyErr {
+    wrong(format_args!("there is no simulated device {node:?}"))
 }

@@ -1,19 +1,38 @@
 //! Simulated devices inside the process.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use lexican_machine::{BoxedLink, Machine};
-use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_runtime::host::{Fate, Pace, VirtualBus};
+use lexican_runtime::{Frame, NodeId};
 use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{MachineFileError, wrong};
+use crate::wait::lock;
+
+/// What happens to the frames of nodes as long as a fault lasts.
+pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
+
+/// What happens to a frame.
+fn fate(faults: &Faults, frame: &Frame) -> Fate {
+    let faults = lock(faults);
+    faults.iter().rev().find(|(node, _)| is_of(frame, *node)).map_or(Fate::Deliver, |(_, fate)| *fate)
+}
+
+/// Whether a node has sent a frame, by the predefined connection set.
+fn is_of(frame: &Frame, node: NodeId) -> bool {
+    let id = frame.id().raw();
+    let sent = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700];
+    !frame.id().is_extended() && id & 0x7F == u32::from(node.get()) && sent.contains(&(id & 0x780))
+}
 
 /// The devices of a bus, and what happens to them.
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     devices: Arc<Mutex<Segment<SimulatedDevice>>>,
+    pub(crate) faults: Faults,
 }
 
 impl Simulation {
@@ -25,10 +44,18 @@ impl Simulation {
             let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
             bus.attach(Arc::clone(&devices));
             bus.set_pace(pace);
-            Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices }))
+            let faults = Faults::default();
+            let lasting = Arc::clone(&faults);
+            bus.set_fate(move |_, frame| fate(&lasting, frame));
+            Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices, faults }))
         };
         let started = machine.buses().map(start).collect::<Result<Vec<_>, lexican_simulation::PlantError>>();
         Ok(started.map_err(|error| MachineFileError::new_err(error.to_string()))?.into_iter().unzip())
+    }
+
+    /// Whether the device is one of them.
+    pub(crate) fn has(&self, node: &str) -> bool {
+        lock(&self.devices).nodes().any(|device| device.is_called(node))
     }
 
     /// What a device answers to a line of its simulation, or `None` if there is no such device.
@@ -36,7 +63,7 @@ impl Simulation {
         let command = command::parse(line).map_err(wrong)?;
         let command = command.ok_or_else(|| PyValueError::new_err("the line is empty"))?;
         let now = self.bus.now();
-        let mut devices = self.devices.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut devices = lock(&self.devices);
         let device = devices.nodes_mut().find(|device| device.is_called(node));
         device.map(|device| device.carry_out(now, &command).map_err(wrong)).transpose()
     }

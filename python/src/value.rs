@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_toolbox::values::report::ValueReport;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyInt, PyString};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyInt, PyString};
 
 /// A value in Python's words: `bool`, `int`, `float`, `str` or `bytes`; a COB-ID that depends on the node-ID is a text.
 pub(crate) fn python<'py>(
@@ -123,6 +123,16 @@ impl Value {
     fn __repr__(&self) -> String {
         format!("<Value {}>", self.0.equation())
     }
+}
+
+/// Values by the names of their entries.
+pub(crate) fn by_name(py: Python<'_>, reports: Vec<ValueReport>) -> PyResult<Bound<'_, PyDict>> {
+    let values = PyDict::new(py);
+    for report in reports {
+        let name = report.entry.clone().unwrap_or_else(|| report.address.to_string());
+        values.set_item(name, Py::new(py, Value(report))?)?;
+    }
+    Ok(values)
 }
 
 /// A value, a position or a velocity in words: a text as people write it, or a number as the device counts.

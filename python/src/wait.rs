@@ -2,10 +2,12 @@
 
 use std::future::Future;
 use std::pin::pin;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration as WallTime;
 
 use lexican_runtime::Duration;
-use lexican_runtime::host::tokio::Runner;
+use lexican_runtime::host::LinkError;
+use lexican_runtime::host::tokio::{Network, Runner};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -31,10 +33,30 @@ pub(crate) fn wait<T: Send>(py: Python<'_>, runner: &Runner, future: impl Future
     }
 }
 
+/// What something comes to, or `None` if it has not within a time by the time of the bus.
+pub(crate) async fn within<T>(
+    network: &Network,
+    timeout: Option<Duration>,
+    next: impl Future<Output = Option<T>>,
+) -> Result<Option<T>, LinkError> {
+    let Some(timeout) = timeout else { return Ok(next.await) };
+    let until = network.now().await? + timeout;
+    tokio::select! {
+        biased;
+        event = next => Ok(event),
+        over = network.sleep_until(until) => over.map(|_| None),
+    }
+}
+
 /// A time in seconds, as Python counts.
 pub(crate) fn seconds(seconds: f64) -> PyResult<Duration> {
     if !(0.0..1e12).contains(&seconds) {
         return Err(PyValueError::new_err(format!("{seconds} s is no time to wait")));
     }
     Ok(Duration::from_micros((seconds * 1e6).round() as u64))
+}
+
+/// A lock whose holder may have panicked: what it holds is put in place as one.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -75,10 +75,18 @@ AccessType=ro
 DefaultValue=0x7
 
 [OptionalObjects]
-SupportedObjects=3
-1=0x1017
-2=0x1800
-3=0x1A00
+SupportedObjects=4
+1=0x1014
+2=0x1017
+3=0x1800
+4=0x1A00
+
+[1014]
+ParameterName=COB-ID EMCY
+ObjectType=7
+DataType=7
+AccessType=rw
+DefaultValue=$NODEID+0x80
 
 [1017]
 ParameterName=Producer heartbeat time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
 import threading
 from pathlib import Path
 
@@ -183,3 +184,95 @@ def test_the_same_in_asyncio(machine: Path) -> None:
                     break
 
     asyncio.run(main())
+
+
+def test_callbacks_are_called_and_their_exceptions_are_not_lost(
+    machine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unraisable: list[BaseException | None] = []
+
+    def note(it: sys.UnraisableHookArgs) -> None:
+        unraisable.append(it.exc_value)
+
+    monkeypatch.setattr(sys, "unraisablehook", note)
+    seen: list[str] = []
+    states: list[str] = []
+
+    def refuse(event: lexican.Event) -> None:
+        raise RuntimeError(f"mine: {event}")
+
+    with pytest.raises(RuntimeError, match="mine: feeder: EMCY"):
+        with lexican.simulate(machine) as it:
+            it.on(None, lambda event: seen.append(event.what))
+            it.on("booted", lambda event: states.append(str(it.feeder.read("statusword"))))
+            it.on("emergency", refuse)
+            it.boot()
+            it.tell("feeder", "fault = \"D\"")
+            it.sleep(1.0)
+    assert {"booted", "ready", "emergency"} <= set(seen), "all that has happened is in it, once it is closed"
+    assert [str(error) for error in unraisable][0].startswith("mine: feeder: EMCY")
+    assert states
+
+
+def test_a_callback_may_close_its_network(network: lexican.Machine) -> None:
+    closed = threading.Event()
+
+    def close(_: lexican.Event) -> None:
+        network.close()
+        closed.set()
+
+    network.on("booted-up", close)
+    network.nmt("reset-node", 1)
+    try:
+        network.sleep(1.0)
+    except lexican.LexicanError:
+        pass  # It was closed meanwhile.
+    assert closed.wait(10)
+
+
+def test_a_pdo_has_its_age(sensor: Path) -> None:
+    with lexican.simulate(sensor, node=7) as network:
+        (pdo,) = network[7].pdos()
+        assert (pdo.name, pdo.cob_id, pdo.latest()) == ("TPDO1", 0x187, None)
+        network.nmt("start", 7)
+        network.produce_sync(0.1)
+        values = pdo.next(1.0)
+        assert values and int(values["Pressure"]) == -7
+        network.tell("node7", "set 2000 -300")
+        values = pdo.next(1.0)
+        assert values and int(values["Pressure"]) == -300
+        network.tell("node7", "power off")
+        network.sleep(60)
+        latest = pdo.latest()
+        assert latest and int(latest[0]["Pressure"]) == -300 and latest[1] >= 59.9, "an old value says that it is old"
+        assert pdo.next(1.0) is None
+
+
+def test_lss_gives_node_ids(sensor: Path) -> None:
+    sensor.write_text(sensor.read_text().replace("Granularity=8", "Granularity=8\nLSS_Supported=1"))
+    with lexican.simulate(sensor, node=7) as network:
+        assert lexican.lss_scan(network) == [], "it has one"
+        assert lexican.lss_configure(network, 9, store=True)
+        assert network.scan() == [9]
+        assert lexican.lss_configure(network, 11, (0x123, 7, 0, 0)) and network.scan() == [11]
+        with pytest.raises(lexican.LexicanError, match="no device with this identity"):
+            lexican.lss_configure(network, 12, (0x123, 8, 0, 0))
+    with pytest.raises(lexican.LinkFailed, match="no-such-bus"):
+        lexican.lss_scan("no-such-bus")
+
+
+def test_lss_finds_devices_without_node_id(sensor: Path) -> None:
+    sheet = sensor.read_text().replace("Granularity=8", "Granularity=8\nLSS_Supported=1")
+    machine = sensor.with_name("machine.toml")
+    machine.write_text("")
+    for product in (7, 8):
+        sensor.with_name(f"{product}.eds").write_text(sheet.replace("DefaultValue=0x7\n", f"DefaultValue={product}\n"))
+        with machine.open("a") as file:
+            file.write(f'[node.p{product}]\nid = "none"\nsheet = "{product}.eds"\n')
+    with lexican.simulate(machine) as network:
+        assert network.scan() == []
+        found = lexican.lss_scan(network)
+        assert {identity[:2] for identity in found} == {(0x123, 7), (0x123, 8)}
+        for node, identity in enumerate(sorted(found), 5):
+            assert lexican.lss_configure(network, node, identity)
+        assert network.scan() == [5, 6] and network.read_bytes(6, 0x1018, 2) == b"\x08\x00\x00\x00"

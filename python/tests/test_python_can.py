@@ -102,3 +102,13 @@ def test_frames_of_all_kinds_pass(manager: tuple[Any, lexican.Machine]) -> None:
             one.send(can.Message(arbitration_id=1, is_fd=True))
     with pytest.raises(can.CanInitializationError, match="no-such"):
         can.Bus(interface="lexican", channel="no-such-bus")
+
+
+def test_a_drive_that_outlives_its_network_lets_go_of_a_bus_of_python_can() -> None:
+    channel: Any = lexican.simulate("siko/ag03-1", pace="real")
+    with channel, can.Bus(interface="lexican", channel=channel) as bus:
+        for _ in range(5):
+            with lexican.Network(bus) as network:
+                drive = network.add_node(1, "siko/ag03-1").drive()
+                drive.close()
+            del network, drive  # Its thread waited for the interpreter, and this one for it.

@@ -140,3 +140,50 @@ drive = moving(network, bus)
     line = [sys.executable, "-B", "-c", program]
     ended = subprocess.run(line, capture_output=True, text=True, timeout=60, cwd=os.path.dirname(__file__))
     assert (ended.returncode, ended.stdout.strip()) == (0, "velocity 0"), ended.stderr
+
+
+FORK = """
+import os, sys, threading
+
+from test_safety import lexican, moving, velocity
+
+network = lexican.simulate("siko/ag03-1", pace="real")
+bus = network.frames()
+drive = moving(network, bus)
+child = os.fork()
+if child == 0:
+    for call in (drive.state, lambda: network.read_bytes(1, 0x1000)):
+        try:
+            call()
+        except lexican.Closed:
+            print("closed", flush=True)
+    with lexican.simulate("siko/ag03-1") as own:
+        print(own.read_bytes(1, 0x1018, 1).hex(), flush=True)
+    sys.exit(0)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+print("moves" if velocity(bus) else "stands")
+print(drive.stop())
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_leaves_the_drive_alone() -> None:
+    line = [sys.executable, "-B", "-c", FORK]
+    ended = subprocess.run(line, capture_output=True, text=True, timeout=60, cwd=os.path.dirname(__file__))
+    assert ended.returncode == 0 and "panicked" not in ended.stderr, ended.stderr
+    assert ended.stdout.splitlines() == ["closed", "closed", "95010000", "moves", "reached"], ended.stdout
+
+
+def test_many_threads_with_networks_of_their_own() -> None:
+    def work() -> None:
+        with lexican.simulate("siko/ag03-1") as network, network.node(1).drive() as drive:
+            drive.enable()
+            moved.append(bool(drive.move_to(500)))
+
+    moved: list[bool] = []
+    threads = [threading.Thread(target=work) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert moved == [True] * 8

@@ -39,7 +39,7 @@ lexican: bench eds codegen conform driver lsp machine pictures runtime profibus 
 changeover: driver eds machine pictures profibus runtime simulation siko-profibus siko-serial
 circle: driver eds machine runtime kollmorgen-akd pictures simulation
 doors: pictures profibus runtime siko-ag02 siko-profibus siko-serial
-lexican-python: driver eds machine runtime simulation toolbox
+lexican-python: conform driver eds machine runtime simulation toolbox
 xtask:
 ";
 

@@ -1,0 +1,171 @@
+//! The conformance test of a device, case by case: what the pytest plugin is made of.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
+
+use lexican_conform::{
+    Case, CaseReport, Hazard, HostLateness, Observer, Record, Report, Settings, Sheet, Verdict, cases, profile_cases,
+};
+use lexican_runtime::NodeId;
+use lexican_runtime::host::{BusUrl, Pace};
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::decode::Decoder;
+use pyo3::prelude::*;
+
+use crate::error::{Closed, OrRaise, wrong};
+use crate::opened::{SIM, Shared, bus_url};
+use crate::sheet::node_id;
+use crate::wait::{SLICE, lock};
+
+/// So many frames before its end are shown of a case that fails.
+const EXCERPT: usize = 12;
+
+/// The conformance test of the device with a node-ID on a bus. Nothing is opened before it begins.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Conformance {
+    bus: BusUrl,
+    sheet: Arc<Sheet>,
+    settings: Settings,
+    test: Mutex<Option<Receiver<Step>>>,
+    cancelled: Arc<AtomicBool>,
+    left: Mutex<Vec<String>>,
+}
+
+enum Step {
+    Ended(CaseResult),
+    Over(Box<Report>),
+}
+
+#[pymethods]
+impl Conformance {
+    /// A simulated device may do without a data sheet. `allow` names what may move a machine or outlasts the test: "motion",
+    /// "outputs", "manufacturer", "store", "restore", "node-id".
+    #[new]
+    #[pyo3(signature = (bus, node, sheet = None, allow = Vec::new()))]
+    fn new(bus: &str, node: u8, sheet: Option<PathBuf>, allow: Vec<String>) -> PyResult<Self> {
+        let bus = bus_url(bus)?;
+        let is_simulated = bus.scheme().name == SIM.name;
+        let name = sheet.map(|sheet| sheet.to_string_lossy().into_owned());
+        let name = name.or_else(|| is_simulated.then(|| bus.place().to_owned()));
+        let name = name.ok_or_else(|| wrong("a device is tested by its data sheet: name it"))?;
+        let sheet = Arc::new(Sheet::of(&DataSheet::load(&name, &[]).or_raise()?.input));
+        let mut settings = Settings::new(node_id(node)?);
+        for name in allow {
+            let hazard = Hazard::ALL.into_iter().find(|hazard| hazard.name() == name);
+            let names = Hazard::ALL.map(Hazard::name).join(", ");
+            settings.allow.insert(hazard.ok_or_else(|| wrong(format_args!("{name:?} is none of {names}")))?);
+        }
+        if !is_simulated {
+            settings.host = HostLateness::watched();
+        }
+        let (test, cancelled, left) = Default::default();
+        Ok(Conformance { bus, sheet, settings, test, cancelled, left })
+    }
+
+    /// The cases for this device: the id and the title of each.
+    fn cases(&self) -> Vec<(&'static str, &'static str)> {
+        self.all().map(|case| (case.id, case.title)).collect()
+    }
+
+    /// Opens the bus, and begins with the cases of these ids, in their order. Each waits until `next` has the one before.
+    ///
+    /// Raises LinkFailed.
+    fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
+        let cases: Vec<_> = ids.iter().filter_map(|id| self.all().find(|case| case.id == id)).collect();
+        let (mut link, simulation) = py.detach(|| Shared::lone_link(&self.bus, Pace::Virtual))?;
+        let (sender, steps) = sync_channel(0);
+        let (sheet, settings, cancelled) =
+            (Arc::clone(&self.sheet), self.settings.clone(), Arc::clone(&self.cancelled));
+        let test = move || {
+            let mut follower = Follower { sender, sheet: &sheet, node: settings.node };
+            let report = lexican_conform::run(&mut link, &sheet, &settings, &cases, &cancelled, &mut follower);
+            // Nobody may wait for it.
+            let _ = follower.sender.send(Step::Over(Box::new(report)));
+            drop(simulation);
+        };
+        std::thread::Builder::new().spawn(test)?;
+        *lock(&self.test) = Some(steps);
+        Ok(())
+    }
+
+    /// Waits for the end of the next case; `None` when the test is over.
+    fn next(&self, py: Python<'_>) -> PyResult<Option<CaseResult>> {
+        loop {
+            let step = py.detach(|| lock(&self.test).as_ref().map(|steps| steps.recv_timeout(SLICE)));
+            match step {
+                Some(Ok(Step::Ended(result))) => return Ok(Some(result)),
+                Some(Ok(Step::Over(report))) => {
+                    lock(&self.test).take();
+                    let ended = report.ended_early.iter().map(|why| format!("the test ended early: {why}"));
+                    *lock(&self.left) = report.not_put_back.into_iter().chain(report.findings).chain(ended).collect();
+                }
+                Some(Err(RecvTimeoutError::Timeout)) => py.check_signals()?,
+                Some(Err(RecvTimeoutError::Disconnected)) => return Err(Closed::new_err("the test has panicked")),
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// Ends it, when all is put back. What is not as it was, a sentence each.
+    fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.cancelled.store(true, Ordering::Relaxed);
+        while self.next(py)?.is_some() {}
+        Ok(std::mem::take(&mut *lock(&self.left)))
+    }
+}
+
+impl Conformance {
+    fn all(&self) -> impl Iterator<Item = &'static Case> {
+        let own = self.sheet.device.profile;
+        cases().chain(profile_cases()).filter(move |case| case.profile().is_none_or(|profile| own == Some(profile)))
+    }
+}
+
+/// How a case has ended: its id; "passed", "failed", "advised" (failed, of what is recommended), "not applicable", "not allowed",
+/// "blocked", "not decidable" or "unfinished"; why it has not passed; all that the report has of it, with its last frames.
+#[pyclass(module = "lexican", frozen, get_all)]
+pub(crate) struct CaseResult {
+    id: String,
+    verdict: String,
+    reason: String,
+    text: String,
+}
+
+/// Passes on how cases have ended.
+struct Follower<'a> {
+    sender: SyncSender<Step>,
+    sheet: &'a Sheet,
+    node: NodeId,
+}
+
+impl Follower<'_> {
+    fn text(&self, report: &CaseReport, reason: &str) -> String {
+        let case = report.case;
+        let head = format!("{}: {reason}\n{} {}\n{}", report.verdict(), case.clause(), case.title, case.requirement);
+        let said = [("expected", &report.expected), ("measured", &report.measured), ("note", &report.notes)];
+        let said = said.into_iter().flat_map(|(what, texts)| texts.iter().map(move |text| format!("{what}: {text}")));
+        let mut decoder = Decoder::new();
+        decoder.introduce(self.node, &self.sheet.device);
+        let line = |record: &Record| {
+            let (words, way) = (decoder.decode(&record.frame), if record.sent { ">" } else { "<" });
+            format!("{way} {:<21} {} {}", record.frame.to_string(), words.name, words.text)
+        };
+        let frames: Vec<_> = report.frames.iter().map(line).collect();
+        let last = frames[frames.len().saturating_sub(EXCERPT)..].iter().cloned();
+        [head].into_iter().chain(said).chain(last).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl Observer for Follower<'_> {
+    fn begins(&mut self, _: usize, _: usize, _: &Case) {}
+
+    fn ended(&mut self, report: &CaseReport) {
+        let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
+        let text = self.text(report, &reason);
+        let result = CaseResult { id: report.case.id.to_owned(), verdict: report.verdict().to_owned(), reason, text };
+        // Nobody may wait for it.
+        let _ = self.sender.send(Step::Ended(result));
+    }
+}
