@@ -2,7 +2,8 @@
 
 /// What they are called, and why they do the same: of the simulated drive.
 pub(crate) const UNFOUND: &[(&str, &str)] = &[
-    ("drive power_on: false => true", "every frame sets it anew, and only frames write"),
+    ("drive power_on: false => true", "the same parameters once more"),
+    ("drive power_on: false => true #2", "a frame sets it anew before there are commands"),
     ("drive set_inputs: self.power == Power::Off => false", WAKES_ANEW),
     ("drive set_inputs: ! inputs.control_is_supplied () => false", WAKES_ANEW),
     ("drive set_inputs: self.power == Power::Off || ! inputs.control_is_supplied () => false", WAKES_ANEW),
@@ -20,6 +21,7 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         "motion lags: state.velocity.abs () >= self.ceiling - TINY => state.velocity.abs () > self.ceiling - TINY",
         ROUNDING,
     ),
+    ("node changes_only_when_called: true => false", "it is asked more often, and says the same"),
     ("node handle_frame: self.run_script (now) ; => ", "the deadline of the step is the same time"),
     ("node next_change: 4 => 4 + 1", "there is no fifth TPDO"),
     ("node next_change: ! tpdo.is_active () => false", "it looks once more, and sends nothing"),

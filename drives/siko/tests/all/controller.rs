@@ -80,6 +80,14 @@ fn a_new_controller_has_the_faults_and_the_load_that_are_there() {
 }
 
 #[test]
+fn a_new_controller_does_not_run_at_its_target_velocity() {
+    let mut rig = Rig::new(Parameters::default());
+    rig.set(|parameters| parameters.target_velocity = 30);
+    rig.pass_ms(1000);
+    assert_eq!(rig.controller.velocity(rig.now), 0);
+}
+
+#[test]
 fn the_words_change_only_when_announced() {
     // A span that next_change skips must look the same throughout.
     let mut rig = Rig::enabled(Parameters { positioning_type: 2, limits: [-800, 2500], ..Parameters::default() });
