@@ -22,7 +22,7 @@ pub(crate) struct Fault {
 impl Fault {
     fn turn(&self, on: bool) -> PyResult<()> {
         let Some(fate) = self.fate else {
-            return self.shared.tell(&self.node, if on { "power off" } else { "power on" }).map(drop);
+            return self.shared.carry_out(&self.node, if on { "power off" } else { "power on" }).map(drop);
         };
         let it = (self.shared.machine()?.0.node(&self.node).or_raise()?.id(), fate);
         self.shared.with(|opened| {

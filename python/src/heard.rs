@@ -12,7 +12,7 @@ use crate::wait::lock;
 /// The last frame of each PDO on a bus, and when it came.
 pub(crate) type Heard = Arc<Mutex<BTreeMap<CobId, (Instant, Frame)>>>;
 
-/// A link that notes PDOs when they come: whoever asks later knows how old they are.
+/// A link that records each PDO with the time at which it came, so that its age is known when it is read.
 pub(crate) struct Noting {
     link: BoxedLink,
     heard: Heard,

@@ -34,7 +34,7 @@ fn converse<T: Send>(
 /// The identities of all devices without node-ID, by LSS fastscan: vendor-ID, product code, revision and serial number. `bus` is
 /// a URL, which no network has open, or a network that is simulated.
 ///
-/// Raises LexicanError if devices answer that cannot be told apart, LinkFailed.
+/// Raises LexicanError if two devices have the same identity; LinkFailed.
 #[pyfunction]
 pub(crate) fn lss_scan(bus: &Bound<'_, PyAny>) -> PyResult<Vec<Numbers>> {
     let found = converse(bus, |session| session.find_all::<Trouble>(|_| Ok(true), |_| {}))?;

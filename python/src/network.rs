@@ -263,10 +263,10 @@ impl Machine {
         wait(this.py(), &runner, machine.boot())?.or_raise()
     }
 
-    /// Has a simulated device follow a line of its simulation, and says what it answers: `tell("feeder", "shaft = blocked")`,
+    /// Has a simulated device carry out a command, and returns its answer: `carry_out("feeder", "blocked = true")`,
     /// "emcy 3120 04", "power off", "get 6041".
-    fn tell(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
-        this.as_super().get().shared.tell(node, line)
+    fn carry_out(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
+        this.as_super().get().shared.carry_out(node, line)
     }
 
     /// A simulated device is off as long as a `with` lasts, as all faults: `with machine.power_off("feeder"):`.

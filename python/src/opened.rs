@@ -7,8 +7,9 @@ use lexican_eds::Source;
 use lexican_machine::{BoxedLink, Files, Machine as File, MachineError, blocking, tokio as shell};
 use lexican_runtime::Duration;
 use lexican_runtime::host::tokio::{Network, Runner};
-use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
+use lexican_runtime::host::url::Scheme;
 use lexican_runtime::host::{BusUrl, Pace, schemes};
+use lexican_simulation::plant::{SCHEME, is_machine};
 use pyo3::prelude::*;
 
 use crate::callbacks::Callback;
@@ -19,14 +20,7 @@ use crate::slot::Slot;
 use crate::wait::lock;
 
 /// Simulated devices, as the command has them.
-pub(crate) const SIM: Scheme = Scheme {
-    name: "sim",
-    example: "sim:siko/ag03-1?node=5",
-    what: "a simulated device",
-    parameters: &[Parameter { key: "node", what: "the node-ID of the device, 1 by default", takes: Takes::Text }, PACE],
-    check: schemes::anything,
-    open: schemes::elsewhere,
-};
+pub(crate) const SIM: Scheme = Scheme { what: "a simulated device", ..SCHEME };
 
 /// How long simulated devices boot.
 const BOOTING: Duration = Duration::from_millis(100);
@@ -139,7 +133,7 @@ impl Shared {
 
     /// The devices of a machine's file, or one device, simulated.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
-        let (file, words) = if lexican_simulation::plant::is_machine(name) {
+        let (file, words) = if is_machine(name) {
             (sound_file(Path::new(name))?, None)
         } else {
             let words = node_words(&format!("node{node}"), node, name, &[]);
@@ -215,13 +209,13 @@ impl Shared {
         lock(&self.callbacks).push(callback);
     }
 
-    /// What a simulated device answers to a line of its simulation.
-    pub(crate) fn tell(&self, node: &str, line: &str) -> PyResult<String> {
-        let told = self.with(|opened| {
-            let all = opened.simulations.iter().map(|simulation| simulation.tell(node, line));
+    /// Has a simulated device carry out a command, and returns its answer.
+    pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<String> {
+        let answer = self.with(|opened| {
+            let all = opened.simulations.iter().map(|simulation| simulation.carry_out(node, line));
             all.filter_map(Result::transpose).next().transpose()
         });
-        told?.ok_or_else(|| no_device(node))
+        answer?.ok_or_else(|| no_device(node))
     }
 
     /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a

@@ -40,10 +40,7 @@ impl Simulation {
     pub(crate) fn of(machine: &Machine, pace: Pace) -> PyResult<(Vec<BoxedLink>, Vec<Simulation>)> {
         let start = |machine: &Machine| {
             let plant = Plant::of_machine(machine)?;
-            let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
-            let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
-            bus.attach(Arc::clone(&devices));
-            bus.set_pace(pace);
+            let (bus, devices) = plant.on_own_bus(pace)?;
             let faults = Faults::default();
             let lasting = Arc::clone(&faults);
             bus.set_fate(move |_, frame| fate(&lasting, frame));
@@ -58,8 +55,8 @@ impl Simulation {
         lock(&self.devices).nodes().any(|device| device.is_called(node))
     }
 
-    /// What a device answers to a line of its simulation, or `None` if there is no such device.
-    pub(crate) fn tell(&self, node: &str, line: &str) -> PyResult<Option<String>> {
+    /// Has a device carry out a command, and returns its answer, or `None` if there is no such device.
+    pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<Option<String>> {
         let command = command::parse(line).map_err(wrong)?;
         let command = command.ok_or_else(|| PyValueError::new_err("the line is empty"))?;
         let now = self.bus.now();

@@ -51,7 +51,7 @@ def test_a_program_prints_what_the_page_says(
         program = ours if side == "lexican" else theirs
         program = program.replace('interface="socketcan", channel="can0"', 'interface="lexican", channel=simulated')
         program = program.replace('lexican.Network("can0")', "lexican.Network(bus)").replace('"can0"', "simulated")
-        alarm = threading.Timer(1.0, simulated.tell, (node, "emcy 5000 81"))
+        alarm = threading.Timer(1.0, simulated.carry_out, (node, "emcy 5000 81"))
         with can.Bus(interface="lexican", channel=channel) as bus:
             alarm.start()
             exec(program, {"simulated": simulated, "bus": bus})

@@ -119,12 +119,12 @@ def test_a_machine_boots_and_says_what_happens(machine: Path) -> None:
         it.boot()
         assert it.feeder.name == "feeder" and it.feeder.read("spindle pitch").scaled == 4.0
         assert "Statusword" in until(events, "pdo").values
-        it.tell("feeder", "fault = \"D\"")
+        it.carry_out("feeder", "fault = \"D\"")
         emergency = until(events, "emergency")
         assert emergency.node == "feeder" and emergency.code
-        it.tell("feeder", "power off")
+        it.carry_out("feeder", "power off")
         assert str(until(events, "lost")) == "feeder: is lost"
-        it.tell("feeder", "power on")
+        it.carry_out("feeder", "power on")
         assert until(events, "booted").node == "feeder"
         with pytest.raises(AttributeError, match="there is no node"):
             it.feder
@@ -143,7 +143,7 @@ def test_nmt_and_heartbeat(network: lexican.Machine) -> None:
     assert until(events, "booted-up").node == "node1"
     network.write_bytes(1, 0x1017, 0, (100).to_bytes(2, "little"))
     network.sleep(1.0)
-    network.tell("node1", "power off")
+    network.carry_out("node1", "power off")
     assert until(events, "lost").node == "node1"
     before = network.now()
     network.sleep(60)
@@ -178,7 +178,7 @@ def test_the_same_in_asyncio(machine: Path) -> None:
                 await drive.enable()
                 assert await drive.move_to("12 mm")
                 assert str(await feeder.read("position actual value")) == "+12.00 mm"
-            it.blocking.tell("feeder", "fault = \"D\"")
+            it.blocking.carry_out("feeder", "fault = \"D\"")
             async for event in it.events():
                 if event.what == "emergency":
                     break
@@ -207,7 +207,7 @@ def test_callbacks_are_called_and_their_exceptions_are_not_lost(
             it.on("booted", lambda event: states.append(str(it.feeder.read("statusword"))))
             it.on("emergency", refuse)
             it.boot()
-            it.tell("feeder", "fault = \"D\"")
+            it.carry_out("feeder", "fault = \"D\"")
             it.sleep(1.0)
     assert {"booted", "ready", "emergency"} <= set(seen), "all that has happened is in it, once it is closed"
     assert [str(error) for error in unraisable][0].startswith("mine: feeder: EMCY")
@@ -238,10 +238,10 @@ def test_a_pdo_has_its_age(sensor: Path) -> None:
         network.produce_sync(0.1)
         values = pdo.next(1.0)
         assert values and int(values["Pressure"]) == -7
-        network.tell("node7", "set 2000 -300")
+        network.carry_out("node7", "set 2000 -300")
         values = pdo.next(1.0)
         assert values and int(values["Pressure"]) == -300
-        network.tell("node7", "power off")
+        network.carry_out("node7", "power off")
         network.sleep(60)
         latest = pdo.latest()
         assert latest and int(latest[0]["Pressure"]) == -300 and latest[1] >= 59.9, "an old value says that it is old"

@@ -34,7 +34,7 @@ def test_python_canopen_manages_our_device(manager: tuple[Any, lexican.Machine],
     with pytest.raises(canopen.SdoAbortedError) as aborted:
         node.sdo["Pressure"].raw = 1
     assert aborted.value.code == 0x0601_0002
-    simulated.tell("node7", "set 2000 -300")
+    simulated.carry_out("node7", "set 2000 -300")
     assert node.sdo["Pressure"].raw == -300
     # A device answers on one channel, so that one client hears the answers to another one.
     simulated.sleep(0.1)

@@ -1,13 +1,11 @@
 //! A bus inside the process with simulated devices on it.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::schemes::{anything, elsewhere};
-use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
-use lexican_runtime::host::{BusUrl, Pace, VirtualBus};
-use lexican_simulation::plant::is_machine;
+use lexican_runtime::host::{BusUrl, Pace};
+use lexican_simulation::plant::{SCHEME, is_machine};
 use lexican_simulation::{Plant, PlantDevice};
 use lexican_toolbox::text::node_id::node_id;
 
@@ -20,17 +18,7 @@ use crate::output::Failure;
 const NODE: NodeId = NodeId::literal(1);
 
 pub(super) const KIND: Kind = Kind {
-    scheme: &Scheme {
-        name: "sim",
-        example: "sim:siko/ag03-1?node=5",
-        what: "a simulated device, or those of a machine (`sim:machine.toml`), for as long as the command runs",
-        parameters: &[
-            Parameter { key: "node", what: "the node-ID of the device, 1 by default", takes: Takes::Text },
-            PACE,
-        ],
-        check: anything,
-        open: elsewhere,
-    },
+    scheme: &SCHEME,
     open,
     simulated: Simulated::Never(
         "a simulated bus is inside the command: no other command could reach the device",
@@ -55,11 +43,8 @@ fn open(url: &BusUrl, pace: Pace) -> Result<Bus, Failure> {
 
 /// Switches a plant on, on a bus of its own.
 pub(crate) fn simulate(plant: Plant, pace: Pace) -> Result<Bus, Failure> {
-    let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
-    let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
-    bus.attach(Arc::clone(&devices));
+    let (bus, devices) = plant.on_own_bus(pace)?;
     let link = Box::new(bus.link());
-    bus.set_pace(pace);
     let nodes = plant
         .devices
         .into_iter()

@@ -4,10 +4,12 @@ mod error;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use lexican_eds::{Input, Source};
 use lexican_machine::{Fault, Files, Machine, Node as MachineNode, Simulated};
+use lexican_runtime::host::schemes::{anything, elsewhere};
+use lexican_runtime::host::url::{PACE, Parameter, Scheme, Takes};
 use lexican_runtime::host::{Node, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::{Instant, NodeId};
 use lexican_toolbox::data_sheet::DataSheet;
@@ -23,6 +25,16 @@ pub use error::PlantError;
 
 /// The bit rate of a simulated bus, unless its machine has another one.
 const BIT_RATE_KBIT: u32 = 500;
+
+/// The URL of a bus with simulated devices inside a program.
+pub const SCHEME: Scheme = Scheme {
+    name: "sim",
+    example: "sim:siko/ag03-1?node=5",
+    what: "a simulated device, or those of a machine (`sim:machine.toml`), for as long as the command runs",
+    parameters: &[Parameter { key: "node", what: "the node-ID of the device, 1 by default", takes: Takes::Text }, PACE],
+    check: anything,
+    open: elsewhere,
+};
 
 /// Whether the name of a device is that of a machine's file, or of one of its buses: `machine.toml#left`.
 #[must_use]
@@ -95,6 +107,16 @@ impl Plant {
     pub fn segment(&self, now: Instant) -> Result<Segment<SimulatedDevice>, PlantError> {
         let devices = self.devices.iter().map(|device| device.simulate(now)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.wire(devices))
+    }
+
+    /// The devices on a bus of their own, which are switched on; the program that has them can change them.
+    #[expect(clippy::type_complexity, reason = "a bus, and what it shares with the program")]
+    pub fn on_own_bus(&self, pace: Pace) -> Result<(VirtualBus, Arc<Mutex<Segment<SimulatedDevice>>>), PlantError> {
+        let bus = VirtualBus::with_bit_rate(self.bit_rate_kbit);
+        let devices = Arc::new(Mutex::new(self.segment(bus.now())?));
+        bus.attach(Arc::clone(&devices));
+        bus.set_pace(pace);
+        Ok((bus, devices))
     }
 
     /// A link to the devices on a bus of their own, which are switched on.
