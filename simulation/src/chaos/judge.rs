@@ -1,10 +1,10 @@
 //! What a program has left behind, and what it claims.
 
-use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
+use lexican_runtime::{Duration, NodeId};
 
 use super::plan::{Disturbance, Plan};
-use super::rig::Rig;
+use super::rig::{Rig, WINDOW};
 use super::seen::{End, Finding, Level, Reference, Scene};
 
 /// What there is to judge when all is over.
@@ -19,6 +19,8 @@ pub(super) struct Left<'a> {
     /// The nodes whose SDO transfers are open when it ends.
     pub(super) open: &'a [NodeId],
     pub(super) was_disturbed: bool,
+    /// How late this computer was at most.
+    pub(super) late: Duration,
 }
 
 impl Left<'_> {
@@ -121,8 +123,9 @@ pub(super) fn judge(left: &Left<'_>, rig: &Rig<'_>, notes: &mut Vec<String>) -> 
     if left.was_disturbed && matches!(left.plan.disturbance, Disturbance::Freeze(_)) {
         for (at, axis) in &rig.axes {
             let usual = left.reference.peaks.get(at).copied().unwrap_or_default();
-            // More than rounding makes.
-            if axis.peak > usual * 1.1 + 1.0 {
+            // More than rounding makes, and frames that come together because one of both programs was late.
+            let bunched = left.late.as_secs_f64() / WINDOW.as_secs_f64();
+            if axis.peak > usual * (1.25 + bunched) + 1.0 {
                 let peak = axis.peak;
                 find(
                     Level::Must,

@@ -14,6 +14,10 @@ use crate::{Plant, PlantError, Power, Segment, SimulatedDevice};
 /// Within which time a drive stands of which nothing else is known: a second to notice, and a second to brake.
 const OTHERS_STAND_WITHIN: Duration = Duration::from_millis(2000);
 
+/// How fast an axis is, is measured over this time: what follows set-points by SYNC is faster and slower from one to the next when
+/// the computer that sends them is busy.
+pub(super) const WINDOW: Duration = Duration::from_millis(100);
+
 /// So many frames are kept of a trial: the last ones.
 const FRAMES: usize = 4096;
 
@@ -38,12 +42,36 @@ pub(super) struct Axis {
     /// Of its shaft, in units of the simulation.
     pub(super) position: f64,
     pub(super) velocity: f64,
-    /// The fastest since this was reset.
+    /// The fastest since [`Axis::forget`], over [`WINDOW`].
     pub(super) peak: f64,
+    /// Where it was within the window, and once before it.
+    recent: VecDeque<(Instant, f64)>,
     /// Whether it began within its limits.
     is_inside: bool,
     /// Where it was outside of its limits (607Dh), and these.
     pub(super) outside: Option<(i64, i64, i64)>,
+}
+
+impl Axis {
+    /// Where it is, and how fast.
+    fn note(&mut self, now: Instant, position: f64, velocity: f64) {
+        (self.position, self.velocity) = (position, velocity);
+        self.recent.push_back((now, position));
+        while self.recent.get(1).is_some_and(|(at, _)| now.since(*at) >= WINDOW) {
+            self.recent.pop_front();
+        }
+        if let Some((at, from)) = self.recent.front()
+            && now.since(*at) >= WINDOW
+        {
+            self.peak = self.peak.max((position - from).abs() / now.since(*at).as_secs_f64());
+        }
+    }
+
+    /// Forgets how fast it has been.
+    pub(super) fn forget(&mut self) {
+        self.peak = 0.0;
+        self.recent.clear();
+    }
 }
 
 /// The devices of a plant with the wire to them.
@@ -118,8 +146,7 @@ impl<'a> Rig<'a> {
         for (at, device) in self.segment.nodes_mut().enumerate() {
             let Some(axis) = self.axes.get_mut(&at) else { continue };
             if let Some(shaft) = device.shaft(now) {
-                (axis.position, axis.velocity) = (shaft.position, shaft.velocity);
-                axis.peak = axis.peak.max(shaft.velocity.abs());
+                axis.note(now, shaft.position, shaft.velocity);
             }
             let mut number = |index, sub| number(device, now, index, sub);
             if let (Some(low), Some(high), Some(at)) = (number(0x607D, 1), number(0x607D, 2), number(0x6064, 0))

@@ -7,7 +7,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use super::judge::{Left, judge};
 use super::plan::{Disturbance, Plan};
-use super::rig::{Record, Rig};
+use super::rig::{Axis, Record, Rig};
 use super::seen::{End, Finding, Level, Reference, Scene};
 use crate::{Plant, PlantError, Power};
 
@@ -180,7 +180,7 @@ impl<'a> Running<'a> {
             Phase::Disturbed => match self.plan.and_then(|plan| plan.disturbance.span()) {
                 Some(span) if elapsed >= span => {
                     self.watch = None;
-                    self.rig.axes.values_mut().for_each(|axis| axis.peak = 0.0);
+                    self.rig.axes.values_mut().for_each(Axis::forget);
                     self.enter(now, Phase::After);
                     self.restore(now);
                     let is_frozen = matches!(self.plan, Some(Plan { disturbance: Disturbance::Freeze(_), .. }));
@@ -321,6 +321,7 @@ impl<'a> Running<'a> {
             was_cut_off: self.was_cut_off,
             open: &self.open,
             was_disturbed: self.was_disturbed,
+            late: self.late,
         };
         let mut found = judge(&left, &self.rig, &mut notes);
         found.extend(files(left.claims_success()));

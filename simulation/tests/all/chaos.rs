@@ -119,6 +119,13 @@ fn an_axis_that_makes_up_for_lost_time_is_found() {
 }
 
 #[test]
+fn a_moment_of_haste_is_not_making_up_for_lost_time() {
+    // As set-points come together when a computer is busy.
+    let (_, trial) = freeze([vec![write(0x60FF, 1000), write(0x60FF, 100)], stops()].concat(), 0);
+    assert!(trial.findings.is_empty(), "{:?}", found(&trial));
+}
+
+#[test]
 fn an_axis_that_is_left_moving_and_a_claim_of_success_are_found() {
     let (_, trial) = freeze(Vec::new(), 0);
     let found = found(&trial);
