@@ -5,13 +5,18 @@ use crate::model::keys::KEYS;
 use crate::parse::section::{ModulePart, ObjectPart, SectionKind};
 use crate::parse::syntax::Line;
 use crate::text::Source;
+use crate::xdd;
 
 /// The data sheet with sections and keys in the spelling of the standard, indices and types as `0x1018`, flags as
 /// 0 and 1, one empty line before each section and no blanks around anything. Doing it twice changes nothing.
 ///
-/// What is no line of a data sheet becomes a comment. Lines end as most of them did before.
+/// What is no line of a data sheet becomes a comment. Lines end as most of them did before. XML has an element in each line, by
+/// its depth, as CANopenEditor writes it; what is broken stays as it is.
 #[must_use]
 pub fn normalise(source: &Source) -> String {
+    if xdd::is_xml(source) {
+        return xdd::normalise(source);
+    }
     let end = source.end_of_line();
     let mut writer = Writer { out: String::with_capacity(source.text().len()), end, pending: Vec::new() };
     let mut section = SectionKind::Unnamed;

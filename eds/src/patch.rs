@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::ops::Range;
 
 use crate::text::Source;
 
@@ -21,6 +22,26 @@ pub enum Change {
 pub struct Patch(Vec<Change>);
 
 impl Patch {
+    /// Texts in the place of others, by bytes; none overlaps another.
+    pub(crate) fn of_bytes(source: &Source, mut edits: Vec<(Range<usize>, String)>) -> Self {
+        edits.sort_by_key(|(at, _)| (at.start, at.end));
+        let line = |at: usize| source.position(at as u32).line;
+        let shares_line = |a: &(Range<usize>, String), b: &(Range<usize>, String)| line(a.0.end) >= line(b.0.start);
+        let mut changes = Vec::new();
+        for together in edits.chunk_by(shares_line) {
+            let [first, last] = [together[0].0.start, together[together.len() - 1].0.end].map(line);
+            let (start, end) = (source.line_range(first as usize - 1).0, source.line_range(last as usize - 1).1);
+            let (mut text, mut at) = (String::new(), start as usize);
+            for (range, becomes) in together {
+                text.extend([&source.text()[at..range.start], becomes]);
+                at = range.end;
+            }
+            changes.push(Change::Line(first, text + &source.text()[at..end as usize]));
+            changes.extend((first < last).then_some(Change::Remove(first + 1, last)));
+        }
+        Self(changes)
+    }
+
     /// The changes.
     #[must_use]
     pub fn changes(&self) -> &[Change] {
@@ -116,6 +137,18 @@ impl fmt::Display for Patch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_are_replaced_by_the_lines_they_are_in() {
+        let source = Source::new("x", "one two\r\nthree\r\nfour");
+        let becomes = |edits: &[(Range<usize>, &str)]| {
+            let edits = edits.iter().map(|(at, text)| (at.clone(), (*text).to_owned())).collect();
+            Patch::of_bytes(&source, edits).apply(&source)
+        };
+        assert_eq!(becomes(&[(4..7, "2"), (0..3, "1")]), "1 2\r\nthree\r\nfour");
+        assert_eq!(becomes(&[(7..14, ""), (16..20, "4")]), "one two\r\n4");
+        assert_eq!(becomes(&[(14..14, "\r\n3b"), (20..20, "!")]), "one two\r\nthree\r\n3b\r\nfour!");
+    }
 
     #[test]
     fn what_is_not_named_stays_byte_for_byte() {

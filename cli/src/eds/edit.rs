@@ -19,7 +19,7 @@ use lexican_toolbox::data_sheet::{DataSheet, with_overlays};
 
 #[derive(clap::Args, Debug)]
 struct EditArgs {
-    /// An EDS or DCF file
+    /// The data sheet; XML can be `set` only
     file: String,
 
     /// Corrections and meanings that go with the data sheet; may be given several times
@@ -43,7 +43,7 @@ struct EditArgs {
 ///
 /// Only the lines of these keys change; comments, order, line ends and encoding stay. A value is what the data sheet holds,
 /// or with an overlay a value with its unit or a name of its enumeration. Data types and object types may be given by
-/// name. KEY= removes a key. A change that brings up new warnings or errors of `lexican eds lint` is refused (exit code 1).
+/// name. KEY= removes a key. In XML, parameter and object both say it, if both did. A change that brings up new warnings or errors of `lexican eds lint` is refused (exit code 1).
 #[derive(clap::Args, Debug)]
 #[command(after_help = SET_EXAMPLES)]
 pub(crate) struct SetArgs {
@@ -64,7 +64,7 @@ Examples:
     lexican eds set drive.eds 2410:05 DefaultValue=20 LowLimit=1 HighLimit=0x64
     lexican eds set drive.eds DeviceInfo VendorNumber=0x195 BaudRate_800=
     lexican eds set drive.dcf \"Producer heartbeat time\" ParameterValue=500
-    lexican eds set drive.eds 2005 AccessType=ro --dry-run";
+    lexican eds set drive.xdd 2005 AccessType=ro --dry-run";
 
 /// Add an object, or a sub-index of an array or record, to a data sheet
 ///
@@ -165,6 +165,7 @@ pub(crate) fn set(args: &SetArgs) -> Result<Outcome, Failure> {
 
 pub(crate) fn add(args: &AddArgs) -> Result<Outcome, Failure> {
     let mut edited = Edited::open(&args.edit)?;
+    file::must_be_ini(&edited.sheet.input.eds)?;
     let address = resolve(None, &args.address).map_err(|error| {
         Failure::new(&error).help("an address has four hexadecimal digits, from 1000 on, and two after the colon")
     })?;
@@ -216,6 +217,7 @@ pub(crate) fn add(args: &AddArgs) -> Result<Outcome, Failure> {
 
 pub(crate) fn remove(args: &RemoveArgs) -> Result<Outcome, Failure> {
     let mut edited = Edited::open(&args.edit)?;
+    file::must_be_ini(&edited.sheet.input.eds)?;
     for object in &args.objects {
         let place = edited.place(object)?;
         edited.apply(|sheet| match place {
@@ -385,6 +387,9 @@ impl From<EditError> for Failure {
         match error {
             EditError::UnknownKey { known, .. } => failure.help(format_args!("its keys are {}", known.join(", "))),
             EditError::Compact(_) => failure.help("write its sub-indices out first: `lexican eds dump` shows them"),
+            EditError::NotInXml { .. } => failure.help(
+                "`lexican eds convert` makes an EDS, which can say it, and an XDD of that again; or another object shares the parameter",
+            ),
             EditError::AmbiguousList(_) => failure.help("see `lexican eds lint`"),
             EditError::NoSubs(_) => failure.help("set its ObjectType first, or remove it and add an array or record"),
             _ => failure,

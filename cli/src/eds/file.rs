@@ -30,17 +30,16 @@ pub(super) fn open(name: &str) -> Result<Input, Failure> {
         return Err(Failure::new(format_args!("{name} is not whole: it begins in {encoding}, but not all of it is"))
             .help("save it in another encoding first"));
     }
-    must_be_ini(&eds)?;
     Ok(Input::new(eds))
 }
 
-/// Refuses XML, which is read and written, but not changed line by line.
+/// Refuses XML, to which no objects are added and from which none are taken.
 pub(super) fn must_be_ini(eds: &Source) -> Result<(), Failure> {
     if !xdd::is_xml(eds) {
         return Ok(());
     }
     let name = eds.name();
-    Err(Failure::new(format_args!("{name} is XML, which this command does not change")).help(format!(
+    Err(Failure::new(format_args!("{name} is XML, in which this command changes nothing")).help(format!(
         "make an EDS of it first: lexican eds convert {name} -o sheet.eds; convert makes an XDD of that again"
     )))
 }

@@ -6,17 +6,17 @@ use std::path::Path;
 use lexican_eds::Input;
 use lexican_eds::fmt::normalise;
 
-use super::file::{must_be_file, must_be_ini};
+use super::file::must_be_file;
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 use lexican_toolbox::data_sheet::{DataSheet, find};
 
-/// Format data sheets in the spelling and layout of CiA 306
+/// Format data sheets in the spelling and layout of CiA 306, or XML by its depth
 ///
 /// Prints the result, unless --write or --check is given. Values, objects, comments and their order stay as they
 /// are, and a file that is written keeps its encoding.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// EDS or DCF files; only one without --write or --check
+    /// EDS, DCF, XDD or XDC files; only one without --write or --check
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
 
@@ -39,7 +39,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::Clean;
     for name in &args.files {
         let Input { eds, .. } = DataSheet::new(find(name)?)?.input;
-        must_be_ini(&eds)?;
         let formatted = normalise(&eds);
         let changes = formatted != eds.text();
         if args.check && changes {

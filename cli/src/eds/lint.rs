@@ -160,6 +160,9 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
 
 fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
     let input = if args.fix { file::open(name)? } else { find(name)? };
+    if args.fix {
+        file::must_be_ini(&input.eds)?;
+    }
     let input = with_overlays(input, &args.overlay)?;
     let (input, device, mut diagnostics, fixed) = if args.fix {
         let Fixed { input: after, device, left, fixed } = fix(&input);

@@ -369,11 +369,13 @@ fn a_data_sheet_in_xml_is_one_as_any_other() {
     std::fs::write(folder.join("machine.toml"), machine).unwrap();
     lexican_in(&folder, &["machine", "check"]).on_stdout(0, "1 node");
     lexican_in(&folder, &["read", "feeder", "1018:04"]).on_stdout(0, "= 42");
-    for args in [&["eds", "fmt"][..], &["eds", "lint", "--fix"]] {
-        lexican_in(&folder, &[args, &["sensor.xdd"]].concat())
-            .on_stderr(2, "is XML, which this command does not change");
+    lexican_in(&folder, &["eds", "fmt", "--check", "sensor.xdd"]).on_stdout(0, "");
+    lexican_in(&folder, &["eds", "set", "sensor.xdd", "1017", "DefaultValue=1"]).on_stdout(0, "+          <");
+    lexican_in(&folder, &["read", "feeder", "1017"]).on_stdout(0, "= 1");
+    lexican_in(&folder, &["eds", "set", "sensor.xdd", "DeviceInfo", "RevisionNumber=9"]).on_stderr(2, "eds convert");
+    for args in [&["lint", "--fix", "sensor.xdd"][..], &["remove", "sensor.xdd", "1017"]] {
+        lexican_in(&folder, &[&["eds"], args].concat()).on_stderr(2, "in which this command changes nothing");
     }
-    lexican_in(&folder, &["eds", "set", "sensor.xdd", "1017", "DefaultValue=1"]).on_stderr(2, "lexican eds convert");
 }
 
 #[test]

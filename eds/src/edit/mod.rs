@@ -28,7 +28,7 @@ use crate::parse::syntax::{Pair, Section, Syntax, tokenize, with};
 use crate::parse::{number, position};
 use crate::patch::{Change, Patch};
 use crate::text::Source;
-use crate::write;
+use crate::{write, xdd};
 use lexican_cia::cia301;
 
 /// What a key belongs to.
@@ -77,6 +77,14 @@ pub enum EditError {
     /// The list numbers two objects the same.
     #[error("the list [{0}] gives two objects the same number")]
     AmbiguousList(String),
+    /// What XML cannot say, or not there.
+    #[error("XML has no place for {key} of {section}")]
+    NotInXml {
+        /// The section.
+        section: String,
+        /// The key.
+        key: &'static str,
+    },
 }
 
 /// Another value for a key; without a value, the key goes. The keys are those of CiA 306-1, in any case.
@@ -92,6 +100,16 @@ pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Resu
         key: key.to_owned(),
         known,
     })?;
+    if xdd::is_xml(sheet) {
+        let in_words = xdd::in_words(sheet).ok_or_else(|| EditError::NoSection(name.clone()))?;
+        let patch = set(&in_words, place, key, value)?;
+        if patch.is_empty() {
+            return Ok(patch);
+        }
+        let wanted = in_words.with_text(patch.apply(&in_words));
+        let patch = xdd::set(sheet, (place.kind(), &name), key, value.map(str::trim), wanted);
+        return patch.ok_or(EditError::NotInXml { section: name, key });
+    }
     let editor = Editor::new(sheet);
     editor.read(|syntax| {
         let section = section(syntax, place.kind()).ok_or_else(|| match place {

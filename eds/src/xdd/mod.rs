@@ -4,10 +4,14 @@
 //! overlays, rules) is the same as for an EDS, and the places are taken back. What XML alone can say, such as units
 //! and enumerations, comes into the model where an overlay puts it.
 //!
+//! Changed, it stays byte for byte what it was, but for what a key is said by.
+//!
 //! Written, what XML has no word for (revision number, comments, tools, modules) is a list of characteristics whose category is the name of
 //! a section in brackets, as `[DeviceInfo]`; so nothing that CiA 306 can say is lost on the way there and back.
 
 mod document;
+mod edit;
+mod layout;
 mod object;
 mod read;
 mod sheet;
@@ -15,6 +19,8 @@ mod write;
 mod xml;
 
 pub use crate::parse::is_xml;
+pub(crate) use edit::{in_words, set};
+pub(crate) use layout::normalise;
 pub(crate) use read::translate;
 pub(crate) use sheet::Sheet;
 pub use write::{xdc, xdd};

@@ -87,7 +87,7 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
     }
 
     /// The parameter that an object refers to.
-    fn parameter(&mut self, node: Node<'d, 'i>) -> Option<Node<'d, 'i>> {
+    pub(super) fn parameter(&mut self, node: Node<'d, 'i>) -> Option<Node<'d, 'i>> {
         let reference = attribute(node, "uniqueIDRef").filter(|said| !said.text.is_empty())?;
         let found = self.ids.get(reference.text).copied().filter(|node| local(*node).starts_with("parameter"));
         let Some(found) = found else {
@@ -267,7 +267,7 @@ impl<'d, 'i> Own<'_, 'd, 'i, '_> {
 }
 
 /// Whether CANopenEditor offers the object, but leaves it out of the device and of its EDS.
-fn is_off(parameter: Node<'_, '_>) -> bool {
+pub(super) fn is_off(parameter: Node<'_, '_>) -> bool {
     let says =
         |node: Node<'_, '_>, name: &str, value: &str| attribute(node, name).is_some_and(|said| said.text == value);
     children(parameter, "property").any(|node| says(node, "name", "CO_disabled") && says(node, "value", "true"))

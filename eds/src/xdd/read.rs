@@ -23,19 +23,7 @@ pub(crate) fn translate(xml: &Source, out: &mut Findings) -> Option<Sheet> {
         }
     };
     let root = document.root_element();
-    let profiles = std::iter::once(root).chain(children(root, "ISO15745Profile"));
-    let bodies = profiles.flat_map(|profile| children(profile, "ProfileBody")).collect();
-    let mut reader = Reader {
-        bodies,
-        ids: BTreeMap::new(),
-        sections: Sections::default(),
-        says: Vec::new(),
-        names: Names::default(),
-        enumerations: BTreeMap::new(),
-        off: 0,
-        out,
-    };
-    reader.identify();
+    let mut reader = Reader::new(root, out);
     reader.file();
     reader.device();
     reader.objects();
@@ -47,7 +35,7 @@ pub(crate) fn translate(xml: &Source, out: &mut Findings) -> Option<Sheet> {
 /// Reads one file.
 pub(super) struct Reader<'d, 'i, 'o> {
     /// That of the device, and that of the communication network.
-    bodies: Vec<Node<'d, 'i>>,
+    pub(super) bodies: Vec<Node<'d, 'i>>,
     /// What references name: parameters, templates and data types.
     pub(super) ids: BTreeMap<&'d str, Node<'d, 'i>>,
     pub(super) sections: Sections,
@@ -60,7 +48,24 @@ pub(super) struct Reader<'d, 'i, 'o> {
     pub(super) out: &'o mut Findings,
 }
 
-impl<'d, 'i> Reader<'d, 'i, '_> {
+impl<'d, 'i, 'o> Reader<'d, 'i, 'o> {
+    pub(super) fn new(root: Node<'d, 'i>, out: &'o mut Findings) -> Self {
+        let profiles = std::iter::once(root).chain(children(root, "ISO15745Profile"));
+        let bodies = profiles.flat_map(|profile| children(profile, "ProfileBody")).collect();
+        let mut reader = Reader {
+            bodies,
+            ids: BTreeMap::new(),
+            sections: Sections::default(),
+            says: Vec::new(),
+            names: Names::default(),
+            enumerations: BTreeMap::new(),
+            off: 0,
+            out,
+        };
+        reader.identify();
+        reader
+    }
+
     /// The first element on a path below one of the bodies.
     pub(super) fn find(&self, path: &[&str]) -> Option<Node<'d, 'i>> {
         self.bodies.iter().find_map(|body| find(*body, path))
@@ -181,19 +186,21 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
 
     /// What XML has no word for: keys of the section that the category names.
     fn characteristics(&mut self) {
-        let bodies = self.bodies.clone();
-        let functions = bodies.iter().flat_map(|body| children(*body, "DeviceFunction"));
-        let lists = functions.flat_map(|it| it.descendants()).filter(|node| local(*node) == "characteristicsList");
-        for list in lists {
-            let Some(section) = section_of(list) else { continue };
-            for characteristic in children(list, "characteristic") {
-                let label = |name: &str| find(characteristic, &[name, "label"]).map(text);
-                let Some(key) = label("characteristicName") else { continue };
-                let value = label("characteristicContent");
-                let at = value.as_ref().map_or(key.at, |value| value.at.clone());
-                self.sections.instead(section, key.text, value.map(|value| value.text), at);
-            }
+        for (section, characteristic) in self.characteristics_of_sections() {
+            let label = |name: &str| find(characteristic, &[name, "label"]).map(text);
+            let Some(key) = label("characteristicName") else { continue };
+            let value = label("characteristicContent");
+            let at = value.as_ref().map_or(key.at, |value| value.at.clone());
+            self.sections.instead(section, key.text, value.map(|value| value.text), at);
         }
+    }
+
+    /// The characteristics that stand for keys, with the section of each.
+    pub(super) fn characteristics_of_sections(&self) -> Vec<(&'d str, Node<'d, 'i>)> {
+        let functions = self.bodies.iter().flat_map(|body| children(*body, "DeviceFunction"));
+        let lists = functions.flat_map(|it| it.descendants()).filter(|node| local(*node) == "characteristicsList");
+        let lists = lists.filter_map(|list| Some((section_of(list)?, list)));
+        lists.flat_map(|(section, list)| children(list, "characteristic").map(move |it| (section, it))).collect()
     }
 
     /// Elements that say something which the model has no place for, but for those below them.
@@ -256,7 +263,7 @@ fn flag(text: &str) -> &str {
 }
 
 /// `500 Kbps`.
-fn kbit(text: &str) -> Option<&str> {
+pub(super) fn kbit(text: &str) -> Option<&str> {
     text.strip_suffix("Kbps").map(str::trim)
 }
 

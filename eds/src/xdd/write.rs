@@ -363,7 +363,7 @@ fn id_of(object: &Object, entry: Option<&Entry>) -> String {
     }
 }
 
-fn type_name(data_type: DataType) -> &'static str {
+pub(super) fn type_name(data_type: DataType) -> &'static str {
     TYPES.iter().find(|(_, known)| *known == data_type).map_or(BITSTRING, |(name, _)| name)
 }
 
@@ -395,7 +395,7 @@ fn decimal(unit: &Unit) -> Option<String> {
     })
 }
 
-fn boolean(flag: &str) -> &str {
+pub(super) fn boolean(flag: &str) -> &str {
     match flag {
         "1" => "true",
         "0" => "false",
@@ -403,19 +403,19 @@ fn boolean(flag: &str) -> &str {
     }
 }
 
-fn kbps(rate: impl std::fmt::Display) -> String {
+pub(super) fn kbps(rate: impl std::fmt::Display) -> String {
     format!("{rate} Kbps")
 }
 
 /// `11-28-2020`, as XML writes it.
-fn date(text: &str) -> Option<String> {
+pub(super) fn date(text: &str) -> Option<String> {
     let parts: Vec<&str> = text.split('-').collect();
     let [month, day, year] = parts.as_slice() else { return None };
     Some(format!("{year}-{month}-{day}"))
 }
 
 /// `04:49PM`, as XML writes it.
-fn time(text: &str) -> Option<String> {
+pub(super) fn time(text: &str) -> Option<String> {
     let upper = text.to_ascii_uppercase();
     let half = if upper.ends_with("PM") { 12 } else { 0 };
     let (hours, minutes) = upper.strip_suffix(if half > 0 { "PM" } else { "AM" })?.split_once(':')?;

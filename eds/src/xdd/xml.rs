@@ -6,7 +6,7 @@ use super::NAMESPACES;
 use crate::text::escaped;
 
 /// Elements that the schema declares at its top, and so in its namespace; all others are in none.
-const QUALIFIED: &str = "\
+pub(super) const QUALIFIED: &str = "\
     ISO15745ProfileContainer ISO15745Profile DeviceIdentity vendorName vendorID productName productID productText \
     orderNumber DeviceFunction capabilities characteristicsList characteristic characteristicName \
     characteristicContent ApplicationProcess dataTypeList struct varDeclaration dataTypeIDRef parameterList \
@@ -52,6 +52,9 @@ impl Xml {
     }
 
     pub(super) fn text(&mut self, name: &str, attributes: &Attributes<'_>, text: &str) {
+        if text.is_empty() {
+            return self.empty(name, attributes);
+        }
         let name = self.start(name, attributes);
         let _ = writeln!(self.out, ">{}</{name}>", escaped(text));
     }

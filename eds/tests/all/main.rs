@@ -16,3 +16,4 @@ mod remedies;
 mod remedy;
 mod robust;
 mod xdd;
+mod xdd_edit;
