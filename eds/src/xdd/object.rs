@@ -96,15 +96,37 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
             return None;
         };
         // Many objects may refer to one large parameter or type, which is searched for each of them.
-        let mut next = Some(found);
-        for _ in 0..MAX_STEPS {
-            let Some(node) = next else { break };
-            if !self.sections.has_room(node.range().len()) {
-                return None;
-            }
-            next = self.type_ref(node);
+        let said: Vec<_> = self.with_templates(found).collect();
+        let types = said.iter().flat_map(|node| self.with_types(*node)).map(|node| node.range().len()).sum();
+        if !self.sections.has_room(types) {
+            return None;
+        }
+        let dangling = said.last().and_then(|last| attribute(*last, "templateIDRef"));
+        if let Some(dangling) = dangling.filter(|said| !said.text.is_empty() && !self.ids.contains_key(said.text)) {
+            self.out.push(Kind::DanglingReference(dangling.text.into()), xml_span(dangling.at));
         }
         Some(found)
+    }
+
+    /// A parameter or allowed values, and the templates that say what these leave out.
+    fn with_templates(&self, node: Node<'d, 'i>) -> impl Iterator<Item = Node<'d, 'i>> {
+        let template = |node: &Node<'d, 'i>| self.ids.get(attribute(*node, "templateIDRef")?.text).copied();
+        std::iter::successors(Some(node), template).take(MAX_STEPS)
+    }
+
+    /// An element of a parameter, or of its templates.
+    fn element(&self, parameter: Node<'d, 'i>, path: &[&str]) -> Option<Node<'d, 'i>> {
+        self.with_templates(parameter).find_map(|node| find(node, path))
+    }
+
+    /// An attribute of a parameter, or of its templates.
+    fn attribute(&self, parameter: Node<'d, 'i>, name: &str) -> Option<Said<'d>> {
+        self.with_templates(parameter).find_map(|node| attribute(node, name))
+    }
+
+    /// A parameter, and the types that it comes down to.
+    fn with_types(&self, node: Node<'d, 'i>) -> impl Iterator<Item = Node<'d, 'i>> {
+        std::iter::successors(Some(node), |node| self.type_ref(*node)).take(MAX_STEPS)
     }
 
     /// What a parameter says beyond CiA 306.
@@ -117,10 +139,13 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
     ) {
         let description = words(parameter, "description").map(|said| said.text.to_owned());
         let text = |node, name| attribute(node, name).map_or("", |said| said.text).to_owned();
-        let properties = children(parameter, "property").map(|it| (text(it, "name"), text(it, "value")));
+        let properties = self
+            .with_templates(parameter)
+            .flat_map(|node| children(node, "property"))
+            .map(|it| (text(it, "name"), text(it, "value")));
         let properties: Vec<_> = properties.collect();
         let properties = (!properties.is_empty()).then(|| Box::new(Properties(properties)));
-        let persistent = attribute(parameter, "persistent").is_some_and(|said| matches!(said.text, "true" | "1"));
+        let persistent = self.attribute(parameter, "persistent").is_some_and(|said| matches!(said.text, "true" | "1"));
         let meaning = data_type.and_then(|data_type| self.meaning(parameter, &data_type, at.clone()));
         if description.is_some() || persistent || properties.is_some() || meaning.is_some() {
             let span = xml_span(at);
@@ -130,16 +155,22 @@ impl<'d, 'i> Reader<'d, 'i, '_> {
 
     /// An enumeration by the type of the parameter or its allowed values; else a quantity by its unit.
     fn meaning(&mut self, parameter: Node<'d, 'i>, data_type: &str, at: Range<usize>) -> Option<Meaning> {
-        if let Some(node) = self.type_ref(parameter).filter(|it| local(*it) == "enum") {
+        let of_type = self.with_templates(parameter).find_map(|node| self.type_ref(node));
+        if let Some(node) = of_type.filter(|it| local(*it) == "enum") {
             return self.enumeration(node, attribute(node, "name"), data_type, "enumValue");
         }
-        if let Some(node) = find(parameter, &["allowedValues"]).filter(|node| find(*node, &["value"]).is_some()) {
+        let allowed = self.element(parameter, &["allowedValues"]);
+        let mut allowed = allowed.into_iter().flat_map(|node| self.with_templates(node));
+        let labelled = allowed.find(|node| find(*node, &["value"]).is_some());
+        drop(allowed);
+        if let Some(node) = labelled {
             let name = words(parameter, "label").or(attribute(parameter, "uniqueID"));
             return self.enumeration(node, name, data_type, "value");
         }
-        let symbol = words(find(parameter, &["unit"])?, "label")?.text.to_owned();
-        let offset = attribute(parameter, "offset").is_none_or(|said| said.text.trim_matches(['0', '.']).is_empty());
-        let (num, den) = attribute(parameter, "multiplier").map_or(Some((1, 1)), |said| rational(said.text))?;
+        let symbol = words(self.element(parameter, &["unit"])?, "label")?.text.to_owned();
+        let offset =
+            self.attribute(parameter, "offset").is_none_or(|said| said.text.trim_matches(['0', '.']).is_empty());
+        let (num, den) = self.attribute(parameter, "multiplier").map_or(Some((1, 1)), |said| rational(said.text))?;
         if !offset || num == 0 || den <= 0 {
             return None;
         }
@@ -215,21 +246,24 @@ impl<'d, 'i> Own<'_, 'd, 'i, '_> {
 
     /// A value of the parameter.
     fn value(&self, name: &str) -> Option<Said<'d>> {
-        let node = self.parameter.and_then(|parameter| find(parameter, &[name]));
+        let node = self.parameter.and_then(|parameter| self.reader.element(parameter, &[name]));
         let said = node.and_then(|node| attribute(node, "value").or_else(|| words(node, "label")));
         said.or_else(|| self.inline(name))
     }
 
     fn limit(&self, name: &str, end: &str) -> Option<Said<'d>> {
-        let end = self.parameter.and_then(|it| find(find(it, &["allowedValues"])?, &["range", end]));
+        let reader = self.reader;
+        let end =
+            self.parameter.and_then(|it| reader.element(reader.element(it, &["allowedValues"])?, &["range", end]));
         end.and_then(|end| attribute(end, "value")).or_else(|| self.inline(name))
     }
 
     fn access(&self) -> Option<(String, Range<usize>)> {
         let said = match self.parameter {
-            Some(parameter) => {
-                attribute(parameter, "access").unwrap_or(Said { text: "read", at: place(parameter, "uniqueID") })
-            }
+            Some(parameter) => self
+                .reader
+                .attribute(parameter, "access")
+                .unwrap_or(Said { text: "read", at: place(parameter, "uniqueID") }),
             None => self.inline("accessType")?,
         };
         let known = ACCESS.iter().find(|(word, _)| *word == said.text).map(|&(_, access)| access);
@@ -261,7 +295,7 @@ impl<'d, 'i> Own<'_, 'd, 'i, '_> {
     fn type_of(&self, parameter: Node<'d, 'i>) -> Option<Node<'d, 'i>> {
         let is_type =
             |node: &Node<'_, '_>| local(*node) == BITSTRING || TYPES.iter().any(|(name, _)| *name == local(*node));
-        let types = std::iter::successors(Some(parameter), |node| self.reader.type_ref(*node)).take(MAX_STEPS);
+        let types = self.reader.with_templates(parameter).flat_map(|node| self.reader.with_types(node));
         types.into_iter().find_map(|node| node.children().find(is_type))
     }
 }

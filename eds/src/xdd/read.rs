@@ -232,7 +232,7 @@ impl<'d, 'i, 'o> Reader<'d, 'i, 'o> {
 const UNREAD: &str = "\
     vendorText deviceFamily productFamily version buildDate specificationRevision instanceName DeviceManager \
     characteristicsList standardComplianceList picturesList dictionaryList functionTypeList functionInstanceList \
-    parameterGroupList ExternalProfileHandle moduleManagement dynamicChannels templateList variableRef \
+    parameterGroupList ExternalProfileHandle moduleManagement dynamicChannels variableRef \
     conditionalSupport substituteValue step";
 
 /// The section that a list of characteristics is about.

@@ -112,6 +112,30 @@ fn a_finding_is_at_the_attribute_that_says_so() {
 }
 
 #[test]
+fn a_parameter_says_what_its_templates_say() {
+    let (from, to) = ("<q1:parameter uniqueID=\"UID_SUB_200101\"", "<q1:parameter uniqueID=\"UID_OBJ_2002\"");
+    let parameter = &EDITOR[EDITOR.find(from).unwrap()..EDITOR.find(to).unwrap()];
+    let range = "<q1:range><minValue value=\"-10\" /><maxValue value=\"0x10\" /></q1:range>";
+    let (labels, rest) = parameter.split_at(parameter.find("<INT />").unwrap());
+    let labels = labels.replace(" access=\"readWriteInput\" multiplier=\"0.25\"", " templateIDRef=\"T\"");
+    let rest = rest
+        .replace(&format!("<q1:allowedValues>{range}</q1:allowedValues>"), "<q1:allowedValues templateIDRef=\"A\" />");
+    let templates = format!(
+        "<q1:templateList><q1:parameterTemplate uniqueID=\"T\" access=\"readWriteInput\" templateIDRef=\"U\">{}</q1:parameterTemplate>\
+         <q1:parameterTemplate uniqueID=\"U\" access=\"write\" multiplier=\"0.25\"><q1:unit multiplier=\"1\"><label>km</label></q1:unit></q1:parameterTemplate>\
+         <q1:allowedValuesTemplate uniqueID=\"A\">{range}</q1:allowedValuesTemplate></q1:templateList>",
+        rest.replace("</q1:parameter>", "")
+    );
+    let text = EDITOR.replace(parameter, &format!("{labels}</q1:parameter>"));
+    let text = text.replace("<q1:parameterList>", &format!("{templates}<q1:parameterList>"));
+    let (device, findings) = read("valve.xdd", &text);
+    assert_eq!(device, read("valve.xdd", EDITOR).0);
+    assert_eq!(findings.iter().map(|finding| finding.code).collect::<Vec<_>>(), ["xdd::not-read"]);
+    let (_, findings) = read("valve.xdd", &text.replace("uniqueID=\"U\"", "uniqueID=\"V\""));
+    assert!(findings.iter().any(|finding| finding.code == "xdd::dangling-reference"));
+}
+
+#[test]
 fn the_namespaces_of_both_versions_say_the_same() {
     let (expected, _) = read("valve.xdd", EDITOR);
     let names = "xmlns=\"http://www.canopen.org/xml/1.1\"";
