@@ -14,6 +14,9 @@ use serde_json::{Value as Json, json};
 
 /// The data sheet of a device that is not in the library.
 const SENSOR: &str = include_str!("../sensor.eds");
+/// The objects of a device that has its data sheet in it.
+const STORED: &str = "[1021]\nParameterName=Store EDS\nObjectType=0x2\nDataType=0x000F\nAccessType=ro\n\
+    [1022]\nParameterName=Store format\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nDefaultValue=0\n";
 
 /// Keeps a picture, if pictures are wanted.
 fn picture(page: &Page, name: &str) {
@@ -310,7 +313,8 @@ fn the_page_is_read_in_the_dark_and_in_german() {
 fn a_device_gets_its_node_id_and_its_data_sheet() {
     let folder = folder("bench-lss");
     std::fs::write(folder.join("sensor.eds"), SENSOR).unwrap();
-    std::fs::write(folder.join("machine.toml"), "[node.a]\nid = 'none'\nsheet = 'sensor.eds'\n").unwrap();
+    std::fs::write(folder.join("stores.eds"), format!("{STORED}{SENSOR}")).unwrap();
+    std::fs::write(folder.join("machine.toml"), "[node.a]\nid = 'none'\nsheet = 'stores.eds'\n").unwrap();
     let Some((bench, browser)) = start_in(&folder, &["--bus", "sim:machine.toml"]) else { return };
     let page = opens(&browser, &bench);
     takes_control(&page);
@@ -324,6 +328,8 @@ fn a_device_gets_its_node_id_and_its_data_sheet() {
     page.clicks("lss-assign");
     page.reads("jobs", "no device without node-ID answers");
 
+    page.clicks("sheet-fetch");
+    page.reads("node-9", "1021h of node 9");
     page.types("sheet", "no-such.eds");
     page.clicks("sheet-set");
     page.reads("sheet-refusal", "no-such.eds");
