@@ -51,6 +51,7 @@ pub use lexican_cia::{cia301, cia402};
 
 pub use diagnostic::{Diagnostic, Diagnostics, Label, MAX_PER_CODE, Severity};
 pub use model::types;
+pub use parse::syntax::Memory;
 pub use text::{Input, Source, Span};
 
 use finding::Findings;
@@ -60,19 +61,29 @@ use finding::Findings;
 /// Never fails and never panics: all that is wrong is in the findings, and the model holds what could be read.
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
+    load_with(input, None)
+}
+
+/// The same, quicker when most of the data sheet is as it was when it was read last.
+#[must_use]
+pub fn load_again(input: &Input, memory: &mut Memory) -> (model::Device, Diagnostics) {
+    load_with(input, Some(memory))
+}
+
+fn load_with(input: &Input, memory: Option<&mut Memory>) -> (model::Device, Diagnostics) {
     let mut found = Findings::default();
     let device = model::Device::default();
     if !parse::is_readable(&input.eds, &mut found) {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     }
     if !xdd::is_xml(&input.eds) {
-        return read(&input.eds, &input.overlays, &mut found, None);
+        return read(&input.eds, &input.overlays, &mut found, None, memory);
     }
     let Some(mut sheet) = xdd::translate(&input.eds, &mut found) else {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     };
     let eds = sheet.eds.clone();
-    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet));
+    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet), memory);
     sheet.take_back(&mut device, &mut diagnostics);
     (device, diagnostics)
 }
@@ -83,8 +94,9 @@ fn read(
     overlays: &[Source],
     found: &mut Findings,
     sheet: Option<&mut xdd::Sheet>,
+    memory: Option<&mut Memory>,
 ) -> (model::Device, Diagnostics) {
-    let tokens = parse::syntax::tokenize(eds, found);
+    let tokens = parse::syntax::tokenize(eds, found, memory);
     let syntax = parse::syntax::Syntax::new(eds, &tokens.text, tokens.lengths);
     if parse::is_project(&syntax, found) {
         return (model::Device::default(), rules::of_text(&parse::facts::Facts::none(eds), found));

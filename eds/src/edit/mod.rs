@@ -245,7 +245,7 @@ impl<'a> Editor<'a> {
     }
 
     fn read<T>(&self, read: impl FnOnce(&Syntax<'_>) -> T) -> T {
-        let tokens = tokenize(self.0, &mut Findings::default());
+        let tokens = tokenize(self.0, &mut Findings::default(), None);
         read(&Syntax::new(self.0, &tokens.text, tokens.lengths))
     }
 }

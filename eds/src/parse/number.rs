@@ -26,6 +26,7 @@ pub(crate) fn integer(text: &str) -> Option<Read<i128>> {
 
 /// `$NODEID` plus numbers in any order; `None` when no variable is in it.
 pub(crate) fn formula(text: &str) -> Option<Read<i64>> {
+    text.contains('$').then_some(())?;
     let (text, mut oddity) = without_comment(text);
     let mut offset: i64 = 0;
     let mut variables = 0;
@@ -59,16 +60,16 @@ pub(crate) fn value(text: &str, data_type: DataType) -> Result<Option<Read<Value
         _ if text.eq_ignore_ascii_case("null") => return Ok(None),
         Class::Real => real(text, data_type).ok_or(())?,
         Class::Other => return Ok(Some(any(text))),
-        Class::Boolean | Class::Signed | Class::Unsigned | Class::Time => match (formula(text), days_and_ms(text)) {
-            (Some(formula), _) => Read { value: Value::NodeIdPlus(formula.value), oddity: formula.oddity },
-            (None, Some(time)) if data_type.class() == Class::Time => {
+        class @ (Class::Boolean | Class::Signed | Class::Unsigned | Class::Time) => {
+            if let Some(formula) = formula(text) {
+                Read { value: Value::NodeIdPlus(formula.value), oddity: formula.oddity }
+            } else if let (Class::Time, Some(time)) = (class, days_and_ms(text)) {
                 Read { value: Value::Integer(time), oddity: None }
-            }
-            _ => {
+            } else {
                 let read = integer(text).ok_or(())?;
                 Read { value: Value::Integer(signed(text, read.value, data_type)), oddity: read.oddity }
             }
-        },
+        }
     };
     Ok(Some(read))
 }
@@ -109,7 +110,11 @@ fn plain_integer(text: &str) -> Option<Read<i128>> {
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
     }
-    let value = i128::from_str_radix(digits, radix).ok()?;
+    // Most numbers are short, and quicker read as such.
+    let value = match digits.len() {
+        ..16 => u64::from_str_radix(digits, radix).ok()?.into(),
+        _ => i128::from_str_radix(digits, radix).ok()?,
+    };
     Some(Read { value: if negative { -value } else { value }, oddity })
 }
 

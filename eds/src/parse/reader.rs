@@ -109,15 +109,15 @@ impl<'a, 's> Reader<'a, 's> {
             self.group(Group::Empty, pair.key, self.syntax.key_span(pair));
             return None;
         }
-        let span = self.syntax.value_span(pair);
         let Some(Read { value, oddity }) = number::integer(pair.value) else {
-            self.out.push(Kind::BadNumber { key: pair.key.into() }, span);
+            self.out.push(Kind::BadNumber { key: pair.key.into() }, self.syntax.value_span(pair));
             return None;
         };
         self.oddity(oddity, pair);
         let number = T::try_from(value).ok();
         if number.is_none() {
-            self.out.push(Kind::NumberTooLarge { key: pair.key.into(), value }, span);
+            let kind = Kind::NumberTooLarge { key: pair.key.into(), value };
+            self.out.push(kind, self.syntax.value_span(pair));
         }
         number
     }

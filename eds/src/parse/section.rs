@@ -157,7 +157,9 @@ fn hex(text: &str, digits: usize) -> Option<u16> {
 /// Where a key is in a table, in any case and with blanks anywhere.
 pub(crate) fn position(table: &[&str], key: &str) -> Option<usize> {
     let find = |key: &str| table.iter().position(|name| name.eq_ignore_ascii_case(key));
-    find(key).or_else(|| key.contains(char::is_whitespace).then(|| find(&without_blanks(key)))?)
+    // By far the most are spelled as the standard has them.
+    let exact = table.iter().position(|&name| name == key);
+    exact.or_else(|| find(key)).or_else(|| key.contains(char::is_whitespace).then(|| find(&without_blanks(key)))?)
 }
 
 pub(crate) fn without_blanks(text: &str) -> Cow<'_, str> {

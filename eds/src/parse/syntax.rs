@@ -5,6 +5,9 @@
 //! of each. So the n-th section and the n-th key of rust-ini are those of the n-th remembered line, which is all
 //! it takes to find the columns again when a finding needs them.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use ini::{Ini, ParseOption};
 
 use crate::finding::{Findings, Kind, Separator};
@@ -116,123 +119,156 @@ impl<'a> Line<'a> {
     }
 }
 
-/// How much text rust-ini gets at a time: what it makes of it takes some twenty times as much memory.
+/// How much of a section rust-ini gets at a time: what it makes of it takes some twenty times as much memory.
 /// In tests almost every line begins a portion.
-const PORTION: usize = if cfg!(test) { 8 } else { 64 * 1024 };
+const PORTION: u32 = if cfg!(test) { 8 } else { 64 * 1024 };
 
-/// Repairs the lines, reports what was repaired, and lets rust-ini read the rest.
-pub(crate) fn tokenize(source: &Source, out: &mut Findings) -> Tokens {
-    let mut clean = String::with_capacity(source.text().len().min(PORTION) + 256);
+/// Repairs the lines, reports what was repaired, and lets rust-ini read the rest; but not what it has read before.
+pub(crate) fn tokenize(source: &Source, out: &mut Findings, mut memory: Option<&mut Memory>) -> Tokens {
     // Keys before the first section are in one without name.
     let mut tokens = Tokens::default();
     tokens.lengths.sections.push(SectionToken { line: 0, name: 0, keys: 0 });
-    let mut portion = Portion::default();
-    let mut complete = true;
-    for number in 0..source.line_count() {
-        let line = number as u32;
-        let text = Line::of(source.line(number));
-        if clean.len() >= PORTION {
-            complete &= tokens.read(&clean, &portion).is_some();
-            clean.clear();
-            portion = Portion::after(&tokens.lengths);
+    let (mut first, mut start, mut is_read) = (0, 0, true);
+    // By far the most lines begin with a key.
+    let begins_with_key =
+        |start: u32| source.text().as_bytes().get(start as usize).is_some_and(u8::is_ascii_alphanumeric);
+    let is_section = |line: usize| source.line(line).trim_start().starts_with('[');
+    for next in 1..=source.line_count() {
+        let end = source.line_start(next);
+        let is_more = next < source.line_count() && end - start < PORTION;
+        if is_more && (begins_with_key(end) || !is_section(next)) {
+            continue;
         }
-        match text {
-            Line::Blank | Line::Comment(_) => continue,
-            Line::Section { name, .. } => {
-                tokens.lengths.sections.push(SectionToken { line, name: 0, keys: 0 });
-                push_section(&mut clean, name);
-            }
-            Line::Pair { key, value, .. } => {
-                tokens.lengths.keys.push(KeyToken { line, key: 0, value: 0 });
-                if let Some(section) = tokens.lengths.sections.last_mut() {
-                    section.keys += 1;
-                }
-                push_pair(&mut clean, key, value);
-            }
-            Line::Other(_) => {}
+        let read = || Portion::read(source, first..next);
+        let mut unknown = None;
+        let portion = match &mut memory {
+            Some(memory) => memory.recall(source.get(Span::eds(start, end)), read),
+            None => unknown.insert(read()),
+        };
+        tokens.add(portion, first as u32);
+        for (kind, span) in &portion.findings {
+            out.push(kind.clone(), Span::eds(start + span.start, start + span.end));
         }
-        report(source, number, out);
+        is_read &= portion.is_read;
+        (first, start) = (next, end);
     }
-    complete &= tokens.read(&clean, &portion).is_some();
-    if !complete {
+    if !is_read {
         out.push(Kind::Tokenizer, Span::eds(0, 0));
-        tokens.fill_from_lines(source);
+    }
+    if let Some(memory) = memory {
+        memory.forget();
     }
     tokens
 }
 
-/// Where in the tokens a portion of the text begins.
+/// What the sections of a data sheet were read as, for when it is read again: while it is typed, most stay as they are.
+#[derive(Default)]
+pub struct Memory {
+    /// By their texts, and whether they were there in this reading.
+    portions: BTreeMap<Box<str>, (Portion, bool)>,
+}
+
+impl Memory {
+    fn recall(&mut self, text: &str, read: impl FnOnce() -> Portion) -> &Portion {
+        if !self.portions.contains_key(text) {
+            self.portions.insert(text.into(), (read(), true));
+        }
+        let (portion, is_there) = self.portions.get_mut(text).expect("it was inserted if it was not there");
+        *is_there = true;
+        portion
+    }
+
+    /// Forgets what is not there any more.
+    fn forget(&mut self) {
+        self.portions.retain(|_, (_, is_there)| std::mem::take(is_there));
+    }
+}
+
+/// A section, or a part of a large one. Its lines and places count from its beginning: it is the same wherever it stands.
 #[derive(Default)]
 struct Portion {
-    /// The section that its first keys belong to; its header was in a portion before.
-    section: usize,
-    /// How many keys of that section were in portions before.
-    section_keys: u32,
-    /// How many keys of all sections were.
-    keys: usize,
+    /// The length of the name, where the section begins.
+    name: Option<u32>,
+    keys: Vec<KeyToken>,
+    /// Name, keys and values one after the other.
+    text: String,
+    findings: Vec<(Kind, Span)>,
+    /// Whether rust-ini found what the lines have.
+    is_read: bool,
 }
 
 impl Portion {
-    fn after(lengths: &Lengths) -> Self {
-        let section = lengths.sections.len().saturating_sub(1);
-        let section_keys = lengths.sections.last().map_or(0, |section| section.keys);
-        Portion { section, section_keys, keys: lengths.keys.len() }
+    fn read(source: &Source, lines: Range<usize>) -> Self {
+        let start = source.line_start(lines.start);
+        let (mut portion, mut clean) = (Self::default(), String::new());
+        for number in lines.clone() {
+            let text = source.line(number);
+            let line = Line::of(text);
+            match line {
+                Line::Blank | Line::Comment(_) => continue,
+                Line::Section { name, .. } => {
+                    portion.name = Some(0);
+                    push_section(&mut clean, name);
+                }
+                Line::Pair { key, value, .. } => {
+                    portion.keys.push(KeyToken { line: (number - lines.start) as u32, key: 0, value: 0 });
+                    push_pair(&mut clean, key, value);
+                }
+                Line::Other(_) => {}
+            }
+            report(line, text, source.line_start(number) - start, &mut portion.findings);
+        }
+        portion.is_read = portion.fill(&clean).is_some();
+        if !portion.is_read {
+            portion.fill_from_lines(source, lines.start);
+        }
+        portion
+    }
+
+    /// Fills in what rust-ini finds; `None` when that is more or less than the lines have.
+    fn fill(&mut self, clean: &str) -> Option<()> {
+        let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
+        let ini = Ini::load_from_str_opt(clean, options).ok()?;
+        let mut sections = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty());
+        let (name, pairs) = sections.next().map_or((None, None), |(name, pairs)| (name, Some(pairs)));
+        (name.is_some() == self.name.is_some()).then_some(())?;
+        self.name = name.map(|name| name.len() as u32);
+        self.text.push_str(name.unwrap_or_default());
+        let mut tokens = self.keys.iter_mut();
+        for (key, value) in pairs.into_iter().flat_map(|pairs| pairs.iter()) {
+            let token = tokens.next()?;
+            (token.key, token.value) = (key.len() as u32, value.len() as u32);
+            self.text.push_str(key);
+            self.text.push_str(value);
+        }
+        (tokens.next().is_none() && sections.next().is_none()).then_some(())
+    }
+
+    /// The same from the lines themselves.
+    fn fill_from_lines(&mut self, source: &Source, first: usize) {
+        self.text.clear();
+        if let Line::Section { name, .. } = Line::of(source.line(first)) {
+            self.name = Some(name.len() as u32);
+            self.text.push_str(name);
+        }
+        for token in &mut self.keys {
+            let Line::Pair { key, value, .. } = Line::of(source.line(first + token.line as usize)) else { continue };
+            (token.key, token.value) = (key.len() as u32, value.len() as u32);
+            self.text.push_str(key);
+            self.text.push_str(value);
+        }
     }
 }
 
 impl Tokens {
-    /// Gives every section and key that rust-ini finds in a portion its line; `None` when there are more or
-    /// fewer than lines.
-    fn read(&mut self, clean: &str, portion: &Portion) -> Option<()> {
-        let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
-        let ini = Ini::load_from_str_opt(clean, options).ok()?;
-        let mut keys = self.lengths.keys.iter_mut().skip(portion.keys);
-        let mut tokenized = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
-        for (number, section) in self.lengths.sections.iter_mut().enumerate().skip(portion.section) {
-            let mut expected = section.keys;
-            if number == portion.section {
-                expected -= portion.section_keys;
-                if expected == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
-                    continue;
-                }
-            }
-            let (name, pairs) = tokenized.next()?;
-            if number > portion.section {
-                let name = name?;
-                section.name = name.len() as u32;
-                self.text.push_str(name);
-            }
-            let mut count = 0;
-            for (key, value) in pairs {
-                let token = keys.next()?;
-                (token.key, token.value) = (key.len() as u32, value.len() as u32);
-                self.text.push_str(key);
-                self.text.push_str(value);
-                count += 1;
-            }
-            (count == expected).then_some(())?;
+    fn add(&mut self, portion: &Portion, line: u32) {
+        let Lengths { sections, keys } = &mut self.lengths;
+        sections.extend(portion.name.map(|name| SectionToken { line, name, keys: 0 }));
+        if let Some(section) = sections.last_mut() {
+            section.keys += portion.keys.len() as u32;
         }
-        tokenized.next().is_none().then_some(())
-    }
-
-    /// The same from the lines themselves.
-    fn fill_from_lines(&mut self, source: &Source) {
-        self.text.clear();
-        let mut keys = self.lengths.keys.iter_mut();
-        for section in &mut self.lengths.sections {
-            let name = match Line::of(source.line(section.line as usize)) {
-                Line::Section { name, .. } => name,
-                _ => "",
-            };
-            section.name = name.len() as u32;
-            self.text.push_str(name);
-            for token in keys.by_ref().take(section.keys as usize) {
-                let Line::Pair { key, value, .. } = Line::of(source.line(token.line as usize)) else { continue };
-                (token.key, token.value) = (key.len() as u32, value.len() as u32);
-                self.text.push_str(key);
-                self.text.push_str(value);
-            }
-        }
+        keys.extend(portion.keys.iter().map(|token| KeyToken { line: line + token.line, ..*token }));
+        self.text.push_str(&portion.text);
     }
 }
 
@@ -299,7 +335,7 @@ impl<'a> Syntax<'a> {
     }
 
     fn line(&self, line: u32) -> (u32, &'a str) {
-        (self.source.line_range(line as usize).0, self.source.line(line as usize))
+        (self.source.line_start(line as usize), self.source.line(line as usize))
     }
 }
 
@@ -345,26 +381,23 @@ pub(crate) fn part(start: u32, line: &str, part: &str) -> Span {
     Span::eds(start + offset, start + offset + part.len() as u32)
 }
 
-fn report(source: &Source, number: usize, out: &mut Findings) {
-    let text = source.line(number);
-    let start = source.line_range(number).0;
+/// What is odd about a line that begins at `start`.
+fn report(line: Line<'_>, text: &str, start: u32, out: &mut Vec<(Kind, Span)>) {
     if text.len() > MAX_LINE_LENGTH
         && let Some((cut, _)) = text.char_indices().nth(MAX_LINE_LENGTH)
     {
         let beyond = Span::eds(start + cut as u32, start + text.len() as u32);
-        out.push(Kind::LongLine { characters: text.chars().count() }, beyond);
+        out.push((Kind::LongLine { characters: text.chars().count() }, beyond));
     }
-    match Line::of(text) {
-        Line::Section { closed: false, name, .. } => {
-            out.push(Kind::UnclosedSection, part(start, text, name));
-        }
+    match line {
+        Line::Section { closed: false, name, .. } => out.push((Kind::UnclosedSection, part(start, text, name))),
         Line::Section { rest, .. } if !rest.is_empty() && !rest.starts_with([';', '#']) => {
-            out.push(Kind::TextAfterSection, part(start, text, rest));
+            out.push((Kind::TextAfterSection, part(start, text, rest)));
         }
         Line::Pair { key, separator: separator @ (Separator::Colon | Separator::Blank), .. } => {
-            out.push(Kind::NoEqualsSign(separator), part(start, text, key));
+            out.push((Kind::NoEqualsSign(separator), part(start, text, key)));
         }
-        Line::Other(other) => out.push(Kind::StrayText, part(start, text, other)),
+        Line::Other(other) => out.push((Kind::StrayText, part(start, text, other))),
         _ => {}
     }
 }
@@ -376,7 +409,7 @@ mod tests {
     fn read(text: &str, check: impl FnOnce(&Syntax<'_>, &Findings)) {
         let source = Source::new("x.eds", text);
         let mut out = Findings::default();
-        let Tokens { text, lengths } = tokenize(&source, &mut out);
+        let Tokens { text, lengths } = tokenize(&source, &mut out, None);
         let syntax = Syntax::new(&source, &text, lengths);
         check(&syntax, &out);
     }

@@ -118,7 +118,13 @@ fn name_span(cx: &Context<'_>, (index, sub): Address) -> Span {
 
 /// Letters and digits in lower case.
 fn identifier(name: &str) -> String {
-    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+    let of_byte = |byte: u8| byte.is_ascii_alphanumeric().then(|| char::from(byte.to_ascii_lowercase()));
+    let mut identifier = String::with_capacity(name.len());
+    match name.is_ascii() {
+        true => identifier.extend(name.bytes().filter_map(of_byte)),
+        false => identifier.extend(name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase)),
+    }
+    identifier
 }
 
 pub(super) fn sub_without_object(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -130,18 +136,18 @@ pub(super) fn sub_without_object(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn sub_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for (object, facts) in cx.objects() {
-        let found = are(facts.subs.into(), "sub-index");
+        let found = || are(facts.subs.into(), "sub-index");
         let set = || cx.set(object.span, Key::SubNumber.name(), &facts.subs.to_string());
         match facts.sub_number {
             Some(said) if said != facts.subs && facts.compact == 0 && object.kind.has_subs() => {
                 let span = cx.value_span(object.span, Key::SubNumber);
-                let note = note(format!("there {found}, not {said}")).at(span, "says otherwise");
+                let note = note(format!("there {}, not {said}", found())).at(span, "says otherwise");
                 let last = object.entries.last().filter(|entry| entry.span != object.span);
                 let note = last.into_iter().fold(note, |note, last| note.and(last.span, "the last one"));
                 out.push(note.fix(set()));
             }
             None if facts.subs > 0 && facts.header => {
-                let note = note(format!("there {found}, but no `SubNumber`")).at(object.span, "");
+                let note = note(format!("there {}, but no `SubNumber`", found())).at(object.span, "");
                 out.push(note.fix(set()));
             }
             _ => {}

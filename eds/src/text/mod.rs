@@ -163,13 +163,14 @@ impl Source {
     /// The byte range of a line (from 0) without its end; empty beyond the last.
     #[must_use]
     pub fn line_range(&self, line: usize) -> (u32, u32) {
-        let Some(&start) = self.lines.get(line) else {
-            let end = self.text.len() as u32;
-            return (end, end);
-        };
-        let next = self.lines.get(line + 1).map_or(self.text.len(), |&next| next as usize);
-        let text = self.text[start as usize..next].trim_end_matches(['\r', '\n']);
-        (start, start + text.len() as u32)
+        let [start, next] = [self.line_start(line), self.line_start(line + 1)];
+        let ends = self.text.as_bytes()[start as usize..next as usize].iter().rev();
+        (start, next - ends.take_while(|byte| matches!(byte, b'\r' | b'\n')).count() as u32)
+    }
+
+    /// Where a line (from 0) begins; where the text ends beyond the last.
+    pub(crate) fn line_start(&self, line: usize) -> u32 {
+        self.lines.get(line).map_or(self.text.len() as u32, |&start| start)
     }
 
     /// The text of a line (from 0) without its end.
@@ -235,7 +236,8 @@ fn line_starts(text: &str) -> Vec<u32> {
     let bytes = text.as_bytes();
     let mut lines = vec![0];
     for (i, &byte) in bytes.iter().enumerate() {
-        if byte == b'\n' || (byte == b'\r' && bytes.get(i + 1) != Some(&b'\n')) {
+        // Most bytes are beyond both.
+        if byte <= b'\r' && (byte == b'\n' || (byte == b'\r' && bytes.get(i + 1) != Some(&b'\n'))) {
             lines.push(i as u32 + 1);
         }
     }

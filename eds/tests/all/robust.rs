@@ -1,8 +1,9 @@
 //! No text makes the reader panic, loop or take memory without bound.
 
 use crate::exercise;
-use lexican_eds::{Input, MAX_PER_CODE, Source, load};
+use lexican_eds::{Input, MAX_PER_CODE, Memory, Source, load, load_again};
 use proptest::prelude::*;
+use proptest::sample::Index;
 
 /// Pieces of data sheets, so that random texts reach what lies behind the first key.
 const PIECES: &[&str] = &[
@@ -77,6 +78,23 @@ proptest! {
         exercise(&bytes, "");
     }
 
+    /// Bytes are cut anywhere, so that encodings change as well; sections are copied, too.
+    #[test]
+    fn reading_again_gives_what_reading_gives(
+        edits in proptest::collection::vec((any::<[Index; 3]>(), 0..60_usize, proptest::sample::select(PIECES)), 1..12),
+    ) {
+        let (mut memory, mut bytes) = (Memory::default(), SHEET.as_bytes().to_vec());
+        for ([from, to, copied], length, piece) in edits {
+            let overlay = Source::new("x.toml", OVERLAY_PIECES[copied.index(OVERLAY_PIECES.len())]);
+            let input = Input::new(Source::from_bytes("x.eds", &bytes)).overlay(overlay);
+            prop_assert_eq!(load_again(&input, &mut memory), load(&input));
+            let part = |at: Index| at.index(bytes.len())..bytes.len().min(at.index(bytes.len()) + length);
+            let new = [piece.as_bytes(), &bytes[part(copied)]][to.index(2)].to_vec();
+            bytes.splice(part(from), new);
+            bytes.push(b'\n');
+        }
+    }
+
     #[test]
     fn no_overlay_makes_the_reader_panic(
         keys in proptest::collection::vec(proptest::sample::select(OVERLAY_PIECES), 0..30),
@@ -84,6 +102,12 @@ proptest! {
         exercise(b"[2000]\nParameterName=x\nDataType=6\nAccessType=rw\n[2001]\nObjectType=8\nCompactSubObj=3\nDataType=6\n", &keys.concat());
     }
 }
+
+/// A data sheet with findings of lines, keys and objects.
+const SHEET: &str = "Key=1\r\n[FileInfo]\r\nFileName=x.eds\r\nDescription=Gerät\n[OptionalObjects]\nSupportedObjects=2\n1=0x1000\n2=0x1018\n\
+     [1000]\rParameterName=Device type\rObjectType=7\rDataType 7\rAccessType:ro\r; a comment\r\r[ 2000 \nParameterName=\u{b0}C\n\
+     ObjectType=8\nSubNumber=3\n[2000sub0] x\nstray\nDataType=0x0005\nAccessType=ro\nDefaultValue=2\n\n[2000sub1]\n\
+     DataType=0x0006\nAccessType=rw\nDefaultValue=$NODEID+0x180\nLowLimit=5\nHighLimit=1\n";
 
 const OVERLAY_PIECES: &[&str] = &[
     "[overlay]\n",
