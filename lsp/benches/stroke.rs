@@ -1,4 +1,4 @@
-//! `cargo bench -p lexican-lsp`: how long a key stroke takes, from the change to its findings, in a data sheet of 1,200 entries.
+//! `cargo bench -p lexican-lsp [-- STROKES]`: how long a key stroke takes, from the change to its findings, in a data sheet of 1,200 entries.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -7,11 +7,11 @@ use lexican_lsp::{Connection, serve};
 use lsp_server::{Message, Notification, Request, RequestId};
 use serde_json::{Value, json};
 
-const STROKES: usize = 200;
 const URI: &str = "file:///made.eds";
 
 #[expect(clippy::disallowed_methods, reason = "a benchmark measures real time")]
 fn main() {
+    let strokes = std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(200);
     let text = data_sheet(1200);
     let (client, server) = Connection::memory();
     let served = std::thread::spawn(move || serve(&server));
@@ -35,9 +35,9 @@ fn main() {
         assert_eq!(findings.params["version"], version);
         start.elapsed()
     };
-    let mut times: Vec<_> = (1..=STROKES).map(stroke).collect();
+    let mut times: Vec<_> = (1..=strokes).map(stroke).collect();
     times.sort_unstable();
-    println!("{} bytes: {:?} in the middle, {:?} at most", text.len(), times[STROKES / 2], times[STROKES - 1]);
+    println!("{} bytes: {:?} in the middle, {:?} at most", text.len(), times[strokes / 2], times[strokes - 1]);
     ask(1, "shutdown").unwrap();
     client.receiver.recv().unwrap();
     notify("exit", Value::Null).unwrap();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lexican_eds::model::Device;
-use lexican_eds::{Diagnostics, Input, Source, Span, report};
+use lexican_eds::{Diagnostics, Input, Memory, Source, Span, load_again, report};
 use lexican_machine::{Files, Machine};
 use lexican_toolbox::text::files::read;
 use percent_encoding::percent_decode_str;
@@ -31,6 +31,7 @@ pub(crate) struct Document {
     pub(crate) input: Input,
     /// Which of these texts is this one.
     pub(crate) number: u16,
+    memory: Memory,
     pub(crate) device: Device,
     pub(crate) machine: Option<Machine>,
     pub(crate) findings: Diagnostics,
@@ -51,6 +52,7 @@ impl Document {
             columns,
             input: Input::new(source),
             number: 0,
+            memory: Memory::default(),
             device: Device::default(),
             machine: None,
             findings: Diagnostics::default(),
@@ -110,7 +112,7 @@ impl Document {
         let is_toml = |findings: &Diagnostics| !findings.iter().any(|finding| finding.code.ends_with("::syntax"));
         match self.kind {
             Kind::Sheet | Kind::Overlay => {
-                let (device, findings) = lexican_eds::load(&self.input);
+                let (device, findings) = load_again(&self.input, &mut self.memory);
                 if is_toml(&findings) || self.device.objects.is_empty() {
                     self.device = device;
                 }
@@ -146,9 +148,12 @@ impl Document {
             let line = source.line_at(offset);
             let (start, end) = source.line_range(line);
             let before = source.get(Span::eds(start, offset.min(end)));
-            json!({ "line": line, "character": before.chars().map(self.columns).sum::<usize>() })
+            [line, before.chars().map(self.columns).sum()]
         });
-        json!({ "start": start, "end": end })
+        json!({
+            "start": { "line": start[0], "character": start[1] },
+            "end": { "line": end[0], "character": end[1] },
+        })
     }
 
     /// The `Range` of a place in this text.

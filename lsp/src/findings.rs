@@ -9,7 +9,9 @@ use crate::document::{Document, Kind, uri_of};
 /// The `PublishDiagnosticsParams` with all findings of a text.
 pub(crate) fn published(document: &Document) -> Value {
     let diagnostics: Vec<_> = shown(document).map(|(finding, place)| shape(document, finding, place)).collect();
-    json!({ "uri": document.uri, "version": document.version, "diagnostics": diagnostics })
+    let mut params = json!({ "uri": document.uri, "version": document.version });
+    params["diagnostics"] = Value::Array(diagnostics);
+    params
 }
 
 /// The findings that are about this text, and where; those without a place are about the whole of it.
@@ -22,8 +24,8 @@ pub(crate) fn shown(document: &Document) -> impl Iterator<Item = (&Diagnostic, S
 fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
     let related: Vec<_> = finding.labels.iter().skip(1).filter_map(|label| related(document, label)).collect();
     let message: Vec<_> = std::iter::once(finding.message.as_str()).chain(finding.help.as_deref()).collect();
+    // What is put in afterwards is not copied.
     let mut shape = json!({
-        "range": document.range(place),
         "severity": match finding.severity {
             Severity::Error => 1,
             Severity::Warning => 2,
@@ -32,8 +34,9 @@ fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
         "code": finding.code,
         "source": "lexican",
         "message": message.join("\n"),
-        "relatedInformation": related,
     });
+    shape["range"] = document.range(place);
+    shape["relatedInformation"] = Value::Array(related);
     // What is not said is left out: some clients take null for a value.
     if let Some(rule) = rule(finding.code) {
         shape["codeDescription"] = json!({ "href": page(rule) });
@@ -51,8 +54,9 @@ fn related(document: &Document, label: &Label) -> Option<Value> {
     let source = document.input.source(label.span.source)?;
     let is_here = label.span.source == document.number;
     let uri = if is_here { document.uri.clone() } else { uri_of(source.name().as_ref())? };
-    let range = document.range_in(source, label.span);
-    Some(json!({ "location": { "uri": uri, "range": range }, "message": label.text }))
+    let mut related = json!({ "location": { "uri": uri }, "message": label.text });
+    related["location"]["range"] = document.range_in(source, label.span);
+    Some(related)
 }
 
 /// The `CodeAction`s that mend the findings in a range.

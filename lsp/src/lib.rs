@@ -144,7 +144,8 @@ impl Server {
 }
 
 fn publication(params: Value) -> Notification {
-    Notification::new("textDocument/publishDiagnostics".to_owned(), params)
+    // Its `new` would copy the parameters.
+    Notification { method: "textDocument/publishDiagnostics".to_owned(), params }
 }
 
 /// The text in its usual form.
