@@ -13,7 +13,7 @@ use lexican_toolbox::values::hex;
 /// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.
 pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     let data = if frame.is_remote() { format!("RTR {}", frame.dlc()) } else { hex(frame.data()) };
-    let mut name = decoded.name.clone();
+    let mut name = decoded.name.to_string();
     if let Some(node) = decoded.node {
         // Writing to a string cannot fail.
         let _ = write!(name, " node {node}");

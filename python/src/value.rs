@@ -129,7 +129,7 @@ impl Value {
 pub(crate) fn by_name(py: Python<'_>, reports: Vec<ValueReport>) -> PyResult<Bound<'_, PyDict>> {
     let values = PyDict::new(py);
     for report in reports {
-        let name = report.entry.clone().unwrap_or_else(|| report.address.to_string());
+        let name = report.entry.as_deref().map_or_else(|| report.address.to_string(), str::to_owned);
         values.set_item(name, Py::new(py, Value(report))?)?;
     }
     Ok(values)

@@ -121,7 +121,7 @@ fn difference(found: &Difference) -> view::Difference {
     let report = found.a.as_ref().or(found.b.as_ref());
     view::Difference {
         address: found.address.to_string(),
-        name: report.and_then(|report| report.name.clone()).unwrap_or_default(),
+        name: report.and_then(|report| report.name.as_deref()).unwrap_or_default().to_owned(),
         here: words(&found.a),
         there: words(&found.b),
     }

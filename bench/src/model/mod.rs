@@ -574,7 +574,8 @@ impl Model {
         });
         let watched = self.watched.iter().map(|((id, address), watched)| {
             let report = ValueReport::without_value(self.decoder.values(*id), *address);
-            watched.view(now, self.latency, *id, *address, report.name.unwrap_or_else(|| address.to_string()))
+            let name = report.name.map_or_else(|| address.to_string(), |name| name.to_string());
+            watched.view(now, self.latency, *id, *address, name)
         });
         View {
             time: self.seconds(),

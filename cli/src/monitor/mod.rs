@@ -8,11 +8,11 @@ use std::io::{BufWriter, Write};
 use anstream::adapter::strip_str;
 use lexican_eds::model::Device;
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
-use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use lexican_toolbox::bus::changes::Changes;
 use lexican_toolbox::bus::filter::Filter;
 use lexican_toolbox::bus::transfers::{End, Transfer, Transfers};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use crate::bus::{Bus, BusArgs, KnownArgs};
@@ -239,7 +239,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         let Some(decoded) = decoded else { return Ok(false) };
         if self.json {
             let detail = Some(&decoded.detail).filter(|detail| **detail != Detail::None);
-            let (id, data, remote) = (frame.id().to_string(), hex(frame.data()), frame.is_remote());
+            let (id, data, remote) = (frame.id(), hex(frame.data()), frame.is_remote());
             let Decoded { alarming, name: service, text, .. } = &decoded;
             let (node, time) = (decoded.node.map(NodeId::get), seconds(at));
             let more = FrameFields { data, id, remote, detail };
@@ -317,7 +317,8 @@ struct Line<'a, M> {
 #[derive(Serialize)]
 struct FrameFields<'a> {
     data: String,
-    id: String,
+    #[serde(serialize_with = "cob_id")]
+    id: CobId,
     remote: bool,
     #[serde(flatten)]
     detail: Option<&'a Detail>,
@@ -326,6 +327,10 @@ struct FrameFields<'a> {
 #[derive(Serialize)]
 struct TransferField<'a> {
     transfer: &'a Transfer,
+}
+
+fn cob_id<S: Serializer>(id: &CobId, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(id)
 }
 
 fn seconds(at: Instant) -> f64 {

@@ -1,5 +1,6 @@
 //! What a bus carries, by numbers: load, rates and jitter by COB-ID, nodes that fell silent, response times.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use lexican_runtime::host::{BusState, wire_bits};
@@ -62,7 +63,7 @@ impl Window {
 
 #[derive(Debug)]
 struct Id {
-    name: String,
+    name: Cow<'static, str>,
     node: Option<NodeId>,
     frames: u64,
     last: Instant,
@@ -230,7 +231,7 @@ impl Id {
     fn report(&self, cob_id: CobId, span: f64) -> IdReport {
         IdReport {
             id: cob_id.to_string(),
-            name: self.name.clone(),
+            name: self.name.to_string(),
             node: self.node.map(NodeId::get),
             frames: self.frames,
             frames_per_second: if span > 0.0 { self.frames as f64 / span } else { 0.0 },

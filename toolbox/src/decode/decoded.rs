@@ -1,5 +1,7 @@
 //! A frame as text, and as the fields that JSON has of it.
 
+use std::borrow::Cow;
+
 use lexican_runtime::wire::lss::{LssRequest, LssResponse};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, Frame, NodeId};
@@ -17,7 +19,7 @@ pub struct Decoded {
     /// The protocol.
     pub service: Service,
     /// `RPDO3`, `SDO request`.
-    pub name: String,
+    pub name: Cow<'static, str>,
     /// The node that sends or receives it; `None` for broadcasts.
     pub node: Option<NodeId>,
     /// The content; may be empty.
@@ -64,7 +66,7 @@ impl Decoded {
         }
     }
 
-    pub(super) fn new(service: Service, name: impl Into<String>, node: Option<NodeId>) -> Self {
+    pub(super) fn new(service: Service, name: impl Into<Cow<'static, str>>, node: Option<NodeId>) -> Self {
         Decoded { service, name: name.into(), node, text: String::new(), alarming: false, detail: Detail::None }
     }
 

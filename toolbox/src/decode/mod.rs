@@ -28,7 +28,7 @@ use sdo::Channel;
 pub struct Decoder<'a> {
     nodes: BTreeMap<NodeId, DeviceValues<'a>>,
     channels: BTreeMap<NodeId, Channel>,
-    pdos: HashMap<CobId, pdo::Configured>,
+    pdos: HashMap<CobId, pdo::Configured<'a>>,
 }
 
 impl<'a> Decoder<'a> {

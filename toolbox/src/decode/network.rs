@@ -39,7 +39,7 @@ pub(super) fn time(frame: &Frame) -> Decoded {
 }
 
 pub(super) fn error_control(node: NodeId, frame: &Frame) -> Decoded {
-    let decoded = |name: &str| Decoded::new(Service::ErrorControl, name, Some(node));
+    let decoded = |name: &'static str| Decoded::new(Service::ErrorControl, name, Some(node));
     if frame.is_remote() {
         return decoded("guarding").with("state asked for", Detail::Guarding);
     }

@@ -1,8 +1,9 @@
 //! PDOs: by the configuration of a known device, else by the predefined connection set.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 
-use lexican_eds::model::{self, Direction, Mapped, Value};
+use lexican_eds::model::{self, Direction, Entry, Mapped, Value};
 use lexican_eds::types::DataType;
 use lexican_runtime::cia301::{self, connection};
 use lexican_runtime::object::Address;
@@ -15,32 +16,54 @@ use crate::values::wire::of_bits;
 use crate::values::{DeviceValues, resolved};
 
 /// A PDO of a known device, as it is configured.
-pub(super) struct Configured {
+pub(super) struct Configured<'a> {
     node: NodeId,
     received: bool,
     number: u16,
     pub(super) mapping: Vec<Mapped>,
+    slots: Vec<Slot<'a>>,
+}
+
+/// Bits of a PDO.
+struct Slot<'a> {
+    bits: u8,
+    entry: Option<&'a Entry>,
+    /// What is known without its value; `None` of a dummy entry.
+    blank: Option<ValueReport>,
+}
+
+impl<'a> Slot<'a> {
+    fn new(device: &DeviceValues<'a>, mapped: &Mapped) -> Self {
+        let address = Address::new(mapped.index, mapped.sub);
+        let entry = device.entry(address);
+        let is_dummy = entry.is_none() && DataType::from_code(mapped.index).bits().is_some();
+        let blank = (!is_dummy).then(|| ValueReport::without_value(Some(device), address));
+        Slot { bits: mapped.bits, entry, blank }
+    }
 }
 
 /// The PDOs of known devices by their COB-IDs: to find out how one is configured takes longer than to decode it. Of two with
 /// the same COB-ID it has that of the lower node-ID.
-pub(super) fn table(nodes: &BTreeMap<NodeId, DeviceValues<'_>>) -> HashMap<CobId, Configured> {
+pub(super) fn table<'a>(nodes: &BTreeMap<NodeId, DeviceValues<'a>>) -> HashMap<CobId, Configured<'a>> {
     let mut table = HashMap::new();
     for (node, device) in nodes {
         for pdo in &device.device.pdos {
             let Some(cob_id) = cob_id(device, *node, pdo) else { continue };
             let received = pdo.direction == Direction::Receive;
-            let configured = || Configured { node: *node, received, number: pdo.number, mapping: mapping(device, pdo) };
-            table.entry(cob_id).or_insert_with(configured);
+            table.entry(cob_id).or_insert_with(|| {
+                let mapping = mapping(device, pdo);
+                let slots = mapping.iter().map(|mapped| Slot::new(device, mapped)).collect();
+                Configured { node: *node, received, number: pdo.number, mapping, slots }
+            });
         }
     }
     table
 }
 
-impl Configured {
+impl Configured<'_> {
     /// Decodes a frame with the COB-ID of this PDO.
     pub(super) fn decode(&self, nodes: &mut BTreeMap<NodeId, DeviceValues<'_>>, frame: &Frame) -> Option<Decoded> {
-        let Configured { node, received, number, ref mapping } = *self;
+        let Configured { node, received, number, ref mapping, ref slots } = *self;
         let device = nodes.get_mut(&node)?;
         let mut decoded = new(received, number, node);
         if frame.is_remote() {
@@ -53,15 +76,19 @@ impl Configured {
             let text = format!("{len} bytes instead of {expected}");
             return Some(Decoded { text, alarming: true, ..decoded });
         }
-        let fields = content(device, mapping, frame.data());
-        let mut parts: Vec<_> = fields.iter().map(ValueReport::brief).collect();
+        let fields = read(device, slots, frame.data());
+        let mut text = String::with_capacity(40 * fields.len());
+        for field in &fields {
+            text.push_str(separator(&text));
+            field.add_brief(&mut text);
+        }
         if len > expected {
             // A device uses the bytes that are mapped, and may send EMCY 8220h because of the others (CiA 301, 7.2.2.4). A
             // PDO that it sends itself must be as long as its mapping.
-            parts.push(format!("{len} bytes instead of {expected}"));
+            text += &format!("{}{len} bytes instead of {expected}", separator(&text));
             decoded.alarming = !received;
         }
-        Some(decoded.with(parts.join(", "), Detail::Pdo(Pdo { number, received, fields })))
+        Some(decoded.with(text, Detail::Pdo(Pdo { number, received, fields })))
     }
 }
 
@@ -73,9 +100,20 @@ pub(super) fn predefined(base: u16, node: NodeId, frame: &Frame) -> Decoded {
 }
 
 fn new(received: bool, number: u16, node: NodeId) -> Decoded {
-    let (service, letter) = if received { (Service::Rpdo, 'R') } else { (Service::Tpdo, 'T') };
+    let (service, word, first) = match received {
+        true => (Service::Rpdo, "RPDO", ["RPDO1", "RPDO2", "RPDO3", "RPDO4"]),
+        false => (Service::Tpdo, "TPDO", ["TPDO1", "TPDO2", "TPDO3", "TPDO4"]),
+    };
+    // Nearly all PDOs are among the first four, whose names are not made for each frame.
+    let known = first.get(usize::from(number).wrapping_sub(1)).copied();
+    let name = known.map_or_else(|| Cow::Owned(format!("{word}{number}")), Cow::Borrowed);
     let detail = Detail::Pdo(Pdo { number, received, fields: Vec::new() });
-    Decoded::new(service, format!("{letter}PDO{number}"), Some(node)).with("", detail)
+    Decoded::new(service, name, Some(node)).with("", detail)
+}
+
+/// What stands before the next part of a text.
+fn separator(text: &str) -> &'static str {
+    if text.is_empty() { "" } else { ", " }
 }
 
 /// The COB-ID of a PDO: as seen on the bus, else by the data sheet.
@@ -111,23 +149,29 @@ fn parameter(pdo: &model::Pdo) -> Option<u16> {
 
 /// The mapped values of a PDO's data, without dummy entries.
 pub fn content(device: &mut DeviceValues<'_>, mapping: &[Mapped], data: &[u8]) -> Vec<ValueReport> {
+    let slots: Vec<Slot<'_>> = mapping.iter().map(|mapped| Slot::new(device, mapped)).collect();
+    read(device, &slots, data)
+}
+
+fn read(device: &mut DeviceValues<'_>, slots: &[Slot<'_>], data: &[u8]) -> Vec<ValueReport> {
     let mut bytes = [0; 8];
     bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
     let mut rest = u64::from_le_bytes(bytes);
-    let mut fields = Vec::new();
-    for mapped in mapping {
-        let bits = u32::from(mapped.bits.min(64));
+    let mut fields = Vec::with_capacity(slots.len());
+    for Slot { bits: all_bits, entry, blank } in slots {
+        let bits = u32::from(*all_bits).min(64);
         let raw = if bits == 64 { rest } else { rest & ((1 << bits) - 1) };
         rest = rest.checked_shr(bits).unwrap_or(0);
-        let address = Address::new(mapped.index, mapped.sub);
-        if let Some(entry) = device.entry(address) {
-            let value = of_bits(entry.data_type, mapped.bits, raw);
-            fields.push(ValueReport::of_value(device, entry, value.clone()));
-            device.set(address, &value);
-        } else if DataType::from_code(mapped.index).bits().is_none() {
-            let (value, text) = (Some(Value::Integer(raw.into())), Some(format!("{raw:X}h")));
-            fields.push(ValueReport { value, text, ..ValueReport::without_value(None, address) });
+        let Some(mut report) = blank.clone() else { continue };
+        match entry {
+            Some(entry) => {
+                let value = of_bits(entry.data_type, *all_bits, raw);
+                report.set_value(device, entry, value.clone());
+                device.set(report.address, &value);
+            }
+            None => (report.value, report.text) = (Some(Value::Integer(raw.into())), Some(format!("{raw:X}h"))),
         }
+        fields.push(report);
     }
     fields
 }

@@ -134,7 +134,7 @@ impl Series {
     fn new(report: &ValueReport) -> Self {
         Series {
             address: report.address,
-            name: report.name.clone().unwrap_or_else(|| report.address.to_string()),
+            name: report.name.as_deref().map_or_else(|| report.address.to_string(), str::to_owned),
             unit: report.unit.as_ref().map(|(symbol, _)| symbol.clone()),
             points: Vec::new(),
             text: String::new(),

@@ -111,7 +111,10 @@ impl<'a> DeviceValues<'a> {
         let bytes = wire::encode(entry.data_type, value)?;
         raw.get_mut(..bytes.len())?.copy_from_slice(&bytes);
         let (data_type, number) = (entry.data_type.known()?, value.as_integer());
-        Some(self.with_meaning(entry, number, |it| it.show(data_type, u64::from_le_bytes(raw)).to_string()))
+        let mut text = String::with_capacity(24);
+        // Cannot fail: a text grows.
+        let _ = self.with_meaning(entry, number, |it| write!(text, "{}", it.show(data_type, u64::from_le_bytes(raw))));
+        Some(text)
     }
 
     /// Lends what the numbers of an entry mean, as the runtime has it: of the names of values that of `number` alone, if there is one.
@@ -304,11 +307,15 @@ fn ascii(number: i128, bits: u8, first_is_high: bool) -> Option<String> {
 pub fn hex(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(3 * bytes.len());
     for (at, byte) in bytes.iter().enumerate() {
-        let space = if at == 0 { "" } else { " " };
-        // Cannot fail: a text grows.
-        let _ = write!(text, "{space}{byte:02X}");
+        text.extend((at > 0).then_some(' '));
+        text.extend(hex_digits::<2>((*byte).into()).map(char::from));
     }
     text
+}
+
+/// The last `N` hexadecimal digits of a number: a formatter takes ten times as long, which shows where frames are many.
+pub(crate) fn hex_digits<const N: usize>(number: u32) -> [u8; N] {
+    std::array::from_fn(|at| b"0123456789ABCDEF"[(number >> (4 * (N - 1 - at))) as usize & 0xF])
 }
 
 #[cfg(test)]

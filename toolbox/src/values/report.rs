@@ -1,5 +1,7 @@
 //! An entry and its value, as commands print it: a text for people, fields for programs.
 
+use std::sync::Arc;
+
 use lexican_eds::model::{Entry, Meaning, Value};
 use lexican_eds::types::{Class, DataType};
 use lexican_runtime::AbortCode;
@@ -8,7 +10,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value as Json};
 
 use super::wire::parse_padded;
-use super::{DeviceValues, hex, plain};
+use super::{DeviceValues, hex, hex_digits, plain};
 use crate::text::json::{add_some, fields_of};
 
 /// An entry of a node, and perhaps its value.
@@ -17,9 +19,9 @@ pub struct ValueReport {
     /// The entry.
     pub address: Address,
     /// By the data sheet: `Motor Parameter Set, v-Pos`.
-    pub name: Option<String>,
+    pub name: Option<Arc<str>>,
     /// The name alone, without that of its object: `v-Pos`.
-    pub entry: Option<String>,
+    pub entry: Option<Arc<str>>,
     /// By the data sheet.
     pub data_type: Option<DataType>,
     /// What it is set to.
@@ -41,8 +43,8 @@ impl ValueReport {
     fn new(address: Address, entry: Option<(&DeviceValues<'_>, &Entry)>) -> Self {
         ValueReport {
             address,
-            name: entry.map(|(device, entry)| device.name(entry)),
-            entry: entry.map(|(_, entry)| entry.name.clone()),
+            name: entry.map(|(device, entry)| device.name(entry).into()),
+            entry: entry.map(|(_, entry)| entry.name.as_str().into()),
             data_type: entry.map(|(_, entry)| entry.data_type),
             value: None,
             unit: None,
@@ -77,7 +79,7 @@ impl ValueReport {
         report
     }
 
-    fn set_value(&mut self, device: &DeviceValues<'_>, entry: &Entry, value: Value) {
+    pub(crate) fn set_value(&mut self, device: &DeviceValues<'_>, entry: &Entry, value: Value) {
         self.text = Some(device.describe(entry, &value));
         self.unit = match (&value, &entry.meaning) {
             (Value::Integer(number), Meaning::Quantity(_)) => {
@@ -117,8 +119,19 @@ impl ValueReport {
     /// `Statusword = OPERATION ENABLED`: for a line that has no room for the name of the object as well.
     #[must_use]
     pub fn brief(&self) -> String {
-        let name = self.entry.clone().unwrap_or_else(|| self.address.to_string());
-        format!("{name} = {}", self.text())
+        let mut line = String::new();
+        self.add_brief(&mut line);
+        line
+    }
+
+    /// Adds [`brief`](Self::brief) to a line.
+    pub(crate) fn add_brief(&self, line: &mut String) {
+        match &self.entry {
+            Some(name) => line.push_str(name),
+            None => line.push_str(&self.address.to_string()),
+        }
+        line.push_str(" = ");
+        line.push_str(self.text());
     }
 
     /// The fields in JSON; those that are unknown are left out.
@@ -131,12 +144,15 @@ impl ValueReport {
 impl Serialize for ValueReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("address", &format_args!("{}", self.address))?;
-        map.serialize_entry("index", &format_args!("{:04X}", self.address.index()))?;
-        add_some(&mut map, "name", self.name.as_ref())?;
+        let ([a, b, c, d], [e, f]) = (hex_digits(self.address.index().into()), hex_digits(self.address.sub().into()));
+        let address = [a, b, c, d, b':', e, f];
+        let address = str::from_utf8(&address).expect("digits are UTF-8");
+        map.serialize_entry("address", address)?;
+        map.serialize_entry("index", &address[..4])?;
+        add_some(&mut map, "name", self.name.as_deref())?;
         add_some(&mut map, "raw", self.raw.as_deref().map(hex))?;
         add_some(&mut map, "scaled", self.unit.as_ref().map(|(_, scaled)| scaled))?;
-        map.serialize_entry("sub", &format_args!("{:02X}", self.address.sub()))?;
+        map.serialize_entry("sub", &address[5..])?;
         add_some(&mut map, "text", self.text.as_ref())?;
         add_some(&mut map, "type", self.data_type.map(DataType::name))?;
         add_some(&mut map, "unit", self.unit.as_ref().map(|(symbol, _)| symbol))?;

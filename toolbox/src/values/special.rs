@@ -1,5 +1,7 @@
 //! What CiA 301 and 402 define of some values: commands of the control word, states, COB-IDs, mappings. As text and back.
 
+use std::fmt::Display;
+
 use lexican_eds::model::{Entry, Meaning};
 use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::{self, Address};
@@ -40,7 +42,7 @@ impl DeviceValues<'_> {
             }
             (0x6041, 0) if self.is_drive() => {
                 let state = State::from_status_word(number as u16)?;
-                Some(self.joined(&state.to_string(), entry, number, STATE_BITS))
+                Some(self.joined(state, entry, number, STATE_BITS))
             }
             (index, 1..) if is_pdo_mapping(index) && number != 0 => {
                 let (index, sub, bits) = ((number >> 16) as u16, (number >> 8) as u8, number as u8);
@@ -80,7 +82,7 @@ impl DeviceValues<'_> {
     }
 
     /// A command or state, and the names of the bits that it does not stand for.
-    fn joined(&self, first: &str, entry: &Entry, number: i128, without: u16) -> String {
+    fn joined(&self, first: impl Display, entry: &Entry, number: i128, without: u16) -> String {
         let rest = number as u64 & !u64::from(without);
         let field = match &entry.meaning {
             Meaning::BitField(name) => self.device.bit_fields.get(name),
@@ -91,7 +93,7 @@ impl DeviceValues<'_> {
                 let bits = bits(&field.fields, without);
                 format!("{first} + {}", object::Meaning::BitField(&bits).show(object::DataType::Unsigned64, rest))
             }
-            _ => first.to_owned(),
+            _ => first.to_string(),
         }
     }
 

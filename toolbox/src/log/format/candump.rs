@@ -92,13 +92,10 @@ fn compact(word: &str) -> Result<Found, Flaw> {
         Some(len) => decimal(len).and_then(|len| Frame::remote(id, u8::try_from(len).ok()?)),
         None => {
             let mut bytes = [0; 8];
-            let mut digits = data.as_bytes().chunks(2);
-            let places = bytes.iter_mut().zip(digits.by_ref()).map(|(byte, digits)| {
-                *byte = pair(digits)?;
-                Some(())
-            });
-            let len = places.collect::<Option<Vec<()>>>().ok_or(Flaw::Frame)?.len();
-            if digits.next().is_none() { Frame::new(id, &bytes[..len]) } else { None }
+            for (byte, digits) in bytes.iter_mut().zip(data.as_bytes().chunks(2)) {
+                *byte = pair(digits).ok_or(Flaw::Frame)?;
+            }
+            if data.len() <= 2 * bytes.len() { Frame::new(id, &bytes[..data.len() / 2]) } else { None }
         }
     };
     frame.map(Found::Frame).ok_or(Flaw::Frame)
