@@ -7,8 +7,7 @@ use lexican_machine::Machine;
 use lexican_runtime::host::Link;
 use lexican_runtime::host::blocking::Network;
 use lexican_toolbox::node::remote::RemoteNode;
-use lexican_toolbox::parameters::Ended;
-use lexican_toolbox::parameters::archive::{Archive, ArchivedNode, ENDING, LONGEST};
+use lexican_toolbox::parameters::archive::{Archive, ENDING, LONGEST};
 use lexican_toolbox::parameters::compare::Difference;
 use lexican_toolbox::text::files::read_up_to;
 use lexican_toolbox::text::time_of_day;
@@ -39,22 +38,14 @@ pub(super) fn take<L: Link>(network: &mut Network<L>, machine: &Machine, watch: 
     let made = now().unwrap_or_default();
     let mut archive = Archive { machine: machine.name.clone(), made, ..Archive::default() };
     for node in &machine.nodes {
-        let name = node.name.value.clone();
-        let taken = match (node.id, node.device()) {
-            (None, _) => Err("it gets its node-ID by LSS".to_owned()),
-            (Some(id), device) => known(id, device).map_err(|failure| failure.to_string()).and_then(|sheet| {
-                let mut remote = RemoteNode::new(network, id);
-                ArchivedNode::take(&mut remote, &name, sheet, &mut |progress| watch.see(progress)).map(Ok).or_else(
-                    |ended| match ended {
-                        Ended::Stopped | Ended::Restarted => Ok(Err(ended)),
-                        Ended::Lost(error) => Err(error.to_string()),
-                    },
-                )
-            }),
-        };
-        match taken {
-            Ok(taken) => archive.nodes.push(taken?),
-            Err(why) => drop(archive.unread.insert(name, why)),
+        let name = &node.name.value;
+        let found = node.id.ok_or_else(|| "it gets its node-ID by LSS".to_owned());
+        let known = |id| known(id, node.device()).map_err(|failure| failure.to_string());
+        match found.and_then(|id| Ok((id, known(id)?))) {
+            Ok((id, sheet)) => {
+                archive.take(&mut RemoteNode::new(network, id), name, sheet, &mut |progress| watch.see(progress))?;
+            }
+            Err(why) => drop(archive.unread.insert(name.clone(), why)),
         }
     }
     Ok(archive)

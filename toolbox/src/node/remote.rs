@@ -1,9 +1,11 @@
 //! A node whose entries are read and written one after the other.
 
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Link};
+use lexican_runtime::host::{AccessError, Link, LinkError};
+use lexican_runtime::manager::Event;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::{Payload, SdoError};
+use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::values::DeviceValues;
@@ -16,8 +18,32 @@ const SILENCE: usize = 3;
 pub struct RemoteNode<'a, L> {
     network: &'a mut Network<L>,
     node: NodeId,
-    /// The number of time-outs in a row.
-    silent: usize,
+    silence: Silence,
+}
+
+/// The number of time-outs in a row.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silence(usize);
+
+/// What a node makes of a transfer. Errors: the link has failed, or the node is gone.
+pub type Answer<T> = Result<Result<T, Refusal>, AccessError>;
+
+/// The entries of a node, in any shell: what backup and restore work with.
+pub trait Entries {
+    /// The node-ID.
+    fn id(&self) -> NodeId;
+    /// Reads an entry into `payload`, and returns the number of bytes.
+    fn read_into(&mut self, address: Address, payload: &mut impl Payload) -> Answer<u32>;
+    /// Writes `len` bytes that `payload` has.
+    fn write_from(&mut self, address: Address, len: u32, payload: &mut impl Payload) -> Answer<()>;
+    /// Reads an entry.
+    fn read(&mut self, address: Address) -> Answer<Vec<u8>>;
+    /// Writes an entry.
+    fn write(&mut self, address: Address, data: &[u8]) -> Answer<()>;
+    /// Commands the node.
+    fn command(&mut self, command: NmtCommand) -> Result<(), LinkError>;
+    /// Whether the node has booted since this was asked before.
+    fn has_restarted(&mut self) -> Result<bool, LinkError>;
 }
 
 /// Why an entry was not read or written.
@@ -34,7 +60,7 @@ pub enum Refusal {
 impl<'a, L: Link> RemoteNode<'a, L> {
     /// A node that is not known to be gone.
     pub fn new(network: &'a mut Network<L>, node: NodeId) -> Self {
-        RemoteNode { network, node, silent: 0 }
+        RemoteNode { network, node, silence: Silence::default() }
     }
 
     /// The node-ID.
@@ -51,36 +77,27 @@ impl<'a, L: Link> RemoteNode<'a, L> {
     /// Reads an entry.
     ///
     /// Errors: [`AccessError`] if the link has failed, or the node is gone.
-    pub fn read(&mut self, address: Address) -> Result<Result<Vec<u8>, Refusal>, AccessError> {
+    pub fn read(&mut self, address: Address) -> Answer<Vec<u8>> {
         let result = self.network.read_bytes(self.node, address);
-        self.answer(result)
+        self.silence.answer(result)
     }
 
     /// Reads an entry into `payload`, and returns the number of bytes.
-    pub fn read_into(
-        &mut self,
-        address: Address,
-        payload: &mut impl Payload,
-    ) -> Result<Result<u32, Refusal>, AccessError> {
+    pub fn read_into(&mut self, address: Address, payload: &mut impl Payload) -> Answer<u32> {
         let result = self.network.read_into(self.node, address, payload);
-        self.answer(result)
+        self.silence.answer(result)
     }
 
     /// Writes an entry.
-    pub fn write(&mut self, address: Address, data: &[u8]) -> Result<Result<(), Refusal>, AccessError> {
+    pub fn write(&mut self, address: Address, data: &[u8]) -> Answer<()> {
         let result = self.network.write_bytes(self.node, address, data);
-        self.answer(result)
+        self.silence.answer(result)
     }
 
     /// Writes `len` bytes that `payload` has.
-    pub fn write_from(
-        &mut self,
-        address: Address,
-        len: u32,
-        payload: &mut impl Payload,
-    ) -> Result<Result<(), Refusal>, AccessError> {
+    pub fn write_from(&mut self, address: Address, len: u32, payload: &mut impl Payload) -> Answer<()> {
         let result = self.network.write_from(self.node, address, len, payload);
-        self.answer(result)
+        self.silence.answer(result)
     }
 
     /// Reads entries on which meanings and limits of others depend. If the node does not answer, the default of its data sheet
@@ -99,22 +116,53 @@ impl<'a, L: Link> RemoteNode<'a, L> {
         }
         Ok(())
     }
+}
 
-    fn answer<T>(&mut self, result: Result<T, AccessError>) -> Result<Result<T, Refusal>, AccessError> {
+impl Silence {
+    /// What a transfer has come to: silence for the third time is an error.
+    pub fn answer<T>(&mut self, result: Result<T, AccessError>) -> Answer<T> {
         let error = match result {
             Ok(value) => {
-                self.silent = 0;
+                self.0 = 0;
                 return Ok(Ok(value));
             }
             Err(error) => error,
         };
         let AccessError::Sdo { error: sdo, .. } = &error else { return Err(error) };
-        self.silent = if matches!(sdo, SdoError::TimedOut { .. }) { self.silent + 1 } else { 0 };
+        self.0 = if matches!(sdo, SdoError::TimedOut { .. }) { self.0 + 1 } else { 0 };
         match *sdo {
             SdoError::Aborted { code, .. } => Ok(Err(Refusal::Aborted(code))),
-            _ if self.silent >= SILENCE => Err(error),
+            _ if self.0 >= SILENCE => Err(error),
             SdoError::TimedOut { .. } => Ok(Err(Refusal::Failed("no answer".to_owned()))),
             other => Ok(Err(Refusal::Failed(other.to_string()))),
         }
+    }
+}
+
+impl<L: Link> Entries for RemoteNode<'_, L> {
+    fn id(&self) -> NodeId {
+        self.node
+    }
+    fn read_into(&mut self, address: Address, payload: &mut impl Payload) -> Answer<u32> {
+        self.read_into(address, payload)
+    }
+    fn write_from(&mut self, address: Address, len: u32, payload: &mut impl Payload) -> Answer<()> {
+        self.write_from(address, len, payload)
+    }
+    fn read(&mut self, address: Address) -> Answer<Vec<u8>> {
+        self.read(address)
+    }
+    fn write(&mut self, address: Address, data: &[u8]) -> Answer<()> {
+        self.write(address, data)
+    }
+    fn command(&mut self, command: NmtCommand) -> Result<(), LinkError> {
+        self.network.command(command, Some(self.node))
+    }
+    fn has_restarted(&mut self) -> Result<bool, LinkError> {
+        let (now, mut has_restarted) = (self.network.now(), false);
+        while let Some(event) = self.network.next_event(now)? {
+            has_restarted |= event == Event::BootedUp { node: self.node };
+        }
+        Ok(has_restarted)
     }
 }

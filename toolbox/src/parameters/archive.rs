@@ -9,7 +9,6 @@ use std::io::{self, Read};
 
 use lexican_eds::model::Device;
 use lexican_eds::{Input, Source, load};
-use lexican_runtime::host::Link;
 use lexican_runtime::object::{Address, TimeOfDay};
 use lexican_runtime::{NodeId, cia301};
 use serde::de::Error as _;
@@ -21,7 +20,7 @@ use super::backup::{Identity, backup, read_identity};
 use super::compare::{Comparison, Side, compare};
 use super::restore::{Settings, configured};
 use super::{Ended, OnProgress};
-use crate::node::remote::RemoteNode;
+use crate::node::remote::Entries;
 use crate::text::time_of_day;
 use crate::values::report::ValueReport;
 use crate::values::{DeviceValues, address};
@@ -108,6 +107,32 @@ impl Archive {
         self.nodes.iter().find(|node| node.name == name)
     }
 
+    /// Reads a node into it. One that is gone is among the unread ones.
+    pub fn take<N: Entries>(
+        &mut self,
+        node: &mut N,
+        name: &str,
+        sheet: &Device,
+        progress: OnProgress<'_>,
+    ) -> Result<(), Ended> {
+        match ArchivedNode::take(node, name, sheet, progress) {
+            Ok(node) => self.nodes.push(node),
+            Err(Ended::Lost(error)) => drop(self.unread.insert(name.to_owned(), error.to_string())),
+            Err(ended) => return Err(ended),
+        }
+        Ok(())
+    }
+
+    /// What is not in it, though it should be: a sentence each.
+    pub fn missing(&self) -> impl Iterator<Item = String> {
+        let refused = |node: &ArchivedNode| {
+            let sentence = |(address, why)| format!("{}: {address}: {why}", node.name);
+            node.refused.iter().map(sentence).collect::<Vec<_>>()
+        };
+        let unread = self.unread.iter().map(|(name, why)| format!("{name}: {why}"));
+        self.nodes.iter().flat_map(refused).chain(unread)
+    }
+
     /// The bytes of the file.
     ///
     /// Errors: a name is none for a file.
@@ -174,12 +199,7 @@ impl Archive {
 
 impl ArchivedNode {
     /// Reads all parameters of a node, also those that are DOMAINs, and what it is.
-    pub fn take<L: Link>(
-        node: &mut RemoteNode<'_, L>,
-        name: &str,
-        sheet: &Device,
-        progress: OnProgress<'_>,
-    ) -> Result<Self, Ended> {
+    pub fn take<N: Entries>(node: &mut N, name: &str, sheet: &Device, progress: OnProgress<'_>) -> Result<Self, Ended> {
         let (identity, versions) = (read_identity(node)?, read_versions(node, sheet)?);
         let mut backup = backup(node, sheet, true, progress)?;
         drop(backup.domain_files(&stem(name)));
@@ -241,7 +261,7 @@ impl ArchivedNode {
 }
 
 /// What a node says of its versions, as far as its data sheet has them: as [`VERSIONS`].
-pub fn read_versions<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
+pub fn read_versions<N: Entries>(node: &mut N, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
     let values = DeviceValues::new(sheet);
     let mut versions = [const { None }; 3];
     for (version, index) in versions.iter_mut().zip(cia301::MANUFACTURER_DEVICE_NAME..) {

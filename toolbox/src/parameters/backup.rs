@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use lexican_eds::model::{Commissioning, Device, Entry, Value};
 use lexican_eds::{Input, Source};
 use lexican_runtime::cia301;
-use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 
 use super::{Ended, LeftOut, LeftOuts, OnProgress, Parameters, read_entry, read_parameters};
-use crate::node::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Entries, Refusal};
 use crate::values::{address, resolved};
 
 /// What was read of a device.
@@ -31,7 +30,7 @@ pub struct Backup {
 pub type Identity = [Option<u32>; 4];
 
 /// Reads the identity of a node; `None` for entries that it does not have.
-pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, Ended> {
+pub fn read_identity<N: Entries>(node: &mut N) -> Result<Identity, Ended> {
     let mut identity = Identity::default();
     for (number, sub) in identity.iter_mut().zip(1..) {
         let data = node.read(Address::new(cia301::IDENTITY, sub))?.ok();
@@ -41,8 +40,8 @@ pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, 
 }
 
 /// Reads every parameter of a node, by its data sheet; also those that are DOMAINs with `domains`.
-pub fn backup<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+pub fn backup<N: Entries>(
+    node: &mut N,
     sheet: &Device,
     domains: bool,
     progress: OnProgress<'_>,

@@ -3,12 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_eds::model::{Device, Entry, Value};
-use lexican_runtime::host::Link;
 use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, NodeId};
 
 use super::{Ended, LeftOuts, OnProgress, Parameters, is_beyond_mapping, read_parameters};
-use crate::node::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Entries, Refusal};
 use crate::values::report::ValueReport;
 use crate::values::wire::encode;
 use crate::values::{DeviceValues, address, resolved};
@@ -67,11 +66,7 @@ impl Side {
     }
 
     /// What a node has.
-    pub fn of_node<L: Link>(
-        node: &mut RemoteNode<'_, L>,
-        device: Device,
-        progress: OnProgress<'_>,
-    ) -> Result<Self, Ended> {
+    pub fn of_node<N: Entries>(node: &mut N, device: Device, progress: OnProgress<'_>) -> Result<Self, Ended> {
         let found = read_parameters(node, &device, progress)?;
         let is_missing = |refusal: &Refusal| {
             matches!(refusal, Refusal::Aborted(AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX))

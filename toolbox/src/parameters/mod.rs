@@ -18,11 +18,11 @@ use std::ops::ControlFlow;
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
 use lexican_runtime::cia301::is_pdo_mapping;
-use lexican_runtime::host::{AccessError, Bytes, Link};
+use lexican_runtime::host::{AccessError, Bytes};
 use lexican_runtime::object::Address;
 
 use crate::node::followed::Followed;
-use crate::node::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Entries, Refusal};
 use crate::values::address;
 use crate::values::wire::parse_padded;
 
@@ -100,8 +100,8 @@ pub struct Read {
 }
 
 /// Reads entries, ascending. Of a PDO mapping, only what is mapped.
-pub fn read<'d, L: Link>(
-    node: &mut RemoteNode<'_, L>,
+pub fn read<'d, N: Entries>(
+    node: &mut N,
     entries: impl IntoIterator<Item = &'d Entry>,
     progress: OnProgress<'_>,
 ) -> Result<Read, Ended> {
@@ -132,11 +132,7 @@ pub fn read<'d, L: Link>(
 }
 
 /// Reads all that may be a parameter of a node: which RPDOs are active is among it.
-fn read_parameters<L: Link>(
-    node: &mut RemoteNode<'_, L>,
-    sheet: &Device,
-    progress: OnProgress<'_>,
-) -> Result<Read, Ended> {
+fn read_parameters<N: Entries>(node: &mut N, sheet: &Device, progress: OnProgress<'_>) -> Result<Read, Ended> {
     let parameters = Parameters::of_sheet(sheet, node.id());
     let may_be = |entry: &&Entry| match parameters.left_out(entry) {
         None => entry.access.readable(),
@@ -152,8 +148,8 @@ fn if_long(address: Address, bytes: u32, progress: OnProgress<'_>) -> ControlFlo
 }
 
 /// Reads an entry, and reports how far it is.
-fn read_entry<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+fn read_entry<N: Entries>(
+    node: &mut N,
     address: Address,
     progress: OnProgress<'_>,
 ) -> Result<Result<Vec<u8>, Refusal>, Ended> {
@@ -167,8 +163,8 @@ fn read_entry<L: Link>(
 }
 
 /// Writes an entry, and reports how far it is.
-fn write_entry<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+fn write_entry<N: Entries>(
+    node: &mut N,
     address: Address,
     data: &[u8],
     progress: OnProgress<'_>,

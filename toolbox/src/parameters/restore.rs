@@ -4,15 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 use lexican_eds::model::{Device, Entry, Value};
-use lexican_runtime::host::Link;
-use lexican_runtime::manager::Event;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{NodeId, cia301};
 
 use super::order::{Write, in_order, switches};
 use super::{Ended, LONGEST, LeftOut, LeftOuts, OnProgress, Parameters, Progress, read, read_entry, write_entry};
-use crate::node::remote::{Refusal, RemoteNode};
+use crate::node::remote::{Entries, Refusal};
 use crate::text::files::{ReadError, read_up_to};
 use crate::values::wire::{encode, parse_padded, written};
 use crate::values::{address, given, resolved};
@@ -67,7 +65,7 @@ fn identity_of(device: &Device, sub: u8) -> Option<u32> {
 
 /// Whether the node is of the vendor and product of a data sheet or backup. Its revision and serial number may differ. A data
 /// sheet without vendor-ID contradicts no node, a node that does not answer no data sheet.
-pub fn check_identity<L: Link>(node: &mut RemoteNode<'_, L>, sheet: &Device) -> Result<Result<(), OtherDevice>, Ended> {
+pub fn check_identity<N: Entries>(node: &mut N, sheet: &Device) -> Result<Result<(), OtherDevice>, Ended> {
     if identity_of(sheet, 1).is_none_or(|vendor| vendor == 0) {
         return Ok(Ok(()));
     }
@@ -126,26 +124,25 @@ pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings,
 /// other parameters.
 ///
 /// `outcome` has what was done, also when the restore ends early.
-pub fn restore<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+pub fn restore<N: Entries>(
+    node: &mut N,
     sheet: &Device,
     settings: &Settings,
     options: Options,
     progress: OnProgress<'_>,
     outcome: &mut Outcome,
 ) -> Result<(), Ended> {
-    has_restarted(node)?;
+    node.has_restarted()?;
     let writes = differing(node, sheet, settings, progress, outcome)?;
     if options.dry_run {
         return Ok(());
     }
     if !writes.is_empty() {
-        let id = node.id();
-        node.network().command(NmtCommand::EnterPreOperational, Some(id))?;
+        node.command(NmtCommand::EnterPreOperational)?;
     }
     write(node, sheet, writes, progress, outcome)?;
     // It has forgotten what it was told before, and would store that.
-    if has_restarted(node)? {
+    if node.has_restarted()? {
         return Err(Ended::Restarted);
     }
     if options.store && outcome.refused.is_empty() {
@@ -154,19 +151,9 @@ pub fn restore<L: Link>(
     Ok(())
 }
 
-/// Whether a node has booted since this was asked before.
-fn has_restarted<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<bool, Ended> {
-    let (id, network) = (node.id(), node.network());
-    let (now, mut has_restarted) = (network.now(), false);
-    while let Some(event) = network.next_event(now)? {
-        has_restarted |= event == Event::BootedUp { node: id };
-    }
-    Ok(has_restarted)
-}
-
 /// What to write, in order.
-fn differing<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+fn differing<N: Entries>(
+    node: &mut N,
     sheet: &Device,
     settings: &Settings,
     progress: OnProgress<'_>,
@@ -203,8 +190,8 @@ fn differing<L: Link>(
 }
 
 /// Writes, and writes again what is refused.
-fn write<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+fn write<N: Entries>(
+    node: &mut N,
     sheet: &Device,
     writes: Vec<Write>,
     progress: OnProgress<'_>,
@@ -260,8 +247,8 @@ fn write<L: Link>(
 }
 
 /// Writes an entry, and reads it back.
-fn write_one<L: Link>(
-    node: &mut RemoteNode<'_, L>,
+fn write_one<N: Entries>(
+    node: &mut N,
     sheet: &Device,
     write: &Write,
     progress: OnProgress<'_>,
@@ -290,7 +277,7 @@ fn not_kept(value: Option<&Value>) -> String {
 }
 
 /// Lets the device store all parameters (CiA 301, 7.5.2.13).
-fn store<L: Link>(node: &mut RemoteNode<'_, L>, progress: OnProgress<'_>, outcome: &mut Outcome) -> Result<(), Ended> {
+fn store<N: Entries>(node: &mut N, progress: OnProgress<'_>, outcome: &mut Outcome) -> Result<(), Ended> {
     const ALL: Address = Address::new(cia301::STORE_PARAMETERS, 1);
     if progress(Progress::Storing).is_break() {
         return Err(Ended::Stopped);
