@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use lexican_conform::{
-    Case, CaseReport, Hazard, HostLateness, Observer, Record, Report, Settings, Sheet, Verdict, cases, profile_cases,
+    Case, CaseReport, Hazard, HostLateness, Observer, Report, Settings, Sheet, Verdict, cases, profile_cases,
 };
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -18,9 +18,6 @@ use crate::error::{Closed, OrRaise, wrong};
 use crate::opened::{SIM, Shared, bus_url};
 use crate::sheet::node_id;
 use crate::wait::{SLICE, lock};
-
-/// So many frames before its end are shown of a case that fails.
-const EXCERPT: usize = 12;
 
 /// The conformance test of the device with a node-ID on a bus. Nothing is opened before it begins.
 #[pyclass(module = "lexican", frozen)]
@@ -144,17 +141,12 @@ impl Follower<'_> {
     fn text(&self, report: &CaseReport, reason: &str) -> String {
         let case = report.case;
         let head = format!("{}: {reason}\n{} {}\n{}", report.verdict(), case.clause(), case.title, case.requirement);
-        let said = [("expected", &report.expected), ("measured", &report.measured), ("note", &report.notes)];
+        let said = [("expected", &report.expected), ("measured", &report.measured)];
         let said = said.into_iter().flat_map(|(what, texts)| texts.iter().map(move |text| format!("{what}: {text}")));
         let mut decoder = Decoder::new();
         decoder.introduce(self.node, &self.sheet.device);
-        let line = |record: &Record| {
-            let (words, way) = (decoder.decode(&record.frame), if record.sent { ">" } else { "<" });
-            format!("{way} {:<21} {} {}", record.frame.to_string(), words.name, words.text)
-        };
-        let frames: Vec<_> = report.frames.iter().map(line).collect();
-        let last = frames[frames.len().saturating_sub(EXCERPT)..].iter().cloned();
-        [head].into_iter().chain(said).chain(last).collect::<Vec<_>>().join("\n")
+        let lines = report.lines(|frame| decoder.decode(frame).words());
+        [head].into_iter().chain(said).chain(lines).collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -89,8 +89,8 @@ def test_what_fails_says_what_the_report_says(pytester: pytest.Pytester) -> None
             "failed: *is refused with 0601 0000*",
             "CiA 301, 7.2.4.3.5 *",
             "expected: *0503 0000*",
-            "> 605#1B*",
-            "< 585#80*",
+            "*> 605#1B*",
+            "*< 585#80*",
         ]
     )
 

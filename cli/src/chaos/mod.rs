@@ -284,7 +284,7 @@ impl Lab<'_> {
             data_sheet: self.args.plant.name().to_owned(),
             ..about([("plant", self.args.plant.name().to_owned())])
         };
-        let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        let document = report.document(about, |frame| decoder.decode(frame).words());
         self.args.reports.write(&document)
     }
 }

@@ -293,7 +293,7 @@ impl Reports {
         }
         let mut decoder = Decoder::new();
         decoder.introduce(NodeId::try_from(about.node).map_err(Failure::new)?, device);
-        let mut document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        let mut document = report.document(about, |frame| decoder.decode(frame).words());
         let mut is_worse = false;
         if let Some((name, earlier)) = earlier {
             let differences = document.compare(name, earlier);

@@ -5,17 +5,14 @@ use std::io::Write as _;
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
 use lexican_conform::{
-    Case, CaseReport, Differences, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
+    Case, CaseReport, Differences, Ended, Hazard, Level, Motion, Observer, Report, Settings, Sheet, Verdict,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 use serde_json::json;
 
 use crate::output::{Failure, plural, progress, stdout, styled};
-use lexican_toolbox::decode::{Decoded, Decoder};
-
-/// So many frames before its end are shown of a case that fails.
-const EXCERPT: usize = 12;
+use lexican_toolbox::decode::Decoder;
 
 pub(super) fn list(cases: &[&Case]) -> Result<(), Failure> {
     let mut stdout = stdout();
@@ -116,16 +113,10 @@ impl<'a> Screen<'a> {
         let verdict = styled(style(report), report.verdict());
         let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
         writeln!(stdout, "{verdict} {} {}: {reason}", report.case.id, report.case.title)?;
-        report.known.iter().try_for_each(|why| writeln!(stdout, "    known: {why}"))?;
-        report.notes.iter().try_for_each(|note| writeln!(stdout, "    note: {note}"))?;
-        if report.known.is_some() || matches!(report.outcome, Err(Verdict::Blocked(..))) {
-            return Ok(());
-        }
         let mut decoder = Decoder::new();
         decoder.introduce(self.node, self.device);
-        let lines: Vec<_> = report.frames.iter().map(|record| line(record, &decoder.decode(&record.frame))).collect();
-        let first = lines.len().saturating_sub(EXCERPT);
-        lines[first..].iter().try_for_each(|line| writeln!(stdout, "    {line}"))
+        let lines = report.lines(|frame| decoder.decode(frame).words());
+        lines.iter().try_for_each(|line| writeln!(stdout, "    {line}"))
     }
 }
 
@@ -153,19 +144,6 @@ pub(crate) fn style(report: &CaseReport) -> Style {
         "advised" | "blocked" | "not decidable" => AnsiColor::Yellow.on_default(),
         _ => Style::new(),
     }
-}
-
-/// As candump writes it, and in words.
-fn line(record: &Record, decoded: &Decoded) -> String {
-    let at = record.at.as_micros();
-    let way = if record.sent { ">" } else { "<" };
-    let frame = record.frame.to_string();
-    format!("({}.{:06}) {way} {frame:<21} {}", at / 1_000_000, at % 1_000_000, words(decoded))
-}
-
-pub(crate) fn words(decoded: &Decoded) -> String {
-    let separator = if decoded.text.is_empty() { "" } else { ": " };
-    format!("{}{separator}{}", decoded.name, decoded.text)
 }
 
 /// What the test has led to; the last line has all of it in short.

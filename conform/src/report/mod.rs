@@ -15,10 +15,13 @@ use serde_json::Value;
 
 use crate::cases::{cases, profile_cases};
 use crate::suite::{CaseReport, Report};
+use crate::tester::Record;
 use crate::verdict::{Level, Verdict};
 
 /// So many cases are named that one blocks.
 const BLOCKED: usize = 8;
+/// So many frames before its end are shown of a case that fails.
+const EXCERPT: usize = 12;
 
 /// What was tested, for the head of a report.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -130,6 +133,24 @@ impl CaseReport {
         let mut case = event("case", Row::new(self, Vec::new()));
         case.as_object_mut().map(|case| case.remove("frames"));
         case
+    }
+
+    /// What a text says below the verdict and its reason, a line each: why it is known to fail, notes, and the last frames as candump
+    /// writes them and in `words`; no frames of what is known, or blocked by another case.
+    pub fn lines(&self, mut words: impl FnMut(&Frame) -> String) -> Vec<String> {
+        let known = self.known.iter().map(|why| format!("known: {why}"));
+        let mut lines: Vec<_> = known.chain(self.notes.iter().map(|note| format!("note: {note}"))).collect();
+        if self.known.is_none() && !matches!(self.outcome, Err(Verdict::Blocked(..))) {
+            let line = |record: &Record| {
+                let (at, way) = (record.at.as_micros(), if record.sent { ">" } else { "<" });
+                let (frame, words) = (record.frame.to_string(), words(&record.frame));
+                format!("({}.{:06}) {way} {frame:<21} {words}", at / 1_000_000, at % 1_000_000)
+            };
+            // All are given words, since one may depend on those before.
+            let frames: Vec<_> = self.frames.iter().map(line).collect();
+            lines.extend(frames.into_iter().rev().take(EXCERPT).rev());
+        }
+        lines
     }
 
     /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `known` (failed, as it is known to),

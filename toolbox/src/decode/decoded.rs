@@ -66,6 +66,13 @@ impl Decoded {
         }
     }
 
+    /// `TPDO1: Statusword = OPERATION ENABLED`.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let separator = if self.text.is_empty() { "" } else { ": " };
+        format!("{}{separator}{}", self.name, self.text)
+    }
+
     pub(super) fn new(service: Service, name: impl Into<Cow<'static, str>>, node: Option<NodeId>) -> Self {
         Decoded { service, name: name.into(), node, text: String::new(), alarming: false, detail: Detail::None }
     }
