@@ -38,9 +38,9 @@ impl Drive {
         py: Python<'_>,
         order: impl for<'a> FnOnce(&'a mut shell::Drive) -> Doing<'a, T>,
     ) -> PyResult<T> {
-        let mut slot = wait(py, self.slot.runner(), Arc::clone(&self.slot.drive).lock_owned())?;
+        let mut slot = wait(py, &self.slot.runner, Arc::clone(&self.slot.drive).lock_owned())?;
         let drive = slot.as_mut().ok_or_else(|| Closed::new_err("the drive was closed"))?;
-        let done = wait(py, self.slot.runner(), self.slot.stop.unless_stopped(order(drive.inner())));
+        let done = wait(py, &self.slot.runner, self.slot.stop.unless_stopped(order(drive.inner())));
         match done {
             Ok(Some(done)) => done.or_raise(),
             Ok(None) => Err(py.detach(|| stopped(drive, &self.slot.stop))).or_raise(),

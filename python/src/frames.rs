@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 use std::time::{Duration as WallTime, Instant as WallInstant};
 
 use lexican_machine::BoxedLink;
@@ -14,7 +15,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Closed, OrRaise};
 use crate::opened::{Shared, bus_url};
-use crate::wait::{SLICE, lock, seconds};
+use crate::wait::{SLICE, Unlocked, lock, seconds};
 
 /// How long a link is listened to before it is looked what is to be sent.
 const LISTENING: Duration = Duration::from_millis(1);
@@ -138,8 +139,20 @@ pub(crate) struct PythonLink {
     message: Py<PyAny>,
     incoming: Receiver<Result<Frame, LinkError>>,
     began: WallInstant,
-    /// Until it is gone, the thread takes frames.
-    _open: Arc<()>,
+    _receiving: Unlocked<Receiving>,
+}
+
+/// A thread that takes frames until this is gone: no thread may be inside Python when the interpreter ends.
+struct Receiving(Option<(Arc<()>, JoinHandle<()>)>);
+
+impl Drop for Receiving {
+    fn drop(&mut self) {
+        if let Some((open, thread)) = self.0.take() {
+            drop(open);
+            // A panic of it has been reported.
+            let _ = thread.join();
+        }
+    }
 }
 
 impl PythonLink {
@@ -157,9 +170,10 @@ impl PythonLink {
         let receiver = bus.clone().unbind();
         let open = Arc::new(());
         let is_open = Arc::downgrade(&open);
-        std::thread::Builder::new()
+        let thread = std::thread::Builder::new()
             .spawn(move || while is_open.strong_count() > 0 && receive(&receiver, &received) {})?;
-        Ok(PythonLink { bus: bus.clone().unbind(), message, incoming, began: WallInstant::now(), _open: open })
+        let (bus, _receiving) = (bus.clone().unbind(), Unlocked::new(Receiving(Some((open, thread)))));
+        Ok(PythonLink { bus, message, incoming, began: WallInstant::now(), _receiving })
     }
 }
 

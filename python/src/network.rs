@@ -26,7 +26,7 @@ use crate::sheet::{DataSheet, node_id};
 use crate::simulation::pace;
 use crate::slot::Slot;
 use crate::value::{ObjectName, Value, by_name, words};
-use crate::wait::{seconds, wait, within};
+use crate::wait::{Run, seconds, wait, within};
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -320,7 +320,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    fn found(&self) -> PyResult<(shell::Node, lexican_runtime::host::tokio::Runner)> {
+    fn found(&self) -> PyResult<(shell::Node, Run)> {
         let (machine, runner) = self.shared.machine()?;
         Ok((machine.node(&self.name).or_raise()?, runner))
     }

@@ -17,7 +17,7 @@ use crate::error::{Closed, LinkFailed, OrRaise, wrong};
 use crate::heard::{Heard, Noting};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
-use crate::wait::lock;
+use crate::wait::{Run, Unlocked, lock};
 
 /// Simulated devices, as the command has them.
 pub(crate) const SIM: Scheme = Scheme { what: "a simulated device", ..SCHEME };
@@ -40,7 +40,7 @@ pub(crate) struct Shared {
 pub(crate) struct Opened {
     /// That of the first bus.
     pub(crate) network: Network,
-    pub(crate) runner: Runner,
+    pub(crate) runner: Run,
     /// `None` while no node has a name.
     pub(crate) machine: Option<shell::Machine>,
     pub(crate) simulations: Vec<Simulation>,
@@ -120,6 +120,7 @@ impl Shared {
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
         let (link, heard) = Noting::over(link);
         let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
+        let runner = Arc::new(Unlocked::new(runner));
         let (machine, simulations, heard, words) = (None, Vec::new(), vec![heard], Some(String::new()));
         Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
@@ -155,7 +156,8 @@ impl Shared {
             machine.pass(BOOTING).or_raise()?;
         }
         let (machine, runner) = machine.inner();
-        let (network, runner, machine) = (machine.network().clone(), runner.clone(), Some(machine.clone()));
+        let runner = Arc::new(Unlocked::new(runner.clone()));
+        let (network, machine) = (machine.network().clone(), Some(machine.clone()));
         Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
@@ -179,15 +181,15 @@ impl Shared {
     }
 
     /// The network of the first bus, and what runs it.
-    pub(crate) fn network(&self) -> PyResult<(Network, Runner)> {
-        self.with(|opened| Ok((opened.network.clone(), opened.runner.clone())))
+    pub(crate) fn network(&self) -> PyResult<(Network, Run)> {
+        self.with(|opened| Ok((opened.network.clone(), Arc::clone(&opened.runner))))
     }
 
     /// The machine, and what runs it.
-    pub(crate) fn machine(&self) -> PyResult<(shell::Machine, Runner)> {
+    pub(crate) fn machine(&self) -> PyResult<(shell::Machine, Run)> {
         self.with(|opened| {
             let machine = opened.machine.clone().ok_or_else(|| wrong("no node has a name: add_node(5, \"x.eds\")"))?;
-            Ok((machine, opened.runner.clone()))
+            Ok((machine, Arc::clone(&opened.runner)))
         })
     }
 
@@ -226,7 +228,9 @@ impl Shared {
             let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
             let callbacks = std::mem::take(&mut *lock(&self.callbacks));
             let called: Vec<_> = callbacks.into_iter().map(Callback::end).collect();
-            drop(lock(&self.opened).take());
+            // Another call may want its lock, and hold the interpreter's, which the network's thread may wait for.
+            let opened = lock(&self.opened).take();
+            drop(opened);
             ended.into_iter().chain(called).collect()
         })
     }
@@ -247,15 +251,6 @@ impl Shared {
         let open = std::mem::take(&mut *lock(&OPEN));
         let closed: Vec<_> = open.iter().filter_map(Weak::upgrade).map(|shared| shared.close(py)).collect();
         closed.into_iter().collect()
-    }
-}
-
-/// A network that is collected as garbage. Its thread may wait for the interpreter, which this one would hold.
-impl Drop for Shared {
-    fn drop(&mut self) {
-        let opened = lock(&self.opened).take();
-        // There is no interpreter any more when it ends.
-        let _ = Python::try_attach(|py| py.detach(|| drop(opened)));
     }
 }
 

@@ -10,45 +10,32 @@ use pyo3::prelude::*;
 use tokio::sync::Mutex;
 
 use crate::error::OrRaise;
+use crate::wait::{Run, Unlocked};
 
 type Described = shared::Drive<Any, shell::Drive>;
 
 /// The drive itself, until it is closed.
 pub(crate) struct Slot {
-    pub(crate) drive: Arc<Mutex<Option<Described>>>,
-    /// Until this is dropped.
-    runner: Option<Runner>,
+    pub(crate) drive: Unlocked<Arc<Mutex<Option<Described>>>>,
+    pub(crate) runner: Run,
     pub(crate) stop: StopHandle,
 }
 
 impl Slot {
-    pub(crate) fn new(drive: shell::Drive, runner: Runner) -> Self {
+    pub(crate) fn new(drive: shell::Drive, runner: Run) -> Self {
         let stop = StopHandle::default();
-        let drive = shared::Drive::new(drive, runner.clone(), stop.clone());
-        Slot { drive: Arc::new(Mutex::new(Some(drive))), runner: Some(runner), stop }
-    }
-
-    pub(crate) fn runner(&self) -> &Runner {
-        self.runner.as_ref().expect("it is not dropped yet")
+        let drive = shared::Drive::new(drive, Runner::clone(&runner), stop.clone());
+        Slot { drive: Unlocked::new(Arc::new(Mutex::new(Some(drive)))), runner, stop }
     }
 
     /// Stops it, if it may be moving, waits until it stands, and lets it go.
     pub(crate) fn end(&self) -> PyResult<()> {
         self.stop.stop();
-        let drive = self.runner().block_on(self.drive.lock()).take();
+        let drive = self.runner.block_on(self.drive.lock()).take();
         match drive.map(|mut drive| stopped(&mut drive, &self.stop)) {
             None | Some(MachineError::Drive(Error::Cancelled { .. })) => Ok(()),
             Some(error) => Err(error).or_raise(),
         }
-    }
-}
-
-/// One that is collected as garbage. What runs it may wait for the interpreter, which this thread would hold.
-impl Drop for Slot {
-    fn drop(&mut self) {
-        let it = (self.drive.try_lock().map(|mut drive| drive.take()), self.runner.take());
-        // There is no interpreter any more when it ends.
-        let _ = Python::try_attach(|py| py.detach(|| drop(it)));
     }
 }
 

@@ -1,8 +1,9 @@
 //! Waiting without the interpreter's lock.
 
 use std::future::Future;
+use std::ops::Deref;
 use std::pin::pin;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration as WallTime;
 
 use lexican_runtime::Duration;
@@ -10,6 +11,34 @@ use lexican_runtime::host::LinkError;
 use lexican_runtime::host::tokio::{Network, Runner};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+/// What is dropped without the interpreter's lock: a network's thread, which its end waits for, may wait for that lock.
+pub(crate) struct Unlocked<T: Send>(Option<T>);
+
+impl<T: Send> Unlocked<T> {
+    pub(crate) const fn new(it: T) -> Self {
+        Unlocked(Some(it))
+    }
+}
+
+impl<T: Send> Deref for Unlocked<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.0.as_ref().expect("it is not dropped yet")
+    }
+}
+
+impl<T: Send> Drop for Unlocked<T> {
+    fn drop(&mut self) {
+        let it = self.0.take();
+        // There is no interpreter any more when it ends.
+        let _ = Python::try_attach(|py| py.detach(|| drop(it)));
+    }
+}
+
+/// What runs a network, in the hands of whoever calls it.
+pub(crate) type Run = Arc<Unlocked<Runner>>;
 
 /// How soon Ctrl-C is noticed.
 pub(crate) const SLICE: WallTime = WallTime::from_millis(50);
