@@ -1,5 +1,6 @@
 //! Frames as text and JSON: the service, the node, and the values by name and unit.
 
+pub mod columns;
 mod decoded;
 pub mod duplicates;
 pub mod lss;

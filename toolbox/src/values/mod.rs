@@ -60,6 +60,11 @@ impl<'a> DeviceValues<'a> {
         self.seen.get(&address).copied()
     }
 
+    /// All numbers that were seen, each the last.
+    pub fn all_seen(&self) -> impl Iterator<Item = (Address, i128)> {
+        self.seen.iter().map(|(address, number)| (*address, *number))
+    }
+
     /// The unit of an entry; of several, the one whose condition holds.
     pub fn unit(&self, entry: &Entry) -> Option<&'a Unit> {
         let Meaning::Quantity(name) = &entry.meaning else { return None };
