@@ -41,8 +41,10 @@ pub use generate::generate;
 pub use lexican_codegen::{Config, Error as BuildError};
 pub use model::{Bus, Fault, Filter, Identity, Machine, Node, PlannedPdo, Setting, Shown, Simulated, WhichBus};
 pub use plan::{Why, Write};
+#[cfg(feature = "archive")]
+pub use shell::parameters;
 #[cfg(feature = "shells")]
-pub use shell::{BoxedLink, Event, MachineError, What, blocking, tokio};
+pub use shell::{BoxedLink, Event, Heard, MachineError, What, blocking, tokio};
 
 /// The JSON Schema of the file, for editors.
 #[must_use]

@@ -48,6 +48,27 @@ pub enum What {
     Missed(u64),
 }
 
+impl What {
+    /// In a word: `booted-up`, `emergency`.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            What::BootedUp => "booted-up",
+            What::Booted => "booted",
+            What::Failed(_) => "failed",
+            What::Ready => "ready",
+            What::BootTimeElapsed => "boot-time-elapsed",
+            What::State(_) => "state",
+            What::Lost => "lost",
+            What::BootLoop => "boot-loop",
+            What::Emergency(_) => "emergency",
+            What::Pdo(_) => "pdo",
+            What::Bus(_) => "bus",
+            What::Missed(_) => "missed",
+        }
+    }
+}
+
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(node) = &self.node {

@@ -3,12 +3,16 @@
 pub mod blocking;
 mod error;
 mod event;
+mod heard;
+#[cfg(feature = "archive")]
+pub mod parameters;
 pub mod tokio;
 
 use lexican_runtime::host::Link;
 
 pub use error::MachineError;
 pub use event::{Event, What};
+pub use heard::Heard;
 
 /// The link to one of the buses of a machine.
 pub type BoxedLink = Box<dyn Link + Send>;

@@ -10,10 +10,11 @@ use futures_util::future::{select_all, try_join_all};
 use lexican_driver::{Any, Description, DriveContext};
 use lexican_eds::model::Device;
 use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
-use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
+use lexican_runtime::object::{Address, Direction, Object, Readable, Value, Writable};
 use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, prepare};
 use lexican_toolbox::lss::Trouble;
+use lexican_toolbox::pdo::PdoState;
 use lexican_toolbox::values::DeviceValues;
 use lexican_toolbox::values::lookup::resolve;
 use lexican_toolbox::values::report::ValueReport;
@@ -24,6 +25,7 @@ use tokio::sync::broadcast::error::RecvError;
 use super::event::Pdos;
 use super::{BoxedLink, Event, MachineError, What};
 use crate::model;
+use crate::wire::active;
 
 /// The time within which the mandatory nodes must boot, unless the file has another one.
 const BOOT_TIME: Duration = Duration::from_secs(10);
@@ -246,6 +248,22 @@ impl Node {
         self.network().write_bytes(self.id, address, &data).await.map_err(|error| it.access(error))
     }
 
+    /// The PDOs that it sends, by its file or its data sheet.
+    #[must_use]
+    pub fn sent_pdos(&self) -> Vec<PdoState> {
+        active(self.stated(), Direction::Transmit).into_iter().map(|sent| sent.state).collect()
+    }
+
+    /// The numbers on which units and limits of objects depend, read from it.
+    pub async fn conditions(
+        &self,
+        objects: impl IntoIterator<Item = Address>,
+    ) -> Result<Vec<(Address, i128)>, MachineError> {
+        let mut values = DeviceValues::new(self.device()?);
+        self.read_conditions(objects, &mut values).await?;
+        Ok(values.all_seen().collect())
+    }
+
     /// An object by its name, and the values on which its unit and limits depend.
     async fn found(&self, object: &str) -> Result<(DeviceValues<'_>, Address), MachineError> {
         let device = self.device()?;
@@ -275,7 +293,7 @@ impl Node {
         self.network().read_bytes(self.id, address).await.map_err(|error| self.stated().access(error))
     }
 
-    fn device(&self) -> Result<&Device, MachineError> {
+    pub(super) fn device(&self) -> Result<&Device, MachineError> {
         self.stated().device().ok_or_else(|| self.stated().lacks("data sheet"))
     }
 
