@@ -34,6 +34,7 @@ from lexican._native import (
     ObjectUnknown as ObjectUnknown,
     Outcome as Outcome,
     Pdo as Pdo,
+    Restored as Restored,
     SdoAborted as SdoAborted,
     Value as Value,
     ValueRefused as ValueRefused,

@@ -8,7 +8,7 @@ use lexican_machine::{MachineError, tokio as shell};
 use lexican_toolbox::drive::{Ending, Order};
 use pyo3::prelude::*;
 
-use crate::error::{Closed, OrRaise, sentence};
+use crate::error::{Closed, OrRaise, also, sentence};
 use crate::slot::{Slot, stopped};
 use crate::value::words;
 use crate::wait::{seconds, wait};
@@ -46,9 +46,7 @@ impl Drive {
             Ok(None) => Err(py.detach(|| stopped(drive, &self.slot.stop))).or_raise(),
             Err(signal) => {
                 let ended = py.detach(|| stopped(drive, &self.slot.stop));
-                // Python has notes from 3.11 on.
-                let _ = signal.value(py).call_method1("add_note", (ended.to_string(),));
-                Err(signal)
+                Err(also(py, signal, &ended.to_string()))
             }
         }
     }

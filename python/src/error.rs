@@ -119,6 +119,18 @@ impl Raise for SheetError {
     }
 }
 
+/// An exception that also says what was done by then: in its text, or in a note to one that is not ours.
+pub(crate) fn also(py: Python<'_>, error: PyErr, what: &str) -> PyErr {
+    let value = error.value(py);
+    let said = match error.is_instance_of::<LexicanError>(py) {
+        true => value.setattr("args", (format!("{value}; {what}"),)),
+        // Python has notes from 3.11 on.
+        false => value.call_method1("add_note", (what,)).map(drop),
+    };
+    let _ = said;
+    error
+}
+
 /// What is neither of a device nor of a bus.
 pub(crate) fn wrong(what: impl ToString) -> PyErr {
     LexicanError::new_err(what.to_string())

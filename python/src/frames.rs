@@ -79,8 +79,8 @@ fn carry(mut link: BoxedLink, asked: &Receiver<Frame>, received: &Sender<Result<
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "a frame has come now, for programs that ask the wall for the time")]
-fn unix_time() -> f64 {
+#[expect(clippy::disallowed_methods, reason = "for programs that ask the wall for the time")]
+pub(crate) fn unix_time() -> f64 {
     std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }
 

@@ -3,13 +3,13 @@
 //! Every wait releases the interpreter's lock and looks for signals ([`wait`]); what fails is an exception with the whole
 //! text of its error ([`error`]).
 
+mod backup;
 mod callbacks;
 mod conform;
 mod drive;
 mod error;
 mod fault;
 mod frames;
-mod heard;
 mod lss;
 mod network;
 mod opened;
@@ -26,6 +26,8 @@ mod _native {
     use pyo3::prelude::*;
     use pyo3::types::IntoPyDict;
 
+    #[pymodule_export]
+    use crate::backup::Restored;
     #[pymodule_export]
     use crate::conform::{CaseResult, Conformance};
     #[pymodule_export]

@@ -6,15 +6,15 @@ use std::sync::Arc;
 use lexican_machine::{MachineError, What, tokio as shell};
 use lexican_runtime::host::{Fate, Pace};
 use lexican_runtime::manager::Remote;
-use lexican_runtime::object::{Address, Direction};
+use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, NodeId};
-use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
+use crate::backup::{self, Restored, Seen};
 use crate::callbacks::Callback;
 use crate::drive::Drive;
 use crate::error::{ObjectUnknown, OrRaise, wrong};
@@ -263,6 +263,30 @@ impl Machine {
         wait(this.py(), &runner, machine.boot())?.or_raise()
     }
 
+    /// Saves the parameters of all nodes in one file (tar), as `lexican backup` does, which reads it as well. What is missing, a
+    /// sentence each. `progress` is called as by `Node.backup`.
+    ///
+    /// Raises LexicanError if no node can be read.
+    #[pyo3(signature = (path, progress = None))]
+    fn backup(this: &Bound<'_, Self>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<Vec<String>> {
+        let (machine, runner) = this.as_super().get().shared.machine()?;
+        backup::of_machine(&Seen { py: this.py(), progress }, &machine, &runner, &path)
+    }
+
+    /// Writes what differs into the nodes that a backup has, as `Node.restore` does, node by node. All are checked before anything is
+    /// written.
+    #[pyo3(signature = (path, store = false, force = false, progress = None))]
+    fn restore<'py>(
+        this: &Bound<'py, Self>,
+        path: PathBuf,
+        store: bool,
+        force: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (machine, runner) = this.as_super().get().shared.machine()?;
+        backup::into_machine(&Seen { py: this.py(), progress }, &machine, &runner, &path, (store, force))
+    }
+
     /// Has a simulated device carry out a command, and returns its answer: `carry_out("feeder", "blocked = true")`,
     /// "emcy 3120 04", "power off", "get 6041".
     fn carry_out(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
@@ -397,26 +421,57 @@ impl Node {
         Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
     }
 
-    /// The PDOs that it sends, by its data sheet or the machine's file.
-    fn pdos(&self) -> PyResult<Vec<Pdo>> {
-        let (node, _) = self.found()?;
+    /// The PDOs that it sends, by its data sheet or the machine's file. What their units depend on is read now.
+    fn pdos(&self, py: Python<'_>) -> PyResult<Vec<Pdo>> {
+        let (node, runner) = self.found()?;
         let (machine, _) = self.shared.machine()?;
         let (it, network) = (node.stated(), node.network());
         let Some(device) = it.device() else { return Ok(Vec::new()) };
         let bus = machine.file().buses().position(|bus| bus.nodes.iter().any(|other| other.name.value == self.name));
-        let heard = self.shared.with(|opened| Ok(Arc::clone(&opened.heard[bus.unwrap_or_default()])))?;
-        let state = |name: PdoName| {
-            let stated = it.pdos.iter().find(|pdo| pdo.after.name == name).map(|pdo| pdo.after.clone());
-            stated.or_else(|| PdoState::of_sheet(device, self.id, name))
-        };
-        let names = PdoName::of_sheet(device).into_iter().filter(|name| name.direction == Direction::Transmit);
-        let sent = names.filter_map(state).filter(|it| it.cob_id.is_valid() && !it.mapping.is_empty());
+        let heard = self.shared.with(|opened| Ok(opened.heard[bus.unwrap_or_default()].clone()))?;
+        let sent = node.sent_pdos();
+        let mapped = sent.iter().flat_map(|pdo| &pdo.mapping).map(|mapped| mapped.address);
+        let seen = wait(py, &runner, node.conditions(mapped))?.or_raise()?.into();
         let device = Arc::new(device.clone());
         let pdo = |state| {
-            let (shared, heard, device) = (Arc::clone(&self.shared), Arc::clone(&heard), Arc::clone(&device));
-            Pdo { shared, heard, network: network.clone(), device, state }
+            let live = Some((Arc::clone(&self.shared), heard.clone(), network.clone()));
+            Pdo { live, device: Arc::clone(&device), seen: Arc::clone(&seen), state }
         };
-        Ok(sent.map(pdo).collect())
+        Ok(sent.into_iter().map(pdo).collect())
+    }
+
+    /// Saves its parameters as a DCF; with `domains` also those that are DOMAINs, in files beside it. What the node did not give, a
+    /// sentence each. `progress` is called before each entry: with what is done, which entry it is, and of how many.
+    ///
+    /// Raises NoAnswer, LinkFailed, and what `progress` raises; then nothing is saved.
+    #[pyo3(signature = (path, domains = false, progress = None))]
+    fn backup(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        domains: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Vec<String>> {
+        let (node, runner) = self.found()?;
+        backup::of_node(&Seen { py, progress }, &node, &runner, &path, domains)
+    }
+
+    /// Writes the parameters of a DCF that differ, in the order that the node takes, and reads each back. It is PRE-OPERATIONAL then.
+    /// With `store` it stores them at the end; with `force` it may be another product.
+    ///
+    /// Raises LexicanError if it is another device, before anything is written; and if anything is refused, the node restarts or is
+    /// gone, or `progress` raises: what was written by then is said, and the same call goes on from there.
+    #[pyo3(signature = (path, store = false, force = false, progress = None))]
+    fn restore(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        store: bool,
+        force: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Restored> {
+        let (node, runner) = self.found()?;
+        backup::into_node(&Seen { py, progress }, &node, &runner, &path, (store, force))
     }
 
     fn __repr__(&self) -> String {
@@ -466,21 +521,7 @@ impl Event {
     /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
     #[getter]
     fn what(&self) -> &'static str {
-        match self.0.what {
-            What::BootedUp => "booted-up",
-            What::Booted => "booted",
-            What::Failed(_) => "failed",
-            What::Ready => "ready",
-            What::BootTimeElapsed => "boot-time-elapsed",
-            What::State(_) => "state",
-            What::Lost => "lost",
-            What::BootLoop => "boot-loop",
-            What::Emergency(_) => "emergency",
-            What::Pdo(_) => "pdo",
-            What::Bus(_) => "bus",
-            What::Missed(_) => "missed",
-            _ => "other",
-        }
+        self.0.what.name()
     }
 
     /// The error code of an emergency.

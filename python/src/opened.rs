@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, Weak};
 
 use lexican_eds::Source;
-use lexican_machine::{BoxedLink, Files, Machine as File, MachineError, blocking, tokio as shell};
+use lexican_machine::{BoxedLink, Files, Heard, Machine as File, MachineError, blocking, tokio as shell};
 use lexican_runtime::Duration;
 use lexican_runtime::host::tokio::{Network, Runner};
 use lexican_runtime::host::url::Scheme;
@@ -14,7 +14,6 @@ use pyo3::prelude::*;
 
 use crate::callbacks::Callback;
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
-use crate::heard::{Heard, Noting};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
 use crate::wait::{Run, Unlocked, lock};
@@ -118,7 +117,7 @@ impl Shared {
 
     /// The bus behind a link.
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
-        let (link, heard) = Noting::over(link);
+        let (link, heard) = Heard::over(link);
         let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
         let runner = Arc::new(Unlocked::new(runner));
         let (machine, simulations, heard, words) = (None, Vec::new(), vec![heard], Some(String::new()));
@@ -150,7 +149,7 @@ impl Shared {
         simulations: Vec<Simulation>,
         words: Option<String>,
     ) -> PyResult<Arc<Self>> {
-        let (links, heard) = links.into_iter().map(Noting::over).unzip();
+        let (links, heard) = links.into_iter().map(Heard::over).unzip();
         let machine = blocking::Machine::over(links, file).or_raise()?;
         if !simulations.is_empty() {
             machine.pass(BOOTING).or_raise()?;

@@ -1,39 +1,55 @@
-//! PDOs of a node: what came last, and how long ago.
+//! PDOs of a node: what came last, and how long ago; and many frames of one at once.
 
+use std::borrow::Cow;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use lexican_eds::model::{Device, Mapped};
-use lexican_runtime::Frame;
+use lexican_eds::model::{Device, Mapped, Value as Known};
+use lexican_machine::Heard;
 use lexican_runtime::host::tokio as shell;
-use lexican_runtime::manager;
+use lexican_runtime::object::Address;
+use lexican_runtime::{Frame, Instant, manager};
+use lexican_toolbox::decode::columns::{Column, Numbers, of_log, word};
 use lexican_toolbox::decode::content;
+use lexican_toolbox::log::Reader;
 use lexican_toolbox::pdo::PdoState;
 use lexican_toolbox::values::DeviceValues;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyByteArray, PyBytes, PyDict, PyMemoryView};
 use tokio::sync::broadcast::error::RecvError;
 
-use crate::error::OrRaise;
-use crate::heard::Heard;
+use crate::error::{OrRaise, wrong};
 use crate::opened::Shared;
 use crate::value::by_name;
-use crate::wait::{lock, seconds, wait, within};
+use crate::wait::{seconds, wait, within};
 
-/// A PDO that a node sends, by its data sheet or by the machine's file.
+/// A PDO by its data sheet, or by the machine's file.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Pdo {
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) heard: Heard,
-    pub(crate) network: shell::Network,
+    /// Where it comes; `None` if only the data sheet is known.
+    pub(crate) live: Option<(Arc<Shared>, Heard, shell::Network)>,
     pub(crate) device: Arc<Device>,
+    /// What its units depend on.
+    pub(crate) seen: Arc<[(Address, i128)]>,
     pub(crate) state: PdoState,
 }
 
 impl Pdo {
+    fn live(&self) -> PyResult<&(Arc<Shared>, Heard, shell::Network)> {
+        self.live.as_ref().ok_or_else(|| wrong("a PDO of a data sheet is on no bus: network.node(5).pdos()"))
+    }
+
+    fn seen(&self) -> DeviceValues<'_> {
+        let mut values = DeviceValues::new(&self.device);
+        self.seen.iter().for_each(|(address, number)| values.set(*address, &Known::Integer(*number)));
+        values
+    }
+
     fn values<'py>(&self, py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyDict>> {
         let mapped = self.state.mapping.iter();
         let mapped = mapped.map(|it| Mapped { index: it.address.index(), sub: it.address.sub(), bits: it.bits });
-        by_name(py, content(&mut DeviceValues::new(&self.device), &mapped.collect::<Vec<_>>(), frame.data()))
+        by_name(py, content(&mut self.seen(), &mapped.collect::<Vec<_>>(), frame.data()))
     }
 }
 
@@ -51,20 +67,29 @@ impl Pdo {
         self.state.cob_id.id().raw()
     }
 
+    /// The units of what `decode` gives, by the names of the entries; `None` for what has none.
+    #[getter]
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = Column::of_pdo(&self.seen(), &self.state);
+        columns.into_iter().map(|column| (column.name, column.unit)).into_py_dict(py)
+    }
+
     /// The values that came last, by the names of their entries, and how many seconds ago; `None` if none has come. The last ones known
     /// need not be the present ones: a PDO may be lost, and its node off.
     fn latest<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyDict>, f64)>> {
-        let (_, runner) = self.shared.network()?;
-        let Some((at, frame)) = lock(&self.heard).get(&self.state.cob_id.id()).copied() else { return Ok(None) };
-        let now = wait(py, &runner, self.network.now())?.or_raise()?;
+        let (shared, heard, network) = self.live()?;
+        let (_, runner) = shared.network()?;
+        let Some((at, frame)) = heard.latest(self.state.cob_id.id()) else { return Ok(None) };
+        let now = wait(py, &runner, network.now())?.or_raise()?;
         Ok(Some((self.values(py, &frame)?, now.since(at).as_secs_f64())))
     }
 
     /// Waits for the next that comes from now on, no longer than so many seconds by the time of the bus; `None` if none has come.
     #[pyo3(signature = (timeout = None))]
     fn next<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let (_, runner) = self.shared.network()?;
-        let (mut events, id) = (self.network.events(), self.state.cob_id.id());
+        let (shared, _, network) = self.live()?;
+        let (_, runner) = shared.network()?;
+        let (mut events, id) = (network.events(), self.state.cob_id.id());
         let next = async {
             loop {
                 match events.recv().await {
@@ -76,7 +101,67 @@ impl Pdo {
                 }
             }
         };
-        let frame = wait(py, &runner, within(&self.network, timeout.map(seconds).transpose()?, next))?.or_raise()?;
+        let frame = wait(py, &runner, within(network, timeout.map(seconds).transpose()?, next))?.or_raise()?;
         frame.map(|frame| self.values(py, &frame)).transpose()
     }
+
+    /// Decodes many frames at once: a memoryview of numbers for each entry by its name, which numpy and pandas take as they are. They are
+    /// floats in the unit that `units` has, else what the device counts.
+    ///
+    /// Frames are the path of a log of any format, of which the PDO's own frames are taken (then "time" has their times in seconds); a
+    /// buffer with 8 bytes for each, such as an array of numpy; or an iterable of bytes. A log's frames that are shorter than the
+    /// mapping are left out, as a receiver does.
+    ///
+    /// Raises LexicanError if the log cannot be read; ValueError for a buffer of another length, or a frame that is too short.
+    fn decode<'py>(&self, py: Python<'py>, frames: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let decoded = PyDict::new(py);
+        let words = if let Ok(path) = frames.extract::<PathBuf>() {
+            let of_log = || of_log(Reader::open(&path, None)?, &self.state);
+            let (times, words) = py.detach(of_log).map_err(wrong)?;
+            let times = times.iter().map(|at| at.since(Instant::ZERO).as_secs_f64()).collect();
+            decoded.set_item("time", array(py, Numbers::Reals(times))?)?;
+            words
+        } else if let Ok(view) = PyMemoryView::from(frames) {
+            let bytes = view.call_method0("tobytes")?.cast_into::<PyBytes>()?;
+            let (frames, []) = bytes.as_bytes().as_chunks::<8>() else {
+                return Err(PyValueError::new_err("a buffer of frames has 8 bytes for each"));
+            };
+            py.detach(|| frames.iter().copied().map(u64::from_le_bytes).collect())
+        } else {
+            let needed = self.state.bits().div_ceil(8) as usize;
+            let frames = frames.try_iter()?.enumerate().map(|(at, frame)| {
+                let frame = frame?;
+                let data = frame.extract::<Cow<'_, [u8]>>()?;
+                let short = || format!("frame {at} has {} bytes, and {} has {needed}", data.len(), self.state.name);
+                if data.len() < needed { Err(PyValueError::new_err(short())) } else { Ok(word(&data)) }
+            });
+            frames.collect::<PyResult<Vec<_>>>()?
+        };
+        let columns = Column::of_pdo(&self.seen(), &self.state);
+        let numbers: Vec<_> = py.detach(|| columns.iter().map(|column| column.numbers(&words)).collect());
+        for (column, numbers) in columns.into_iter().zip(numbers) {
+            decoded.set_item(column.name, array(py, numbers)?)?;
+        }
+        Ok(decoded)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Pdo {} at {:X}h>", self.state.name, self.cob_id())
+    }
+}
+
+/// Numbers that Python may share.
+fn array(py: Python<'_>, numbers: Numbers) -> PyResult<Bound<'_, PyAny>> {
+    let fill = |numbers: &mut dyn ExactSizeIterator<Item = [u8; 8]>| {
+        PyByteArray::new_with(py, 8 * numbers.len(), |bytes| {
+            bytes.as_chunks_mut::<8>().0.iter_mut().zip(numbers).for_each(|(to, number)| *to = number);
+            Ok(())
+        })
+    };
+    let (format, bytes) = match numbers {
+        Numbers::Integers(all) => ("q", fill(&mut all.into_iter().map(i64::to_ne_bytes))),
+        Numbers::Unsigned(all) => ("Q", fill(&mut all.into_iter().map(u64::to_ne_bytes))),
+        Numbers::Reals(all) => ("d", fill(&mut all.into_iter().map(f64::to_ne_bytes))),
+    };
+    PyMemoryView::from(bytes?.as_any())?.call_method1("cast", (format,))
 }

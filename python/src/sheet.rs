@@ -1,6 +1,7 @@
 //! Data sheets.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use lexican_eds::diff::{self, ChangeKind};
 use lexican_eds::dump;
@@ -8,12 +9,14 @@ use lexican_eds::model::{self, Meaning};
 use lexican_runtime::NodeId;
 use lexican_toolbox::data_sheet::DataSheet as Sheet;
 use lexican_toolbox::pdo::dbc::{Database, Node as DatabaseNode};
+use lexican_toolbox::pdo::{PdoName, PdoState};
 use lexican_toolbox::values::lookup::{ObjectError, resolve};
 use lexican_toolbox::values::{DeviceValues, choices};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::pdo::Pdo;
 use crate::value::{ObjectName, python};
 
 /// Reads a data sheet: an EDS, DCF, XDD or XDC file, or a device that lexican knows, with overlays from files.
@@ -138,6 +141,16 @@ impl DataSheet {
             Ok(row)
         })
         .collect()
+    }
+
+    /// Its PDOs with a node-ID, for `decode`: those that are switched on, in both directions.
+    fn pdos(&self, node: u8) -> PyResult<Vec<Pdo>> {
+        let device = Arc::new(self.sheet.device.clone());
+        let node = node_id(node)?;
+        let pdos = PdoName::of_sheet(&device).into_iter().filter_map(|name| PdoState::of_sheet(&device, node, name));
+        let pdos = pdos.filter(|it| it.cob_id.is_valid() && !it.mapping.is_empty());
+        let pdo = |state| Pdo { live: None, device: Arc::clone(&device), seen: Arc::default(), state };
+        Ok(pdos.map(pdo).collect())
     }
 
     /// A CAN database (DBC) of its PDOs, of the nodes that have it; without any, of the one that a DCF says.
