@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import importlib
 import os
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,6 @@ def test_what_is_no_frame_is_refused(tmp_path: Path) -> None:
 
 
 def test_pandas_takes_the_columns() -> None:
-    pandas: Any = pytest.importorskip("pandas")
+    pandas: Any = importlib.import_module("pandas")
     frame = pandas.DataFrame(pdo().decode(bytes(8) * 1000))
     assert frame.shape == (1000, 2) and str(frame.dtypes["Position Actual Value"]) == "float64"

@@ -41,6 +41,9 @@ def test_a_program_prints_what_the_page_says(
 ) -> None:
     sensor.write_text(sensor.read_text().replace("Granularity=8", "Granularity=8\nLSS_Supported=1"))
     shutil.copy(DRIVE, sensor.with_name("drive.eds"))
+    dcf = sensor.read_text().replace("DataType=6\nAccessType=rw\nDefaultValue=0", "DataType=6\nAccessType=rw\nParameterValue=250")
+    sensor.with_name("left.dcf").write_text(dcf)
+    sensor.with_name("bus.log").write_text("(1.0) can0 187#F9FF\n(1.5) can0 080#\n(2.0) can0 187#D4FE\n")
     machine = sensor.with_name("machine.toml")
     machine.write_text(MACHINE)
     monkeypatch.chdir(sensor.parent)
