@@ -435,12 +435,15 @@ fn dependencies(root: &Path) -> Result<(), String> {
     command::run_cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[])
         .map_err(hint)?;
     compiled_once(root)?;
-    // What the firmware's boards are made of may come in several versions, but under no other licence.
-    let firmware = ["--manifest-path", "examples/firmware/Cargo.toml"];
-    command::run_cargo(root, &[&["fetch", "--quiet", "--locked"], &firmware[..]].concat(), &[])?;
-    let check =
-        ["--config", "deny.toml", "check", "--allow", "license-exception-not-encountered", "licenses", "sources"];
-    command::run_cargo(root, &[&["deny", "--offline"], &firmware[..], &check].concat(), &[]).map_err(hint)
+    // What the firmware's boards and the Python package are made of may come in several versions, but under no other licence.
+    for manifest in ["examples/firmware/Cargo.toml", "python/Cargo.toml"] {
+        let manifest = ["--manifest-path", manifest];
+        command::run_cargo(root, &[&["fetch", "--quiet", "--locked"], &manifest[..]].concat(), &[])?;
+        let check =
+            ["--config", "deny.toml", "check", "--allow", "license-exception-not-encountered", "licenses", "sources"];
+        command::run_cargo(root, &[&["deny", "--offline"], &manifest[..], &check].concat(), &[]).map_err(hint)?;
+    }
+    Ok(())
 }
 
 /// No library of ours is compiled twice for the tests: of what build scripts and programs share, both want the same features.

@@ -119,6 +119,8 @@ enum Task {
     Vscode,
     /// Make the pictures of the bench's documentation anew, in a browser: bench/docs
     BenchPictures,
+    /// Make the wheel of the Python package: one for every Python from 3.10 on, on systems like this one
+    Wheel(wheel::Arguments),
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -146,6 +148,7 @@ fn main() -> ExitCode {
         Task::Page { check } => page::run(&root, check),
         Task::Vscode => page::extension(&root),
         Task::BenchPictures => page::pictures(&root),
+        Task::Wheel(arguments) => wheel::make(&root, &arguments),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

@@ -1,9 +1,51 @@
-//! `cargo xtask ci python`: the Python package `lexican`, built, tested and type-checked in a fresh environment.
+//! The Python package `lexican`: `cargo xtask wheel` makes its wheel, `cargo xtask ci python` makes, tests and type-checks one in a fresh
+//! environment.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::{command, workspace};
+
+/// What makes wheels.
+const MATURIN: &str = "maturin>=1.14,<2";
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The folder that it is put into
+    #[arg(long, short, default_value = "target/wheels")]
+    output: PathBuf,
+    /// The Python that it is made by. A free-threaded one gets a wheel for itself alone: before Python 3.15, it loads no other
+    #[arg(long, default_value = "python3")]
+    python: String,
+}
+
+pub(crate) fn make(root: &Path, arguments: &Arguments) -> Result<(), String> {
+    let venv = workspace::target_folder(root).join("python-wheels");
+    let python = environment(&arguments.python, &venv)?;
+    wheel(root, &python, "release", &root.join(&arguments.output)).map(|wheel| println!("{}", wheel.display()))
+}
+
+/// A fresh environment: its Python.
+fn environment(python: &str, venv: &Path) -> Result<PathBuf, String> {
+    command::run(&[python, "-m", "venv", "--clear", &venv.to_string_lossy()])?;
+    Ok(venv.join("bin/python"))
+}
+
+/// Makes the wheel by the Python of an environment.
+fn wheel(root: &Path, python: &Path, profile: &str, output: &Path) -> Result<PathBuf, String> {
+    let (python, output) = (python.to_string_lossy(), output.to_string_lossy());
+    command::run(&[&python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", MATURIN])?;
+    let target = format!("CARGO_TARGET_DIR={}", workspace::target_folder(root).join("python").display());
+    let manifest = root.join("python/Cargo.toml");
+    let build = ["--profile", profile, "--locked", "--manifest-path", &manifest.to_string_lossy()];
+    let for_python = ["--interpreter", &python, "--out", &output];
+    command::run(&[&["env", &target, &python, "-m", "maturin", "build"], &build[..], &for_python].concat())?;
+    let wheels = fs::read_dir(&*output).map_err(|error| error.to_string())?.flatten().map(|entry| entry.path());
+    let made = wheels.filter(|path| path.extension().is_some_and(|ending| ending == "whl"));
+    let newest = made.max_by_key(|path| fs::metadata(path).and_then(|it| it.modified()).ok());
+    newest.ok_or_else(|| format!("maturin has put no wheel into {output}"))
+}
 
 /// Whether there is a Python that can have an environment; if not, what to do.
 pub(crate) fn is_possible() -> Result<(), String> {
@@ -25,13 +67,12 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     command::run_cargo(root, &[&["fmt"], &manifest[..], &["--check"]].concat(), &[])?;
     let clippy = [&["clippy", "--locked"], &manifest[..], &["--target-dir", &target, "--profile", "quick"]].concat();
     command::run_cargo(root, &[&clippy[..], &["--", "-D", "warnings"]].concat(), &[])?;
-    command::run(&["python3", "-m", "venv", "--clear", &words(&venv)])?;
+    let python = environment("python3", &venv)?;
+    // What its users install, but for the profile.
+    let made = format!("{}[test]", wheel(root, &python, "quick", &venv.join("wheels"))?.display());
     let program = |name: &str| words(&venv.join("bin").join(name));
-    let (python, package) = (program("python"), format!("{}[test]", words(&root.join("python"))));
-    // As its users install it, but for the profile.
-    let build = [format!("CARGO_TARGET_DIR={target}"), "MATURIN_PEP517_ARGS=--profile quick --locked".to_owned()];
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &package];
-    command::run(&[&["env", &build[0], &build[1], &python], &install[..]].concat())?;
+    let python = words(&python);
+    command::run(&[&python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", &made])?;
     // Not `python -m pytest`, which would import the sources and not what is installed; and no byte code beside them.
     let within = words(&root.join("python"));
     let here = ["env", "-C", &within, "PYTHONDONTWRITEBYTECODE=1"];
