@@ -61,29 +61,38 @@ use finding::Findings;
 /// Never fails and never panics: all that is wrong is in the findings, and the model holds what could be read.
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
-    load_with(input, None)
+    read_all(input, rules::apply, None)
 }
 
 /// The same, quicker when most of the data sheet is as it was when it was read last.
 #[must_use]
 pub fn load_again(input: &Input, memory: &mut Memory) -> (model::Device, Diagnostics) {
-    load_with(input, Some(memory))
+    read_all(input, rules::apply, Some(memory))
 }
 
-fn load_with(input: &Input, memory: Option<&mut Memory>) -> (model::Device, Diagnostics) {
+/// The model alone, for programs that do not say what is wrong with the data sheet: no rule is applied.
+#[must_use]
+pub fn device(input: &Input) -> model::Device {
+    read_all(input, |_, _, _, _| Diagnostics::default(), None).0
+}
+
+/// What is said of a device that was read.
+type Judge = fn(&model::Device, &parse::facts::Facts<'_>, &overlay::Changes, &Findings) -> Diagnostics;
+
+fn read_all(input: &Input, judge: Judge, memory: Option<&mut Memory>) -> (model::Device, Diagnostics) {
     let mut found = Findings::default();
     let device = model::Device::default();
     if !parse::is_readable(&input.eds, &mut found) {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     }
     if !xdd::is_xml(&input.eds) {
-        return read(&input.eds, &input.overlays, &mut found, None, memory);
+        return read(&input.eds, &input.overlays, &mut found, None, judge, memory);
     }
     let Some(mut sheet) = xdd::translate(&input.eds, &mut found) else {
         return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     };
     let eds = sheet.eds.clone();
-    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet), memory);
+    let (mut device, mut diagnostics) = read(&eds, &input.overlays, &mut found, Some(&mut sheet), judge, memory);
     sheet.take_back(&mut device, &mut diagnostics);
     (device, diagnostics)
 }
@@ -94,6 +103,7 @@ fn read(
     overlays: &[Source],
     found: &mut Findings,
     sheet: Option<&mut xdd::Sheet>,
+    judge: Judge,
     memory: Option<&mut Memory>,
 ) -> (model::Device, Diagnostics) {
     let tokens = parse::syntax::tokenize(eds, found, memory);
@@ -112,7 +122,7 @@ fn read(
     device.profile = overlay::profile(&device, &changes);
     device.pdos = model::pdo::pdos(&device);
     overlay::pdo::merge(&mut device, &changes);
-    let diagnostics = rules::apply(&device, &facts, &changes, found);
+    let diagnostics = judge(&device, &facts, &changes, found);
     (device, diagnostics)
 }
 

@@ -28,7 +28,7 @@ use crate::value::{ObjectName, python};
 #[pyo3(signature = (name, overlays = Vec::new()))]
 pub(crate) fn load(py: Python<'_>, name: PathBuf, overlays: Vec<PathBuf>) -> PyResult<DataSheet> {
     let name = name.to_string_lossy().into_owned();
-    let sheet = py.detach(|| Sheet::load(&name, &overlays)).or_raise()?;
+    let sheet = py.detach(|| Sheet::load_unjudged(&name, &overlays)).or_raise()?;
     Ok(DataSheet { sheet, name, overlays })
 }
 
@@ -101,8 +101,9 @@ impl DataSheet {
     }
 
     /// What is wrong with it, as `lexican eds lint` says it.
-    fn lint(&self) -> Vec<Finding> {
-        let Sheet { input, diagnostics, .. } = &self.sheet;
+    fn lint(&self, py: Python<'_>) -> Vec<Finding> {
+        let input = &self.sheet.input;
+        let (_, diagnostics) = py.detach(|| lexican_eds::load(input));
         let finding = |it: &lexican_eds::Diagnostic| {
             let json = it.to_json(input);
             let number = |key: &str| json[key].as_u64();

@@ -91,6 +91,16 @@ impl DataSheet {
         Ok(DataSheet { library, ..sheet })
     }
 
+    /// As [`load`](DataSheet::load), without looking for what is wrong: that is what takes most of its time.
+    pub fn load_unjudged(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
+        let (input, library) = find_known(name)?;
+        let input = with_overlays(input, overlays)?;
+        let device = lexican_eds::device(&input);
+        let sheet = DataSheet { device, diagnostics: Diagnostics::default(), library, input };
+        // Why it describes nothing is among the findings.
+        if sheet.device.objects.is_empty() { DataSheet::new(sheet.input) } else { Ok(sheet) }
+    }
+
     /// The findings because of which part of it could not be read.
     pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.severity == Severity::Error)
