@@ -7,6 +7,7 @@
 
 mod answers;
 mod axis;
+mod background;
 mod case;
 mod cases;
 mod hazard;
@@ -22,6 +23,7 @@ mod trace;
 mod value;
 mod verdict;
 
+pub use background::{End, Running};
 pub use case::Case;
 pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;

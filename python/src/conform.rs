@@ -1,14 +1,12 @@
 //! The conformance test of a device, case by case: what the pytest plugin is made of.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::RecvTimeoutError;
 use std::sync::{Arc, Mutex};
 
 use lexican_conform::{
-    Case, CaseReport, Hazard, HostLateness, Observer, Report, Settings, Sheet, Verdict, cases, profile_cases,
+    Case, CaseReport, End, Hazard, HostLateness, Running, Settings, Sheet, Verdict, cases, profile_cases,
 };
-use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::decode::Decoder;
@@ -25,14 +23,8 @@ pub(crate) struct Conformance {
     bus: BusUrl,
     sheet: Arc<Sheet>,
     settings: Settings,
-    test: Mutex<Option<Receiver<Step>>>,
-    cancelled: Arc<AtomicBool>,
+    test: Mutex<Option<Running>>,
     left: Mutex<Vec<String>>,
-}
-
-enum Step {
-    Ended(CaseResult),
-    Over(Box<Report>),
 }
 
 #[pymethods]
@@ -57,8 +49,8 @@ impl Conformance {
         if !is_simulated {
             settings.host = HostLateness::watched();
         }
-        let (test, cancelled, left) = Default::default();
-        Ok(Conformance { bus, sheet, settings, test, cancelled, left })
+        let (test, left) = Default::default();
+        Ok(Conformance { bus, sheet, settings, test, left })
     }
 
     /// The cases for this device: the id and the title of each.
@@ -71,29 +63,18 @@ impl Conformance {
     /// Raises LinkFailed.
     fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
         let cases: Vec<_> = ids.iter().filter_map(|id| self.all().find(|case| case.id == id)).collect();
-        let (mut link, simulation) = py.detach(|| Shared::lone_link(&self.bus, Pace::Virtual))?;
-        let (sender, steps) = sync_channel(0);
-        let (sheet, settings, cancelled) =
-            (Arc::clone(&self.sheet), self.settings.clone(), Arc::clone(&self.cancelled));
-        let test = move || {
-            let mut follower = Follower { sender, sheet: &sheet, node: settings.node };
-            let report = lexican_conform::run(&mut link, &sheet, &settings, &cases, &cancelled, &mut follower);
-            // Nobody may wait for it.
-            let _ = follower.sender.send(Step::Over(Box::new(report)));
-            drop(simulation);
-        };
-        std::thread::Builder::new().spawn(test)?;
-        *lock(&self.test) = Some(steps);
+        let (link, simulation) = py.detach(|| Shared::lone_link(&self.bus, Pace::Virtual))?;
+        let test = Running::begin(link, simulation, Arc::clone(&self.sheet), self.settings.clone(), cases)?;
+        *lock(&self.test) = Some(test);
         Ok(())
     }
 
     /// Waits for the end of the next case; `None` when the test is over.
     fn next(&self, py: Python<'_>) -> PyResult<Option<CaseResult>> {
         loop {
-            let step = py.detach(|| lock(&self.test).as_ref().map(|steps| steps.recv_timeout(SLICE)));
-            match step {
-                Some(Ok(Step::Ended(result))) => return Ok(Some(result)),
-                Some(Ok(Step::Over(report))) => {
+            match py.detach(|| lock(&self.test).as_ref().map(|test| test.next(SLICE))) {
+                Some(Ok(End::Case(report))) => return Ok(Some(self.result(&report))),
+                Some(Ok(End::Test(report))) => {
                     lock(&self.test).take();
                     let ended = report.ended_early.iter().map(|why| format!("the test ended early: {why}"));
                     *lock(&self.left) = report.not_put_back.into_iter().chain(report.findings).chain(ended).collect();
@@ -107,7 +88,7 @@ impl Conformance {
 
     /// Ends it, when all is put back. What is not as it was, a sentence each.
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.cancelled.store(true, Ordering::Relaxed);
+        lock(&self.test).iter().for_each(Running::cancel);
         while self.next(py)?.is_some() {}
         Ok(std::mem::take(&mut *lock(&self.left)))
     }
@@ -117,6 +98,19 @@ impl Conformance {
     fn all(&self) -> impl Iterator<Item = &'static Case> {
         let own = self.sheet.device.profile;
         cases().chain(profile_cases()).filter(move |case| case.profile().is_none_or(|profile| own == Some(profile)))
+    }
+
+    fn result(&self, report: &CaseReport) -> CaseResult {
+        let (case, verdict) = (report.case, report.verdict().to_owned());
+        let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
+        let head = format!("{verdict}: {reason}\n{} {}\n{}", case.clause(), case.title, case.requirement);
+        let said = [("expected", &report.expected), ("measured", &report.measured)];
+        let said = said.into_iter().flat_map(|(what, texts)| texts.iter().map(move |text| format!("{what}: {text}")));
+        let mut decoder = Decoder::new();
+        decoder.introduce(self.settings.node, &self.sheet.device);
+        let lines = report.lines(|frame| decoder.decode(frame).words());
+        let text = [head].into_iter().chain(said).chain(lines).collect::<Vec<_>>().join("\n");
+        CaseResult { id: case.id.to_owned(), verdict, reason, text }
     }
 }
 
@@ -128,36 +122,4 @@ pub(crate) struct CaseResult {
     verdict: String,
     reason: String,
     text: String,
-}
-
-/// Passes on how cases have ended.
-struct Follower<'a> {
-    sender: SyncSender<Step>,
-    sheet: &'a Sheet,
-    node: NodeId,
-}
-
-impl Follower<'_> {
-    fn text(&self, report: &CaseReport, reason: &str) -> String {
-        let case = report.case;
-        let head = format!("{}: {reason}\n{} {}\n{}", report.verdict(), case.clause(), case.title, case.requirement);
-        let said = [("expected", &report.expected), ("measured", &report.measured)];
-        let said = said.into_iter().flat_map(|(what, texts)| texts.iter().map(move |text| format!("{what}: {text}")));
-        let mut decoder = Decoder::new();
-        decoder.introduce(self.node, &self.sheet.device);
-        let lines = report.lines(|frame| decoder.decode(frame).words());
-        [head].into_iter().chain(said).chain(lines).collect::<Vec<_>>().join("\n")
-    }
-}
-
-impl Observer for Follower<'_> {
-    fn begins(&mut self, _: usize, _: usize, _: &Case) {}
-
-    fn ended(&mut self, report: &CaseReport) {
-        let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
-        let text = self.text(report, &reason);
-        let result = CaseResult { id: report.case.id.to_owned(), verdict: report.verdict().to_owned(), reason, text };
-        // Nobody may wait for it.
-        let _ = self.sender.send(Step::Ended(result));
-    }
 }

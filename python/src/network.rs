@@ -369,7 +369,7 @@ impl Node {
     /// Raises ObjectUnknown, SdoAborted, NoAnswer.
     fn read(&self, py: Python<'_>, object: ObjectName) -> PyResult<Value> {
         let (node, runner) = self.found()?;
-        wait(py, &runner, node.get(&object.text()))?.or_raise().map(Value)
+        Value::of(py, wait(py, &runner, node.get(&object.text()))?.or_raise()?)
     }
 
     /// Reads all entries of an object that can be read: those of an array or a record, in their order.
@@ -386,11 +386,11 @@ impl Node {
         let read = async {
             let mut values = Vec::with_capacity(all.len());
             for address in all {
-                values.push(Value(node.get(&address.to_string()).await?));
+                values.push(node.get(&address.to_string()).await?);
             }
             Ok::<_, MachineError>(values)
         };
-        wait(py, &runner, read)?.or_raise()
+        wait(py, &runner, read)?.or_raise()?.into_iter().map(|value| Value::of(py, value)).collect()
     }
 
     /// Writes an object: a text as people write it, "2.5 mm", "profile velocity", a number as the device counts, or bytes as

@@ -47,81 +47,54 @@ impl ObjectName {
 }
 
 /// The value of an object of a node: as a number, with its unit, in words and in bytes.
-#[pyclass(module = "lexican", frozen)]
-pub(crate) struct Value(pub(crate) ValueReport);
+#[pyclass(module = "lexican", frozen, get_all, str = "{text}")]
+pub(crate) struct Value {
+    index: u16,
+    sub: u8,
+    /// By the data sheet: `Motor Parameter Set, v-Pos`.
+    name: Option<String>,
+    /// As the device counts it; `None` if no data sheet says what the bytes are.
+    value: Py<PyAny>,
+    /// The number in its unit: 24.0 of "24.0 V".
+    scaled: Option<f64>,
+    unit: Option<String>,
+    /// The value with its unit, or the names of its enumeration or bits.
+    text: String,
+    /// The bytes of the SDO transfer; `None` of a value that came in a PDO.
+    raw: Option<Py<PyBytes>>,
+}
+
+impl Value {
+    pub(crate) fn of(py: Python<'_>, report: ValueReport) -> PyResult<Self> {
+        let value = python(py, report.data_type, report.value.as_ref())?.unbind();
+        let raw = report.raw.map(|raw| PyBytes::new(py, &raw).unbind());
+        let (unit, scaled) = report.unit.unzip();
+        let (index, sub, text) = (report.address.index(), report.address.sub(), report.text.unwrap_or_default());
+        Ok(Value { index, sub, name: report.name, value, scaled, unit, text, raw })
+    }
+
+    fn equation(&self) -> String {
+        let name = self.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
+        format!("{}{name} = {}", Address::new(self.index, self.sub), self.text)
+    }
+
+    fn is_no(&self, what: &str) -> PyErr {
+        PyTypeError::new_err(format!("{} is no {what}", self.equation()))
+    }
+}
 
 #[pymethods]
 impl Value {
-    /// The index.
-    #[getter]
-    fn index(&self) -> u16 {
-        self.0.address.index()
+    fn __int__(&self, py: Python<'_>) -> PyResult<i128> {
+        self.value.extract(py).map_err(|_| self.is_no("integer"))
     }
 
-    /// The sub-index.
-    #[getter]
-    fn sub(&self) -> u8 {
-        self.0.address.sub()
-    }
-
-    /// By the data sheet: `Motor Parameter Set, v-Pos`.
-    #[getter]
-    fn name(&self) -> Option<&str> {
-        self.0.name.as_deref()
-    }
-
-    /// As the device counts it; `None` if no data sheet says what the bytes are.
-    #[getter]
-    fn value<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        python(py, self.0.data_type, self.0.value.as_ref())
-    }
-
-    /// The number in its unit: 24.0 of "24.0 V".
-    #[getter]
-    fn scaled(&self) -> Option<f64> {
-        self.0.unit.as_ref().map(|(_, scaled)| *scaled)
-    }
-
-    /// The unit.
-    #[getter]
-    fn unit(&self) -> Option<&str> {
-        self.0.unit.as_ref().map(|(unit, _)| unit.as_str())
-    }
-
-    /// The value with its unit, or the names of its enumeration or bits.
-    #[getter]
-    fn text(&self) -> &str {
-        self.0.text()
-    }
-
-    /// The bytes of the SDO transfer; `None` of a value that came in a PDO.
-    #[getter]
-    fn raw<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
-        self.0.raw.as_deref().map(|raw| PyBytes::new(py, raw))
-    }
-
-    fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        match &self.0.value {
-            Some(Known::Integer(number)) => Ok(number.into_pyobject(py)?.into_any()),
-            _ => Err(PyTypeError::new_err(format!("{} is no integer", self.0.equation()))),
-        }
-    }
-
-    fn __float__(&self) -> PyResult<f64> {
-        match (&self.0.unit, &self.0.value) {
-            (Some((_, scaled)), _) => Ok(*scaled),
-            (None, Some(Known::Real(number))) => Ok(*number),
-            (None, Some(Known::Integer(number))) => Ok(*number as f64),
-            _ => Err(PyTypeError::new_err(format!("{} is no number", self.0.equation()))),
-        }
-    }
-
-    fn __str__(&self) -> &str {
-        self.0.text()
+    fn __float__(&self, py: Python<'_>) -> PyResult<f64> {
+        self.scaled.or_else(|| self.value.extract(py).ok()).ok_or_else(|| self.is_no("number"))
     }
 
     fn __repr__(&self) -> String {
-        format!("<Value {}>", self.0.equation())
+        format!("<Value {}>", self.equation())
     }
 }
 
@@ -130,7 +103,7 @@ pub(crate) fn by_name(py: Python<'_>, reports: Vec<ValueReport>) -> PyResult<Bou
     let values = PyDict::new(py);
     for report in reports {
         let name = report.entry.as_deref().map_or_else(|| report.address.to_string(), str::to_owned);
-        values.set_item(name, Py::new(py, Value(report))?)?;
+        values.set_item(name, Py::new(py, Value::of(py, report)?)?)?;
     }
     Ok(values)
 }
