@@ -18,6 +18,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::error::{OrRaise, Raise, also, wrong};
 use crate::frames::unix_time;
+use crate::wait::Run;
 
 /// What a restore has done.
 #[pyclass(module = "lexican", frozen, get_all)]
@@ -37,18 +38,21 @@ impl From<Done> for Restored {
     }
 }
 
-/// Who sees what is done.
-pub(crate) struct Seen<'py> {
-    pub(crate) py: Python<'py>,
-    pub(crate) progress: Option<Py<PyAny>>,
-}
+/// A function of the program.
+pub(crate) type Call = Option<Py<PyAny>>;
 
-impl Seen<'_> {
+/// A backup or a restore, and who sees what is done.
+pub(crate) struct Seen<'py>(pub(crate) Python<'py>, pub(crate) Run, pub(crate) Call);
+
+impl<'py> Seen<'py> {
     /// Does something without the interpreter's lock, until a signal or the function of the program raises.
-    fn by<T: Send>(&self, work: impl FnOnce(OnProgress<'_>) -> Result<T, ParametersError> + Send) -> PyResult<T> {
-        let (mut raised, function) = (None, self.progress.as_ref());
-        let done = self.py.detach(|| {
-            work(&mut |progress| {
+    fn by<T: Send>(
+        &self,
+        work: impl FnOnce(&Runner, OnProgress<'_>) -> Result<T, ParametersError> + Send,
+    ) -> PyResult<T> {
+        let (mut raised, runner, function) = (None, &**self.1, self.2.as_ref());
+        let done = self.0.detach(|| {
+            work(runner, &mut |progress| {
                 let step = match progress {
                     Progress::Reading { address, at, of } => Some((format!("reading {address}"), at, of)),
                     Progress::Writing { address, at, of } => Some((format!("writing {address}"), at, of)),
@@ -64,68 +68,51 @@ impl Seen<'_> {
             })
         });
         done.map_err(|error| match raised {
-            Some(raised) => also(self.py, raised, &error.to_string()),
+            Some(raised) => also(self.0, raised, &error.to_string()),
             None => error.raise(),
         })
     }
-}
 
-/// Saves the parameters of a node. What it did not give.
-pub(crate) fn of_node(
-    seen: &Seen<'_>,
-    node: &shell::Node,
-    runner: &Runner,
-    path: &Path,
-    domains: bool,
-) -> PyResult<Vec<String>> {
-    let mut backup = seen.by(|see| backup_node(node, runner, domains, see))?;
-    for (file, data) in backup.domain_files(&path.file_stem().unwrap_or_default().to_string_lossy()) {
-        std::fs::write(path.with_file_name(file), data)?;
+    /// Saves the parameters of a node. What it did not give.
+    pub(crate) fn save(&self, node: &shell::Node, path: &Path, domains: bool) -> PyResult<Vec<String>> {
+        let mut backup = self.by(|runner, see| backup_node(node, runner, domains, see))?;
+        for (file, data) in backup.domain_files(&path.file_stem().unwrap_or_default().to_string_lossy()) {
+            std::fs::write(path.with_file_name(file), data)?;
+        }
+        std::fs::write(path, backup.dcf())?;
+        Ok(backup.left_out.iter().map(|(address, why)| format!("{address}: {why}")).collect())
     }
-    std::fs::write(path, backup.dcf())?;
-    Ok(backup.left_out.iter().map(|(address, why)| format!("{address}: {why}")).collect())
-}
 
-/// Saves the parameters of a machine. What is missing.
-pub(crate) fn of_machine(
-    seen: &Seen<'_>,
-    machine: &shell::Machine,
-    runner: &Runner,
-    path: &Path,
-) -> PyResult<Vec<String>> {
-    let made = time_of_day::of_unix((unix_time() * 1e3) as u64).unwrap_or_default();
-    let archive = seen.by(|see| backup_machine(machine, runner, made, see))?;
-    std::fs::write(path, archive.to_bytes()?)?;
-    Ok(archive.missing().collect())
-}
+    /// Saves the parameters of a machine. What is missing.
+    pub(crate) fn save_all(&self, machine: &shell::Machine, path: &Path) -> PyResult<Vec<String>> {
+        let made = time_of_day::of_unix((unix_time() * 1e3) as u64).unwrap_or_default();
+        let archive = self.by(|runner, see| backup_machine(machine, runner, made, see))?;
+        std::fs::write(path, archive.to_bytes()?)?;
+        Ok(archive.missing().collect())
+    }
 
-/// Writes the parameters of a DCF into a node.
-pub(crate) fn into_node(
-    seen: &Seen<'_>,
-    node: &shell::Node,
-    runner: &Runner,
-    path: &Path,
-    (store, force): (bool, bool),
-) -> PyResult<Restored> {
-    let dcf = DataSheet::load(&path.to_string_lossy(), &[]).or_raise()?.device;
-    let mut settings = configured(&dcf, node.id());
-    settings.extend(files(&dcf, node.id(), path.parent().unwrap_or(Path::new(""))).map_err(wrong)?);
-    let options = Options { store, ..Options::default() };
-    seen.by(|see| restore_node(node, runner, (&dcf, &settings), options, force, see)).map(Restored::from)
-}
+    /// Writes the parameters of a DCF into a node.
+    pub(crate) fn write(&self, node: &shell::Node, path: &Path, store: bool, force: bool) -> PyResult<Restored> {
+        let dcf = DataSheet::load_unjudged(&path.to_string_lossy(), &[]).or_raise()?.device;
+        let mut settings = configured(&dcf, node.id());
+        settings.extend(files(&dcf, node.id(), path.parent().unwrap_or(Path::new(""))).map_err(wrong)?);
+        let options = Options { store, ..Options::default() };
+        self.by(|runner, see| restore_node(node, runner, (&dcf, &settings), options, force, see)).map(Restored::from)
+    }
 
-/// Writes the parameters of a backup into the nodes that it has.
-pub(crate) fn into_machine<'py>(
-    seen: &Seen<'py>,
-    machine: &shell::Machine,
-    runner: &Runner,
-    path: &Path,
-    (store, force): (bool, bool),
-) -> PyResult<Bound<'py, PyDict>> {
-    let archive = Archive::read(&std::fs::read(path)?).map_err(wrong)?;
-    let options = Options { store, ..Options::default() };
-    let restored = seen.by(|see| restore_machine(machine, runner, &archive, options, force, see))?;
-    restored.into_iter().map(|it| (it.node.clone(), Restored::from(it))).into_py_dict(seen.py)
+    /// Writes the parameters of a backup into the nodes that it has.
+    pub(crate) fn write_all(
+        &self,
+        machine: &shell::Machine,
+        path: &Path,
+        store: bool,
+        force: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let archive = Archive::read(&std::fs::read(path)?).map_err(wrong)?;
+        let options = Options { store, ..Options::default() };
+        let restored = self.by(|runner, see| restore_machine(machine, runner, &archive, options, force, see))?;
+        restored.into_iter().map(|it| (it.node.clone(), Restored::from(it))).into_py_dict(self.0)
+    }
 }
 
 impl Raise for ParametersError {

@@ -26,31 +26,24 @@ mod _native {
     use pyo3::prelude::*;
     use pyo3::types::IntoPyDict;
 
+    use crate::opened::{close_all, forget_all};
     #[pymodule_export]
-    use crate::backup::Restored;
-    #[pymodule_export]
-    use crate::conform::{CaseResult, Conformance};
-    #[pymodule_export]
-    use crate::drive::{Drive, Outcome};
-    #[pymodule_export]
-    use crate::error::{
-        Closed, DataSheetError, DriveError, LexicanError, LinkFailed, MachineFileError, NoAnswer, ObjectUnknown,
-        SdoAborted, ValueRefused,
+    use crate::{
+        backup::Restored,
+        conform::{CaseResult, Conformance},
+        drive::{Drive, Outcome},
+        error::{
+            Closed, DataSheetError, DriveError, LexicanError, LinkFailed, MachineFileError, NoAnswer, ObjectUnknown,
+            SdoAborted, ValueRefused,
+        },
+        fault::Fault,
+        frames::Frames,
+        lss::{lss_configure, lss_scan},
+        network::{Event, Events, Machine, Network, Node, simulate},
+        pdo::Pdo,
+        sheet::{Change, DataSheet, Entry, Finding, load},
+        value::Value,
     };
-    #[pymodule_export]
-    use crate::fault::Fault;
-    #[pymodule_export]
-    use crate::frames::Frames;
-    #[pymodule_export]
-    use crate::lss::{lss_configure, lss_scan};
-    #[pymodule_export]
-    use crate::network::{Event, Events, Machine, Network, Node, simulate};
-    #[pymodule_export]
-    use crate::pdo::Pdo;
-    #[pymodule_export]
-    use crate::sheet::{Change, DataSheet, Entry, Finding, load};
-    #[pymodule_export]
-    use crate::value::Value;
 
     /// No drive is left moving by an interpreter that ends, nor stopped by one that was forked.
     #[pymodule_init]
@@ -62,18 +55,6 @@ mod _native {
             at_fork.call((), Some(&forget_all.into_py_dict(py)?))?;
         }
         py.import("atexit")?.call_method1("register", (close_all,)).map(drop)
-    }
-
-    /// Closes all networks that are open.
-    #[pyfunction]
-    fn close_all(py: Python<'_>) -> PyResult<()> {
-        crate::opened::Shared::close_all(py)
-    }
-
-    /// Leaves all networks to the process that has forked this one.
-    #[pyfunction]
-    fn forget_all() {
-        crate::opened::Shared::forget_all();
     }
 
     #[pymodule_export]

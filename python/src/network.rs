@@ -3,21 +3,20 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lexican_machine::{MachineError, What, tokio as shell};
+use lexican_machine::{What, tokio as shell};
 use lexican_runtime::host::{Fate, Pace};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, NodeId};
-use lexican_toolbox::values::lookup::resolve_all;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use crate::backup::{self, Restored, Seen};
+use crate::backup::{Call, Restored, Seen};
 use crate::callbacks::Callback;
 use crate::drive::Drive;
-use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::error::{OrRaise, wrong};
 use crate::fault::Fault;
 use crate::frames::{Frames, PythonLink, frame};
 use crate::opened::Shared;
@@ -268,9 +267,9 @@ impl Machine {
     ///
     /// Raises LexicanError if no node can be read.
     #[pyo3(signature = (path, progress = None))]
-    fn backup(this: &Bound<'_, Self>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<Vec<String>> {
+    fn backup(this: &Bound<'_, Self>, path: PathBuf, progress: Call) -> PyResult<Vec<String>> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        backup::of_machine(&Seen { py: this.py(), progress }, &machine, &runner, &path)
+        Seen(this.py(), runner, progress).save_all(&machine, &path)
     }
 
     /// Writes what differs into the nodes that a backup has, as `Node.restore` does, node by node. All are checked before anything is
@@ -281,10 +280,10 @@ impl Machine {
         path: PathBuf,
         store: bool,
         force: bool,
-        progress: Option<Py<PyAny>>,
+        progress: Call,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        backup::into_machine(&Seen { py: this.py(), progress }, &machine, &runner, &path, (store, force))
+        Seen(this.py(), runner, progress).write_all(&machine, &path, store, force)
     }
 
     /// Has a simulated device carry out a command, and returns its answer: `carry_out("feeder", "blocked = true")`,
@@ -375,22 +374,8 @@ impl Node {
     /// Reads all entries of an object that can be read: those of an array or a record, in their order.
     fn read_all(&self, py: Python<'_>, object: ObjectName) -> PyResult<Vec<Value>> {
         let (node, runner) = self.found()?;
-        let device = node.stated().device();
-        let all = resolve_all(device, &object.text())
-            .map_err(|error| ObjectUnknown::new_err(format!("{}: {error}; {}", self.name, error.advice())))?;
-        let readable = |address: &Address| {
-            let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
-            entry.is_none_or(|entry| entry.access.readable())
-        };
-        let all: Vec<_> = all.into_iter().filter(readable).collect();
-        let read = async {
-            let mut values = Vec::with_capacity(all.len());
-            for address in all {
-                values.push(node.get(&address.to_string()).await?);
-            }
-            Ok::<_, MachineError>(values)
-        };
-        wait(py, &runner, read)?.or_raise()?.into_iter().map(|value| Value::of(py, value)).collect()
+        let read = wait(py, &runner, node.get_all(&object.text()))?.or_raise()?;
+        read.into_iter().map(|value| Value::of(py, value)).collect()
     }
 
     /// Writes an object: a text as people write it, "2.5 mm", "profile velocity", a number as the device counts, or bytes as
@@ -400,12 +385,10 @@ impl Node {
     fn write(&self, py: Python<'_>, object: ObjectName, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let (node, runner) = self.found()?;
         let object = object.text();
-        let Ok(bytes) = value.cast::<PyBytes>() else {
-            return wait(py, &runner, node.set(&object, &words(value)?))?.or_raise();
-        };
-        let address = lexican_toolbox::values::lookup::resolve(node.stated().device(), &object)
-            .map_err(|error| ObjectUnknown::new_err(format!("{}: {error}; {}", self.name, error.advice())))?;
-        wait(py, &runner, node.network().write_bytes(self.id, address, bytes.as_bytes()))?.or_raise()
+        match value.cast::<PyBytes>() {
+            Ok(bytes) => wait(py, &runner, node.set_bytes(&object, bytes.as_bytes()))?.or_raise(),
+            Err(_) => wait(py, &runner, node.set(&object, &words(value)?))?.or_raise(),
+        }
     }
 
     /// The drive of CiA 402 that it is. Where it can notice that this program is gone, that is armed.
@@ -445,15 +428,9 @@ impl Node {
     ///
     /// Raises NoAnswer, LinkFailed, and what `progress` raises; then nothing is saved.
     #[pyo3(signature = (path, domains = false, progress = None))]
-    fn backup(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        domains: bool,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Vec<String>> {
+    fn backup(&self, py: Python<'_>, path: PathBuf, domains: bool, progress: Call) -> PyResult<Vec<String>> {
         let (node, runner) = self.found()?;
-        backup::of_node(&Seen { py, progress }, &node, &runner, &path, domains)
+        Seen(py, runner, progress).save(&node, &path, domains)
     }
 
     /// Writes the parameters of a DCF that differ, in the order that the node takes, and reads each back. It is PRE-OPERATIONAL then.
@@ -462,16 +439,9 @@ impl Node {
     /// Raises LexicanError if it is another device, before anything is written; and if anything is refused, the node restarts or is
     /// gone, or `progress` raises: what was written by then is said, and the same call goes on from there.
     #[pyo3(signature = (path, store = false, force = false, progress = None))]
-    fn restore(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        store: bool,
-        force: bool,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Restored> {
+    fn restore(&self, py: Python<'_>, path: PathBuf, store: bool, force: bool, progress: Call) -> PyResult<Restored> {
         let (node, runner) = self.found()?;
-        backup::into_node(&Seen { py, progress }, &node, &runner, &path, (store, force))
+        Seen(py, runner, progress).write(&node, &path, store, force)
     }
 
     fn __repr__(&self) -> String {

@@ -3,8 +3,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex, Weak};
 
-use lexican_eds::Source;
-use lexican_machine::{BoxedLink, Files, Heard, Machine as File, MachineError, blocking, tokio as shell};
+use lexican_machine::{BoxedLink, Heard, Machine as File, MachineError, blocking, tokio as shell};
 use lexican_runtime::Duration;
 use lexican_runtime::host::tokio::{Network, Runner};
 use lexican_runtime::host::url::Scheme;
@@ -20,6 +19,9 @@ use crate::wait::{Run, Unlocked, lock};
 
 /// Simulated devices, as the command has them.
 pub(crate) const SIM: Scheme = Scheme { what: "a simulated device", ..SCHEME };
+
+/// What errors call a machine without a file.
+const NAMELESS: &str = "this network";
 
 /// How long simulated devices boot.
 const BOOTING: Duration = Duration::from_millis(100);
@@ -53,8 +55,9 @@ impl Opened {
     /// Names a node, where no file does.
     pub(crate) fn name(&mut self, node: &str, id: u8, sheet: &str, overlays: &[String]) -> PyResult<()> {
         let words = self.words.as_mut().ok_or_else(|| wrong("the machine's file names its nodes"))?;
-        let all = words.clone() + &node_words(node, id, sheet, overlays);
-        self.machine = Some(shell::Machine::beside(self.network.clone(), file("this network", &all)?).or_raise()?);
+        let all = words.clone() + &File::node_words(node, id, sheet, overlays);
+        self.machine =
+            Some(shell::Machine::beside(self.network.clone(), File::of_words(NAMELESS, &all).or_raise()?).or_raise()?);
         *words = all;
         Ok(())
     }
@@ -64,28 +67,6 @@ impl Opened {
 pub(crate) fn bus_url(url: &str) -> PyResult<BusUrl> {
     let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
     BusUrl::among(&known, url).map_err(|error| LinkFailed::new_err(error.to_string()))
-}
-
-/// What a machine's file says, without errors.
-fn file(name: &str, words: &str) -> PyResult<File> {
-    File::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound().or_raise()
-}
-
-/// A machine's file without errors, on all its buses or one: `machine.toml#left`.
-fn sound_file(path: &Path) -> PyResult<File> {
-    let (path, bus) = File::file_and_bus(path);
-    let file = File::open(path).map_err(MachineError::from).and_then(File::sound);
-    let on_bus = |file: File| file.into_bus(bus).map_err(MachineError::from);
-    if bus.is_some() { file.and_then(on_bus) } else { file }.or_raise()
-}
-
-/// A node in the words of a machine's file.
-fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
-    // A string of TOML is written as one of JSON.
-    let quoted = |text: &str| serde_json::Value::from(text).to_string();
-    let overlays: Vec<_> = overlays.iter().map(|overlay| quoted(overlay)).collect();
-    let (name, sheet) = (quoted(name), quoted(sheet));
-    format!("[node.{name}]\nid = {id}\nsheet = {sheet}\noverlay = [{}]\n", overlays.join(", "))
 }
 
 impl Shared {
@@ -126,18 +107,17 @@ impl Shared {
 
     /// A machine on the buses of its file.
     pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
-        let file = sound_file(path)?;
-        let links = file.buses().map(File::link).collect::<Result<_, _>>().or_raise()?;
-        Shared::over(links, file, Vec::new(), None)
+        let file = File::of_path(path).or_raise()?;
+        Shared::over(file.links().or_raise()?, file, Vec::new(), None)
     }
 
     /// The devices of a machine's file, or one device, simulated.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
         let (file, words) = if is_machine(name) {
-            (sound_file(Path::new(name))?, None)
+            (File::of_path(Path::new(name)).or_raise()?, None)
         } else {
-            let words = node_words(&format!("node{node}"), node, name, &[]);
-            (file("this network", &words)?, Some(words))
+            let words = File::node_words(&format!("node{node}"), node, name, &[]);
+            (File::of_words(NAMELESS, &words).or_raise()?, Some(words))
         };
         let (links, simulations) = Simulation::of(&file, pace)?;
         Shared::over(links, file, simulations, words)
@@ -233,24 +213,26 @@ impl Shared {
             ended.into_iter().chain(called).collect()
         })
     }
+}
 
-    /// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
-    pub(crate) fn forget_all() {
-        for shared in OPEN.try_lock().iter().flat_map(|open| open.iter()).filter_map(Weak::upgrade) {
-            for slot in lock(&shared.drives).drain(..).filter_map(|slot| slot.upgrade()) {
-                std::mem::forget(slot.drive.try_lock().map(|mut drive| drive.take()));
-                std::mem::forget(slot);
-            }
-            std::mem::forget((lock(&shared.opened).take(), std::mem::take(&mut *lock(&shared.callbacks))));
+/// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
+#[pyfunction]
+pub(crate) fn forget_all() {
+    for shared in OPEN.try_lock().iter().flat_map(|open| open.iter()).filter_map(Weak::upgrade) {
+        for slot in lock(&shared.drives).drain(..).filter_map(|slot| slot.upgrade()) {
+            std::mem::forget(slot.drive.try_lock().map(|mut drive| drive.take()));
+            std::mem::forget(slot);
         }
+        std::mem::forget((lock(&shared.opened).take(), std::mem::take(&mut *lock(&shared.callbacks))));
     }
+}
 
-    /// Closes all networks that are open, at the end of the interpreter.
-    pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
-        let open = std::mem::take(&mut *lock(&OPEN));
-        let closed: Vec<_> = open.iter().filter_map(Weak::upgrade).map(|shared| shared.close(py)).collect();
-        closed.into_iter().collect()
-    }
+/// Closes all networks that are open, at the end of the interpreter.
+#[pyfunction]
+pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
+    let open = std::mem::take(&mut *lock(&OPEN));
+    let closed: Vec<_> = open.iter().filter_map(Weak::upgrade).map(|shared| shared.close(py)).collect();
+    closed.into_iter().collect()
 }
 
 pub(crate) fn no_device(node: &str) -> PyErr {

@@ -70,7 +70,7 @@ impl Value {
         let raw = report.raw.map(|raw| PyBytes::new(py, &raw).unbind());
         let (unit, scaled) = report.unit.unzip();
         let (index, sub, text) = (report.address.index(), report.address.sub(), report.text.unwrap_or_default());
-        Ok(Value { index, sub, name: report.name, value, scaled, unit, text, raw })
+        Ok(Value { index, sub, name: report.name.as_deref().map(str::to_owned), value, scaled, unit, text, raw })
     }
 
     fn equation(&self) -> String {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lexican_driver::NotADrive;
+use lexican_eds::Source;
 use lexican_runtime::host::url::OpenError;
 use lexican_runtime::host::{AccessError, BootNetworkError, BusUrl, BusUrlError, LinkError};
 use lexican_toolbox::drive::Ending;
@@ -11,6 +12,8 @@ use lexican_toolbox::text::files::ReadError;
 use lexican_toolbox::values::lookup::ObjectError;
 
 use super::BoxedLink;
+use crate::draft::quoted;
+use crate::files::Files;
 use crate::model::{Machine, Node, WhichBus};
 use crate::read::similar;
 
@@ -69,10 +72,23 @@ impl Machine {
     }
 
     /// The machine of a file in which nothing is wrong, on all its buses or the one that is named: `machine.toml#left`.
-    pub(super) fn of_path(name: &Path) -> Result<Self, MachineError> {
+    pub fn of_path(name: &Path) -> Result<Self, MachineError> {
         let (path, bus) = Machine::file_and_bus(name);
         let machine = Machine::open(path)?.sound()?;
         Ok(if bus.is_some() { machine.into_bus(bus)? } else { machine })
+    }
+
+    /// A machine without a file, which errors call `name`: its nodes in the words of a file, as [`node_words`](Machine::node_words) has them.
+    pub fn of_words(name: &str, words: &str) -> Result<Self, MachineError> {
+        Machine::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound()
+    }
+
+    /// A node in the words of a machine's file.
+    #[must_use]
+    pub fn node_words(name: &str, id: u8, sheet: &str, overlays: &[String]) -> String {
+        let overlays: Vec<_> = overlays.iter().map(|overlay| quoted(overlay)).collect();
+        let (name, sheet) = (quoted(name), quoted(sheet));
+        format!("[node.{name}]\nid = {id}\nsheet = {sheet}\noverlay = [{}]\n", overlays.join(", "))
     }
 
     /// Opens the bus that the file names, by a kind of link of the runtime that is built in.
@@ -83,7 +99,7 @@ impl Machine {
     }
 
     /// The same of all its buses.
-    pub(super) fn links(&self) -> Result<Vec<BoxedLink>, MachineError> {
+    pub fn links(&self) -> Result<Vec<BoxedLink>, MachineError> {
         self.buses().map(Machine::link).collect()
     }
 

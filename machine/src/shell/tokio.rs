@@ -16,7 +16,7 @@ use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, 
 use lexican_toolbox::lss::Trouble;
 use lexican_toolbox::pdo::PdoState;
 use lexican_toolbox::values::DeviceValues;
-use lexican_toolbox::values::lookup::resolve;
+use lexican_toolbox::values::lookup::{ObjectError, resolve, resolve_all};
 use lexican_toolbox::values::report::ValueReport;
 use lexican_toolbox::values::wire::{encode, parse_padded, written};
 use tokio::sync::broadcast::Receiver;
@@ -235,6 +235,24 @@ impl Node {
         Ok(ValueReport::of_bytes(Some(&values), address, &self.bytes(address).await?))
     }
 
+    /// Reads all entries of an object that can be read: those of an array or a record, in their order.
+    pub async fn get_all(&self, object: &str) -> Result<Vec<ValueReport>, MachineError> {
+        let device = self.device()?;
+        let mut reports = Vec::new();
+        for address in resolve_all(Some(device), object).map_err(|error| self.unknown(error))? {
+            if device.entry(address.index(), address.sub()).is_none_or(|entry| entry.access.readable()) {
+                reports.push(self.get(&address.to_string()).await?);
+            }
+        }
+        Ok(reports)
+    }
+
+    /// Writes the bytes of an object by name, as they are.
+    pub async fn set_bytes(&self, object: &str, data: &[u8]) -> Result<(), MachineError> {
+        let address = resolve(self.stated().device(), object).map_err(|error| self.unknown(error))?;
+        self.network().write_bytes(self.id, address, data).await.map_err(|error| self.stated().access(error))
+    }
+
     /// Writes an object by name, with a value and its unit: "2.5 mm", "profile velocity".
     pub async fn set(&self, object: &str, value: &str) -> Result<(), MachineError> {
         let (values, address) = self.found(object).await?;
@@ -267,11 +285,14 @@ impl Node {
     /// An object by its name, and the values on which its unit and limits depend.
     async fn found(&self, object: &str) -> Result<(DeviceValues<'_>, Address), MachineError> {
         let device = self.device()?;
-        let address = resolve(Some(device), object)
-            .map_err(|error| MachineError::Object { node: self.stated().name.value.clone(), error })?;
+        let address = resolve(Some(device), object).map_err(|error| self.unknown(error))?;
         let mut values = DeviceValues::new(device);
         self.read_conditions([address], &mut values).await?;
         Ok((values, address))
+    }
+
+    fn unknown(&self, error: ObjectError) -> MachineError {
+        MachineError::Object { node: self.stated().name.value.clone(), error }
     }
 
     async fn read_conditions(
