@@ -8,7 +8,7 @@ use lexican_machine::{MachineError, tokio as shell};
 use lexican_toolbox::drive::{Ending, Order};
 use pyo3::prelude::*;
 
-use crate::error::{Closed, OrRaise, also, sentence};
+use crate::error::{Closed, OrRaise, also};
 use crate::slot::{Slot, stopped};
 use crate::value::words;
 use crate::wait::{seconds, wait};
@@ -52,7 +52,7 @@ impl Drive {
     }
 
     fn carry_out(&self, py: Python<'_>, order: Order) -> PyResult<Outcome> {
-        self.call(py, |drive| Box::pin(drive.carry_out(order, None))).map(Outcome)
+        self.call(py, |drive| Box::pin(drive.carry_out(order, None))).map(Outcome::from)
     }
 }
 
@@ -103,7 +103,7 @@ impl Drive {
     /// Raises DriveError with every condition that is not met; nothing has moved then.
     fn move_to(&self, py: Python<'_>, position: &Bound<'_, PyAny>) -> PyResult<Outcome> {
         let position = words(position)?;
-        self.call(py, |drive| Box::pin(async move { drive.move_to(&position).await })).map(Outcome)
+        self.call(py, |drive| Box::pin(async move { drive.move_to(&position).await })).map(Outcome::from)
     }
 
     /// Starts to travel; `finish()` waits for the end.
@@ -114,13 +114,13 @@ impl Drive {
 
     /// Waits until the travel under way is over.
     fn finish(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.call(py, |drive| Box::pin(async { Ok(Ending::from(drive.finish().await?)) })).map(Outcome)
+        self.call(py, |drive| Box::pin(async { Ok(Ending::from(drive.finish().await?)) })).map(Outcome::from)
     }
 
     /// Runs at a velocity for a time in seconds, and stops.
     fn run_at(&self, py: Python<'_>, velocity: &Bound<'_, PyAny>, lasting: f64) -> PyResult<Outcome> {
         let (velocity, lasting) = (words(velocity)?, seconds(lasting)?);
-        self.call(py, |drive| Box::pin(async move { drive.run_at(&velocity, lasting).await })).map(Outcome)
+        self.call(py, |drive| Box::pin(async move { drive.run_at(&velocity, lasting).await })).map(Outcome::from)
     }
 
     /// Finds the reference point, by a method of 6098h or the one that it is set to.
@@ -169,32 +169,33 @@ impl Drive {
 }
 
 /// How an order has ended. It is true if the order has been carried out.
-#[pyclass(module = "lexican", frozen)]
-pub(crate) struct Outcome(Ending);
+#[pyclass(module = "lexican", frozen, str = "{text}")]
+pub(crate) struct Outcome {
+    /// One word: "reached", "blocked", "fault".
+    #[pyo3(get)]
+    word: &'static str,
+    /// What to do about it.
+    #[pyo3(get)]
+    remedy: Option<&'static str>,
+    is_success: bool,
+    text: String,
+}
+
+impl From<Ending> for Outcome {
+    fn from(ending: Ending) -> Self {
+        let (word, remedy, is_success) = (ending.word(), ending.remedy(), ending.is_success());
+        let what_to_do = remedy.map(|remedy| format!("; {remedy}")).unwrap_or_default();
+        Outcome { word, remedy, is_success, text: format!("{ending}{what_to_do}") }
+    }
+}
 
 #[pymethods]
 impl Outcome {
-    /// One word: "reached", "blocked", "fault".
-    #[getter]
-    fn word(&self) -> &'static str {
-        self.0.word()
-    }
-
-    /// What to do about it.
-    #[getter]
-    fn remedy(&self) -> Option<&'static str> {
-        self.0.remedy()
-    }
-
     fn __bool__(&self) -> bool {
-        self.0.is_success()
-    }
-
-    fn __str__(&self) -> String {
-        sentence(&self.0)
+        self.is_success
     }
 
     fn __repr__(&self) -> String {
-        format!("<Outcome {}>", self.0.word())
+        format!("<Outcome {}>", self.word)
     }
 }

@@ -4,7 +4,6 @@ use lexican_machine::MachineError;
 use lexican_runtime::host::{AccessError, LinkError};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_toolbox::data_sheet::DataSheetError as SheetError;
-use lexican_toolbox::drive::Ending;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
@@ -134,10 +133,4 @@ pub(crate) fn also(py: Python<'_>, error: PyErr, what: &str) -> PyErr {
 /// What is neither of a device nor of a bus.
 pub(crate) fn wrong(what: impl ToString) -> PyErr {
     LexicanError::new_err(what.to_string())
-}
-
-/// How an order has ended, in a sentence.
-pub(crate) fn sentence(ending: &Ending) -> String {
-    let remedy = ending.remedy().map(|remedy| format!("; {remedy}")).unwrap_or_default();
-    format!("{ending}{remedy}")
 }

@@ -58,10 +58,7 @@ pub(crate) fn lss_configure(
         Target::Identity(Identity { vendor, product, revision, serial })
     });
     converse(bus, move |session| {
-        let selected = session.select(target)?;
-        if session.configure_node(Some(node))?.is_err() || store && session.store()?.is_err() {
-            return Err(Trouble::Refused(node));
-        }
+        let selected = session.give(target, node, store)?;
         session.take(selected.node, Some(node), true)
     })
 }

@@ -9,6 +9,7 @@ use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, NodeId};
+use lexican_toolbox::values::report::ValueReport;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -110,13 +111,8 @@ impl Network {
     #[pyo3(signature = (timeout = 0.5))]
     fn scan(&self, py: Python<'_>, timeout: f64) -> PyResult<Vec<u16>> {
         let (network, runner) = self.shared.network()?;
-        let network = network.with_patience(seconds(timeout)?);
-        let answers = async |id: NodeId| {
-            let read = network.read_bytes(id, Address::new(lexican_runtime::cia301::DEVICE_TYPE, 0)).await;
-            read.is_ok().then_some(u16::from(id.get()))
-        };
-        let found = wait(py, &runner, futures_util::future::join_all(NodeId::all().map(answers)))?;
-        Ok(found.into_iter().flatten().collect())
+        let found = wait(py, &runner, shell::scan(&network, seconds(timeout)?))?;
+        Ok(found.into_iter().map(|id| id.get().into()).collect())
     }
 
     /// Reads the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
@@ -199,7 +195,8 @@ impl Network {
     #[pyo3(signature = (what, function))]
     fn on(&self, what: Option<String>, function: Py<PyAny>) -> PyResult<()> {
         let (machine, _) = self.shared.machine()?;
-        let of = move |event| Some(Event(event)).filter(|event| what.as_ref().is_none_or(|what| event.what() == what));
+        let of =
+            move |event| Some(Event::from(event)).filter(|event| what.as_ref().is_none_or(|what| event.what == what));
         self.shared.call_back(Callback::new(machine.events(), of, function)?);
         Ok(())
     }
@@ -338,6 +335,7 @@ pub(crate) fn simulate(py: Python<'_>, source: PathBuf, node: u8, pace: &str) ->
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Node {
     shared: Arc<Shared>,
+    #[pyo3(get)]
     name: String,
     id: NodeId,
 }
@@ -351,12 +349,6 @@ impl Node {
 
 #[pymethods]
 impl Node {
-    /// Its name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Its node-ID.
     #[getter]
     fn id(&self) -> u8 {
@@ -464,7 +456,7 @@ impl Events {
         let (network, runner) = self.shared.network()?;
         let timeout = timeout.map(seconds).transpose()?;
         let next = async { self.events.lock().await.next().await };
-        Ok(wait(py, &runner, within(&network, timeout, next))?.or_raise()?.map(Event))
+        Ok(wait(py, &runner, within(&network, timeout, next))?.or_raise()?.map(Event::from))
     }
 
     fn __iter__(this: Py<Self>) -> Py<Self> {
@@ -477,46 +469,42 @@ impl Events {
 }
 
 /// Something that has happened to a node. Its text is a line.
-#[pyclass(module = "lexican", frozen)]
-pub(crate) struct Event(lexican_machine::Event);
+#[pyclass(module = "lexican", frozen, str = "{text}")]
+pub(crate) struct Event {
+    /// The name of the node, or the bus, if it has one.
+    #[pyo3(get)]
+    node: Option<String>,
+    /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
+    #[pyo3(get)]
+    pub(crate) what: &'static str,
+    /// The error code of an emergency.
+    #[pyo3(get)]
+    code: Option<u16>,
+    text: String,
+    pdo: Vec<ValueReport>,
+}
+
+impl From<lexican_machine::Event> for Event {
+    fn from(event: lexican_machine::Event) -> Self {
+        let (text, what) = (event.to_string(), event.what.name());
+        let (code, pdo) = match event.what {
+            What::Emergency(emergency) => (Some(emergency.code.0), Vec::new()),
+            What::Pdo(reports) => (None, reports),
+            _ => (None, Vec::new()),
+        };
+        Event { node: event.node, what, code, text, pdo }
+    }
+}
 
 #[pymethods]
 impl Event {
-    /// The name of the node, or the bus, if it has one.
-    #[getter]
-    fn node(&self) -> Option<&str> {
-        self.0.node.as_deref()
-    }
-
-    /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
-    #[getter]
-    fn what(&self) -> &'static str {
-        self.0.what.name()
-    }
-
-    /// The error code of an emergency.
-    #[getter]
-    fn code(&self) -> Option<u16> {
-        match &self.0.what {
-            What::Emergency(emergency) => Some(emergency.code.0),
-            _ => None,
-        }
-    }
-
     /// The values of a PDO, by the names of their entries.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        match &self.0.what {
-            What::Pdo(reports) => by_name(py, reports.clone()),
-            _ => Ok(PyDict::new(py)),
-        }
-    }
-
-    fn __str__(&self) -> String {
-        self.0.to_string()
+        by_name(py, self.pdo.clone())
     }
 
     fn __repr__(&self) -> String {
-        format!("<Event {}>", self.0)
+        format!("<Event {}>", self.text)
     }
 }

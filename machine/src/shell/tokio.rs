@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use futures_util::future::{select_all, try_join_all};
+use futures_util::future::{join_all, select_all, try_join_all};
 use lexican_driver::{Any, Description, DriveContext};
 use lexican_eds::model::Device;
 use lexican_runtime::host::tokio::{Event as NetworkEvent, Network};
 use lexican_runtime::object::{Address, Direction, Object, Readable, Value, Writable};
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{Duration, NodeId, cia301};
 use lexican_toolbox::drive::{Ending, Order, Scales, Times, carry_out, describe, prepare};
 use lexican_toolbox::lss::Trouble;
 use lexican_toolbox::pdo::PdoState;
@@ -152,6 +152,14 @@ impl fmt::Debug for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Machine").field("nodes", &self.file.names()).finish_non_exhaustive()
     }
+}
+
+/// The node-IDs that answer to a read of 1000h within a time. Nothing is changed.
+pub async fn scan(network: &Network, within: Duration) -> Vec<NodeId> {
+    let network = network.clone().with_patience(within);
+    let answers =
+        async |id: NodeId| network.read_bytes(id, Address::new(cia301::DEVICE_TYPE, 0)).await.is_ok().then_some(id);
+    join_all(NodeId::all().map(answers)).await.into_iter().flatten().collect()
 }
 
 /// What happens to the nodes of a machine. Made by [`Machine::events`].

@@ -160,12 +160,19 @@ impl<L: Link> Session<L> {
     ///
     /// Errors: also [`Trouble::Refused`].
     pub fn name(&mut self, identity: Identity, node: NodeId, store: bool) -> Result<Option<Selected>, Trouble> {
-        let selected = match self.select(Target::Identity(identity)) {
-            Err(Trouble::NoSuchDevice) => return Ok(None),
-            selected => selected?,
-        };
-        let is_named = self.configure_node(Some(node))?.is_ok() && (!store || self.store()?.is_ok());
-        if is_named { Ok(Some(selected)) } else { Err(Trouble::Refused(node)) }
+        match self.give(Target::Identity(identity), node, store) {
+            Err(Trouble::NoSuchDevice) => Ok(None),
+            given => given.map(Some),
+        }
+    }
+
+    /// Gives one device a node-ID, which it stores with `store`: what was selected.
+    ///
+    /// Errors: also [`Trouble::Refused`].
+    pub fn give(&mut self, target: Target, node: NodeId, store: bool) -> Result<Selected, Trouble> {
+        let selected = self.select(target)?;
+        let is_given = self.configure_node(Some(node))?.is_ok() && (!store || self.store()?.is_ok());
+        if is_given { Ok(selected) } else { Err(Trouble::Refused(node)) }
     }
 
     /// Gives the selected devices a bit rate: an entry of the table of CiA 305.
