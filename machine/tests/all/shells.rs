@@ -1,15 +1,20 @@
 //! A machine at work in both shells, on simulated devices in virtual time.
 
+use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
 use lexican_eds::Source;
+use lexican_machine::parameters::{backup_machine, restore_machine};
 use lexican_machine::{BoxedLink, Files, Machine, MachineError, What, blocking, tokio as asynchronous};
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
+use lexican_runtime::object::TimeOfDay;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
 use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
 use lexican_toolbox::drive::Ending;
+use lexican_toolbox::parameters::restore::Options;
+use lexican_toolbox::parameters::{OnProgress, Progress};
 
 const MACHINE: &str = r#"
 [bus]
@@ -113,6 +118,34 @@ fn the_whole_job_in_the_blocking_shell() -> Result<(), MachineError> {
     devices.tell("lift", "power on");
     let said = until(&mut events, "lift: has booted");
     assert!(said.contains(&"lift: boot-up".to_owned()), "{said:#?}");
+    Ok(())
+}
+
+/// What was saved is there again; a restore that is stopped says how far it came, and goes on.
+#[test]
+fn parameters_are_saved_and_restored() -> Result<(), Box<dyn std::error::Error>> {
+    let (file, links, _devices) = Devices::new();
+    let machine = blocking::Machine::over(links, file)?;
+    let (inner, runner) = machine.inner();
+    let feeder = machine.node("feeder")?;
+    assert_eq!(runner.block_on(asynchronous::scan(inner.network(), Duration::from_millis(500))).len(), 2);
+    feeder.set("spindle pitch", "4.00 mm")?;
+    feeder.set("position window", "0.05 mm")?;
+    let go_on = &mut |_: Progress<'_>| ControlFlow::Continue(());
+    let archive = backup_machine(inner, runner, TimeOfDay::default(), go_on)?;
+    assert_eq!((archive.nodes.len(), archive.missing().count()), (2, 0));
+    feeder.set("spindle pitch", "0 mm")?;
+    feeder.set("position window", "raw:9")?;
+    let at_the_second = &mut |progress: Progress<'_>| match progress {
+        Progress::Writing { at: 2, .. } => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    };
+    let restore = |see: OnProgress<'_>| restore_machine(inner, runner, &archive, Options::default(), false, see);
+    let stopped = restore(at_the_second).unwrap_err().to_string();
+    assert!(stopped.starts_with("it was interrupted; feeder: 1 parameter written"), "{stopped}");
+    let restored = restore(go_on)?;
+    assert_eq!(restored.iter().map(|it| it.outcome.written.len()).sum::<usize>(), 1);
+    assert_eq!(feeder.get("position window")?.text(), "0.05 mm");
     Ok(())
 }
 
