@@ -91,7 +91,7 @@ impl DataSheet {
         Ok(DataSheet { library, ..sheet })
     }
 
-    /// As [`load`](DataSheet::load), without looking for what is wrong: that is what takes most of its time.
+    /// As [`load`](DataSheet::load), without looking for what is wrong.
     pub fn load_unjudged(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
         let (input, library) = find_known(name)?;
         let input = with_overlays(input, overlays)?;
