@@ -123,7 +123,7 @@ fn device_of(args: impl Iterator<Item = String>, bus: Option<String>) -> Option<
     let named = value("--device").and_then(|named| Some(named.parse::<SheetName>().ok()?.sheet));
     let name = named.or_else(|| of_bus(value("--bus").or(bus)?))?;
     // Without a word about what is wrong with it: the shell shows candidates only.
-    Some(lexican_eds::load(&find(&name).ok()?).0)
+    Some(lexican_eds::device(&find(&name).ok()?))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::model::{Device, Entry, Meaning, Object};
 use crate::write::{self, difference};
-use crate::{Input, Source, load, xdd};
+use crate::{Input, Source, xdd};
 
 /// What a data sheet can be written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Format {
 /// What a device says and its text in some format does not: found by reading the text. A line each.
 #[must_use]
 pub fn losses(device: &Device, text: &str) -> Vec<String> {
-    let read = load(&Input::new(Source::new("", text))).0;
+    let read = crate::device(&Input::new(Source::new("", text)));
     let mut by_key: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for said in difference(&write::dcf(&read), &write::dcf(device)) {
         by_key.entry(said.key).or_default().push(format!("[{}]", said.section));

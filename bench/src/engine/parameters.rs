@@ -99,7 +99,7 @@ pub(super) fn side_of_sheet(worker: &Worker) -> Result<Side, Refused> {
 
 /// What a DCF says.
 pub(super) fn side_of_dcf(worker: &Worker, dcf: &str) -> Side {
-    let device = lexican_eds::load(&Input::new(Source::new("other.dcf", dcf))).0;
+    let device = lexican_eds::device(&Input::new(Source::new("other.dcf", dcf)));
     Side::of_sheet(device, worker.node)
 }
 

@@ -16,7 +16,7 @@ use crate::parse::number;
 use crate::parse::section::{ObjectPart, SectionKind};
 use crate::patch::Patch;
 use crate::text::{Source, escaped};
-use crate::{Input, load, write};
+use crate::{Input, device, write};
 
 /// What comes behind the value of a parameter.
 const AFTER_VALUE: [&str; 5] = ["defaultValue", "substituteValue", "allowedValues", "unit", "property"];
@@ -35,7 +35,7 @@ pub(crate) fn set(
     value: Option<&str>,
     wanted: Source,
 ) -> Option<Patch> {
-    let wanted = load(&Input::new(wanted)).0;
+    let wanted = device(&Input::new(wanted));
     let document = document(xml.text()).ok()?;
     let mut findings = Findings::default();
     let root = document.root_element();
@@ -52,7 +52,7 @@ pub(crate) fn set(
     };
     editor.characteristic(name, key, value);
     let patch = Patch::of_bytes(xml, editor.edits);
-    let is = load(&Input::new(xml.with_text(patch.apply(xml)))).0;
+    let is = device(&Input::new(xml.with_text(patch.apply(xml))));
     (write::dcf(&is) == write::dcf(&wanted)).then_some(patch)
 }
 

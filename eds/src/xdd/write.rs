@@ -6,7 +6,7 @@ use super::{ACCESS, BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, TYPES};
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, Entry, Enumeration, Meaning, Object, ObjectList, Properties, Unit};
 use crate::write::{self, Said, difference, said};
-use crate::{Input, Source, load};
+use crate::{Input, Source};
 
 /// The device as XDD, without the values of a configured device.
 #[must_use]
@@ -26,7 +26,7 @@ fn written(device: &Device, configured: bool) -> String {
     let wanted = in_words(device);
     let write = |rest: &[Said]| Writer { device, said: said(&wanted), configured, xml: Xml::begin() }.document(rest);
     let plain = write(&[]);
-    let read = load(&Input::new(Source::new("", plain.as_str()))).0;
+    let read = crate::device(&Input::new(Source::new("", plain.as_str())));
     match difference(&in_words(&read), &wanted).as_slice() {
         [] => plain,
         rest => write(rest),

@@ -29,7 +29,7 @@ pub struct Shipped {
 /// The data sheets, read at first use.
 static LIBRARY: LazyLock<Vec<Shipped>> = LazyLock::new(|| {
     let all = library::all().iter();
-    all.map(|shipped| Shipped { id: shipped.id, device: lexican_eds::load(&shipped.input()).0 }).collect()
+    all.map(|shipped| Shipped { id: shipped.id, device: lexican_eds::device(&shipped.input()) }).collect()
 });
 
 /// The device of the library with this vendor-ID and product code; `None` if there is none or several. A node without a

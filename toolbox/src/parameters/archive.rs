@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 
 use lexican_eds::model::Device;
-use lexican_eds::{Input, Source, load};
+use lexican_eds::{Input, Source};
 use lexican_runtime::object::{Address, TimeOfDay};
 use lexican_runtime::{NodeId, cia301};
 use serde::de::Error as _;
@@ -225,7 +225,7 @@ impl ArchivedNode {
     #[must_use]
     pub fn device(&self, overlays: &[Source]) -> Device {
         let input = Input::new(Source::new(self.file(), self.dcf.as_str()));
-        load(&overlays.iter().cloned().fold(input, Input::overlay)).0
+        lexican_eds::device(&overlays.iter().cloned().fold(input, Input::overlay))
     }
 
     /// All that a device in its place gets.

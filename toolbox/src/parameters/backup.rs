@@ -118,7 +118,7 @@ fn entries(device: &mut Device) -> impl Iterator<Item = &mut Entry> {
 /// breaks, empty texts, bytes of an unknown type.
 fn drop_what_a_dcf_cannot_hold(device: &mut Device) -> Vec<(Address, Refusal)> {
     let text = lexican_eds::write::dcf(device);
-    let again = lexican_eds::load(&Input::new(Source::new("backup.dcf", text.as_str()))).0;
+    let again = lexican_eds::device(&Input::new(Source::new("backup.dcf", text.as_str())));
     let mut dropped = Vec::new();
     for entry in entries(device) {
         let same = again.entry(entry.index, entry.sub).is_some_and(|again| again.configured == entry.configured);
