@@ -12,10 +12,11 @@ use serde_json::{Value, json};
 
 use crate::document::{Document, Kind};
 use crate::hover::{device_of, object};
+use crate::keys;
 use crate::place::{Part, Place, place};
 
 /// What is offered.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Offer {
     /// What is written.
     text: String,
@@ -23,6 +24,8 @@ struct Offer {
     label: String,
     /// What is said of it.
     detail: String,
+    /// Its explanation, if it has one.
+    documentation: String,
 }
 
 /// The most that is offered at once: a device has thousands of entries, and editors ask again at each letter.
@@ -39,21 +42,26 @@ pub(crate) fn completion(document: &Document, offset: u32) -> Value {
     let typed = document.source().get(Span { end: offset, ..word }).to_ascii_lowercase();
     offers.retain(|offer| [&offer.label, &offer.text].iter().any(|text| text.to_ascii_lowercase().contains(&typed)));
     let (range, is_incomplete) = (document.range(word), offers.len() > MOST);
-    let items = offers.into_iter().take(MOST).map(|Offer { text, label, detail }| {
+    let items = offers.into_iter().take(MOST).map(|Offer { text, label, detail, documentation }| {
         // Editors compare with the filter text what is typed, be that the name or the number.
         let (filter, edit) = (format!("{text} {label}"), json!({ "range": range, "newText": text }));
-        json!({ "label": label, "detail": detail, "filterText": filter, "textEdit": edit })
+        let mut item = json!({ "label": label, "detail": detail, "filterText": filter, "textEdit": edit });
+        // Some clients show an empty box for nothing.
+        if !documentation.is_empty() {
+            item["documentation"] = documentation.into();
+        }
+        item
     });
     json!({ "isIncomplete": is_incomplete, "items": items.collect::<Vec<_>>() })
 }
 
 fn word(text: impl Into<String>, detail: impl Into<String>) -> Offer {
     let text = text.into();
-    Offer { label: text.clone(), text, detail: detail.into() }
+    Offer { label: text.clone(), text, detail: detail.into(), ..Offer::default() }
 }
 
 fn number(label: &str, text: String) -> Offer {
-    Offer { label: label.to_owned(), detail: text.clone(), text }
+    Offer { label: label.to_owned(), detail: text.clone(), text, ..Offer::default() }
 }
 
 /// A section, a key, or a value of a data sheet.
@@ -68,7 +76,7 @@ fn of_sheet(document: &Document, offset: u32) -> Option<(Span, Vec<Offer>)> {
         let mut names: Vec<_> = outline.mentions().map(|it| format!("{:04X}", it.index)).collect();
         names.retain(|name| !has(name));
         names.dedup();
-        let offer = |name: String| Offer { text: format!("[{name}]"), label: name, detail: String::new() };
+        let offer = |name: String| Offer { text: format!("[{name}]"), label: name, ..Offer::default() };
         return Some((Span::eds(indent, end), names.into_iter().map(offer).collect()));
     }
     let section = outline.section_at(line)?;
@@ -153,7 +161,8 @@ fn of_overlay(device: &Device, place: &Place) -> Vec<Offer> {
 fn of_entry(device: &Device, entry: &Entry) -> Offer {
     let has_subs = device.object(entry.index).is_some_and(|object| object.kind.has_subs());
     let text = if has_subs { address(entry).to_string() } else { format!("{:04X}", entry.index) };
-    Offer { label: format!("{text} {}", name(device, entry)), detail: entry.data_type.to_string(), text }
+    let label = format!("{text} {}", name(device, entry));
+    Offer { label, detail: entry.data_type.to_string(), text, ..Offer::default() }
 }
 
 fn of_machine(document: &Document, place: &Place, typed: &str) -> Vec<Offer> {
@@ -170,6 +179,10 @@ fn of_machine(document: &Document, place: &Place, typed: &str) -> Vec<Offer> {
         let before = typed.strip_suffix(rest).unwrap_or_default();
         let offer = |offer: Offer| Offer { text: format!("{before}{}", offer.text), ..offer };
         return device.entries().map(|entry| offer(of_entry(device, entry))).collect();
+    }
+    let known = keys::known(place);
+    if !known.is_empty() {
+        return known.into_iter().map(|(text, said)| Offer { documentation: said, ..word(text, "") }).collect();
     }
     let nodes = document.machine.iter().flat_map(Machine::buses).flat_map(|machine| &machine.nodes);
     let names = |end: &str| nodes.map(|node| word(format!("{}{end}", *node.name), "")).collect::<Vec<_>>();

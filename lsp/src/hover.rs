@@ -12,6 +12,7 @@ use serde_json::{Value as Json, json};
 
 use crate::document::{Document, Kind};
 use crate::findings::shown;
+use crate::keys;
 use crate::place::{Place, place};
 
 /// The `Hover` at an offset.
@@ -42,9 +43,12 @@ fn what(document: &Document, offset: u32) -> Option<(Span, String)> {
     }
     let place = place(source.text(), offset as usize)?;
     let word = &source.text()[place.word.clone()];
-    let (device, address, sub) = object(document, &place, word)?;
-    let word = Span::eds(place.word.start as u32, place.word.end as u32);
-    Some((word, of_object(device, address.index(), sub)?))
+    let span = Span::eds(place.word.start as u32, place.word.end as u32);
+    let Some((device, address, sub)) = object(document, &place, word) else {
+        let is_known = document.kind == Kind::Machine && !word.is_empty();
+        return Some((span, is_known.then(|| keys::description(&place, word))??));
+    };
+    Some((span, of_object(device, address.index(), sub)?))
 }
 
 /// The object that a word of an overlay or a machine names, its device, and the sub-index if it is one of several.

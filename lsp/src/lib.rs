@@ -1,7 +1,7 @@
 //! A language server for CANopen: data sheets (EDS, DCF), overlays, and the file of a machine.
 //!
-//! [`serve`] answers a client over any [`Connection`]. All that it says comes from the rules, the model and the keys of overlays, so an
-//! editor shows what `lexican eds lint` and `lexican machine check` print. Texts are those of the
+//! [`serve`] answers a client over any [`Connection`]. All that it says comes from the rules, the model, the keys of overlays and the
+//! schema of a machine, so an editor shows what `lexican eds lint`, `machine check` and `machine schema` print. Texts are those of the
 //! client, in Unicode, whatever encoding their files are in.
 //!
 //! A text is judged when no further change of it waits. Messages are JSON as the protocol has it; where a function returns one of its
@@ -11,6 +11,7 @@ mod completion;
 mod document;
 mod findings;
 mod hover;
+mod keys;
 mod place;
 mod structure;
 

@@ -312,6 +312,45 @@ fn overlays_and_machines_lead_to_their_data_sheets() {
     editor.end();
 }
 
+#[test]
+fn keys_of_a_machine_are_explained_by_its_schema() {
+    let uri = "file:///data/machine.toml";
+    let text = "[]\n[bus]\nbit-rate = \"\"\non-loss = \"reset-all\"\n[bus.x]\nhea\n[node.a]\nhea\noptional = true\n\
+                identity = { v }\n[simulate.a]\npower = \"\"\n[[fault]]\naction = \"\"\n[wire]\n\"a.1000\" = { to = [], e }\n";
+    let (mut editor, _) = Editor::new(&["utf-16"]);
+    editor.open(uri, text);
+    let mut offered = |what: &str, behind| -> Vec<(String, String)> {
+        let (_, list) = editor.typed::<lsp::CompletionRequest>(at(uri, text, what, behind));
+        let word = |word: &Value| word.as_str().unwrap_or_default().to_owned();
+        let items = list["items"].as_array().unwrap().iter();
+        items.map(|it| (word(&it["textEdit"]["newText"]), word(&it["documentation"]))).collect()
+    };
+    let tables: Vec<_> = offered("[]", 1).into_iter().map(|(key, _)| key).collect();
+    assert_eq!(tables, ["bench", "bus", "fault", "kind", "machine", "node", "simulate", "wire"]);
+    for (what, behind, key, said) in [
+        ("[node.a]\nhea", 12, "heartbeat", "Its heartbeat (1017h). It is lost when three in a row are missing."),
+        ("[bus.x]\nhea", 11, "heartbeat", "The heartbeat of the manager, which the nodes watch (1016h)."),
+        ("identity = { v", 14, "vendor", "The vendor-ID."),
+        ("to = [], e", 10, "every", "The most time between two of them."),
+        ("bit-rate = \"", 12, "500 kbit/s", ""),
+        ("power = \"", 9, "off", "It is not."),
+        ("action = \"", 10, "delay", "They come later."),
+    ] {
+        let all = offered(what, behind);
+        assert!(all.contains(&(key.to_owned(), said.to_owned())), "{what}: {all:?}");
+    }
+    assert_eq!(offered("power = \"", 9).len(), 2, "what the schema has, and nothing else");
+    for (what, behind, said) in [
+        ("optional", 2, "The machine runs without it, too."),
+        ("[node.a]", 2, "The nodes by their names."),
+        ("reset-all", 2, "All are."),
+    ] {
+        let (_, hover) = editor.typed::<lsp::HoverRequest>(at(uri, text, what, behind));
+        assert!(hover["contents"]["value"].as_str().is_some_and(|it| it.starts_with(said)), "{what}: {hover}");
+    }
+    editor.end();
+}
+
 /// Lines of a data sheet, whole and broken, with every kind of end and characters of one and two units.
 const PIECES: &str = "(\\[(1018|2000(sub[0-3])?|OptionalObjects)\\]|(DataType|ParameterName|1|SupportedObjects)=(0x[0-9]{1,4}|\u{e4}\u{1F50C}x)?|[=\\[; ]|\r\n|\n|\r){0,6}";
 
