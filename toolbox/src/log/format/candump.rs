@@ -245,6 +245,7 @@ mod tests {
             ("(1.5) can0 080#1", Flaw::Frame),
             ("(1.5) can0 080#+1", Flaw::Frame),
             ("(1.5) can0 080#112233445566778899", Flaw::Frame),
+            ("(1.5) can0 080#11223344556677889", Flaw::Frame),
             ("(1.5) can0 080#R9", Flaw::Frame),
             ("can0  080   [2]  01", Flaw::Frame),
             ("can0  080   [1]  01 02", Flaw::Frame),
