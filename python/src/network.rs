@@ -397,6 +397,8 @@ impl Node {
     }
 
     /// The PDOs that it sends, by its data sheet or the machine's file. What their units depend on is read now.
+    ///
+    /// Raises NoAnswer.
     fn pdos(&self, py: Python<'_>) -> PyResult<Vec<Pdo>> {
         let (node, runner) = self.found()?;
         let (machine, _) = self.shared.machine()?;

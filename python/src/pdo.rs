@@ -121,11 +121,11 @@ impl Pdo {
             let times = times.iter().map(|at| at.since(Instant::ZERO).as_secs_f64()).collect();
             decoded.set_item("time", array(py, Numbers::Reals(times))?)?;
             words
-        } else if let Ok(view) = PyMemoryView::from(frames) {
+        } else if let Some(view) = PyMemoryView::from(frames).ok().filter(|view| !has(view, "format", "O")) {
             let bytes = view.call_method0("tobytes")?.cast_into::<PyBytes>()?;
-            let (frames, []) = bytes.as_bytes().as_chunks::<8>() else {
-                return Err(PyValueError::new_err("a buffer of frames has 8 bytes for each"));
-            };
+            let is_whole = has(&view, "itemsize", 1) || has(&view, "itemsize", 8);
+            let (frames, []) = bytes.as_bytes().as_chunks::<8>() else { return Err(no_frames()) };
+            let frames = Some(frames).filter(|_| is_whole).ok_or_else(no_frames)?;
             py.detach(|| frames.iter().copied().map(u64::from_le_bytes).collect())
         } else {
             let needed = self.state.bits().div_ceil(8) as usize;
@@ -148,6 +148,15 @@ impl Pdo {
     fn __repr__(&self) -> String {
         format!("<Pdo {} at {:X}h>", self.state.name, self.cob_id())
     }
+}
+
+fn no_frames() -> PyErr {
+    PyValueError::new_err("a buffer of frames has 8 bytes for each")
+}
+
+/// Whether an attribute of a buffer is so. References to objects are no bytes of frames.
+fn has<'py>(view: &Bound<'py, PyMemoryView>, attribute: &str, is: impl IntoPyObject<'py>) -> bool {
+    view.getattr(attribute).is_ok_and(|it| it.eq(is).unwrap_or_default())
 }
 
 /// Numbers that Python may share.

@@ -34,6 +34,9 @@ def test_all_sources_come_to_the_same(tmp_path: Path) -> None:
     assert listed["Position Actual Value"].tolist() == positions
     for source in (padded, bytearray(padded), array.array("B", padded), memoryview(padded).cast("B", (500, 8)), iter(frames)):
         assert it.decode(source) == listed
+    numpy: Any = importlib.import_module("numpy")
+    for source in (numpy.frombuffer(padded, "u1").reshape(-1, 8), numpy.frombuffer(padded, "<u8"), numpy.array(frames, object)):
+        assert it.decode(source) == listed
     logged = it.decode(log)
     assert logged.pop("time").tolist() == [at / 10 for at in range(500)]
     assert logged == listed == {name: it.decode(str(log))[name] for name in listed}
@@ -72,6 +75,8 @@ def test_what_is_no_frame_is_refused(tmp_path: Path) -> None:
         it.decode([bytes(6), bytes(5)])
     with pytest.raises(ValueError, match="8 bytes for each"):
         it.decode(bytes(12))
+    with pytest.raises(ValueError, match="8 bytes for each"):
+        it.decode(array.array("H", bytes(16)))
     with pytest.raises(lexican.LexicanError, match="missing.log"):
         it.decode(tmp_path / "missing.log")
     with pytest.raises(TypeError):

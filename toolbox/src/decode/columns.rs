@@ -48,12 +48,14 @@ impl Column {
             let at = low;
             low += u32::from(bits);
             let entry = values.entry(address);
-            if low > 64 || entry.is_none() && DataType::from_code(address.index()).bits().is_some() {
+            if bits == 0 || low > 64 || entry.is_none() && DataType::from_code(address.index()).bits().is_some() {
                 continue;
             }
             let names = entry.map(|entry| [entry.name.clone(), values.name(entry)]).into_iter().flatten();
             let name = names.chain([address.to_string()]).find(|name| columns.iter().all(|other| other.name != *name));
-            let unit = entry.and_then(|entry| values.unit(entry));
+            // Real numbers are in their unit already, as they come.
+            let counts = entry.filter(|entry| entry.data_type.class() != Class::Real);
+            let unit = counts.and_then(|entry| values.unit(entry));
             columns.push(Column {
                 address,
                 name: name.unwrap_or_else(|| format!("{address} at bit {at}")),
