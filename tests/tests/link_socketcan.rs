@@ -346,7 +346,8 @@ fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
         }
         let error = flood.await.unwrap();
         assert!(matches!(error, LinkError::Full), "{error}");
-        assert!(turns >= 20, "while the frame waited for 100 ms, others had {turns} turns");
+        // One or two if the frame held them up; how many otherwise depends on the kernel's ticks and what else runs.
+        assert!(turns >= 5, "while the frame waited for 100 ms, others had {turns} turns");
     });
 }
 
