@@ -9,10 +9,13 @@ use tokio::sync::oneshot;
 
 use crate::wait::lock;
 
+/// Threads that may still be inside a function, and that nobody has waited for: none may be when the interpreter ends.
+pub(crate) static LEFT: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
+
 /// The thread that calls a function, until this is gone.
 pub(crate) struct Callback {
-    stop: oneshot::Sender<()>,
-    thread: JoinHandle<()>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
     failed: Arc<Mutex<Option<PyErr>>>,
 }
 
@@ -52,16 +55,25 @@ impl Callback {
                 }
             }
         });
-        Ok(Callback { stop, thread, failed })
+        Ok(Callback { stop: Some(stop), thread: Some(thread), failed })
     }
 
     /// Lets it have what has happened until now, and waits for that. The first exception of the function.
-    pub(crate) fn end(self) -> PyResult<()> {
-        drop(self.stop);
+    pub(crate) fn end(mut self) -> PyResult<()> {
+        self.stop = None;
         // One that ends its own network cannot wait for itself.
-        if self.thread.thread().id() != std::thread::current().id() {
-            let _ = self.thread.join();
+        if let Some(thread) = self.thread.take_if(|it| it.thread().id() != std::thread::current().id()) {
+            let _ = thread.join();
         }
         lock(&self.failed).take().map_or(Ok(()), Err)
+    }
+}
+
+impl Drop for Callback {
+    /// What collects garbage has the interpreter's lock, and may be in any thread, another function's too: it waits for none.
+    fn drop(&mut self) {
+        let mut left = lock(&LEFT);
+        left.retain(|thread| !thread.is_finished());
+        left.extend(self.thread.take());
     }
 }

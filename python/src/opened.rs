@@ -11,7 +11,7 @@ use lexican_runtime::host::{BusUrl, Pace, schemes};
 use lexican_simulation::plant::{SCHEME, is_machine};
 use pyo3::prelude::*;
 
-use crate::callbacks::Callback;
+use crate::callbacks::{Callback, LEFT};
 use crate::error::{Closed, LinkFailed, OrRaise, wrong};
 use crate::simulation::Simulation;
 use crate::slot::Slot;
@@ -225,6 +225,7 @@ pub(crate) fn forget_all() {
         }
         std::mem::forget((lock(&shared.opened).take(), std::mem::take(&mut *lock(&shared.callbacks))));
     }
+    std::mem::forget(LEFT.try_lock().map(|mut left| std::mem::take(&mut *left)));
 }
 
 /// Closes all networks that are open, at the end of the interpreter.
@@ -232,6 +233,8 @@ pub(crate) fn forget_all() {
 pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
     let open = std::mem::take(&mut *lock(&OPEN));
     let closed: Vec<_> = open.iter().filter_map(Weak::upgrade).map(|shared| shared.close(py)).collect();
+    let left = std::mem::take(&mut *lock(&LEFT));
+    py.detach(|| left.into_iter().for_each(|thread| drop(thread.join())));
     closed.into_iter().collect()
 }
 

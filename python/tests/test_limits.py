@@ -77,6 +77,34 @@ def test_a_network_is_closed_while_others_call_it() -> None:
     assert program(CLOSED_BY_CALLS) == "all have ended\n"
 
 
+COLLECTED_WITH_CALLBACK = """
+import threading, time
+from test_limits import lexican
+
+begun = threading.Event()
+
+def slow(event):
+    if not begun.is_set():
+        begun.set()
+        for _ in range(200):
+            time.sleep(0.001)
+        print("the callback has ended")
+
+network = lexican.simulate("siko/ag03-1")
+network.on(None, slow)
+network.carry_out("node1", "power off")
+network.carry_out("node1", "power on")
+network.sleep(1)
+begun.wait()
+del network
+"""
+
+
+def test_no_callback_of_a_collected_network_is_inside_python_when_it_ends() -> None:
+    for _ in range(10):
+        assert program(COLLECTED_WITH_CALLBACK) == "the callback has ended\n"
+
+
 def test_a_panic_is_an_exception(capfd: pytest.CaptureFixture[str]) -> None:
     class Reentrant(Adapter):
         """One that asks the network that it carries, which waits for it: nothing can come of that."""
