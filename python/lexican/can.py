@@ -13,6 +13,24 @@ from can import BusABC, CanInitializationError, CanOperationError, CanProtocol, 
 from lexican import LexicanError, Network
 from lexican._native import Frames
 
+__all__ = ["LexicanBus"]
+
+
+def _fields(msg: Message) -> tuple[int, bool, bytes, int | None]:
+    """A message as frames are sent here."""
+    return msg.arbitration_id, msg.is_extended_id, bytes(msg.data), msg.dlc if msg.is_remote_frame else None
+
+
+def receive(bus: BusABC) -> tuple[int, bool, bytes, int | None] | None:
+    """The next frame of classic CAN from a bus of python-can, for a network that is over it."""
+    msg = bus.recv(0.05)
+    return None if msg is None or msg.is_error_frame or msg.is_fd else _fields(msg)
+
+
+def send(bus: BusABC, id: int, extended: bool, remote: bool, length: int, data: bytes) -> None:
+    """Sends a frame to a bus of python-can, for a network that is over it."""
+    bus.send(Message(arbitration_id=id, is_extended_id=extended, is_remote_frame=remote, dlc=length, data=data))
+
 
 class LexicanBus(BusABC):
     """A bus of lexican, as python-can makes it. All other arguments are python-can's."""
@@ -31,8 +49,7 @@ class LexicanBus(BusABC):
         if msg.is_fd or msg.is_error_frame:
             raise CanOperationError("CANopen has neither CAN FD nor error frames")
         try:
-            length = msg.dlc if msg.is_remote_frame else None
-            self._frames.send(msg.arbitration_id, msg.is_extended_id, bytes(msg.data), length)
+            self._frames.send(*_fields(msg))
         except LexicanError as error:
             raise CanOperationError(str(error)) from error
 

@@ -12,7 +12,7 @@ use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::decode::Decoder;
 use pyo3::prelude::*;
 
-use crate::error::{Closed, OrRaise, wrong};
+use crate::error::{Closed, Raise, wrong};
 use crate::opened::{SIM, Shared, bus_url};
 use crate::sheet::node_id;
 use crate::wait::{SLICE, lock};
@@ -39,7 +39,7 @@ impl Conformance {
         let name = sheet.map(|sheet| sheet.to_string_lossy().into_owned());
         let name = name.or_else(|| is_simulated.then(|| bus.place().to_owned()));
         let name = name.ok_or_else(|| wrong("a device is tested by its data sheet: name it"))?;
-        let sheet = Arc::new(Sheet::of(&DataSheet::load(&name, &[]).or_raise()?.input));
+        let sheet = Arc::new(Sheet::of(&DataSheet::load(&name, &[]).map_err(Raise::raise)?.input));
         let mut settings = Settings::new(node_id(node)?);
         for name in allow {
             let hazard = Hazard::ALL.into_iter().find(|hazard| hazard.name() == name);

@@ -1,17 +1,20 @@
-//! Drives of CiA 402.
+//! Drives of CiA 402, until they are closed, and how they are stopped.
 
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use lexican_driver::shared::{self, StopHandle};
+use lexican_driver::{Any, Error};
 use lexican_machine::{MachineError, tokio as shell};
+use lexican_runtime::host::tokio::Runner;
 use lexican_toolbox::drive::{Ending, Order};
 use pyo3::prelude::*;
+use tokio::sync::Mutex;
 
-use crate::error::{Closed, OrRaise, also};
-use crate::slot::{Slot, stopped};
+use crate::error::{Closed, Raise, also};
 use crate::value::words;
-use crate::wait::{seconds, wait};
+use crate::wait::{Run, Unlocked, seconds, wait};
 
 type Doing<'a, T> = Pin<Box<dyn Future<Output = Result<T, MachineError>> + Send + 'a>>;
 
@@ -22,16 +25,14 @@ type Doing<'a, T> = Pin<Box<dyn Future<Output = Result<T, MachineError>> + Send 
 /// and standard error says so.
 #[pyclass(module = "lexican", frozen, weakref)]
 pub(crate) struct Drive {
-    slot: Arc<Slot>,
-    name: String,
-    node: Py<PyAny>,
+    pub(crate) slot: Arc<Slot>,
+    pub(crate) name: String,
+    /// The node that it is.
+    #[pyo3(get)]
+    pub(crate) node: Py<PyAny>,
 }
 
 impl Drive {
-    pub(crate) fn new(slot: Arc<Slot>, name: &str, node: Py<PyAny>) -> Self {
-        Drive { slot, name: name.to_owned(), node }
-    }
-
     /// Carries something out; it is stopped when a signal or another thread ends that.
     fn call<T: Send>(
         &self,
@@ -42,106 +43,73 @@ impl Drive {
         let drive = slot.as_mut().ok_or_else(|| Closed::new_err("the drive was closed"))?;
         let done = wait(py, &self.slot.runner, self.slot.stop.unless_stopped(order(drive.inner())));
         match done {
-            Ok(Some(done)) => done.or_raise(),
-            Ok(None) => Err(py.detach(|| stopped(drive, &self.slot.stop))).or_raise(),
+            Ok(Some(done)) => done.map_err(Raise::raise),
+            Ok(None) => Err(py.detach(|| stopped(drive, &self.slot.stop)).raise()),
             Err(signal) => {
                 let ended = py.detach(|| stopped(drive, &self.slot.stop));
                 Err(also(py, signal, &ended.to_string()))
             }
         }
     }
-
-    fn carry_out(&self, py: Python<'_>, order: Order) -> PyResult<Outcome> {
-        self.call(py, |drive| Box::pin(drive.carry_out(order, None))).map(Outcome::from)
-    }
 }
 
-#[pymethods]
-impl Drive {
-    /// The node that it is.
-    #[getter]
-    fn node(&self, py: Python<'_>) -> Py<PyAny> {
-        self.node.clone_ref(py)
-    }
+/// The methods of a drive: a row for each order, whose arguments are taken in words of Python; then the others.
+macro_rules! drive {
+    ({$(
+        $(#[$attribute:meta])*
+        $name:ident($($word:ident: $taken:ty $(= $argument:expr)?),*) -> $end:ty = |$drive:ident| $order:expr;
+    )*} $($other:tt)*) => {
+        #[pymethods]
+        impl Drive {
+            $($(#[$attribute])*
+            fn $name(&self, py: Python<'_>, $($word: $taken),*) -> PyResult<$end> {
+                $($(let $word = $argument;)?)*
+                self.call(py, |$drive| Box::pin(async move { Ok($order) })).map(<$end>::from)
+            })*
+            $($other)*
+        }
+    };
+}
 
-    /// The state of its state machine: "OPERATION ENABLED".
-    fn state(&self, py: Python<'_>) -> PyResult<String> {
-        self.call(py, |drive| Box::pin(async { Ok(drive.state().await?.to_string()) }))
-    }
-
-    /// Where it is, as it counts (6064h).
-    fn position(&self, py: Python<'_>) -> PyResult<i32> {
-        self.call(py, |drive| Box::pin(async { Ok(drive.position().await?) }))
-    }
-
-    /// How fast it is, as it counts (606Ch).
-    fn velocity(&self, py: Python<'_>) -> PyResult<i32> {
-        self.call(py, |drive| Box::pin(async { Ok(drive.velocity().await?) }))
-    }
-
-    /// Leads it to OPERATION ENABLED: it has torque, and nothing moves.
-    ///
-    /// Raises DriveError without supply, say.
-    fn enable(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::Enable)
-    }
-
-    /// Stops it, then takes its torque away.
-    fn disable(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::Disable)
-    }
-
-    /// Resets a fault.
-    ///
-    /// Raises DriveError when its cause is still there.
-    fn reset_fault(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::ResetFault)
-    }
-
-    /// Travels to a position, and waits for the end.
-    ///
-    /// Raises DriveError with every condition that is not met; nothing has moved then.
-    fn move_to(&self, py: Python<'_>, position: &Bound<'_, PyAny>) -> PyResult<Outcome> {
-        let position = words(position)?;
-        self.call(py, |drive| Box::pin(async move { drive.move_to(&position).await })).map(Outcome::from)
-    }
-
-    /// Starts to travel; `finish()` waits for the end.
-    fn start_moving_to(&self, py: Python<'_>, position: &Bound<'_, PyAny>) -> PyResult<()> {
-        let position = words(position)?;
-        self.call(py, |drive| Box::pin(async move { drive.start_moving_to(&position).await }))
-    }
-
-    /// Waits until the travel under way is over.
-    fn finish(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.call(py, |drive| Box::pin(async { Ok(Ending::from(drive.finish().await?)) })).map(Outcome::from)
-    }
-
-    /// Runs at a velocity for a time in seconds, and stops.
-    fn run_at(&self, py: Python<'_>, velocity: &Bound<'_, PyAny>, lasting: f64) -> PyResult<Outcome> {
-        let (velocity, lasting) = (words(velocity)?, seconds(lasting)?);
-        self.call(py, |drive| Box::pin(async move { drive.run_at(&velocity, lasting).await })).map(Outcome::from)
-    }
-
-    /// Finds the reference point, by a method of 6098h or the one that it is set to.
-    #[pyo3(signature = (method = None))]
-    fn home(&self, py: Python<'_>, method: Option<i8>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::Home(method))
-    }
-
-    /// Stops what moves, with the programmed deceleration; `resume()` goes on.
-    fn stop(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::Stop)
-    }
-
-    /// Stops what moves, with full deceleration.
-    fn quick_stop(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::QuickStop)
-    }
-
-    /// Goes on with a travel that is interrupted.
-    fn resume(&self, py: Python<'_>) -> PyResult<Outcome> {
-        self.carry_out(py, Order::Resume)
+drive! {
+    {
+        /// The state of its state machine: "OPERATION ENABLED".
+        state() -> String = |drive| drive.state().await?.to_string();
+        /// Where it is, as it counts (6064h).
+        position() -> i32 = |drive| drive.position().await?;
+        /// How fast it is, as it counts (606Ch).
+        velocity() -> i32 = |drive| drive.velocity().await?;
+        /// Leads it to OPERATION ENABLED: it has torque, and nothing moves.
+        ///
+        /// Raises DriveError without supply, say.
+        enable() -> Outcome = |drive| drive.carry_out(Order::Enable, None).await?;
+        /// Stops it, then takes its torque away.
+        disable() -> Outcome = |drive| drive.carry_out(Order::Disable, None).await?;
+        /// Resets a fault.
+        ///
+        /// Raises DriveError when its cause is still there.
+        reset_fault() -> Outcome = |drive| drive.carry_out(Order::ResetFault, None).await?;
+        /// Travels to a position, and waits for the end.
+        ///
+        /// Raises DriveError with every condition that is not met; nothing has moved then.
+        move_to(position: &Bound<'_, PyAny> = words(position)?) -> Outcome = |drive| drive.move_to(&position).await?;
+        /// Starts to travel; `finish()` waits for the end.
+        start_moving_to(position: &Bound<'_, PyAny> = words(position)?) -> () =
+            |drive| drive.start_moving_to(&position).await?;
+        /// Waits until the travel under way is over.
+        finish() -> Outcome = |drive| Ending::from(drive.finish().await?);
+        /// Runs at a velocity for a time in seconds, and stops.
+        run_at(velocity: &Bound<'_, PyAny> = words(velocity)?, lasting: f64 = seconds(lasting)?) -> Outcome =
+            |drive| drive.run_at(&velocity, lasting).await?;
+        /// Finds the reference point, by a method of 6098h or the one that it is set to.
+        #[pyo3(signature = (method = None))]
+        home(method: Option<i8>) -> Outcome = |drive| drive.carry_out(Order::Home(method), None).await?;
+        /// Stops what moves, with the programmed deceleration; `resume()` goes on.
+        stop() -> Outcome = |drive| drive.carry_out(Order::Stop, None).await?;
+        /// Stops what moves, with full deceleration.
+        quick_stop() -> Outcome = |drive| drive.carry_out(Order::QuickStop, None).await?;
+        /// Goes on with a travel that is interrupted.
+        resume() -> Outcome = |drive| drive.carry_out(Order::Resume, None).await?;
     }
 
     /// Ends the call that another thread has made, which raises DriveError once the drive stands. Returns at once.
@@ -198,4 +166,38 @@ impl Outcome {
     fn __repr__(&self) -> String {
         format!("<Outcome {}>", self.word)
     }
+}
+
+type Described = shared::Drive<Any, shell::Drive>;
+
+/// The drive itself, until it is closed.
+pub(crate) struct Slot {
+    pub(crate) drive: Unlocked<Arc<Mutex<Option<Described>>>>,
+    pub(crate) runner: Run,
+    pub(crate) stop: StopHandle,
+}
+
+impl Slot {
+    pub(crate) fn new(drive: shell::Drive, runner: Run) -> Self {
+        let stop = StopHandle::default();
+        let drive = shared::Drive::new(drive, Runner::clone(&runner), stop.clone());
+        Slot { drive: Unlocked::new(Arc::new(Mutex::new(Some(drive)))), runner, stop }
+    }
+
+    /// Stops it, if it may be moving, waits until it stands, and lets it go.
+    pub(crate) fn end(&self) -> PyResult<()> {
+        self.stop.stop();
+        let drive = self.runner.block_on(self.drive.lock()).take();
+        match drive.map(|mut drive| stopped(&mut drive, &self.stop)) {
+            None | Some(MachineError::Drive(Error::Cancelled { .. })) => Ok(()),
+            Some(error) => Err(error.raise()),
+        }
+    }
+}
+
+/// Stops a drive that may be moving, and waits until it stands; what that comes to.
+pub(crate) fn stopped(drive: &mut Described, stop: &StopHandle) -> MachineError {
+    stop.stop();
+    let nothing: Result<(), MachineError> = drive.call(async |_| std::future::pending().await);
+    nothing.expect_err("what has no end was cancelled")
 }

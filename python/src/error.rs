@@ -33,18 +33,6 @@ pub(crate) trait Raise {
     fn raise(self) -> PyErr;
 }
 
-/// Raises the error of a result.
-pub(crate) trait OrRaise<T> {
-    /// What went well.
-    fn or_raise(self) -> PyResult<T>;
-}
-
-impl<T, E: Raise> OrRaise<T> for Result<T, E> {
-    fn or_raise(self) -> PyResult<T> {
-        self.map_err(Raise::raise)
-    }
-}
-
 /// The exception for a transfer that failed, with its entry.
 fn of_sdo(error: SdoError, text: String) -> PyErr {
     let exception = match error {
@@ -66,14 +54,23 @@ fn of_sdo(error: SdoError, text: String) -> PyErr {
     .unwrap_or(exception)
 }
 
+/// The exception for an access that failed.
+fn of_access(error: AccessError, text: String) -> PyErr {
+    match error {
+        AccessError::Sdo { error, .. } => of_sdo(error, text),
+        AccessError::Link(_) => LinkFailed::new_err(text),
+        AccessError::OutOfRange(_) => ValueRefused::new_err(text),
+        _ => LexicanError::new_err(text),
+    }
+}
+
 impl Raise for MachineError {
     fn raise(self) -> PyErr {
         let text = self.to_string();
         match self {
-            MachineError::Access { error: AccessError::Sdo { error, .. }, .. }
-            | MachineError::Drive(lexican_driver::Error::Sdo(error)) => of_sdo(error, text),
-            MachineError::Access { error: AccessError::Link(_), .. }
-            | MachineError::Drive(lexican_driver::Error::Link(_))
+            MachineError::Access { error, .. } => of_access(error, text),
+            MachineError::Drive(lexican_driver::Error::Sdo(error)) => of_sdo(error, text),
+            MachineError::Drive(lexican_driver::Error::Link(_))
             | MachineError::Open { .. }
             | MachineError::Url(_)
             | MachineError::NoBus(_)
@@ -83,9 +80,7 @@ impl Raise for MachineError {
                 MachineFileError::new_err(text)
             }
             MachineError::Object { .. } => ObjectUnknown::new_err(text),
-            MachineError::Value { .. } | MachineError::Access { error: AccessError::OutOfRange(_), .. } => {
-                ValueRefused::new_err(text)
-            }
+            MachineError::Value { .. } => ValueRefused::new_err(text),
             MachineError::Drive(_) | MachineError::NotADrive { .. } | MachineError::Together { .. } => {
                 DriveError::new_err(text)
             }
@@ -97,11 +92,7 @@ impl Raise for MachineError {
 impl Raise for AccessError {
     fn raise(self) -> PyErr {
         let text = self.to_string();
-        match self {
-            AccessError::Sdo { error, .. } => of_sdo(error, text),
-            AccessError::Link(_) => LinkFailed::new_err(text),
-            _ => LexicanError::new_err(text),
-        }
+        of_access(self, text)
     }
 }
 
@@ -121,12 +112,11 @@ impl Raise for SheetError {
 /// An exception that also says what was done by then: in its text, or in a note to one that is not ours.
 pub(crate) fn also(py: Python<'_>, error: PyErr, what: &str) -> PyErr {
     let value = error.value(py);
-    let said = match error.is_instance_of::<LexicanError>(py) {
+    let _ = match error.is_instance_of::<LexicanError>(py) {
         true => value.setattr("args", (format!("{value}; {what}"),)),
         // Python has notes from 3.11 on.
         false => value.call_method1("add_note", (what,)).map(drop),
     };
-    let _ = said;
     error
 }
 

@@ -11,9 +11,9 @@ use lexican_runtime::host::{Incoming, Link, LinkError, Pace};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 
-use crate::error::{Closed, OrRaise};
+use crate::error::{Closed, Raise};
 use crate::opened::{Shared, bus_url};
 use crate::wait::{SLICE, Unlocked, lock, seconds};
 
@@ -47,8 +47,7 @@ impl Frames {
     pub(crate) fn over(link: BoxedLink, simulation: Option<Arc<Shared>>) -> PyResult<Self> {
         let (outgoing, asked) = channel();
         let (received, incoming) = channel();
-        let carry = move || carry(link, &asked, &received);
-        std::thread::Builder::new().spawn(carry)?;
+        std::thread::Builder::new().spawn(move || carry(link, &asked, &received))?;
         Ok(Frames { outgoing: Mutex::new(Some(outgoing)), incoming: Mutex::new(incoming), _simulation: simulation })
     }
 }
@@ -111,7 +110,7 @@ impl Frames {
             let slice = left.map_or(SLICE, |left| left.min(SLICE));
             match py.detach(|| lock(&self.incoming).recv_timeout(slice)) {
                 Ok(received) => {
-                    let (time, frame) = received.or_raise()?;
+                    let (time, frame) = received.map_err(Raise::raise)?;
                     let (id, data) = (frame.id(), PyBytes::new(py, frame.data()));
                     return Ok(Some((time, id.raw(), id.is_extended(), frame.is_remote(), frame.dlc(), data)));
                 }
@@ -136,7 +135,8 @@ type Received<'py> = (f64, u32, bool, bool, u8, Bound<'py, PyBytes>);
 /// A bus of python-can as a link. A thread receives from it.
 pub(crate) struct PythonLink {
     bus: Py<PyAny>,
-    message: Py<PyAny>,
+    /// `lexican.can`, which has python-can's messages.
+    can: Py<PyModule>,
     incoming: Receiver<Result<Frame, LinkError>>,
     began: WallInstant,
     _receiving: Unlocked<Receiving>,
@@ -165,32 +165,24 @@ impl PythonLink {
                 return Err(PyTypeError::new_err(what));
             }
         }
-        let message = py.import("can")?.getattr("Message")?.unbind();
+        let can = py.import("lexican.can")?.unbind();
         let (received, incoming) = channel();
-        let receiver = bus.clone().unbind();
+        let receiver = (can.clone_ref(py), bus.clone().unbind());
         let open = Arc::new(());
         let is_open = Arc::downgrade(&open);
         let thread = std::thread::Builder::new()
             .spawn(move || while is_open.strong_count() > 0 && receive(&receiver, &received) {})?;
         let (bus, _receiving) = (bus.clone().unbind(), Unlocked::new(Receiving(Some((open, thread)))));
-        Ok(PythonLink { bus, message, incoming, began: WallInstant::now(), _receiving })
+        Ok(PythonLink { bus, can, incoming, began: WallInstant::now(), _receiving })
     }
 }
 
 /// Passes one frame on; whether to go on.
-fn receive(bus: &Py<PyAny>, received: &Sender<Result<Frame, LinkError>>) -> bool {
+fn receive((can, bus): &(Py<PyModule>, Py<PyAny>), received: &Sender<Result<Frame, LinkError>>) -> bool {
     let read = |py: Python<'_>| {
-        let message = bus.bind(py).call_method1("recv", (0.05,))?;
-        if message.is_none()
-            || message.getattr("is_error_frame")?.is_truthy()?
-            || message.getattr("is_fd")?.is_truthy()?
-        {
-            return Ok(None);
-        }
-        let length = message.getattr("is_remote_frame")?.is_truthy()?.then(|| message.getattr("dlc")?.extract());
-        let data: Vec<u8> = message.getattr("data")?.extract()?;
-        let is_extended = message.getattr("is_extended_id")?.is_truthy()?;
-        frame(message.getattr("arbitration_id")?.extract()?, is_extended, &data, length.transpose()?).map(Some)
+        let fields = can.bind(py).call_method1("receive", (bus,))?;
+        let fields: Option<(u32, bool, Vec<u8>, Option<u8>)> = fields.extract()?;
+        fields.map(|(id, is_extended, data, length)| frame(id, is_extended, &data, length)).transpose()
     };
     match Python::try_attach(read) {
         Some(Ok(Some(frame))) => received.send(Ok(frame)).is_ok(),
@@ -211,14 +203,9 @@ impl Link for PythonLink {
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         let send = |py: Python<'_>| {
-            let fields = PyDict::new(py);
-            fields.set_item("arbitration_id", frame.id().raw())?;
-            fields.set_item("is_extended_id", frame.id().is_extended())?;
-            fields.set_item("is_remote_frame", frame.is_remote())?;
-            fields.set_item("dlc", frame.dlc())?;
-            fields.set_item("data", PyBytes::new(py, frame.data()))?;
-            let message = self.message.bind(py).call((), Some(&fields))?;
-            self.bus.bind(py).call_method1("send", (message,)).map(drop)
+            let (id, data) = (frame.id(), PyBytes::new(py, frame.data()));
+            let fields = (&self.bus, id.raw(), id.is_extended(), frame.is_remote(), frame.dlc(), data);
+            self.can.bind(py).call_method1("send", fields).map(drop)
         };
         match Python::try_attach(send) {
             Some(sent) => sent.map_err(|error: PyErr| io::Error::other(error.to_string()).into()),

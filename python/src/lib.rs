@@ -8,7 +8,6 @@ mod callbacks;
 mod conform;
 mod drive;
 mod error;
-mod fault;
 mod frames;
 mod lss;
 mod network;
@@ -16,7 +15,6 @@ mod opened;
 mod pdo;
 mod sheet;
 mod simulation;
-mod slot;
 mod value;
 mod wait;
 
@@ -36,12 +34,12 @@ mod _native {
             Closed, DataSheetError, DriveError, LexicanError, LinkFailed, MachineFileError, NoAnswer, ObjectUnknown,
             SdoAborted, ValueRefused,
         },
-        fault::Fault,
         frames::Frames,
         lss::{lss_configure, lss_scan},
         network::{Event, Events, Machine, Network, Node, simulate},
         pdo::Pdo,
         sheet::{Change, DataSheet, Entry, Finding, load},
+        simulation::Fault,
         value::Value,
     };
 

@@ -1,32 +1,35 @@
 //! Networks, machines, and their nodes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lexican_machine::parameters::{backup_machine, backup_node, restore_machine, restore_node};
 use lexican_machine::{What, tokio as shell};
+use lexican_runtime::CobId;
 use lexican_runtime::host::{Fate, Pace};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{CobId, NodeId};
+use lexican_toolbox::data_sheet::DataSheet as Sheet;
+use lexican_toolbox::parameters::archive::Archive;
+use lexican_toolbox::parameters::restore::{Options, configured, domains as files};
+use lexican_toolbox::text::time_of_day;
 use lexican_toolbox::values::report::ValueReport;
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 
-use crate::backup::{Call, Restored, Seen};
+use crate::backup::{Call, Restored, seen};
 use crate::callbacks::Callback;
-use crate::drive::Drive;
-use crate::error::{OrRaise, wrong};
-use crate::fault::Fault;
-use crate::frames::{Frames, PythonLink, frame};
-use crate::opened::Shared;
+use crate::drive::{Drive, Slot};
+use crate::error::{Raise, wrong};
+use crate::frames::{Frames, PythonLink, frame, unix_time};
+use crate::opened::{Shared, note};
 use crate::pdo::Pdo;
 use crate::sheet::{DataSheet, node_id};
-use crate::simulation::pace;
-use crate::slot::Slot;
+use crate::simulation::{Fault, pace};
 use crate::value::{ObjectName, Value, by_name, words};
-use crate::wait::{Run, seconds, wait, within};
+use crate::wait::{Run, lock, seconds, wait, within};
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -42,7 +45,7 @@ pub(crate) struct Network {
 impl Network {
     fn find(&self, name: &str) -> PyResult<Node> {
         let (machine, _) = self.shared.machine()?;
-        let id = machine.node(name).or_raise()?.id();
+        let id = machine.node(name).map_err(Raise::raise)?.id().get();
         Ok(Node { shared: Arc::clone(&self.shared), name: name.to_owned(), id })
     }
 }
@@ -85,7 +88,7 @@ impl Network {
         }
         let id: u8 = name_or_id.extract()?;
         let all = self.nodes()?;
-        all.into_iter().find(|node| node.id.get() == id).ok_or_else(|| {
+        all.into_iter().find(|node| node.id == id).ok_or_else(|| {
             wrong(format_args!(
                 "node-ID {id} has no data sheet: add_node({id}, \"x.eds\"), or read_bytes({id}, 0x1018, 1)"
             ))
@@ -100,11 +103,7 @@ impl Network {
     fn nodes(&self) -> PyResult<Vec<Node>> {
         let Some(machine) = self.shared.with(|opened| Ok(opened.machine.clone()))? else { return Ok(Vec::new()) };
         let names = machine.file().buses().flat_map(|bus| &bus.nodes).map(|node| node.name.value.clone());
-        let node = |name: String| {
-            let id = machine.node(&name).ok()?.id();
-            Some(Node { shared: Arc::clone(&self.shared), name, id })
-        };
-        Ok(names.filter_map(node).collect())
+        Ok(names.filter_map(|name| self.find(&name).ok()).collect())
     }
 
     /// The node-IDs that answer to a read of 1000h within a time in seconds. Nothing is changed.
@@ -122,7 +121,7 @@ impl Network {
     fn read_bytes<'py>(&self, py: Python<'py>, node: u8, index: u16, sub: u8) -> PyResult<Bound<'py, PyBytes>> {
         let (network, runner) = self.shared.network()?;
         let node = node_id(node)?;
-        let bytes = wait(py, &runner, network.read_bytes(node, Address::new(index, sub)))?.or_raise()?;
+        let bytes = wait(py, &runner, network.read_bytes(node, Address::new(index, sub)))?.map_err(Raise::raise)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -132,7 +131,7 @@ impl Network {
     fn write_bytes(&self, py: Python<'_>, node: u8, index: u16, sub: u8, data: Vec<u8>) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let node = node_id(node)?;
-        wait(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))?.or_raise()
+        wait(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))?.map_err(Raise::raise)
     }
 
     /// Commands a node by NMT, or all nodes: "start", "stop", "pre-operational", "reset-node", "reset-communication".
@@ -148,14 +147,14 @@ impl Network {
         };
         let (network, runner) = self.shared.network()?;
         let node = node.map(node_id).transpose()?;
-        wait(py, &runner, network.command(command, node))?.or_raise()
+        wait(py, &runner, network.command(command, node))?.map_err(Raise::raise)
     }
 
     /// Sends a frame as it is.
     #[pyo3(signature = (cob_id, data = Vec::new()))]
     fn send(&self, py: Python<'_>, cob_id: u32, data: Vec<u8>) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
-        wait(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))?.or_raise()
+        wait(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))?.map_err(Raise::raise)
     }
 
     /// Sends SYNC (080h) every so many seconds from now on; 0 ends that. Counts up to `overflow`, if it is not 0.
@@ -164,7 +163,7 @@ impl Network {
         let (network, runner) = self.shared.network()?;
         let period = seconds(period)?;
         let sync = network.with_manager(move |manager, now| manager.produce_sync(now, CobId::SYNC, period, overflow));
-        wait(py, &runner, sync)?.or_raise()
+        wait(py, &runner, sync)?.map_err(Raise::raise)
     }
 
     /// Sends a heartbeat as `node` every so many seconds from now on; 0 ends that.
@@ -172,7 +171,7 @@ impl Network {
         let (network, runner) = self.shared.network()?;
         let (node, period) = (node_id(node)?, seconds(period)?);
         let beat = network.with_manager(move |manager, now| manager.produce_heartbeat(now, node, period));
-        wait(py, &runner, beat)?.or_raise()
+        wait(py, &runner, beat)?.map_err(Raise::raise)
     }
 
     /// Watches a node: it is lost when no heartbeat has come for so many seconds.
@@ -181,7 +180,7 @@ impl Network {
         let remote = Remote::new(node_id(node)?).with_heartbeat(seconds(timeout)?);
         let watch =
             network.with_manager(move |manager, now| manager.add(now, remote).expect("it has room for 127 nodes"));
-        wait(py, &runner, watch)?.or_raise()
+        wait(py, &runner, watch)?.map_err(Raise::raise)
     }
 
     /// What happens to the nodes that have names, from now on.
@@ -197,7 +196,7 @@ impl Network {
         let (machine, _) = self.shared.machine()?;
         let of =
             move |event| Some(Event::from(event)).filter(|event| what.as_ref().is_none_or(|what| event.what == what));
-        self.shared.call_back(Callback::new(machine.events(), of, function)?);
+        lock(&self.shared.callbacks).push(Callback::new(machine.events(), of, function)?);
         Ok(())
     }
 
@@ -206,13 +205,13 @@ impl Network {
         let (network, runner) = self.shared.network()?;
         let span = seconds(span)?;
         let sleep = async { network.sleep_until(network.now().await? + span).await };
-        wait(py, &runner, sleep)?.map(drop).or_raise()
+        wait(py, &runner, sleep)?.map(drop).map_err(Raise::raise)
     }
 
     /// The time of the bus, in seconds.
     fn now(&self, py: Python<'_>) -> PyResult<f64> {
         let (network, runner) = self.shared.network()?;
-        let now = wait(py, &runner, network.now())?.or_raise()?;
+        let now = wait(py, &runner, network.now())?.map_err(Raise::raise)?;
         Ok(now.since(lexican_runtime::Instant::ZERO).as_secs_f64())
     }
 
@@ -256,7 +255,7 @@ impl Machine {
     /// Raises LexicanError with the nodes that have not booted.
     fn boot(this: &Bound<'_, Self>) -> PyResult<()> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        wait(this.py(), &runner, machine.boot())?.or_raise()
+        wait(this.py(), &runner, machine.boot())?.map_err(Raise::raise)
     }
 
     /// Saves the parameters of all nodes in one file (tar), as `lexican backup` does, which reads it as well. What is missing, a
@@ -266,7 +265,10 @@ impl Machine {
     #[pyo3(signature = (path, progress = None))]
     fn backup(this: &Bound<'_, Self>, path: PathBuf, progress: Call) -> PyResult<Vec<String>> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        Seen(this.py(), runner, progress).save_all(&machine, &path)
+        let made = time_of_day::of_unix((unix_time() * 1e3) as u64).unwrap_or_default();
+        let archive = seen(this.py(), &runner, progress, |runner, see| backup_machine(&machine, runner, made, see))?;
+        std::fs::write(path, archive.to_bytes()?)?;
+        Ok(archive.missing().collect())
     }
 
     /// Writes what differs into the nodes that a backup has, as `Node.restore` does, node by node. All are checked before anything is
@@ -280,7 +282,12 @@ impl Machine {
         progress: Call,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        Seen(this.py(), runner, progress).write_all(&machine, &path, store, force)
+        let archive = Archive::read(&std::fs::read(path)?).map_err(wrong)?;
+        let options = Options { store, ..Options::default() };
+        let restored = seen(this.py(), &runner, progress, |runner, see| {
+            restore_machine(&machine, runner, &archive, options, force, see)
+        })?;
+        restored.into_iter().map(|it| (it.node.clone(), Restored::from(it))).into_py_dict(this.py())
     }
 
     /// Has a simulated device carry out a command, and returns its answer: `carry_out("feeder", "blocked = true")`,
@@ -337,36 +344,32 @@ pub(crate) struct Node {
     shared: Arc<Shared>,
     #[pyo3(get)]
     name: String,
-    id: NodeId,
+    /// Its node-ID.
+    #[pyo3(get)]
+    id: u8,
 }
 
 impl Node {
     fn found(&self) -> PyResult<(shell::Node, Run)> {
         let (machine, runner) = self.shared.machine()?;
-        Ok((machine.node(&self.name).or_raise()?, runner))
+        Ok((machine.node(&self.name).map_err(Raise::raise)?, runner))
     }
 }
 
 #[pymethods]
 impl Node {
-    /// Its node-ID.
-    #[getter]
-    fn id(&self) -> u8 {
-        self.id.get()
-    }
-
     /// Reads an object.
     ///
     /// Raises ObjectUnknown, SdoAborted, NoAnswer.
     fn read(&self, py: Python<'_>, object: ObjectName) -> PyResult<Value> {
         let (node, runner) = self.found()?;
-        Value::of(py, wait(py, &runner, node.get(&object.text()))?.or_raise()?)
+        Value::of(py, wait(py, &runner, node.get(&object.text()))?.map_err(Raise::raise)?)
     }
 
     /// Reads all entries of an object that can be read: those of an array or a record, in their order.
     fn read_all(&self, py: Python<'_>, object: ObjectName) -> PyResult<Vec<Value>> {
         let (node, runner) = self.found()?;
-        let read = wait(py, &runner, node.get_all(&object.text()))?.or_raise()?;
+        let read = wait(py, &runner, node.get_all(&object.text()))?.map_err(Raise::raise)?;
         read.into_iter().map(|value| Value::of(py, value)).collect()
     }
 
@@ -378,8 +381,8 @@ impl Node {
         let (node, runner) = self.found()?;
         let object = object.text();
         match value.cast::<PyBytes>() {
-            Ok(bytes) => wait(py, &runner, node.set_bytes(&object, bytes.as_bytes()))?.or_raise(),
-            Err(_) => wait(py, &runner, node.set(&object, &words(value)?))?.or_raise(),
+            Ok(bytes) => wait(py, &runner, node.set_bytes(&object, bytes.as_bytes()))?.map_err(Raise::raise),
+            Err(_) => wait(py, &runner, node.set(&object, &words(value)?))?.map_err(Raise::raise),
         }
     }
 
@@ -390,10 +393,10 @@ impl Node {
         let py = this.py();
         let node = this.get();
         let (machine, runner) = node.shared.machine()?;
-        let drive = wait(py, &runner, machine.drive(&node.name))?.or_raise()?;
+        let drive = wait(py, &runner, machine.drive(&node.name))?.map_err(Raise::raise)?;
         let slot = Arc::new(Slot::new(drive, runner));
-        node.shared.note(&slot);
-        Ok(Drive::new(slot, &node.name, this.clone().into_any().unbind()))
+        note(&node.shared.drives, &slot);
+        Ok(Drive { slot, name: node.name.clone(), node: this.clone().into_any().unbind() })
     }
 
     /// The PDOs that it sends, by its data sheet or the machine's file. What their units depend on is read now.
@@ -408,7 +411,7 @@ impl Node {
         let heard = self.shared.with(|opened| Ok(opened.heard[bus.unwrap_or_default()].clone()))?;
         let sent = node.sent_pdos();
         let mapped = sent.iter().flat_map(|pdo| &pdo.mapping).map(|mapped| mapped.address);
-        let seen = wait(py, &runner, node.conditions(mapped))?.or_raise()?.into();
+        let seen = wait(py, &runner, node.conditions(mapped))?.map_err(Raise::raise)?.into();
         let device = Arc::new(device.clone());
         let pdo = |state| {
             let live = Some((Arc::clone(&self.shared), heard.clone(), network.clone()));
@@ -424,7 +427,12 @@ impl Node {
     #[pyo3(signature = (path, domains = false, progress = None))]
     fn backup(&self, py: Python<'_>, path: PathBuf, domains: bool, progress: Call) -> PyResult<Vec<String>> {
         let (node, runner) = self.found()?;
-        Seen(py, runner, progress).save(&node, &path, domains)
+        let mut backup = seen(py, &runner, progress, |runner, see| backup_node(&node, runner, domains, see))?;
+        for (file, data) in backup.domain_files(&path.file_stem().unwrap_or_default().to_string_lossy()) {
+            std::fs::write(path.with_file_name(file), data)?;
+        }
+        std::fs::write(path, backup.dcf())?;
+        Ok(backup.left_out.iter().map(|(address, why)| format!("{address}: {why}")).collect())
     }
 
     /// Writes the parameters of a DCF that differ, in the order that the node takes, and reads each back. It is PRE-OPERATIONAL then.
@@ -435,7 +443,13 @@ impl Node {
     #[pyo3(signature = (path, store = false, force = false, progress = None))]
     fn restore(&self, py: Python<'_>, path: PathBuf, store: bool, force: bool, progress: Call) -> PyResult<Restored> {
         let (node, runner) = self.found()?;
-        Seen(py, runner, progress).write(&node, &path, store, force)
+        let dcf = Sheet::load_unjudged(&path.to_string_lossy(), &[]).map_err(Raise::raise)?.device;
+        let mut settings = configured(&dcf, node.id());
+        settings.extend(files(&dcf, node.id(), path.parent().unwrap_or(Path::new(""))).map_err(wrong)?);
+        let options = Options { store, ..Options::default() };
+        let what = (&dcf, &settings);
+        seen(py, &runner, progress, |runner, see| restore_node(&node, runner, what, options, force, see))
+            .map(Restored::from)
     }
 
     fn __repr__(&self) -> String {
@@ -458,7 +472,7 @@ impl Events {
         let (network, runner) = self.shared.network()?;
         let timeout = timeout.map(seconds).transpose()?;
         let next = async { self.events.lock().await.next().await };
-        Ok(wait(py, &runner, within(&network, timeout, next))?.or_raise()?.map(Event::from))
+        Ok(wait(py, &runner, within(&network, timeout, next))?.map_err(Raise::raise)?.map(Event::from))
     }
 
     fn __iter__(this: Py<Self>) -> Py<Self> {

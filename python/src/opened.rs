@@ -12,9 +12,9 @@ use lexican_simulation::plant::{SCHEME, is_machine};
 use pyo3::prelude::*;
 
 use crate::callbacks::{Callback, LEFT};
-use crate::error::{Closed, LinkFailed, OrRaise, wrong};
+use crate::drive::Slot;
+use crate::error::{Closed, LinkFailed, Raise, wrong};
 use crate::simulation::Simulation;
-use crate::slot::Slot;
 use crate::wait::{Run, Unlocked, lock};
 
 /// Simulated devices, as the command has them.
@@ -33,8 +33,8 @@ static OPEN: Mutex<Vec<Weak<Shared>>> = Mutex::new(Vec::new());
 pub(crate) struct Shared {
     opened: Mutex<Option<Opened>>,
     /// Drives that the program may have.
-    drives: Mutex<Vec<Weak<Slot>>>,
-    callbacks: Mutex<Vec<Callback>>,
+    pub(crate) drives: Mutex<Vec<Weak<Slot>>>,
+    pub(crate) callbacks: Mutex<Vec<Callback>>,
 }
 
 /// A network that is open.
@@ -44,7 +44,7 @@ pub(crate) struct Opened {
     pub(crate) runner: Run,
     /// `None` while no node has a name.
     pub(crate) machine: Option<shell::Machine>,
-    pub(crate) simulations: Vec<Simulation>,
+    simulations: Vec<Simulation>,
     /// The PDOs of each bus.
     pub(crate) heard: Vec<Heard>,
     /// What its nodes are, in the words of a machine's file, where it has no file.
@@ -56,10 +56,16 @@ impl Opened {
     pub(crate) fn name(&mut self, node: &str, id: u8, sheet: &str, overlays: &[String]) -> PyResult<()> {
         let words = self.words.as_mut().ok_or_else(|| wrong("the machine's file names its nodes"))?;
         let all = words.clone() + &File::node_words(node, id, sheet, overlays);
-        self.machine =
-            Some(shell::Machine::beside(self.network.clone(), File::of_words(NAMELESS, &all).or_raise()?).or_raise()?);
+        let file = File::of_words(NAMELESS, &all).map_err(Raise::raise)?;
+        self.machine = Some(shell::Machine::beside(self.network.clone(), file).map_err(Raise::raise)?);
         *words = all;
         Ok(())
+    }
+
+    /// Where a device is simulated.
+    pub(crate) fn simulation(&self, node: &str) -> PyResult<&Simulation> {
+        let simulation = self.simulations.iter().find(|simulation| simulation.has(node));
+        simulation.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
     }
 }
 
@@ -72,10 +78,7 @@ pub(crate) fn bus_url(url: &str) -> PyResult<BusUrl> {
 impl Shared {
     /// The bus of a URL.
     pub(crate) fn of_url(url: &str, pace: Pace) -> PyResult<Arc<Self>> {
-        match Shared::link_of(&bus_url(url)?, pace)? {
-            Ok(link) => Shared::of_link(link),
-            Err(simulation) => Ok(simulation),
-        }
+        Shared::link_of(&bus_url(url)?, pace)?.map_or_else(Ok, Shared::of_link)
     }
 
     /// A link without a network, and what it simulates, if it does.
@@ -99,7 +102,7 @@ impl Shared {
     /// The bus behind a link.
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
         let (link, heard) = Heard::over(link);
-        let (runner, network) = Runner::spawn(link).map_err(MachineError::from).or_raise()?;
+        let (runner, network) = Runner::spawn(link).map_err(MachineError::from).map_err(Raise::raise)?;
         let runner = Arc::new(Unlocked::new(runner));
         let (machine, simulations, heard, words) = (None, Vec::new(), vec![heard], Some(String::new()));
         Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
@@ -107,17 +110,17 @@ impl Shared {
 
     /// A machine on the buses of its file.
     pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
-        let file = File::of_path(path).or_raise()?;
-        Shared::over(file.links().or_raise()?, file, Vec::new(), None)
+        let file = File::of_path(path).map_err(Raise::raise)?;
+        Shared::over(file.links().map_err(Raise::raise)?, file, Vec::new(), None)
     }
 
     /// The devices of a machine's file, or one device, simulated.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
         let (file, words) = if is_machine(name) {
-            (File::of_path(Path::new(name)).or_raise()?, None)
+            (File::of_path(Path::new(name)).map_err(Raise::raise)?, None)
         } else {
             let words = File::node_words(&format!("node{node}"), node, name, &[]);
-            (File::of_words(NAMELESS, &words).or_raise()?, Some(words))
+            (File::of_words(NAMELESS, &words).map_err(Raise::raise)?, Some(words))
         };
         let (links, simulations) = Simulation::of(&file, pace)?;
         Shared::over(links, file, simulations, words)
@@ -130,9 +133,9 @@ impl Shared {
         words: Option<String>,
     ) -> PyResult<Arc<Self>> {
         let (links, heard) = links.into_iter().map(Heard::over).unzip();
-        let machine = blocking::Machine::over(links, file).or_raise()?;
+        let machine = blocking::Machine::over(links, file).map_err(Raise::raise)?;
         if !simulations.is_empty() {
-            machine.pass(BOOTING).or_raise()?;
+            machine.pass(BOOTING).map_err(Raise::raise)?;
         }
         let (machine, runner) = machine.inner();
         let runner = Arc::new(Unlocked::new(runner.clone()));
@@ -141,15 +144,9 @@ impl Shared {
     }
 
     fn new(opened: Opened) -> Arc<Self> {
-        let shared = Arc::new(Shared {
-            opened: Mutex::new(Some(opened)),
-            drives: Mutex::default(),
-            callbacks: Mutex::default(),
-        });
-        let mut open = lock(&OPEN);
-        open.retain(|other| other.strong_count() > 0);
-        open.push(Arc::downgrade(&shared));
-        drop(open);
+        let (opened, drives, callbacks) = (Mutex::new(Some(opened)), Mutex::default(), Mutex::default());
+        let shared = Arc::new(Shared { opened, drives, callbacks });
+        note(&OPEN, &shared);
         shared
     }
 
@@ -178,25 +175,9 @@ impl Shared {
         Ok(Box::new(link.ok_or_else(|| wrong("only a simulated bus has room for another link"))?))
     }
 
-    /// Notes a drive, which ends with the network.
-    pub(crate) fn note(&self, drive: &Arc<Slot>) {
-        let mut drives = lock(&self.drives);
-        drives.retain(|other| other.strong_count() > 0);
-        drives.push(Arc::downgrade(drive));
-    }
-
-    /// Notes a callback, which ends with the network.
-    pub(crate) fn call_back(&self, callback: Callback) {
-        lock(&self.callbacks).push(callback);
-    }
-
     /// Has a simulated device carry out a command, and returns its answer.
     pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<String> {
-        let answer = self.with(|opened| {
-            let all = opened.simulations.iter().map(|simulation| simulation.carry_out(node, line));
-            all.filter_map(Result::transpose).next().transpose()
-        });
-        answer?.ok_or_else(|| no_device(node))
+        self.with(|opened| opened.simulation(node)?.carry_out(node, line))
     }
 
     /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a
@@ -213,6 +194,13 @@ impl Shared {
             ended.into_iter().chain(called).collect()
         })
     }
+}
+
+/// Notes what is to be ended with others, for as long as it is there.
+pub(crate) fn note<T>(all: &Mutex<Vec<Weak<T>>>, it: &Arc<T>) {
+    let mut all = lock(all);
+    all.retain(|other| other.strong_count() > 0);
+    all.push(Arc::downgrade(it));
 }
 
 /// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
@@ -236,8 +224,4 @@ pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
     let left = std::mem::take(&mut *lock(&LEFT));
     py.detach(|| left.into_iter().for_each(|thread| drop(thread.join())));
     closed.into_iter().collect()
-}
-
-pub(crate) fn no_device(node: &str) -> PyErr {
-    wrong(format_args!("there is no simulated device {node:?}"))
 }

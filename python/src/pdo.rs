@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyByteArray, PyBytes, PyDict, PyMemoryView};
 use tokio::sync::broadcast::error::RecvError;
 
-use crate::error::{OrRaise, wrong};
+use crate::error::{Raise, wrong};
 use crate::opened::Shared;
 use crate::value::by_name;
 use crate::wait::{seconds, wait, within};
@@ -80,7 +80,7 @@ impl Pdo {
         let (shared, heard, network) = self.live()?;
         let (_, runner) = shared.network()?;
         let Some((at, frame)) = heard.latest(self.state.cob_id.id()) else { return Ok(None) };
-        let now = wait(py, &runner, network.now())?.or_raise()?;
+        let now = wait(py, &runner, network.now())?.map_err(Raise::raise)?;
         Ok(Some((self.values(py, &frame)?, now.since(at).as_secs_f64())))
     }
 
@@ -101,7 +101,8 @@ impl Pdo {
                 }
             }
         };
-        let frame = wait(py, &runner, within(network, timeout.map(seconds).transpose()?, next))?.or_raise()?;
+        let frame =
+            wait(py, &runner, within(network, timeout.map(seconds).transpose()?, next))?.map_err(Raise::raise)?;
         frame.map(|frame| self.values(py, &frame)).transpose()
     }
 
@@ -123,6 +124,7 @@ impl Pdo {
             words
         } else if let Some(view) = PyMemoryView::from(frames).ok().filter(|view| !has(view, "format", "O")) {
             let bytes = view.call_method0("tobytes")?.cast_into::<PyBytes>()?;
+            let no_frames = || PyValueError::new_err("a buffer of frames has 8 bytes for each");
             let is_whole = has(&view, "itemsize", 1) || has(&view, "itemsize", 8);
             let (frames, []) = bytes.as_bytes().as_chunks::<8>() else { return Err(no_frames()) };
             let frames = Some(frames).filter(|_| is_whole).ok_or_else(no_frames)?;
@@ -148,10 +150,6 @@ impl Pdo {
     fn __repr__(&self) -> String {
         format!("<Pdo {} at {:X}h>", self.state.name, self.cob_id())
     }
-}
-
-fn no_frames() -> PyErr {
-    PyValueError::new_err("a buffer of frames has 8 bytes for each")
 }
 
 /// Whether an attribute of a buffer is so. References to objects are no bytes of frames.

@@ -15,7 +15,7 @@ use lexican_toolbox::values::{DeviceValues, choices};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
-use crate::error::{ObjectUnknown, OrRaise, wrong};
+use crate::error::{ObjectUnknown, Raise, wrong};
 use crate::pdo::Pdo;
 use crate::value::{ObjectName, python};
 
@@ -28,32 +28,25 @@ use crate::value::{ObjectName, python};
 #[pyo3(signature = (name, overlays = Vec::new()))]
 pub(crate) fn load(py: Python<'_>, name: PathBuf, overlays: Vec<PathBuf>) -> PyResult<DataSheet> {
     let name = name.to_string_lossy().into_owned();
-    let sheet = py.detach(|| Sheet::load_unjudged(&name, &overlays)).or_raise()?;
-    Ok(DataSheet { sheet, name, overlays })
+    let sheet = py.detach(|| Sheet::load_unjudged(&name, &overlays)).map_err(Raise::raise)?;
+    Ok(DataSheet { library: sheet.library, sheet, name, overlays })
 }
 
 /// A device as its data sheet describes it: a mapping from index and sub-index to entries, which are also found by name.
 #[pyclass(module = "lexican", frozen, mapping)]
 pub(crate) struct DataSheet {
     sheet: Sheet,
+    /// The device of the library that it is, if it came from there.
+    #[pyo3(get)]
+    library: Option<&'static str>,
+    /// What it was loaded by.
+    #[pyo3(get)]
     pub(crate) name: String,
     pub(crate) overlays: Vec<PathBuf>,
 }
 
 #[pymethods]
 impl DataSheet {
-    /// What it was loaded by.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The device of the library that it is, if it came from there.
-    #[getter]
-    fn library(&self) -> Option<&'static str> {
-        self.sheet.library
-    }
-
     /// The entry of a name, an index, or index and sub-index; an index alone means its sub-index 0.
     ///
     /// Raises ObjectUnknown with what is similar.

@@ -1,4 +1,4 @@
-//! Simulated devices inside the process.
+//! Simulated devices inside the process, and their faults, each for as long as a `with` lasts.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,18 +8,14 @@ use lexican_runtime::{Frame, NodeId};
 use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
-use crate::error::{MachineFileError, wrong};
+use crate::error::{MachineFileError, Raise, wrong};
+use crate::opened::Shared;
 use crate::wait::lock;
 
 /// What happens to the frames of nodes as long as a fault lasts.
-pub(crate) type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
-
-/// What happens to a frame.
-fn fate(faults: &Faults, frame: &Frame) -> Fate {
-    let faults = lock(faults);
-    faults.iter().rev().find(|(node, _)| is_of(frame, *node)).map_or(Fate::Deliver, |(_, fate)| *fate)
-}
+type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
 
 /// Whether a node has sent a frame, by the predefined connection set.
 fn is_of(frame: &Frame, node: NodeId) -> bool {
@@ -32,7 +28,7 @@ fn is_of(frame: &Frame, node: NodeId) -> bool {
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     devices: Arc<Mutex<Segment<SimulatedDevice>>>,
-    pub(crate) faults: Faults,
+    faults: Faults,
 }
 
 impl Simulation {
@@ -43,7 +39,10 @@ impl Simulation {
             let (bus, devices) = plant.on_own_bus(pace)?;
             let faults = Faults::default();
             let lasting = Arc::clone(&faults);
-            bus.set_fate(move |_, frame| fate(&lasting, frame));
+            bus.set_fate(move |_, frame| {
+                let faults = lock(&lasting);
+                faults.iter().rev().find(|(node, _)| is_of(frame, *node)).map_or(Fate::Deliver, |(_, fate)| *fate)
+            });
             Ok((Box::new(bus.link()) as BoxedLink, Simulation { bus, devices, faults }))
         };
         let started = machine.buses().map(start).collect::<Result<Vec<_>, lexican_simulation::PlantError>>();
@@ -55,14 +54,14 @@ impl Simulation {
         lock(&self.devices).nodes().any(|device| device.is_called(node))
     }
 
-    /// Has a device carry out a command, and returns its answer, or `None` if there is no such device.
-    pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<Option<String>> {
+    /// Has a device carry out a command, and returns its answer.
+    pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<String> {
         let command = command::parse(line).map_err(wrong)?;
         let command = command.ok_or_else(|| PyValueError::new_err("the line is empty"))?;
         let now = self.bus.now();
         let mut devices = lock(&self.devices);
         let device = devices.nodes_mut().find(|device| device.is_called(node));
-        device.map(|device| device.carry_out(now, &command).map_err(wrong)).transpose()
+        device.expect("it is one of these").carry_out(now, &command).map_err(wrong)
     }
 }
 
@@ -72,5 +71,44 @@ pub(crate) fn pace(word: &str) -> PyResult<Pace> {
         "virtual" => Ok(Pace::Virtual),
         "real" => Ok(Pace::RealTime),
         _ => Err(PyValueError::new_err(format!("there is no pace {word:?}: \"virtual\" or \"real\""))),
+    }
+}
+
+/// A fault of a simulated device, which lasts as long as its `with`.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Fault {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) node: String,
+    /// `None` if it has no power.
+    pub(crate) fate: Option<Fate>,
+}
+
+impl Fault {
+    fn turn(&self, on: bool) -> PyResult<()> {
+        let Some(fate) = self.fate else {
+            return self.shared.carry_out(&self.node, if on { "power off" } else { "power on" }).map(drop);
+        };
+        let it = (self.shared.machine()?.0.node(&self.node).map_err(Raise::raise)?.id(), fate);
+        self.shared.with(|opened| {
+            let mut faults = lock(&opened.simulation(&self.node)?.faults);
+            match faults.iter().rposition(|other| *other == it) {
+                Some(at) if !on => drop(faults.remove(at)),
+                _ if on => faults.push(it),
+                _ => {}
+            }
+            Ok(())
+        })
+    }
+}
+
+#[pymethods]
+impl Fault {
+    fn __enter__(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| self.turn(true))
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
+        py.detach(|| self.turn(false))
     }
 }

@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_toolbox::values::report::ValueReport;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyInt, PyString};
+use pyo3::types::{IntoPyDict, PyBool, PyBytes, PyDict, PyInt, PyString};
 
 /// A value in Python's words: `bool`, `int`, `float`, `str` or `bytes`; a COB-ID that depends on the node-ID is a text.
 pub(crate) fn python<'py>(
@@ -100,12 +100,11 @@ impl Value {
 
 /// Values by the names of their entries.
 pub(crate) fn by_name(py: Python<'_>, reports: Vec<ValueReport>) -> PyResult<Bound<'_, PyDict>> {
-    let values = PyDict::new(py);
-    for report in reports {
+    let named = reports.into_iter().map(|report| {
         let name = report.entry.as_deref().map_or_else(|| report.address.to_string(), str::to_owned);
-        values.set_item(name, Py::new(py, Value::of(py, report)?)?)?;
-    }
-    Ok(values)
+        Ok((name, Value::of(py, report)?))
+    });
+    named.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
 }
 
 /// A value, a position or a velocity in words: a text as people write it, or a number as the device counts.
