@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import lexican
 import pytest
+
+# A shell that has begun the tests in the background has it ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SENSOR = """\
 [FileInfo]
