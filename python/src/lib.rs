@@ -36,10 +36,9 @@ mod _native {
         },
         frames::Frames,
         lss::{lss_configure, lss_scan},
-        network::{Event, Events, Machine, Network, Node, simulate},
+        network::{Event, Events, Fault, Machine, Network, Node, simulate},
         pdo::Pdo,
         sheet::{Change, DataSheet, Entry, Finding, load},
-        simulation::Fault,
         value::Value,
     };
 

@@ -27,7 +27,7 @@ use crate::frames::{Frames, PythonLink, frame, unix_time};
 use crate::opened::{Shared, note};
 use crate::pdo::Pdo;
 use crate::sheet::{DataSheet, node_id};
-use crate::simulation::{Fault, pace};
+use crate::simulation::pace;
 use crate::value::{ObjectName, Value, by_name, words};
 use crate::wait::{Run, lock, seconds, wait, within};
 
@@ -522,5 +522,44 @@ impl Event {
 
     fn __repr__(&self) -> String {
         format!("<Event {}>", self.text)
+    }
+}
+
+/// A fault of a simulated device, which lasts as long as its `with`.
+#[pyclass(module = "lexican", frozen)]
+pub(crate) struct Fault {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) node: String,
+    /// `None` if it has no power.
+    pub(crate) fate: Option<Fate>,
+}
+
+impl Fault {
+    fn turn(&self, on: bool) -> PyResult<()> {
+        let Some(fate) = self.fate else {
+            return self.shared.carry_out(&self.node, if on { "power off" } else { "power on" }).map(drop);
+        };
+        let it = (self.shared.machine()?.0.node(&self.node).map_err(Raise::raise)?.id(), fate);
+        self.shared.with(|opened| {
+            let mut faults = lock(&opened.simulation(&self.node)?.faults);
+            match faults.iter().rposition(|other| *other == it) {
+                Some(at) if !on => drop(faults.remove(at)),
+                _ if on => faults.push(it),
+                _ => {}
+            }
+            Ok(())
+        })
+    }
+}
+
+#[pymethods]
+impl Fault {
+    fn __enter__(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| self.turn(true))
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
+        py.detach(|| self.turn(false))
     }
 }

@@ -1,4 +1,4 @@
-//! Simulated devices inside the process, and their faults, each for as long as a `with` lasts.
+//! Simulated devices inside the process.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,10 +8,8 @@ use lexican_runtime::{Frame, NodeId};
 use lexican_simulation::{Plant, Segment, SimulatedDevice, command};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
-use crate::error::{MachineFileError, Raise, wrong};
-use crate::opened::Shared;
+use crate::error::{MachineFileError, wrong};
 use crate::wait::lock;
 
 /// What happens to the frames of nodes as long as a fault lasts.
@@ -28,7 +26,7 @@ fn is_of(frame: &Frame, node: NodeId) -> bool {
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     devices: Arc<Mutex<Segment<SimulatedDevice>>>,
-    faults: Faults,
+    pub(crate) faults: Faults,
 }
 
 impl Simulation {
@@ -71,44 +69,5 @@ pub(crate) fn pace(word: &str) -> PyResult<Pace> {
         "virtual" => Ok(Pace::Virtual),
         "real" => Ok(Pace::RealTime),
         _ => Err(PyValueError::new_err(format!("there is no pace {word:?}: \"virtual\" or \"real\""))),
-    }
-}
-
-/// A fault of a simulated device, which lasts as long as its `with`.
-#[pyclass(module = "lexican", frozen)]
-pub(crate) struct Fault {
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) node: String,
-    /// `None` if it has no power.
-    pub(crate) fate: Option<Fate>,
-}
-
-impl Fault {
-    fn turn(&self, on: bool) -> PyResult<()> {
-        let Some(fate) = self.fate else {
-            return self.shared.carry_out(&self.node, if on { "power off" } else { "power on" }).map(drop);
-        };
-        let it = (self.shared.machine()?.0.node(&self.node).map_err(Raise::raise)?.id(), fate);
-        self.shared.with(|opened| {
-            let mut faults = lock(&opened.simulation(&self.node)?.faults);
-            match faults.iter().rposition(|other| *other == it) {
-                Some(at) if !on => drop(faults.remove(at)),
-                _ if on => faults.push(it),
-                _ => {}
-            }
-            Ok(())
-        })
-    }
-}
-
-#[pymethods]
-impl Fault {
-    fn __enter__(&self, py: Python<'_>) -> PyResult<()> {
-        py.detach(|| self.turn(true))
-    }
-
-    #[pyo3(signature = (*_exception))]
-    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
-        py.detach(|| self.turn(false))
     }
 }
