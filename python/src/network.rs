@@ -29,7 +29,7 @@ use crate::pdo::Pdo;
 use crate::sheet::{DataSheet, node_id};
 use crate::simulation::pace;
 use crate::value::{ObjectName, Value, by_name, words};
-use crate::wait::{Run, lock, seconds, wait, within};
+use crate::wait::{Run, ask, lock, seconds, wait, within};
 
 /// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
 /// of a bus of python-can.
@@ -121,8 +121,7 @@ impl Network {
     fn read_bytes<'py>(&self, py: Python<'py>, node: u8, index: u16, sub: u8) -> PyResult<Bound<'py, PyBytes>> {
         let (network, runner) = self.shared.network()?;
         let node = node_id(node)?;
-        let bytes = wait(py, &runner, network.read_bytes(node, Address::new(index, sub)))?.map_err(Raise::raise)?;
-        Ok(PyBytes::new(py, &bytes))
+        ask(py, &runner, network.read_bytes(node, Address::new(index, sub))).map(|bytes| PyBytes::new(py, &bytes))
     }
 
     /// Writes the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
@@ -131,7 +130,7 @@ impl Network {
     fn write_bytes(&self, py: Python<'_>, node: u8, index: u16, sub: u8, data: Vec<u8>) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let node = node_id(node)?;
-        wait(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))?.map_err(Raise::raise)
+        ask(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))
     }
 
     /// Commands a node by NMT, or all nodes: "start", "stop", "pre-operational", "reset-node", "reset-communication".
@@ -147,14 +146,14 @@ impl Network {
         };
         let (network, runner) = self.shared.network()?;
         let node = node.map(node_id).transpose()?;
-        wait(py, &runner, network.command(command, node))?.map_err(Raise::raise)
+        ask(py, &runner, network.command(command, node))
     }
 
     /// Sends a frame as it is.
     #[pyo3(signature = (cob_id, data = Vec::new()))]
     fn send(&self, py: Python<'_>, cob_id: u32, data: Vec<u8>) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
-        wait(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))?.map_err(Raise::raise)
+        ask(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))
     }
 
     /// Sends SYNC (080h) every so many seconds from now on; 0 ends that. Counts up to `overflow`, if it is not 0.
@@ -163,15 +162,14 @@ impl Network {
         let (network, runner) = self.shared.network()?;
         let period = seconds(period)?;
         let sync = network.with_manager(move |manager, now| manager.produce_sync(now, CobId::SYNC, period, overflow));
-        wait(py, &runner, sync)?.map_err(Raise::raise)
+        ask(py, &runner, sync)
     }
 
     /// Sends a heartbeat as `node` every so many seconds from now on; 0 ends that.
     fn produce_heartbeat(&self, py: Python<'_>, node: u8, period: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let (node, period) = (node_id(node)?, seconds(period)?);
-        let beat = network.with_manager(move |manager, now| manager.produce_heartbeat(now, node, period));
-        wait(py, &runner, beat)?.map_err(Raise::raise)
+        ask(py, &runner, network.with_manager(move |manager, now| manager.produce_heartbeat(now, node, period)))
     }
 
     /// Watches a node: it is lost when no heartbeat has come for so many seconds.
@@ -180,7 +178,7 @@ impl Network {
         let remote = Remote::new(node_id(node)?).with_heartbeat(seconds(timeout)?);
         let watch =
             network.with_manager(move |manager, now| manager.add(now, remote).expect("it has room for 127 nodes"));
-        wait(py, &runner, watch)?.map_err(Raise::raise)
+        ask(py, &runner, watch)
     }
 
     /// What happens to the nodes that have names, from now on.
@@ -205,13 +203,13 @@ impl Network {
         let (network, runner) = self.shared.network()?;
         let span = seconds(span)?;
         let sleep = async { network.sleep_until(network.now().await? + span).await };
-        wait(py, &runner, sleep)?.map(drop).map_err(Raise::raise)
+        ask(py, &runner, sleep).map(drop)
     }
 
     /// The time of the bus, in seconds.
     fn now(&self, py: Python<'_>) -> PyResult<f64> {
         let (network, runner) = self.shared.network()?;
-        let now = wait(py, &runner, network.now())?.map_err(Raise::raise)?;
+        let now = ask(py, &runner, network.now())?;
         Ok(now.since(lexican_runtime::Instant::ZERO).as_secs_f64())
     }
 
@@ -255,7 +253,7 @@ impl Machine {
     /// Raises LexicanError with the nodes that have not booted.
     fn boot(this: &Bound<'_, Self>) -> PyResult<()> {
         let (machine, runner) = this.as_super().get().shared.machine()?;
-        wait(this.py(), &runner, machine.boot())?.map_err(Raise::raise)
+        ask(this.py(), &runner, machine.boot())
     }
 
     /// Saves the parameters of all nodes in one file (tar), as `lexican backup` does, which reads it as well. What is missing, a
@@ -363,13 +361,13 @@ impl Node {
     /// Raises ObjectUnknown, SdoAborted, NoAnswer.
     fn read(&self, py: Python<'_>, object: ObjectName) -> PyResult<Value> {
         let (node, runner) = self.found()?;
-        Value::of(py, wait(py, &runner, node.get(&object.text()))?.map_err(Raise::raise)?)
+        Value::of(py, ask(py, &runner, node.get(&object.text()))?)
     }
 
     /// Reads all entries of an object that can be read: those of an array or a record, in their order.
     fn read_all(&self, py: Python<'_>, object: ObjectName) -> PyResult<Vec<Value>> {
         let (node, runner) = self.found()?;
-        let read = wait(py, &runner, node.get_all(&object.text()))?.map_err(Raise::raise)?;
+        let read = ask(py, &runner, node.get_all(&object.text()))?;
         read.into_iter().map(|value| Value::of(py, value)).collect()
     }
 
@@ -381,8 +379,8 @@ impl Node {
         let (node, runner) = self.found()?;
         let object = object.text();
         match value.cast::<PyBytes>() {
-            Ok(bytes) => wait(py, &runner, node.set_bytes(&object, bytes.as_bytes()))?.map_err(Raise::raise),
-            Err(_) => wait(py, &runner, node.set(&object, &words(value)?))?.map_err(Raise::raise),
+            Ok(bytes) => ask(py, &runner, node.set_bytes(&object, bytes.as_bytes())),
+            Err(_) => ask(py, &runner, node.set(&object, &words(value)?)),
         }
     }
 
@@ -393,7 +391,7 @@ impl Node {
         let py = this.py();
         let node = this.get();
         let (machine, runner) = node.shared.machine()?;
-        let drive = wait(py, &runner, machine.drive(&node.name))?.map_err(Raise::raise)?;
+        let drive = ask(py, &runner, machine.drive(&node.name))?;
         let slot = Arc::new(Slot::new(drive, runner));
         note(&node.shared.drives, &slot);
         Ok(Drive { slot, name: node.name.clone(), node: this.clone().into_any().unbind() })
@@ -411,7 +409,7 @@ impl Node {
         let heard = self.shared.with(|opened| Ok(opened.heard[bus.unwrap_or_default()].clone()))?;
         let sent = node.sent_pdos();
         let mapped = sent.iter().flat_map(|pdo| &pdo.mapping).map(|mapped| mapped.address);
-        let seen = wait(py, &runner, node.conditions(mapped))?.map_err(Raise::raise)?.into();
+        let seen = ask(py, &runner, node.conditions(mapped))?.into();
         let device = Arc::new(device.clone());
         let pdo = |state| {
             let live = Some((Arc::clone(&self.shared), heard.clone(), network.clone()));
@@ -472,7 +470,7 @@ impl Events {
         let (network, runner) = self.shared.network()?;
         let timeout = timeout.map(seconds).transpose()?;
         let next = async { self.events.lock().await.next().await };
-        Ok(wait(py, &runner, within(&network, timeout, next))?.map_err(Raise::raise)?.map(Event::from))
+        Ok(ask(py, &runner, within(&network, timeout, next))?.map(Event::from))
     }
 
     fn __iter__(this: Py<Self>) -> Py<Self> {

@@ -19,10 +19,10 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyByteArray, PyBytes, PyDict, PyMemoryView};
 use tokio::sync::broadcast::error::RecvError;
 
-use crate::error::{Raise, wrong};
+use crate::error::wrong;
 use crate::opened::Shared;
 use crate::value::by_name;
-use crate::wait::{seconds, wait, within};
+use crate::wait::{ask, seconds, within};
 
 /// A PDO by its data sheet, or by the machine's file.
 #[pyclass(module = "lexican", frozen)]
@@ -80,7 +80,7 @@ impl Pdo {
         let (shared, heard, network) = self.live()?;
         let (_, runner) = shared.network()?;
         let Some((at, frame)) = heard.latest(self.state.cob_id.id()) else { return Ok(None) };
-        let now = wait(py, &runner, network.now())?.map_err(Raise::raise)?;
+        let now = ask(py, &runner, network.now())?;
         Ok(Some((self.values(py, &frame)?, now.since(at).as_secs_f64())))
     }
 
@@ -101,8 +101,7 @@ impl Pdo {
                 }
             }
         };
-        let frame =
-            wait(py, &runner, within(network, timeout.map(seconds).transpose()?, next))?.map_err(Raise::raise)?;
+        let frame = ask(py, &runner, within(network, timeout.map(seconds).transpose()?, next))?;
         frame.map(|frame| self.values(py, &frame)).transpose()
     }
 

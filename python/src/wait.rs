@@ -12,6 +12,8 @@ use lexican_runtime::host::tokio::{Network, Runner};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::error::Raise;
+
 /// What is dropped without the interpreter's lock: a network's thread, which its end waits for, may wait for that lock.
 pub(crate) struct Unlocked<T: Send>(Option<T>);
 
@@ -37,7 +39,7 @@ impl<T: Send> Drop for Unlocked<T> {
     }
 }
 
-/// What runs a network, in the hands of whoever calls it.
+/// Runs a network. Each call that waits has a clone, so that the network cannot end before it.
 pub(crate) type Run = Arc<Unlocked<Runner>>;
 
 /// How soon Ctrl-C is noticed.
@@ -62,7 +64,16 @@ pub(crate) fn wait<T: Send>(py: Python<'_>, runner: &Runner, future: impl Future
     }
 }
 
-/// What something comes to, or `None` if it has not within a time by the time of the bus.
+/// As [`wait`]; an error is raised as an exception.
+pub(crate) fn ask<T: Send, E: Raise + Send>(
+    py: Python<'_>,
+    runner: &Runner,
+    future: impl Future<Output = Result<T, E>> + Send,
+) -> PyResult<T> {
+    wait(py, runner, future)?.map_err(Raise::raise)
+}
+
+/// What a future returns; `None` if that takes longer than `timeout`, by the time of the bus.
 pub(crate) async fn within<T>(
     network: &Network,
     timeout: Option<Duration>,
