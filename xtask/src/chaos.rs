@@ -68,20 +68,19 @@ const SUBJECTS: &[Subject] = &[
 pub(crate) fn run(root: &Path) -> Result<(), String> {
     let programs = ["--bin", "lexican", "--bin", "changeover", "--bin", "circle"];
     command::run_cargo(root, &[&["build", "--workspace"], &programs[..]].concat(), &[])?;
-    let built = workspace::target_folder(root).join("debug");
     let folder = empty_folder(root, "chaos")?;
     let files = [("recipe.toml", RECIPE), ("machine.toml", MACHINE), ("axes.toml", AXES)];
     for (name, text) in files {
         write(&folder.join(name), text)?;
     }
     let lexican = |args: &[&str]| {
-        let mut lexican = Command::new(built.join("lexican"));
+        let mut lexican = Command::new(workspace::program(root, "lexican"));
         lexican.args(args).current_dir(&folder).stdin(Stdio::null()).env_remove("LEXICAN_BUS");
         lexican
     };
     command::output(&mut lexican(&["backup", "--bus", "sim:machine.toml", "5", "-o", "changed.dcf"]))?;
     let disturb = |subject: &Subject| {
-        let program = built.join(if subject.program[0] == "L" { "lexican" } else { subject.program[0] });
+        let program = workspace::program(root, if subject.program[0] == "L" { "lexican" } else { subject.program[0] });
         let program = program.to_string_lossy();
         let args = [&["chaos"], subject.options, &["--", &program], &subject.program[1..]].concat();
         let output = lexican(&args).output().map_err(|error| format!("{}: {error}", subject.name))?;

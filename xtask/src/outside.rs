@@ -10,7 +10,7 @@ use crate::{command, workspace};
 /// The command, as the workspace's tests have built it: an optimised one takes minutes, and what it says here is the same.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
     command::output(command::cargo().args(["build", "--quiet", "--workspace", "--bin", "lexican"]).current_dir(root))?;
-    Ok(workspace::target_folder(root).join("debug").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
+    Ok(workspace::program(root, "lexican"))
 }
 
 /// An empty folder of this name below the target folder.

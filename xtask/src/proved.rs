@@ -55,27 +55,38 @@ impl Inputs {
 
     /// One figure of all inputs as they are in the checkout, committed or not, and of the compiler.
     pub(crate) fn hash(&self, root: &Path) -> Result<String, String> {
-        // An index of its own: what is staged stays as it is, and files that are not yet added count, too.
-        let index = workspace::target_folder(root).join("proved-index");
         let git = |arguments: &[&str]| {
             let mut git = Command::new("git");
-            git.args(arguments).current_dir(root).env("GIT_INDEX_FILE", &index);
+            git.args(["-c", "core.quotePath=false"]).args(arguments).current_dir(root);
             git
         };
-        command::output(&mut git(&["add", "--all"]))?;
-        let mut list = git(&["ls-files", "--stage", "--"]);
-        let mut text = command::output(list.args(self.paths(root)?))?.stdout;
+        // What is committed and what is new, as it lies in the checkout. A file that is gone has no line.
+        let listing = ["ls-files", "--cached", "--others", "--exclude-standard", "--deduplicate", "--"];
+        let names = command::output(git(&listing).args(self.paths(root)?))?.stdout;
+        let names = String::from_utf8_lossy(&names).into_owned();
+        let names: String = names.split_inclusive('\n').filter(|name| root.join(name.trim_end()).exists()).collect();
+        let mut text = fed(&mut git(&["hash-object", "--stdin-paths"]), names.as_bytes())?;
+        text.extend(names.into_bytes());
         text.extend(command::output(Command::new("rustc").arg("-vV"))?.stdout);
         if let Some(outside) = &self.outside {
-            text.extend(command::output(git(&["hash-object"]).arg(outside))?.stdout);
+            text.extend(command::output(git(&["hash-object", "--"]).arg(outside))?.stdout);
         }
-        let mut hash = git(&["hash-object", "--stdin"]);
-        let failed = |error: std::io::Error| format!("git hash-object: {error}");
-        let mut child = hash.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
-        child.stdin.take().map_or(Ok(()), |mut input| input.write_all(&text)).map_err(failed)?;
-        let output = child.wait_with_output().map_err(failed)?;
-        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+        let hash = fed(&mut git(&["hash-object", "--stdin"]), &text)?;
+        Ok(String::from_utf8_lossy(&hash).trim().to_owned())
     }
+}
+
+/// What a command says to an input.
+fn fed(command: &mut Command, input: &[u8]) -> Result<Vec<u8>, String> {
+    let failed = |error: std::io::Error| format!("git: {error}");
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
+    let stdin = child.stdin.take();
+    let output = std::thread::scope(|scope| {
+        // Beside the reading: it answers line by line, and a pipe that nobody empties would hold it up.
+        scope.spawn(move || stdin.map(|mut stdin| stdin.write_all(input)));
+        child.wait_with_output()
+    });
+    Ok(output.map_err(failed)?.stdout)
 }
 
 /// Whether the record of a job is that of what is in the checkout.

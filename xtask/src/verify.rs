@@ -8,8 +8,7 @@ use crate::{command, workspace};
 pub(crate) fn run(root: &Path, drive: Option<&str>, check: bool) -> Result<(), String> {
     // With the features that the workspace's tests have been built with, and not with fewer: it is there already.
     command::run_cargo(root, &["build", "--quiet", "--workspace", "--bin", "lexican-verify"], &[])?;
-    let program =
-        workspace::target_folder(root).join("debug").join(format!("lexican-verify{}", std::env::consts::EXE_SUFFIX));
+    let program = workspace::program(root, "lexican-verify");
     let program = program.to_string_lossy();
     let mut line = vec![program.as_ref()];
     line.extend(drive);

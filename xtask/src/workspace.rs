@@ -20,6 +20,11 @@ pub(crate) fn target_folder(root: &Path) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }
 
+/// A program of the workspace, where a debug build puts it.
+pub(crate) fn program(root: &Path, name: &str) -> PathBuf {
+    target_folder(root).join("debug").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+}
+
 /// A package, as `cargo metadata` has it.
 #[derive(Clone, Deserialize)]
 pub(crate) struct Package {

@@ -94,7 +94,7 @@ fn serial_port(root: &Path, python: &Path) -> Result<(), String> {
     let build = ["build", "-p", "lexican-siko-serial", "--features", "serialport", "--example", "simulate"];
     command::run_cargo(root, &build, &[])?;
     let script = root.join("tests/interop/serial_port.py");
-    let program = workspace::target_folder(root).join("debug/examples/simulate");
+    let program = workspace::program(root, "examples/simulate");
     let [python, script, program] = [python, &script, &program].map(|path| path.to_string_lossy().into_owned());
     command::run(&[&*python, "-B", &script, &program])
 }
@@ -121,7 +121,7 @@ impl Run<'_> {
     fn column(&self, direction: &'static Direction, link: &'static str) -> Result<Column, String> {
         let results = self.folder.join(format!("{}-{link}.txt", direction.name));
         let script = self.root.join("tests/interop/run.py");
-        let program = workspace::target_folder(self.root).join("debug").join(direction.program);
+        let program = workspace::program(self.root, direction.program);
         let [python, script, program, results_word] =
             [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
         // -B: no byte code beside the scripts.
@@ -139,7 +139,7 @@ impl Run<'_> {
             let folder = self.folder.join("logs");
             let results = self.folder.join(format!("logs-{}.txt", direction.name));
             let script = self.root.join("tests/interop/logs.py");
-            let program = workspace::target_folder(self.root).join("debug").join(direction.program);
+            let program = workspace::program(self.root, direction.program);
             let words = [&self.python, &script, &program, &folder, &results];
             let [python, script, program, folder, out] = words.map(|path| path.to_string_lossy().into_owned());
             let line = [&*python, "-B", &script, &program, direction.name, &folder, &out];
@@ -168,7 +168,7 @@ impl Run<'_> {
 
     /// What tshark and lexican make of a recorded bus: a line of results.
     fn compare(&self, log: &Path) -> Result<String, String> {
-        let lexican = workspace::target_folder(self.root).join("debug/lexican");
+        let lexican = workspace::program(self.root, "lexican");
         let script = self.root.join("tests/interop/compare.py");
         let output = Command::new("python3").arg(script).arg(lexican).arg(log).output();
         let output = output.map_err(|error| format!("python3: {error}"))?;
