@@ -132,3 +132,14 @@ pub(super) fn tag(node: Node<'_, '_>) -> Range<usize> {
     let name = &node.document().input_text()[start..];
     start..start + name.find(|c: char| c.is_whitespace() || matches!(c, '/' | '>')).unwrap_or(name.len())
 }
+
+/// The start tag of an element, without the `>` or `/>` that ends it.
+pub(super) fn start_tag<'d>(node: Node<'d, '_>) -> &'d str {
+    let (text, at) = (node.document().input_text(), node.range());
+    let tag = match node.first_child() {
+        Some(child) => &text[at.start..child.range().start],
+        // Values of attributes have no `<`, but they may have `>`.
+        None => text[at.clone()].rsplit_once("</").map_or(&text[at], |(tag, _)| tag),
+    };
+    tag.strip_suffix("/>").or(tag.strip_suffix('>')).unwrap_or(tag).trim_end()
+}

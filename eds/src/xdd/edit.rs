@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use roxmltree::Node;
 
-use super::document::{attribute, children, document, find, local, tag, text};
-use super::object::is_off;
+use super::document::{attribute, children, document, find, local, start_tag, tag, text};
+use super::object::{is_elementary, is_off};
 use super::read::{Reader, kbit, translate, words};
 use super::write::{boolean, date, kbps, time, type_name};
 use super::xml::QUALIFIED;
-use super::{ACCESS, BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, TYPES};
+use super::{BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, access_word, pdo_mapping};
 use crate::finding::Findings;
-use crate::model::{AccessType, Entry, ObjectKind};
+use crate::model::{Entry, ObjectKind};
 use crate::parse::number;
 use crate::parse::section::{ObjectPart, SectionKind};
 use crate::patch::Patch;
@@ -190,10 +190,7 @@ impl<'d, 'i> Editor<'d, 'i, '_> {
             "AccessType" | "PDOMapping" => self.access(own, node, entry?),
             "DataType" => {
                 let name = type_name(entry?.data_type);
-                let is_type = |it: &Node<'_, '_>| {
-                    [BITSTRING, "dataTypeIDRef"].contains(&local(*it))
-                        || TYPES.iter().any(|(name, _)| *name == local(*it))
-                };
+                let is_type = |it: &Node<'_, '_>| is_elementary(it) || local(*it) == "dataTypeIDRef";
                 if let Some(node) = own.and_then(|own| own.children().find(is_type)) {
                     self.edits.push((node.range(), format!("<{name} />")));
                 }
@@ -250,12 +247,7 @@ impl<'d, 'i> Editor<'d, 'i, '_> {
 
     /// Access and mapping, of which each says something of the other; what says the same already stays.
     fn access(&mut self, own: Option<Node<'d, 'i>>, node: Node<'d, 'i>, entry: &Entry) {
-        let word = ACCESS.iter().find(|(_, access)| *access == entry.access).map_or("read", |(word, _)| word);
-        let direction = match entry.access {
-            AccessType::Rwr => "TPDO",
-            AccessType::Rww => "RPDO",
-            _ => "optional",
-        };
+        let direction = pdo_mapping(entry.access);
         let is = attribute(node, "PDOmapping").map_or("no", |said| said.text);
         let mapping = match is {
             _ if !entry.pdo_mapping => "no",
@@ -268,7 +260,7 @@ impl<'d, 'i> Editor<'d, 'i, '_> {
             self.attribute(node, "PDOmapping", Some(mapping));
         }
         if let Some(own) = own {
-            self.attribute(own, "access", Some(word));
+            self.attribute(own, "access", Some(access_word(entry.access)));
         }
         if own.is_none() || attribute(node, "accessType").is_some() {
             let word = if ["TPDO", "RPDO"].contains(&mapping) { "rw" } else { entry.access.name() };
@@ -316,9 +308,12 @@ impl<'d, 'i> Editor<'d, 'i, '_> {
         if node.children().next().is_some() {
             return self.edits.push((text(node).at, value));
         }
-        let (whole, name) = (&self.source()[node.range()], &self.source()[tag(node)]);
-        let start = whole.strip_suffix("/>").unwrap_or(whole.split_once('>').map_or(whole, |(start, _)| start));
-        self.edits.push((node.range(), format!("{}>{value}</{name}>", start.trim_end())));
+        self.edits.push(self.filled(node, &value));
+    }
+
+    /// An element without content gets some.
+    fn filled(&self, node: Node<'d, 'i>, content: &str) -> (Range<usize>, String) {
+        (node.range(), format!("{}>{content}</{}>", start_tag(node), &self.source()[tag(node)]))
     }
 
     /// An element goes, with the blanks before it.
@@ -337,10 +332,9 @@ impl<'d, 'i> Editor<'d, 'i, '_> {
             let end = last.range().end;
             (end..end, format!("{}{markup}", self.gap_before(last.range().start)))
         } else {
-            let (name, gap) = (&self.source()[tag(parent)], self.gap_before(parent.range().start));
-            let whole = &self.source()[parent.range()];
-            let start = whole.strip_suffix("/>").unwrap_or(whole.split_once('>').map_or(whole, |(start, _)| start));
-            (parent.range(), format!("{}>{gap}  {markup}{gap}</{name}>", start.trim_end()))
+            let gap = self.gap_before(parent.range().start);
+            let deeper = if gap.is_empty() { "" } else { "  " };
+            self.filled(parent, &format!("{gap}{deeper}{markup}{gap}"))
         };
         self.edits.push(edit);
     }

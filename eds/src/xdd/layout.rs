@@ -3,7 +3,7 @@
 
 use roxmltree::Node;
 
-use super::document::{document, local, tag};
+use super::document::{document, local, start_tag, tag};
 use crate::text::Source;
 
 /// Attributes of objects that are hexadecimal (CiA 311).
@@ -63,8 +63,8 @@ impl Writer<'_> {
     fn start(&self, node: Node<'_, '_>) -> String {
         let is_object = matches!(local(node), "CANopenObject" | "CANopenSubObject");
         let mut start = format!("<{}", &self.xml[tag(node)]);
-        let mut rest = &self.xml[tag(node).end..node.range().end];
-        while let Some((name, after)) = rest.split_once('=').filter(|(name, _)| !name.contains(['>', '/'])) {
+        let mut rest = &start_tag(node)[start.len()..];
+        while let Some((name, after)) = rest.split_once('=') {
             let after = after.trim_start();
             let quote = if after.starts_with('\'') { '\'' } else { '"' };
             let Some((value, others)) = after.get(1..).and_then(|after| after.split_once(quote)) else { break };

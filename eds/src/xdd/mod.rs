@@ -41,6 +41,19 @@ const ACCESS: [(&str, AccessType); 6] = [
     ("readWriteOutput", AccessType::Rww),
 ];
 
+fn access_word(access: AccessType) -> &'static str {
+    ACCESS.iter().find(|(_, of)| *of == access).map_or("read", |(word, _)| word)
+}
+
+/// `PDOmapping` of an object that may be mapped: the only PDO that its access allows, or either.
+fn pdo_mapping(access: AccessType) -> &'static str {
+    match access {
+        AccessType::Rwr => "TPDO",
+        AccessType::Rww => "RPDO",
+        _ => "optional",
+    }
+}
+
 /// The elementary types of IEC 61131-3; of several for one data type, the first is written.
 const TYPES: [(&str, DataType); 18] = [
     ("BOOL", DataType::Boolean),

@@ -293,11 +293,14 @@ impl<'d, 'i> Own<'_, 'd, 'i, '_> {
 
     /// The element of IEC 61131-3 that a parameter's type comes down to.
     fn type_of(&self, parameter: Node<'d, 'i>) -> Option<Node<'d, 'i>> {
-        let is_type =
-            |node: &Node<'_, '_>| local(*node) == BITSTRING || TYPES.iter().any(|(name, _)| *name == local(*node));
         let types = self.reader.with_templates(parameter).flat_map(|node| self.reader.with_types(node));
-        types.into_iter().find_map(|node| node.children().find(is_type))
+        types.into_iter().find_map(|node| node.children().find(is_elementary))
     }
+}
+
+/// Whether an element is a type of IEC 61131-3.
+pub(super) fn is_elementary(node: &Node<'_, '_>) -> bool {
+    local(*node) == BITSTRING || TYPES.iter().any(|(name, _)| *name == local(*node))
 }
 
 /// Whether CANopenEditor offers the object, but leaves it out of the device and of its EDS.

@@ -2,7 +2,7 @@
 //! tools read either the one or the other.
 
 use super::xml::Xml;
-use super::{ACCESS, BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, TYPES};
+use super::{BITSTRING, COMMISSIONING, FEATURES, FILE, IDENTITY, TYPES, access_word, pdo_mapping};
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, Entry, Enumeration, Meaning, Object, ObjectList, Properties, Unit};
 use crate::write::{self, Said, difference, said};
@@ -178,10 +178,9 @@ impl Writer<'_> {
 
     fn parameter(&mut self, object: &Object, entry: &Entry) {
         let id = id_of(object, Some(entry));
-        let access = ACCESS.iter().find(|(_, access)| *access == entry.access).map_or("read", |(word, _)| word);
         let unit = single_unit(self.device, entry);
         let multiplier = unit.and_then(decimal).unwrap_or_default();
-        let mut attributes = vec![("uniqueID", id.as_str()), ("access", access)];
+        let mut attributes = vec![("uniqueID", id.as_str()), ("access", access_word(entry.access))];
         attributes.extend(entry.persistent.then_some(("persistent", "true")));
         attributes.extend((!multiplier.is_empty() && multiplier != "1").then_some(("multiplier", multiplier.as_str())));
         self.xml.open("parameter", &attributes);
@@ -292,13 +291,11 @@ impl Writer<'_> {
         if entry.data_type != DataType::Other(0) {
             attributes.push(("dataType", format!("{:04X}", entry.data_type.code())));
         }
-        let (access, mapping) = match entry.access {
-            AccessType::Rwr => ("rw", "TPDO"),
-            AccessType::Rww => ("rw", "RPDO"),
-            other => (other.name(), "optional"),
-        };
+        let is_one_way = matches!(entry.access, AccessType::Rwr | AccessType::Rww);
+        let access = if is_one_way { "rw" } else { entry.access.name() };
         attributes.push(("accessType", access.to_owned()));
-        attributes.push(("PDOmapping", if entry.pdo_mapping { mapping } else { "no" }.to_owned()));
+        let mapping = if entry.pdo_mapping { pdo_mapping(entry.access) } else { "no" };
+        attributes.push(("PDOmapping", mapping.to_owned()));
         let names = ["defaultValue", "lowLimit", "highLimit", "actualValue", "denotation"];
         let named = names.into_iter().zip(self.values(entry));
         attributes.extend(named.filter_map(|(name, value)| Some((name, value?))));

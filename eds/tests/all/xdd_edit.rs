@@ -107,6 +107,17 @@ fn a_single_quote_stays_whole() {
 }
 
 #[test]
+fn an_element_without_content_keeps_its_attributes() {
+    let sheet = Source::new(
+        "valve",
+        INLINE.replace("<baudRate><supportedBaudRate value=\"500 Kbps\"/>", "<baudRate note=\"1 > 0\">"),
+    );
+    let after = set(&sheet, Place::DeviceInfo, "BaudRate_250", Some("1")).unwrap().apply(&sheet);
+    let expected = "<baudRate note=\"1 > 0\"><supportedBaudRate value=\"250 Kbps\" /></baudRate>";
+    assert!(after.contains(expected), "{:?}", difference(sheet.text(), &after));
+}
+
+#[test]
 fn what_xml_cannot_say_is_refused() {
     let sheet = Source::new("valve.xdd", EDITOR);
     let error = set(&sheet, Place::DeviceInfo, "RevisionNumber", Some("3")).unwrap_err();
