@@ -11,12 +11,17 @@ const END: &str = "<!-- until here -->";
 
 /// What is added now and then, an example of it by a name that nothing else has, and what is its own: other files that name it
 /// are those that the next one changes, too.
-const CHANGES: [(&str, &str, &str); 6] = [
+const CHANGES: [(&str, &str, &str); 7] = [
     ("a drive: files that name the AKD", "akd", "drives/kollmorgen-akd/"),
     ("a link: files that name slcan", "slcan", "runtime/src/host/slcan"),
     ("a log format: files that name BLF", "blf", "toolbox/src/log/format/blf.rs"),
-    ("a drive's order: files that name resume", "resume", "drives/"),
-    ("a mode of CiA 402: files that name the interpolated one", "interpolated", "drives/kollmorgen-akd/"),
+    ("a drive's order: files that name MoveTo", "moveto", "drives/"),
+    ("a mode of CiA 402: files that name the cyclic torque one", "cyclictorque", "drives/kollmorgen-akd/"),
+    (
+        "a mode with an object of its own: files that name the interpolated one",
+        "interpolated",
+        "drives/kollmorgen-akd/",
+    ),
     ("a trace column: files that name alarming", "alarming", "bench/src/model/trace.rs"),
 ];
 
@@ -74,10 +79,12 @@ fn tests_inside(text: &str) -> usize {
     lines.windows(2).position(is_begin).map_or(0, |begin| lines.len() - begin)
 }
 
-/// Whether code, and no comment or test, has the name as a word.
+/// Whether code, and no comment, test or text in quotes, has the name as a word.
 fn names(text: &str, name: &str) -> bool {
-    let code = text.lines().take(text.lines().count() - tests_inside(text));
-    code.filter(|line| !line.trim_start().starts_with("//")).any(|line| contains_word(line, name))
+    let lines = text.lines().take(text.lines().count() - tests_inside(text));
+    let mut code =
+        lines.filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| line.split('"').step_by(2));
+    code.any(|part| contains_word(part, name))
 }
 
 /// Whether a word of the text begins with this one, in any case.
