@@ -18,12 +18,12 @@ pub(crate) fn changes(root: &Path) -> Result<String, String> {
     }
 }
 
-/// The files that git knows, or would know, from the root.
+/// The files that git tracks, and new ones that it does not ignore, relative to the root.
 pub(crate) fn files(root: &Path) -> Result<Vec<String>, String> {
     let mut list = Command::new("git");
     list.args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"]).current_dir(root);
     let files = String::from_utf8_lossy(&command::output(&mut list)?.stdout).into_owned();
-    // What is deleted is in the list until that is committed.
+    // Git still lists files whose deletion is not committed.
     Ok(files.split_terminator('\0').filter(|file| root.join(file).is_file()).map(str::to_owned).collect())
 }
 

@@ -70,7 +70,7 @@ pub(crate) enum Job {
     Interop,
 }
 
-/// Runs a job, or those that are not yet proved, or with `all` every one.
+/// Runs one job, or all that no record proves; with `all`, those as well.
 pub(crate) fn run(root: &Path, job: Option<Job>, all: bool) -> Result<(), String> {
     if let Some(free) = Free::for_builds(root) {
         println!("{free}");
@@ -81,11 +81,11 @@ pub(crate) fn run(root: &Path, job: Option<Job>, all: bool) -> Result<(), String
     }
 }
 
-/// Runs the jobs: those that compile and judge no times beside the others, since tests wait for half of their time; the one
-/// that does, last and alone.
+/// Runs the jobs in two lanes, since tests spend half of their time waiting: beside them run the jobs that compile and whose
+/// outcome does not depend on timing. The interoperability runs do depend on it, so they come last and alone.
 fn run_all(root: &Path, all: bool) -> Result<(), String> {
     let is_clean = is_clean(root);
-    // Asked before a job builds it anew, when it is no longer the file that it was started from.
+    // Asked now: once a job has rebuilt this program, the system no longer knows the path of the running one.
     let program = std::env::current_exe().map_err(|error| format!("this program: {error}"))?;
     let wanted = Job::value_variants().iter().filter(|job| all || !job.is_proved(root));
     let (last, wanted): (Vec<Job>, Vec<Job>) = wanted.partition(|job| **job == Job::Interop);
@@ -117,7 +117,7 @@ fn run_all(root: &Path, all: bool) -> Result<(), String> {
     alone.and(beside).and(last)
 }
 
-/// Whether the checkout can be watched for what jobs change in it.
+/// Whether the checkout has no changes of its own, so that those that a job leaves can be seen.
 fn is_clean(root: &Path) -> bool {
     let why = match checkout::changes(root) {
         Ok(changes) if changes.is_empty() => return true,
@@ -128,7 +128,7 @@ fn is_clean(root: &Path) -> bool {
     false
 }
 
-/// Tests and measurements leave the checkout as it is: what they make belongs into the target folder.
+/// An error if a job has left changes: what tests and measurements make belongs into the target folder.
 fn still_clean(root: &Path) -> Result<(), String> {
     let changes = checkout::changes(root)?;
     if changes.is_empty() {
@@ -137,7 +137,7 @@ fn still_clean(root: &Path) -> Result<(), String> {
     Err(format!("the job has left changes in the checkout:\n{changes}commit them, or let the job write elsewhere"))
 }
 
-/// The likely cause of a failure, and what to do about it, when the disk is about full.
+/// When the disk is nearly full, that this is the likely cause of a failure, and what to do.
 fn short_of_space(root: &Path) -> String {
     match Free::for_builds(root) {
         Some(free) if free.is_short() => format!(
@@ -157,16 +157,16 @@ impl Job {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether it can run beside the others: it judges no times. One that builds into their folder waits while one of them does.
+    /// Whether it can run in the second lane: its outcome does not depend on timing. Cargo's lock keeps two builds apart.
     const fn is_beside(self) -> bool {
         use Job::{Clippy, Doc, Features, Firmware, Fuzz, Main, Minimal, Package, Targets};
-        // What the firmware fails by a time is tried again.
+        // The firmware is timed, too, but a case that fails by its time is tried again.
         matches!(self, Main | Clippy | Doc | Features | Targets | Minimal | Package | Firmware | Fuzz)
     }
 
-    /// What it depends on, when it is so heavy that it is worth to know.
+    /// What its outcome depends on; `None` for jobs so light that no record is kept.
     fn inputs(self) -> Option<Inputs> {
-        // Where it is skipped it proves nothing.
+        // Where a tool is missing, the job would skip its work: that proves nothing.
         match self {
             Job::Firmware | Job::Size if crate::firmware::is_possible().is_err() => return None,
             Job::Python if crate::wheel::is_possible().is_err() => return None,
@@ -223,7 +223,7 @@ impl Job {
         Some(Inputs { own, manifests, paths, outside })
     }
 
-    /// Whether it has passed with just what is in the checkout; says so.
+    /// Whether its record says that it has passed with exactly these sources; if so, prints that it is skipped.
     fn is_proved(self, root: &Path) -> bool {
         let Some(inputs) = self.inputs() else { return false };
         let name = self.name();
@@ -240,7 +240,7 @@ impl Job {
         }
     }
 
-    /// Runs it, and looks whether it has left the checkout as it was; if so, and it is a heavy one, that is recorded.
+    /// Runs it; fails if it has left changes in the checkout, and else keeps a record of a heavy job.
     fn run_and_look(self, root: &Path, is_clean: bool) -> Result<(), String> {
         let name = self.name();
         println!("== {name}");
@@ -255,11 +255,11 @@ impl Job {
         }
     }
 
-    /// Runs it as a command of its own, and prints what it says when it is over.
+    /// Runs it as a process of its own, and prints its output when it has ended.
     fn run_silently(self, root: &Path, program: &Path) -> Result<(), String> {
         let name = self.name();
         println!("== {name}: begun beside the others");
-        // What only compiles gives way to the tests, of which some wait for a program to answer in time.
+        // Jobs that only compile get less of the processor: some tests wait for a program to answer in time.
         let gives_way = cfg!(unix) && self != Job::Firmware;
         let mut command = if gives_way { Command::new("nice") } else { Command::new(program) };
         if gives_way {
@@ -286,7 +286,7 @@ impl Job {
                 ];
                 let all = [&all[..], &["--", "-D", "warnings"]].concat();
                 command::run_cargo(root, &all, &[])?;
-                // In the workspace's folder: what both depend on is compiled once.
+                // With the target folder of the workspace, so that shared dependencies are compiled once.
                 let folder = workspace::target_folder(root).to_string_lossy().into_owned();
                 let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
                 command::run_cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
@@ -317,7 +317,7 @@ impl Job {
             Job::Main => readme_command(root, "main job"),
             Job::Test => {
                 readme_command(root, "tests")?;
-                // A test that is skipped does not show there.
+                // The harness hides what passing tests print, so skipped ones are named here.
                 for programs in [&["chromium-headless-shell", "chromium", "google-chrome"][..], &["tmux"], &["tshark"]]
                 {
                     if !programs.iter().any(|program| command::is_there(program)) {

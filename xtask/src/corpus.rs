@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::{command, outside};
 
-/// So many bytes of generated code make one crate, so that no build is larger than a large user's.
+/// How many bytes of generated code go into one crate, so that no build is larger than that of a large user.
 const MAX_BYTES: usize = 6_000_000;
 
 /// Every file that loads becomes a simulated device, in virtual time: it boots, obeys NMT, and `check` finds nothing that
@@ -51,7 +51,7 @@ pub(crate) fn compile(root: &Path, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The code, or the last thing that the command said.
+/// The generated code, or the last line of the error.
 fn generate(lexican: &Path, file: &Path) -> Result<Result<String, String>, String> {
     let output = Command::new(lexican)
         .args(["gen", "--storage", "--names"])

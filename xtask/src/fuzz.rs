@@ -26,7 +26,7 @@ pub(crate) fn run(root: &Path, target: Option<&str>, seconds: u32) -> Result<(),
     let folder = workspace::target_folder(root).join("fuzz");
     let host = host()?;
     let text = folder.to_string_lossy();
-    // With a target named, what runs while building is not counted.
+    // With an explicit target, build scripts and macros are not instrumented.
     let mut build = vec!["build", "--release", "--quiet", "--locked", "--manifest-path", "fuzz/Cargo.toml"];
     build.extend(["--target", &host, "--target-dir", &text]);
     command::run_cargo(root, &build, &[("RUSTFLAGS", FLAGS)])?;
@@ -65,7 +65,7 @@ pub(crate) fn run(root: &Path, target: Option<&str>, seconds: u32) -> Result<(),
     Ok(())
 }
 
-/// What libFuzzer says in its last lines, in one.
+/// The last lines of libFuzzer as one line.
 fn summary(said: &str) -> String {
     let last = |key: &str| said.rsplit(key).next().and_then(|rest| rest.split_whitespace().next()).unwrap_or("?");
     let (runs, found) = (last("number_of_executed_units:"), last("new_units_added:"));
@@ -78,7 +78,7 @@ impl Arguments {
     }
 }
 
-/// Files of other tests that are good beginnings.
+/// Files of other tests from which fuzzing can begin.
 fn more_inputs(target: &str) -> Option<&'static str> {
     match target {
         "eds" => Some("eds/tests/golden"),

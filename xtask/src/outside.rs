@@ -7,7 +7,7 @@ use std::process::Output;
 
 use crate::{command, workspace};
 
-/// The command, as the workspace's tests have built it: an optimised one takes minutes, and what it says here is the same.
+/// The command as the tests of the workspace use it. Building an optimised one takes minutes, and would print the same.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
     command::output(command::cargo().args(["build", "--quiet", "--workspace", "--bin", "lexican"]).current_dir(root))?;
     Ok(workspace::program(root, "lexican"))

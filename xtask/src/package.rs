@@ -15,8 +15,7 @@ pub(crate) fn published(root: &Path) -> Result<Vec<Package>, String> {
     Ok(packages)
 }
 
-/// Packs all packages, and compiles each with all features from what was packed and from what cargo has loaded
-/// already.
+/// Packs all packages, and compiles each with all features against the packed others, without network.
 pub(crate) fn run(root: &Path) -> Result<(), String> {
     let packages = published(root)?;
     let mut found = Vec::new();
@@ -58,7 +57,7 @@ pub(crate) fn features(package: &Package) -> impl Iterator<Item = &str> {
     names.map(String::as_str).filter(|name| *name != "default")
 }
 
-/// What is packed.
+/// The files of a package.
 fn files(package: &Package) -> Result<String, String> {
     let mut command = command::cargo();
     command.args(["package", "--list", "--offline", "--allow-dirty", "--manifest-path"]).arg(&package.manifest_path);

@@ -1,4 +1,4 @@
-//! What npm makes: the page of the bench (`bench/page/dist`, of `bench/page/src`) after its tests, and the extension for VS Code.
+//! What is built by npm: the page of the bench (`bench/page/dist`, of `bench/page/src`) after its tests, and the extension for VS Code.
 
 use std::path::Path;
 use std::process::Command;

@@ -8,10 +8,10 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::command;
 use crate::workspace::{self, all};
+use crate::{checkout, command};
 
-/// Where the records are. They are made by jobs, and are no part of what jobs depend on.
+/// The folder of the records. No job depends on it.
 pub(crate) const FOLDER: &str = ".ci/proved";
 
 /// What every job depends on, whatever it builds: how jobs are run, the lock file, the profiles and lints.
@@ -34,7 +34,7 @@ const COMMON: [&str; 12] = [
 pub(crate) struct Inputs {
     /// Files and folders of its own in `xtask/src`.
     pub(crate) own: &'static [&'static str],
-    /// Manifests whose package, or workspace, counts with all packages of ours that it is made of.
+    /// Manifests of packages or workspaces: each counts with all packages of ours that it depends on.
     pub(crate) manifests: &'static [&'static str],
     /// Files and folders besides.
     pub(crate) paths: &'static [&'static str],
@@ -53,18 +53,18 @@ impl Inputs {
         Ok(paths)
     }
 
-    /// One figure of all inputs as they are in the checkout, committed or not, and of the compiler.
+    /// One hash of the compiler and of all inputs as they lie in the checkout, committed or not.
     pub(crate) fn hash(&self, root: &Path) -> Result<String, String> {
         let git = |arguments: &[&str]| {
             let mut git = Command::new("git");
-            git.args(["-c", "core.quotePath=false"]).args(arguments).current_dir(root);
+            git.args(arguments).current_dir(root);
             git
         };
-        // What is committed and what is new, as it lies in the checkout. A file that is gone has no line.
-        let listing = ["ls-files", "--cached", "--others", "--exclude-standard", "--deduplicate", "--"];
-        let names = command::output(git(&listing).args(self.paths(root)?))?.stdout;
-        let names = String::from_utf8_lossy(&names).into_owned();
-        let names: String = names.split_inclusive('\n').filter(|name| root.join(name.trim_end()).exists()).collect();
+        let paths = self.paths(root)?;
+        let is_input = |file: &Path| file.ancestors().any(|path| paths.contains(&*path.to_string_lossy()));
+        let files = checkout::files(root)?;
+        let names: String =
+            files.iter().filter(|file| is_input(file.as_ref())).map(|file| format!("{file}\n")).collect();
         let mut text = fed(&mut git(&["hash-object", "--stdin-paths"]), names.as_bytes())?;
         text.extend(names.into_bytes());
         text.extend(command::output(Command::new("rustc").arg("-vV"))?.stdout);
@@ -76,20 +76,20 @@ impl Inputs {
     }
 }
 
-/// What a command says to an input.
+/// The output of a command that is given an input.
 fn fed(command: &mut Command, input: &[u8]) -> Result<Vec<u8>, String> {
     let failed = |error: std::io::Error| format!("git: {error}");
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
     let stdin = child.stdin.take();
     let output = std::thread::scope(|scope| {
-        // Beside the reading: it answers line by line, and a pipe that nobody empties would hold it up.
+        // In a thread: the command answers line by line, and would block as soon as a full pipe is not read.
         scope.spawn(move || stdin.map(|mut stdin| stdin.write_all(input)));
         child.wait_with_output()
     });
     Ok(output.map_err(failed)?.stdout)
 }
 
-/// Whether the record of a job is that of what is in the checkout.
+/// Whether the record of a job has this hash.
 pub(crate) fn is_right(root: &Path, job: &str, hash: &str) -> bool {
     std::fs::read_to_string(record(root, job)).is_ok_and(|text| text.trim() == hash)
 }
@@ -157,7 +157,7 @@ mod tests {
         file("elsewhere/b.rs", "1");
         file("target/.gitignore", "*");
         command::output(Command::new("git").arg("init").arg("--quiet").current_dir(&root)).unwrap();
-        // What a job depends on always is looked for, too: git refuses no path that is not there.
+        // The inputs of every job are missing in this repository: git takes paths that do not exist.
         let inputs = Inputs { own: &[], manifests: &[], paths: &["job"], outside: Some(root.join("outside")) };
         file("outside", "1");
         let hash = || inputs.hash(&root).unwrap();

@@ -1,4 +1,4 @@
-//! What `lexican conform --report FILE.json` writes, as far as tasks use it.
+//! The parts of `lexican conform --report FILE.json` that tasks use.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +42,7 @@ impl Report {
 }
 
 impl Case {
-    /// Whether the case has failed by a time that was measured, which may be this machine's fault.
+    /// Whether the case has failed because of a measured time, for which a busy machine may be to blame.
     pub(crate) fn is_out_of_time(&self) -> bool {
         self.measured.contains(&self.reason)
     }

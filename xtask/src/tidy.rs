@@ -11,8 +11,8 @@ use std::process::Command;
 use crate::workspace::{Package, all, entries, packages};
 use crate::{checkout, command};
 
-/// Which of our packages may use which, without `lexican-`: nothing points back. `DRIVES` are the crates of the library's
-/// drives, which use [`OF_A_DRIVE`] unless they have a row; what is in `tests/` may use all.
+/// Which of our packages each may depend on, by names without `lexican-`; there are no circles. `DRIVES` stands for the crates
+/// of the library's drives. One without a row of its own may use [`OF_A_DRIVE`]; packages in `tests/` may use all.
 const ARROWS: &str = "
 lexican-cia:
 lexican-eds: cia
@@ -43,13 +43,13 @@ lexican-python: conform driver eds machine runtime simulation toolbox
 xtask:
 ";
 
-/// What the crate of a drive uses.
+/// What the crate of a drive may use.
 const OF_A_DRIVE: &str = "driver runtime simulator codegen";
 
-/// Files that are longer than 800 lines, and why that is right.
+/// Files that may have more than 800 lines, and why.
 const LONG: &[(&str, &str)] = &[];
 
-/// Rooms whose files still import each other in circles: none may be added.
+/// Rooms whose files import each other in circles. The list may only get shorter.
 const TIED: &[&str] = &["machine/"];
 
 /// How many commits are looked at where there is no origin.
@@ -100,7 +100,7 @@ fn subjects(root: &Path) -> Result<Vec<String>, String> {
     log.args(["log", "--format=%h %s", "HEAD", "--not", "--remotes"]).current_dir(root);
     let log = command::output(&mut log)?.stdout;
     let log = String::from_utf8_lossy(&log);
-    // What is already in the history of a copy without an origin stays.
+    // Without an origin, only the latest commits are looked at.
     let commits = log.lines().take(NEW_COMMITS).filter_map(|line| line.split_once(' '));
     let long = commits.filter(|(_, subject)| subject.chars().count() > 72);
     Ok(long.map(|(commit, subject)| format!("commit {commit}: more than 72 characters: {subject}")).collect())

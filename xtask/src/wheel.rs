@@ -68,7 +68,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let clippy = [&["clippy", "--locked"], &manifest[..], &["--target-dir", &target, "--profile", "quick"]].concat();
     command::run_cargo(root, &[&clippy[..], &["--", "-D", "warnings"]].concat(), &[])?;
     let python = environment("python3", &venv)?;
-    // What its users install, but for the profile.
+    // The package as users install it, except that it is not optimised.
     let made = format!("{}[test]", wheel(root, &python, "quick", &venv.join("wheels"))?.display());
     let program = |name: &str| words(&venv.join("bin").join(name));
     let python = words(&python);

@@ -68,7 +68,7 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
         return Ok(());
     }
     let lexican = outside::lexican(root)?;
-    // That it is linked is all that is asked of the other board's.
+    // The firmware of the other board is only linked, and not run.
     build(root, "firmware-stm32")?;
     let master = build(root, PROGRAM)?.with_file_name(MASTER);
     println!("test a master boots the machine that the command simulates, and enables its drive");

@@ -7,11 +7,11 @@ use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind};
 
 use crate::outside;
 
-/// Where the figures are, below a heading. What stands above it is written by hand.
+/// The page, and the heading below which the figures are written. What stands above it is written by hand.
 const FIGURES: &str = "examples/firmware/README.md";
 const HEADING: &str = "| what | bytes |\n| --- | ---: |\n";
 
-/// So much of a figure may be more, and so much less: compilers differ, and what shrinks is no fault until it is much.
+/// By how much a figure may grow and shrink: compilers differ, and shrinking only matters once the page is far off.
 const MORE: f64 = 1.03;
 const LESS: f64 = 0.8;
 
@@ -56,7 +56,7 @@ fn measure(path: &Path, unused_stack: u64) -> Result<[(&'static str, u64); 4], S
     ])
 }
 
-/// The figures that are written are those of now.
+/// Fails if the figures of the page are not the measured ones.
 fn compare(written: &str, rows: &[(String, u64)]) -> Result<(), String> {
     let is_near = |(name, bytes): &(String, u64)| {
         let old = written

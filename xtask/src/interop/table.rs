@@ -105,7 +105,7 @@ pub(super) fn page(tables: &[Table]) -> String {
     text
 }
 
-/// Services that other software than the peer gives a result of, with its name and what it does.
+/// Services whose result comes from other software than the peer: its name, and what it does.
 const OTHERS: [(&str, &str, &str); 2] = [
     ("same decoding as tshark", "tshark", "decodes what was recorded"),
     ("answers beside a full bus", "can-utils", "cangen fills the bus"),
@@ -135,7 +135,7 @@ fn summary(tables: &[Table]) -> String {
     text
 }
 
-/// What makes a remark a result: it was measured.
+/// What a remark contains when it is a measured result.
 const FIGURES: [&str; 3] = ["/s, ", " agree", " frames, "];
 
 fn is_measured(remark: &str) -> bool {
