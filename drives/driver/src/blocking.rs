@@ -1,4 +1,4 @@
-//! The driver over a link, one operation after the other.
+//! The blocking driver over a link of its own, one operation at a time.
 
 use std::fmt;
 use std::future::Future;
@@ -32,10 +32,10 @@ use crate::session::Session;
 use crate::set_point::SetPoint;
 use crate::units::Units;
 
-/// How often it is looked whether an operation has been cancelled.
+/// How often a waiting operation checks for cancellation.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often a thread that has nothing to keep alive looks again.
+/// How long the keep-alive thread sleeps when it has nothing to send.
 const IDLE: Duration = Duration::from_millis(100);
 
 /// A drive of the kind `K`, a [`Kind`] or [`Any`], at the other end of a link. Every method blocks until its operation is
@@ -54,49 +54,50 @@ pub struct Drive<L: Link, K> {
 }
 
 impl<L: Link, K: Kind> Drive<L, K> {
-    /// Connects as [`Drive::connect`] does, and arms nothing in the drive: for a program that only looks, or whose drive something
-    /// else protects.
+    /// Connects as [`Drive::connect`] does, but arms no protection: for a program that only looks, or whose drive is
+    /// protected by something else.
     ///
-    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
-    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
+    /// **The drive does not notice if this program dies**: killed, aborted, or without power. It then goes on with its
+    /// last order: a travel to its target, inching and velocity mode without end.
     pub fn connect_unprotected(link: L, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION).inspect(Self::report_unprotected)
     }
 }
 
 impl<L: Link + Send + 'static, K: Kind> Drive<L, K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
-    /// goes by. Where the drive can notice that this program is gone, that is armed, as by [`Drive::connect_protected`] with
-    /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
-    /// changed in the drive.
+    /// Connects to the drive at `node`, and checks that it is of this kind and has the COB-IDs that the driver uses. If
+    /// the drive can notice that this program is gone, that protection is armed, as by [`Drive::connect_protected`]
+    /// with [`Supervision::default`]; [`Drive::protection`] says which one it is, and the feature `tracing` logs it.
+    /// Nothing else is changed in the drive.
     ///
     /// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does
-    /// not answer; [`Error::Link`] without a thread.
+    /// not answer; [`Error::Link`] if no thread can be started.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION)?.protected_if_possible()
     }
 
-    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
-    /// protected as by [`Drive::connect`].
+    /// Connects to a drive that may still be without power, or hung up: as [`Drive::recover`], which stops the drive.
+    /// It is protected as by [`Drive::connect`].
     pub fn connect_and_recover(link: L, node: NodeId, recovery: &Recovery) -> Result<(Self, Recovered), Error> {
         Self::recover_as(link, node, K::DESCRIPTION, recovery)
     }
 
-    /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
-    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh).
-    /// What the drive does then, its manual says. The driver keeps it going during operations, and by a thread between them; after a restart of the drive,
-    /// the next operation arms it again. A `Drive` that is released, or is dropped with a drive at rest, disarms it.
+    /// Connects as [`Drive::connect`] does, but fails if the drive cannot notice within this time that this program is
+    /// gone: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). How the drive reacts is in
+    /// its manual. Signs of life are sent during operations, and between them by a thread; after a restart of the
+    /// drive, the next operation arms it again. A `Drive` that is released, or dropped with the drive at rest, disarms
+    /// it.
     ///
-    /// A program that hangs is not gone. None of this replaces an emergency stop.
+    /// A program that hangs is not noticed. None of this replaces an emergency stop.
     ///
-    /// Errors: [`Error::Unsupported`] by a drive that has neither; [`Error::Link`] without a thread.
+    /// Errors: [`Error::Unsupported`] if the drive has neither; [`Error::Link`] if no thread can be started.
     pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION)?.protected(supervision)
     }
 }
 
 impl<L: Link> Drive<L, Any> {
-    /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_unprotected`] does, to a drive with this description.
     pub fn connect_described_unprotected(
         link: L,
         node: NodeId,
@@ -107,12 +108,12 @@ impl<L: Link> Drive<L, Any> {
 }
 
 impl<L: Link + Send + 'static> Drive<L, Any> {
-    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect`] does, to a drive with this description.
     pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
         Self::connect_as(link, node, description)?.protected_if_possible()
     }
 
-    /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_and_recover`] does, to a drive with this description.
     pub fn connect_described_and_recover(
         link: L,
         node: NodeId,
@@ -122,7 +123,7 @@ impl<L: Link + Send + 'static> Drive<L, Any> {
         Self::recover_as(link, node, description, recovery)
     }
 
-    /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_protected`] does, to a drive with this description.
     pub fn connect_described_protected(
         link: L,
         node: NodeId,
@@ -146,7 +147,7 @@ impl<L: Link, K> Drive<L, K> {
     fn connect_as(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
         let mut drive = Self::new(link, node, description);
         match drive.identify() {
-            // Its power has only just come on: now it is there.
+            // The drive has just been powered up: it is there now.
             Err(Error::Restarted) => drive.identify()?,
             identified => identified?,
         }
@@ -189,9 +190,9 @@ impl<L: Link, K> Drive<L, K> {
         report(self.node, Protection::None, None);
     }
 
-    /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
+    /// Arms the protection of [`Drive::connect_protected`] in a drive that is already connected, or with another time.
     ///
-    /// Errors: [`Protection::is_lacking`] has those of a drive that cannot notice.
+    /// Errors: those of [`Protection::is_lacking`] if the drive cannot notice.
     pub fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error>
     where
         L: Send + 'static,
@@ -208,7 +209,7 @@ impl<L: Link, K> Drive<L, K> {
         Ok(self.protection())
     }
 
-    /// Disarms what protects the drive: it goes on with its last order if this program dies.
+    /// Disarms the protection: the drive goes on with its last order if this program dies.
     pub fn unprotect(&mut self) -> Result<(), Error> {
         self.supervision = None;
         self.shared.with(Machine::disarm)?;
@@ -226,26 +227,27 @@ impl<L: Link, K> Drive<L, K> {
         self.shared.with(|machine| machine.session.protection())
     }
 
-    /// What ends the operation that is under way from another thread, and stops the drive.
+    /// A handle by which another thread ends the operation under way and stops the drive.
     #[must_use]
     pub fn cancel_handle(&self) -> CancelHandle {
         self.cancel.clone()
     }
 
-    /// How long travels may take until they count as timed out; ten minutes unless set.
+    /// How long a travel may take before it counts as timed out; ten minutes by default.
     pub fn set_patience(&mut self, patience: Duration) {
         self.context.lock().patience = patience;
     }
 
     /// Brings the drive back after a power cut, an emergency stop, a fault, bus-off or a reset: waits until it answers,
-    /// makes sure that it is of this kind, writes again what `recovery` has and its operating mode, and arms its protection.
-    /// It may be called as well when the drive has only been silent, and has gone on with its order: then it is stopped.
+    /// checks that it is of this kind, writes the settings of `recovery` and the operating mode again, and arms its
+    /// protection. It may also be called when the drive was only silent and went on with its order: the drive is then
+    /// stopped.
     ///
-    /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
-    /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
+    /// Afterwards the drive is not enabled, and nothing moves until it is ordered again: [`Recovered`] has the state
+    /// before and the state now. A fault that is not to be reset stays as it is.
     ///
-    /// Errors: [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::Fault`] when a fault cannot be
-    /// reset.
+    /// Errors: [`Error::Sdo`] or [`Error::Link`] if the drive does not answer in time; [`Error::Fault`] if a fault
+    /// cannot be reset.
     pub fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
         self.shared.with(|machine| {
             let recovered = machine.recover(&self.cancel, recovery);
@@ -258,8 +260,8 @@ impl<L: Link, K> Drive<L, K> {
         })
     }
 
-    /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails, the
-    /// drive notices that nothing keeps it going.
+    /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails,
+    /// the drive notices that the signs of life stop.
     #[must_use]
     pub fn release(self) -> L {
         let mut machine = self.shared.take().expect(HAS_LINK);
@@ -268,7 +270,7 @@ impl<L: Link, K> Drive<L, K> {
         machine.link
     }
 
-    /// Runs a sequence to its end: this is all that the shell does.
+    /// Runs a sequence to its end: all methods for operations do only this.
     ///
     /// Errors: those of the sequence, [`Error::Cancelled`] and [`Error::MayBeMoving`].
     pub fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
@@ -285,7 +287,7 @@ impl<L: Link, K> Drive<L, K> {
     }
 }
 
-/// What an operation works with, or else the thread that keeps the drive going.
+/// What the caller's operation and the keep-alive thread share.
 struct Shared<L> {
     /// `None` once the drive is dropped or released.
     machine: Mutex<Option<Machine<L>>>,
@@ -309,7 +311,7 @@ impl<L: Link> Shared<L> {
         machine
     }
 
-    /// Keeps a protected drive going between operations, until it is dropped or released.
+    /// Sends signs of life to a protected drive between operations, until it is dropped or released.
     fn keep_alive(&self) {
         let mut machine = self.lock();
         while let Some(it) = machine.as_mut() {
@@ -319,7 +321,7 @@ impl<L: Link> Shared<L> {
     }
 }
 
-/// A link, and what runs over it.
+/// A link, and the session that runs over it.
 struct Machine<L> {
     link: L,
     session: Session,
@@ -333,7 +335,7 @@ impl<L: Link> Machine<L> {
     where
         F: Future<Output = Result<T, Error>>,
     {
-        // What has come by now is old, and may be older than what is sent next.
+        // Frames that have come by now may be older than the order that is sent next.
         if self.pump.catch_up(&mut self.link, &mut self.session)? > 0 {
             self.session.context().missed();
         }
@@ -395,7 +397,7 @@ impl<L: Link> Machine<L> {
         }
     }
 
-    /// Lets a moment pass, in which the bus may come back.
+    /// Waits a moment, in which the bus may come back.
     fn pause(&mut self) -> Result<(), LinkError> {
         let until = self.link.now() + LOOK;
         while self.link.now() < until {
@@ -418,7 +420,7 @@ impl<L: Link> Machine<L> {
         }
     }
 
-    /// Arms what is not, or not any more.
+    /// Arms the protection if it is not armed.
     fn protect(&mut self, supervision: Supervision) -> Result<(), Error> {
         if self.session.protection() == Protection::None {
             let protection =
@@ -428,7 +430,7 @@ impl<L: Link> Machine<L> {
         Ok(())
     }
 
-    /// A drive that has been handed over stays armed, for its follower.
+    /// A drive that has been handed over to a follower stays armed, since the follower keeps it alive.
     fn disarm(&mut self) -> Result<(), Error> {
         let is_handed_over = self.session.context().lock().is_handed_over;
         let protection = Some(self.session.protection()).filter(|_| !is_handed_over).unwrap_or_default();
@@ -437,13 +439,13 @@ impl<L: Link> Machine<L> {
         Ok(())
     }
 
-    /// Hears what has come, and sends what is due to keep the drive going; how long to wait for the next time.
+    /// Handles what has come and sends the signs of life that are due; returns how long to wait until the next.
     fn keep_alive(&mut self) -> Duration {
         if self.idle_since == Some(self.link.now()) {
-            // In virtual time the next operation begins when the last one ends, whether a thread gets in between or not.
+            // In virtual time the next operation begins when the last one ends, whether or not this thread runs in between.
             return IDLE;
         }
-        // An operation reports what is wrong with the link.
+        // Errors of the link are reported by the next operation.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
         let now = self.link.now();
         while let Some(frame) = self.session.poll_keep_alive(now) {
@@ -455,11 +457,11 @@ impl<L: Link> Machine<L> {
 
     /// Stops a drive that may be moving, and checks whether it obeys; returns what to report.
     fn let_go(&mut self) -> Option<String> {
-        // The drive may have said that it is not enabled any more; a link that fails now fails again below.
+        // The drive may have said meanwhile that it is disabled. A link that fails here fails again below.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
         let stop: Vec<_> = self.session.context().let_go().collect();
         if stop.is_empty() {
-            // An end as it should be is none that the drive has to notice.
+            // The drive need not react to a program that ends in order.
             if self.session.lets_disarm().is_some() {
                 let _ = self.disarm();
             }
@@ -513,7 +515,7 @@ impl<L: Link, K> fmt::Debug for Drive<L, K> {
 impl<L: Link, K> Drop for Drive<L, K> {
     fn drop(&mut self) {
         if let Some(what) = self.shared.take().as_mut().and_then(Machine::let_go) {
-            // A program whose standard error is closed has to end all the same.
+            // A program ends normally even if its standard error is closed.
             let text = format_args!("the drive at node {} was let go while it may be moving: {what}", self.node);
             let _ = writeln!(std::io::stderr(), "{text}");
         }

@@ -1,12 +1,12 @@
-//! Ending from another thread what a drive is doing.
+//! Ending an operation from another thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Ends the operation of a drive that is under way, and stops the drive. Clones belong to the same drive.
+/// Ends the operation under way and stops the drive. Clones belong to the same drive.
 ///
 /// The operation ends with [`Error::Cancelled`](crate::Error::Cancelled) once the drive stands. If none is under way,
-/// the next one of any kind ends so, before it sends anything else.
+/// the next operation of any kind ends in this way, before it sends anything else.
 ///
 /// ```no_run
 /// # fn run<L: lexican_runtime::host::Link, K: lexican_driver::Kind>(
@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct CancelHandle(Arc<AtomicBool>);
 
 impl CancelHandle {
-    /// Cancels. Returns at once.
+    /// Cancels, and returns at once.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Release);
     }

@@ -1,4 +1,4 @@
-//! Descriptions of data sheets that a program reads.
+//! Descriptions made at run time from a data sheet.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
@@ -23,12 +23,12 @@ pub struct NotADrive {
     report: String,
 }
 
-/// The descriptions that have been read, each with what it was made of.
+/// The descriptions that have been made, each with the drive that it was made of.
 static KNOWN: Mutex<Vec<(Drive, &'static Description)>> = Mutex::new(Vec::new());
 
 impl Description {
-    /// The description of the drive that a data sheet is about: what the data sheet says of it, and all else as CiA 402 has it.
-    /// It is the description that `lexican_codegen::Config::driver` generates.
+    /// The description of the drive of a data sheet: what the data sheet says, and CiA 402 for the rest.
+    /// `lexican_codegen::Config::driver` generates the same.
     ///
     /// ```no_run
     /// use lexican_driver::{Any, Description, Drive};
@@ -47,12 +47,11 @@ impl Description {
     /// }
     /// ```
     ///
-    /// A description is a constant of a kind of drive: drives refer to it, and so do errors and faults, which outlive them.
-    /// One that is read is kept until the program ends, as one that is compiled in is. Data sheets that say the same give the
-    /// same description, so that a program may read them as often as it likes.
+    /// Drives, errors and faults refer to their description and may outlive each other. So a description that is read
+    /// is kept until the program ends. Data sheets that say the same give the same description, so that a program may
+    /// read them as often as it likes.
     ///
-    /// What the driver leaves out, since the data sheet contradicts CiA 402 in it, is a warning of
-    /// [`lexican_eds::drive::read`].
+    /// What the driver ignores because the data sheet contradicts CiA 402 is a warning of [`lexican_eds::drive::read`].
     ///
     /// Errors: [`NotADrive`], when the device is not a drive of CiA 402, or lacks what every driver needs.
     pub fn of_data_sheet(input: &Input) -> Result<&'static Description, NotADrive> {
@@ -66,8 +65,7 @@ impl Description {
         Ok(Description::of_drive(drive))
     }
 
-    /// The description of a drive whose data sheet was [read](lexican_eds::drive::read): see
-    /// [`of_data_sheet`](Self::of_data_sheet).
+    /// As [`of_data_sheet`](Self::of_data_sheet), for a data sheet that was already [read](lexican_eds::drive::read).
     #[must_use]
     pub fn of_drive(drive: Drive) -> &'static Description {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -172,7 +170,7 @@ fn text(text: &str) -> &'static str {
     String::leak(text.to_owned())
 }
 
-/// Likewise.
+/// Kept until the program ends.
 fn rows<T>(rows: Vec<T>) -> &'static [T] {
     Vec::leak(rows)
 }

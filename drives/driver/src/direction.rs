@@ -19,7 +19,7 @@ impl Direction {
         }
     }
 
-    /// The direction of a way or a velocity; positive for none.
+    /// The direction of a distance or a velocity; positive for 0.
     #[must_use]
     pub fn of(way: f64) -> Self {
         if way < 0.0 { Direction::Negative } else { Direction::Positive }

@@ -1,4 +1,4 @@
-//! How operations of the driver fail: refused, or in an error.
+//! How operations of the driver fail: refused, or by an error.
 
 use std::fmt;
 
@@ -32,13 +32,13 @@ pub enum Error {
     /// A value is outside the limits of the data sheet; nothing was sent.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
-    /// A drive of this kind cannot do it at all; nothing was sent.
+    /// This kind of drive cannot do it at all; nothing was sent.
     #[error("the {drive} has no {what}")]
     Unsupported { drive: &'static str, what: Capability },
-    /// A setting is for an object that is no parameter of the drive; nothing was sent.
+    /// A setting names an object that is not a parameter of the drive; nothing was sent.
     #[error("{address} is no parameter of the {drive}")]
     NoParameter { drive: &'static str, address: Address },
-    /// The drive would not do it; nothing has moved.
+    /// A condition is not met; nothing has moved.
     #[error("the drive would refuse: {0}")]
     Refused(Refusal),
     /// The drive is in the state FAULT.
@@ -47,10 +47,11 @@ pub enum Error {
     /// The drive has not followed a command in time.
     #[error("the drive stays in {state} on the command {command:?}")]
     NoReaction { state: State, command: Command },
-    /// No command leads there, and the drive does not go there by itself; or it falls back again and again.
+    /// No command leads to the target state, and the drive does not go there by itself; or it falls back again and
+    /// again.
     #[error("no command leads from {from} to {to}")]
     NoWay { from: State, to: State },
-    /// All conditions are met, and still the drive has not taken an order in time.
+    /// All conditions are met, but the drive has not taken an order in time.
     #[error("the drive does not take the order, and shows no reason (status word {status_word:04X})")]
     NotTaken { status_word: u16 },
     /// The drive shows another operating mode than the one that was written.
@@ -60,18 +61,18 @@ pub enum Error {
         ordered: i8,
         shown: i64,
     },
-    /// The drive has not taken the position that it was given.
+    /// The drive has not taken over the position that it was given.
     #[error("the drive has not been calibrated (status word {status_word:04X})")]
     NotCalibrated { status_word: u16 },
-    /// The drive has been sent a stop, and still moves after the time that braking takes.
+    /// The drive has been sent a stop, and still moves after the braking time.
     #[error("the drive does not stop: it runs at {velocity} {unit}")]
     NotStopped {
-        /// As 606Ch has it.
+        /// As in 606Ch.
         velocity: i32,
-        /// What that is counted in.
+        /// The unit of 606Ch.
         unit: &'static str,
     },
-    /// The status word has no state of the state machine.
+    /// The status word matches no state of the state machine.
     #[error("the status word {0:04X} has no state of the state machine")]
     UnknownState(u16),
     /// The node is another device.
@@ -85,22 +86,22 @@ pub enum Error {
         vendor_id: u32,
         /// The low half of 1000h.
         profile: u16,
-        /// 1008h, when the device has it.
+        /// 1008h, if the device has it.
         name: Option<String>,
     },
-    /// A PDO of the node has another COB-ID than in the predefined connection set (CiA 301, 7.3.5), by which the driver talks,
-    /// or does not exist.
+    /// A PDO of the node does not exist, or has another COB-ID than the one that the driver uses, of the predefined
+    /// connection set (CiA 301, 7.3.5).
     #[error("{address}: the driver goes by COB-ID {:X}h, and the node is set up with {found:08X}h", expected.raw())]
     OtherCobId {
-        /// 1400h:01, say.
+        /// Such as 1400h:01.
         address: Address,
-        /// By what the driver goes.
+        /// The COB-ID that the driver uses.
         expected: CobId,
-        /// What the object holds; its bit 31 says that there is none.
+        /// What the object holds; bit 31 set means that the PDO does not exist.
         found: u32,
     },
-    /// A PDO by which the driver talks carries something else in the drive (CiA 301, 7.5.2.36 and 7.5.2.38): another tool has
-    /// mapped it, and perhaps stored that. Nothing was ordered.
+    /// A PDO that the driver uses carries something else in the drive (CiA 301, 7.5.2.36 and 7.5.2.38): another tool
+    /// has mapped it, and perhaps stored the mapping. Nothing was ordered.
     #[error(
         "{direction:?} PDO {number} is mapped to {}, and the driver goes by {}: restore the mapping of the drive, or use \
          a description that goes by SDO",
@@ -112,12 +113,12 @@ pub enum Error {
         direction: PdoDirection,
         /// 1 to 4.
         number: u16,
-        /// The mapping that the driver expects; index 0 stands for an object that it does not know.
+        /// The mapping that the driver expects; index 0 stands for an object unknown to it.
         expected: Vec<Mapped>,
-        /// What the drive holds, as far as the driver goes by it.
+        /// The mapping in the drive, as far as the driver uses it.
         found: Vec<Mapped>,
     },
-    /// The driver itself talks to the drive by this PDO, or there is none of this number; nothing was sent.
+    /// The driver itself uses this PDO, or there is no PDO of this number; nothing was sent.
     #[error("{direction:?} PDO {number} is not free")]
     PdoInUse {
         /// The direction, as the drive sees it.
@@ -125,7 +126,7 @@ pub enum Error {
         /// 1 to 4.
         number: u16,
     },
-    /// The drive does not send a PDO that was waited for.
+    /// The drive has not sent a PDO that was waited for.
     #[error("transmit PDO {number} does not come")]
     NoPdo {
         /// 1 to 4.
@@ -138,7 +139,7 @@ pub enum Error {
         number: u16,
         error: MappedLengthMismatch,
     },
-    /// The drive sends heartbeats, which exclude life guarding (CiA 301, 7.2.8.2.1), and consumes none.
+    /// The drive sends heartbeats, which exclude life guarding (CiA 301, 7.2.8.2.1), and does not consume any.
     #[error(
         "the drive sends heartbeats (1017h is {heartbeat_ms} ms), which exclude life guarding: write 0 there first"
     )]
@@ -150,10 +151,10 @@ pub enum Error {
     #[error("cancelled: the drive at node {node} {}", if *.stopped { "has been stopped" } else { "was not moving" })]
     Cancelled {
         node: NodeId,
-        /// Whether it may have been moving, and now stands.
+        /// Whether it may have been moving; it stands now.
         stopped: bool,
     },
-    /// An operation failed, and the drive may be moving: it has been ordered to, and has not been seen to stand.
+    /// An operation failed and the drive may be moving: it was ordered to, and has not been seen to stand.
     #[error("{error}; the drive at node {node} may still be moving")]
     MayBeMoving { node: NodeId, error: Box<Error> },
     /// The drive has booted in the middle of an operation: it was reset, or its power failed.
@@ -162,7 +163,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Why the operation failed, whether the drive may be moving or not.
+    /// The error itself, taken out of [`Error::MayBeMoving`].
     #[must_use]
     pub fn into_cause(self) -> Error {
         match self {
@@ -171,7 +172,7 @@ impl Error {
         }
     }
 
-    /// Whether it may pass by itself: the drive does not answer yet, or the bus carries no frames.
+    /// Whether trying again may help: the drive does not answer yet, or the bus carries no frames.
     pub(crate) fn is_passing(&self) -> bool {
         match self {
             Error::Restarted | Error::Sdo(SdoError::TimedOut { .. }) => true,
@@ -181,7 +182,7 @@ impl Error {
         }
     }
 
-    /// Whether the operation has ended before it has changed anything, or with a drive that does not move.
+    /// Whether the operation ended before it changed anything, or the drive does not move.
     pub(crate) const fn leaves_at_rest(&self) -> bool {
         matches!(
             self,
@@ -224,35 +225,35 @@ pub enum Capability {
     Calibration,
     /// Set-points that follow one another.
     SetPoints,
-    /// Set-points that follow one another so.
+    /// One way in which set-points follow one another.
     Succession(Succession),
     /// Set-points that are distances.
     RelativeSetPoints,
-    /// A latch of positions.
+    /// A position latch.
     Latch(Trigger),
-    /// A reaction that can be chosen.
+    /// A reaction with an option code.
     Reaction(Reaction),
-    /// Choosing the approach.
+    /// Choosing the side of approach.
     Approach,
-    /// Keeping parameters on command.
+    /// Storing parameters on command.
     Store,
     /// Restoring factory settings.
     Restore,
-    /// Stopping by load.
+    /// Stopping a travel by its load.
     TorqueDeactivation,
     /// Measuring its temperature.
     Temperature,
     /// Measuring the voltage of a battery.
     Battery,
-    /// Units that the driver could convert.
+    /// Units of position that are known.
     Units,
     /// Switching emergency messages.
     EmergencySwitch,
     /// Noticing that its manager is gone.
     Protection,
-    /// Holding its target until SYNC.
+    /// Holding a target until SYNC.
     StartBySync,
-    /// A profile velocity and acceleration (6081h, 6083h) that are known.
+    /// A known profile velocity and acceleration (6081h, 6083h).
     Profile,
 }
 
@@ -272,7 +273,7 @@ pub enum Missing {
     Supply,
     /// The input that enables the drive is not active.
     EnableInput,
-    /// A safety function has the drive.
+    /// A safety function, such as STO, holds the drive.
     SafetyReleased,
     /// A travel is under way.
     NoTravel,
@@ -299,13 +300,13 @@ pub enum Missing {
         /// The upper limit.
         high: i32,
     },
-    /// Its profile velocity (6081h) is 0: it would take the order, and stand.
+    /// The profile velocity (6081h) is 0: the drive would take the order and not move.
     ProfileVelocity(Address),
-    /// The velocity is more than the gear allows.
+    /// The velocity is higher than the gear allows.
     VelocityWithinGear {
-        /// As 60FFh has it.
+        /// As in 60FFh.
         velocity: i32,
-        /// What the gear allows.
+        /// The highest that the gear allows.
         most: i32,
     },
     /// The drive is enabled.
@@ -314,7 +315,7 @@ pub enum Missing {
     StartBySync,
     /// The operating mode is another one.
     Mode(Mode),
-    /// The operating mode is one that the driver does not know; 0 is none.
+    /// The driver does not know the operating mode; 0 means none.
     UnknownMode(i64),
 }
 

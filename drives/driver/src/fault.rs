@@ -1,15 +1,15 @@
-//! What emergency codes mean.
+//! Emergency codes of drives, and their meaning.
 
 use std::fmt;
 
 use lexican_runtime::wire::emcy::ErrorCode;
 
-/// What a drive's manual says of an emergency code.
+/// An emergency code in a drive's manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code {
     /// The code of EMCY and 1003h.
     pub number: u16,
-    /// What the manual calls it, such as a letter; empty when it has no name.
+    /// The name in the manual, such as a letter; empty if it has none.
     pub label: &'static str,
     /// What happened.
     pub text: &'static str,
@@ -22,37 +22,37 @@ pub struct Codes {
     pub faults: &'static [Code],
     /// Those that do not.
     pub notices: &'static [Code],
-    /// In which order the two bytes of a code come.
+    /// The order of the two bytes of a code.
     pub order: ByteOrder,
 }
 
-/// In which order bytes come that are one number, or one text, together.
+/// The byte order of a number or a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ByteOrder {
-    /// As CiA 301 has it.
+    /// Little-endian, as in CiA 301.
     LowFirst,
-    /// The other way round.
+    /// Big-endian.
     HighFirst,
-    /// The manual contradicts itself: the order that makes a known code of it counts. No code of the table may be another
-    /// one's mirror image.
+    /// The manual contradicts itself: whichever order gives a code of the table counts. So no code of the table may be
+    /// the byte-swapped form of another.
     Either,
 }
 
-/// What an emergency code says.
+/// The meaning of an emergency code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// The fault has been reset.
     NoError,
-    /// The drive is in the state FAULT.
+    /// The drive reports this fault.
     Fault(Code),
-    /// Something to know that is no fault.
+    /// A message that is not a fault.
     Notice(Code),
-    /// A code that the manual does not have.
+    /// A code that is not in the table.
     Unknown(u16),
 }
 
 impl Codes {
-    /// What a code says that came in the order of CiA 301: in an emergency, or as an entry of 1003h.
+    /// The meaning of a code that came in the byte order of CiA 301, in an emergency or as an entry of 1003h.
     #[must_use]
     pub fn cause(&self, code: u16) -> Cause {
         let swapped = code.swap_bytes();

@@ -4,15 +4,15 @@ use crate::description::Description;
 
 /// A kind of drive as a type, so that a `Drive` of one kind is not taken for one of another.
 ///
-/// The type has no values; it is there for its description.
+/// The type has no values; it only carries the description.
 pub trait Kind: 'static {
-    /// What the sequences have to know of it.
+    /// How the sequences work with it.
     const DESCRIPTION: &'static Description;
 }
 
-/// Any kind: drives that are described when the program runs, so that those of several kinds stand in one list.
+/// Any kind: for drives that are described at run time, so that several kinds fit into one list.
 ///
-/// It is no [`Kind`], since it has no description: each way to connect takes one.
+/// It is not a [`Kind`], since it has no description: each way to connect takes one as an argument.
 ///
 /// ```
 /// # use lexican_driver::{Any, Description, Drive, Error};

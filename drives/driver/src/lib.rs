@@ -1,4 +1,4 @@
-//! A driver for drives of the CiA 402 kind. What a drive does differently is data: its [`Description`].
+//! A driver for drives of the CiA 402 kind. What is particular to one kind of drive is data: its [`Description`].
 //!
 //! ```text
 //! Drive            a thin blocking shell over a link; so is tokio::Drive
@@ -8,15 +8,15 @@
 //!   Description    what is particular to a kind of drive
 //! ```
 //!
-//! A crate of a drive describes it, and names its kind; the driver is there:
+//! A drive's crate describes the drive and names its kind; the driver itself is here:
 //!
 //! ```
 //! use lexican_driver::{Description, Kind};
 //!
-//! /// As its manual has it.
+//! /// By its manual.
 //! static SPINDLE: Description = Description {
 //!     name: "spindle",
-//!     // All that it does otherwise than CiA 402 has it.
+//!     // Here follow the differences from CiA 402.
 //!     ..Description::CIA_402
 //! };
 //!
@@ -34,36 +34,35 @@
 //!
 //! # Describing a drive
 //!
-//! Begin with what its data sheet says, which `lexican_codegen::Config::driver` generates, or else with
+//! Start from what its data sheet says, which `lexican_codegen::Config::driver` generates, or else from
 //! [`Description::CIA_402`], and go through the fields with the drive's manual:
 //!
 //! 1. which 1000h, 1018h and 1008h distinguish it from its relatives (`identity`);
 //! 2. where its objects are, and how wide (`objects`): from the generated dictionary, by
 //!    [`Number::of`](description::Number::of);
 //! 3. whether it takes orders by PDO or by SDO, and which PDOs carry what (`outputs`, `inputs`);
-//! 4. its state machine and its bits (`transitions`, `control`, `status`), when the bit of a new setpoint falls
-//!    again (`release`), and its mode numbers (`modes`);
+//! 4. its state machine and its bits (`transitions`, `control`, `status`), when the bit New set-point is cleared
+//!    (`release`), and its mode numbers (`modes`);
 //! 5. what makes it refuse which order (`conditions`), and what its emergency codes mean (`codes`);
-//! 6. how long things take (`times`), most of all for how long it reports what was before an order;
-//! 7. what it can do beyond that: each capability is an `Option`.
+//! 6. how long things take (`times`), above all how long it still reports its old state after an order;
+//! 7. what else it can do: each capability is an `Option`.
 //!
-//! What no field can say is a reason for another field, not for an `if` in a sequence.
+//! A peculiarity that no field can express asks for a new field, not for an `if` in a sequence.
 //!
 //! # What never happens
 //!
 //! - No sequence asks which drive it is talking to, and this crate names none (`cargo xtask tidy`).
-//! - Nothing moves before every condition for it has been looked at: what is missing is reported as
-//!   [`Error::Refused`], and what the drive does not have as [`Error::Unsupported`], before anything is sent.
-//! - No sequence does I/O or reads a clock.
+//! - Nothing moves before every condition for it has been checked: an unmet condition is reported as
+//!   [`Error::Refused`], and a missing capability as [`Error::Unsupported`], before anything is sent.
 //!
 //! # A bus that its drives fill
-//!
+//! # A bus that its drives fill up
 //! Many drives send a PDO whenever a position or velocity in it changes, and come from the factory without an inhibit time.
 //! While two of them move, a bus at 500 kbit/s may be full: SDOs give way to PDOs, and operations of any drive on it time out
 //! ([`Error::Sdo`]). [`Drive::unpaced_pdos`] finds such PDOs when a machine is commissioned, and [`Drive::configure_pdos`] gives
 //! them an inhibit time or a synchronous transmission type. Connecting looks for what makes a drive unsafe to move, and not
-//! for these.
-//!
+//! them an inhibit time or a synchronous transmission type. Connecting checks for what makes a drive unsafe to move,
+//! and does not check for such PDOs.
 //! # Many axes, and drives that come back
 //!
 //! [`cyclic`] leads several drives along a path by SYNC, in every cycle of 1 to 10 ms. [`Drive::recover`] brings a drive back
@@ -71,10 +70,10 @@
 //!
 //! # How a program ends, and what the drive does then
 //!
-//! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped,
-//! leaves the drive doing what it was ordered last; such an error is [`Error::MayBeMoving`]. [`Error::Refused`] and
-//! [`Error::Unsupported`] come before anything moves. `stop`, `quick_stop` and `disable` stop all that moves, and so does
-//! dropping the `Drive`: by a quick stop in the middle of a step, which nothing else ends.
+//! An operation that fails after its order was sent, that times out, or whose call is dropped, leaves the drive doing
+//! what it was last ordered to do; such an error is [`Error::MayBeMoving`]. [`Error::Refused`] and
+//! [`Error::Unsupported`] come before anything moves. `stop`, `quick_stop` and `disable` stop all movement, and so does
+//! dropping the `Drive`: in the middle of a step by a quick stop, since nothing else ends a step.
 //!
 //! | The program | sends | so the drive | and one that is protected |
 //! | --- | --- | --- | --- |
@@ -88,14 +87,14 @@
 //!
 //! With the driver of tokio, a task that handles a signal drops the call that is under way, and then stops the drive.
 //!
-//! A drive that goes on ends a travel at its target; inching and velocity mode do not end. One that is
-//! protected notices that its manager is gone, by life guarding or a missing heartbeat, and does what its manual says.
+//! A drive that goes on finishes a travel at its target; inching and velocity mode do not end. A protected drive
+//! notices by life guarding or a missing heartbeat that its manager is gone, and reacts as its manual says.
 //! [`Drive::connect`] protects each drive that can notice, within a second ([`Supervision::default`]), and
-//! [`Drive::protection`] says how. [`Drive::connect_unprotected`] leaves it out: for a program that only looks at a drive, or whose
-//! drive something else protects. A thread of the blocking driver, or the task
-//! of a network, sends four signs of life in that time while the program does something else. A program that ends as it
-//! should, with a drive at rest, disarms it: by dropping or releasing the blocking `Drive`, or by `unprotect` of the tokio one.
-//!
+//! [`Drive::protection`] says how. [`Drive::connect_unprotected`] does not: it is for a program that only looks at a
+//! drive, or whose drive is protected by something else. While the program does something else, a thread of the
+//! blocking driver, or the task of a network, sends four signs of life in that time. A program that ends in order, with
+//! the drive at rest, disarms the protection: by dropping or releasing the blocking `Drive`, or by `unprotect` of the
+//! tokio one.
 //! The test `endings` of the crate of a drive ends a real process in each of these ways, `killed` of `examples/changeover` by
 //! SIGKILL. None of this replaces an emergency stop.
 

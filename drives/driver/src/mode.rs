@@ -14,7 +14,7 @@ macro_rules! modes {
             /// All of them.
             pub const ALL: &[Mode] = &[$(Mode::$mode),*];
 
-            /// What CiA 402 calls it. Its number is the description's.
+            /// The mode of CiA 402. Its number is in the description.
             #[must_use]
             pub const fn in_profile(self) -> cia402::Mode {
                 match self { $(Mode::$mode => cia402::Mode::$in_profile,)* }

@@ -1,21 +1,21 @@
-//! The operations of a drive: the one list, from which both shells are made.
+//! The operations of a drive: the one list, of which both shells are made.
 //!
-//! A row has the documentation of a method, its name, arguments and result, and the sequence that it runs. A shell
-//! hands in a macro that makes methods of rows; so an operation that one shell has, the other one has too.
+//! A row has a method's documentation, name, arguments and result, and the sequence that it runs. A shell hands in a
+//! macro that makes methods of the rows, so all shells have the same operations.
 
-/// Makes methods of all operations by the macro of a shell.
+/// Makes methods of all operations, by the macro of a shell.
 macro_rules! operations {
     ($shell:ident) => {
         $shell! {
             /// The state of the state machine.
             fn state(drive) -> State = sequence::state(drive);
 
-            /// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
+            /// Why the drive is in fault: the last emergency message, or else the latest entry of 1003h.
             fn cause(drive) -> Cause = sequence::cause(drive);
 
-            /// Leads the drive to OPERATION ENABLED, by way of NMT OPERATIONAL when it takes orders by PDO.
+            /// Leads the drive to OPERATION ENABLED, through NMT OPERATIONAL if it takes orders by PDO.
             ///
-            /// Errors: [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT.
+            /// Errors: [`Error::Refused`], such as without supply; [`Error::Fault`] in FAULT.
             fn enable(drive) -> () = sequence::enable(drive);
 
             /// Stops the drive with its programmed deceleration, then releases the motor.
@@ -23,22 +23,22 @@ macro_rules! operations {
             /// Errors: [`Error::NoReaction`], [`Error::Fault`].
             fn disable(drive) -> () = sequence::disable(drive);
 
-            /// Brakes with full deceleration and forgets the travel; the motor keeps its torque.
+            /// Brakes with full deceleration and drops the travel; the motor keeps its torque.
             ///
-            /// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
+            /// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing moves; [`Error::NotStopped`].
             fn quick_stop(drive) -> () = sequence::quick_stop(drive);
 
-            /// What the drive has reported since its history was cleared, the latest first (1003h).
+            /// The faults since the history was cleared, the latest first (1003h).
             fn fault_history(drive) -> Vec<Cause> = sequence::fault_history(drive);
 
             /// Clears the history (1003h).
             fn clear_fault_history(drive) -> () = sequence::clear_fault_history(drive);
 
-            /// What the drive warns of, which is no fault; `None` while it does not. [`Cause::NoError`] if it does not say
-            /// of what.
+            /// The present warning, which is not a fault, or `None`. [`Cause::NoError`] if the drive does not say what
+            /// it warns of.
             fn warning(drive) -> Option<Cause> = sequence::warning(drive);
 
-            /// Resets a fault and says what it was; `None` when there was none.
+            /// Resets a fault and says what it was; `None` if there was none.
             ///
             /// Errors: [`Error::Fault`] when its cause is still there.
             fn reset_fault(drive) -> Option<Cause> = sequence::reset_fault(drive);
@@ -51,38 +51,38 @@ macro_rules! operations {
             /// Errors: [`Error::Refused`] while a travel is under way.
             fn set_mode(drive, mode: Mode) -> () = sequence::set_mode(drive, mode);
 
-            /// Travels to `target`, in units of positions, and waits for the end.
+            /// Travels to `target`, in the drive's units of position, and waits for the end.
             ///
             /// Errors: [`Error::Refused`] with every condition that is not met.
             fn move_to(drive, target: i32) -> Outcome = sequence::travel(drive, target, drive.patience(), &mut |_| {});
 
-            /// The same, and calls `watch` with every status word that comes.
+            /// As [`Drive::move_to`], and calls `watch` with every status word that comes.
             fn move_to_watched(drive, target: i32, watch: impl FnMut(Progress) + Send) -> Outcome =
                 sequence::travel(drive, target, drive.patience(), &mut { watch });
 
-            /// Starts to travel to `target`; returns once the drive has taken the order.
+            /// Starts a travel to `target`; returns once the drive has taken the order.
             fn start_moving_to(drive, target: i32) -> () = sequence::start_travel(drive, target);
 
-            /// Has the drive hold each target until SYNC, or not any more, so that several drives start together. The
-            /// drive stays so at least until it restarts: a program that ends takes it back.
+            /// Switches on or off that the drive holds each target until SYNC, so that several drives start together.
+            /// The drive stays so at least until it restarts: a program switches it off before it ends.
             ///
-            /// Errors: [`Error::Unsupported`] by a drive that does not take a target and its start in one PDO;
-            /// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+            /// Errors: [`Error::Unsupported`] if the drive does not take a target and its start in one PDO;
+            /// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] if the drive does not allow it.
             fn set_start_by_sync(drive, on: bool) -> () = sequence::set_start_by_sync(drive, on);
 
-            /// Hands the drive a target for which it starts with the next SYNC, which the program sends;
-            /// [`Drive::confirm_start`] comes after that. Any other order takes the target back.
+            /// Hands the drive a target for which it starts at the next SYNC. The program sends that SYNC, and then
+            /// calls [`Drive::confirm_start`]. Any other order takes the target back.
             ///
-            /// Errors: [`Error::Refused`] also when the drive would start at once.
+            /// Errors: [`Error::Refused`], also if the drive would start at once.
             fn prepare_moving_to(drive, target: i32) -> () = sequence::prepare_travel(drive, target);
 
-            /// Waits until the drive has taken the target that it was prepared for.
+            /// Waits until the drive has taken the prepared target.
             ///
-            /// Errors: [`Error::NotTaken`] when no SYNC has come: the target is then taken back.
+            /// Errors: [`Error::NotTaken`] if no SYNC has come; the target is then taken back.
             fn confirm_start(drive) -> () = sequence::confirm_start(drive);
 
-            /// Gives the drive another set-point, also while it travels; returns once the drive has taken it. If it has no
-            /// room for one more, waits until it has. [`Drive::finish`] waits for the last one.
+            /// Gives the drive another set-point, also while it travels; returns once the drive has taken it, and waits
+            /// for room if the drive has none. [`Drive::finish`] waits for the last one.
             ///
             /// Errors: [`Error::Refused`], also while a travel is interrupted.
             fn add_set_point(drive, set_point: SetPoint) -> () =
@@ -91,7 +91,7 @@ macro_rules! operations {
             /// Waits until the travel under way is over.
             fn finish(drive) -> Outcome = sequence::finish(drive, drive.patience(), &mut |_| {});
 
-            /// The same, and reports how far the travel has come whenever the drive does.
+            /// As [`Drive::finish`], and calls `watch` whenever the drive reports its progress.
             fn finish_watched(drive, watch: impl FnMut(Progress) + Send) -> Outcome =
                 sequence::finish(drive, drive.patience(), &mut { watch });
 
@@ -111,65 +111,65 @@ macro_rules! operations {
             /// Errors: [`Error::Refused`] when no travel is under way.
             fn drop_travel(drive) -> () = sequence::drop_travel(drive);
 
-            /// Inching: travels once by the width that the drive is set to, and waits for the end.
+            /// Inching: travels one step of the set width, and waits for the end.
             ///
-            /// No bit takes a step back. What stops the drive before its end, does so by quick stop.
+            /// A step cannot be taken back by a control bit, so only a quick stop ends it early.
             fn step(drive) -> Outcome = sequence::step(drive, drive.patience());
 
-            /// Inching: moves until [`Drive::stop_inching`], or until a limit is passed.
+            /// Inching: moves until [`Drive::stop_inching`], or until it passes a limit.
             fn inch(drive, direction: Direction) -> () = sequence::inch(drive, direction);
 
-            /// Ends inching, and says where the drive stands. A step leaves it in QUICK STOP ACTIVE.
+            /// Ends inching, and returns the position of the drive. After a step it is in QUICK STOP ACTIVE.
             fn stop_inching(drive) -> i32 = sequence::stop_inching(drive);
 
-            /// Runs at `velocity`, as 60FFh has it, whose sign is the direction; waits until it is reached.
+            /// Runs at `velocity`, in the unit of 60FFh and with its sign as the direction; waits until it is reached.
             fn run_at(drive, velocity: i32) -> VelocityOutcome = sequence::run_at(drive, velocity, drive.patience());
 
-            /// Turns with `torque`, in 1/1000 of the rated torque; returns once the drive has taken the order. How fast it
-            /// turns then, its load decides.
+            /// Turns with `torque`, in 1/1000 of the rated torque; returns once the drive has taken the order. The load
+            /// decides how fast it turns.
             fn apply_torque(drive, torque: i16) -> () = sequence::apply_torque(drive, torque);
 
-            /// The torque that it turns with (6077h), in 1/1000 of the rated torque.
+            /// The actual torque (6077h), in 1/1000 of the rated torque.
             fn torque(drive) -> i16 = sequence::torque(drive);
 
-            /// Sets the drive up for a [cyclic](crate::cyclic) mode: PDOs, period, mode, and a set-point where it stands. It
-            /// is disabled, and nothing moves.
+            /// Sets the drive up for a [cyclic](crate::cyclic) mode: PDOs, period, mode, and a set-point at its present
+            /// position. It stays disabled, and nothing moves.
             ///
-            /// Errors: [`Error::Sdo`] by a drive whose mapping is fixed.
+            /// Errors: [`Error::Sdo`] if the mapping of the drive is fixed.
             fn prepare_cyclic(drive, settings: AxisSettings) -> Axis = sequence::prepare_cyclic(drive, settings);
 
-            /// Stops all that moves with its programmed deceleration; returns once the drive stands. A travel is
-            /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
-            /// quickly, and leaves the drive in QUICK STOP ACTIVE.
+            /// Stops all movement with the programmed deceleration; returns once the drive stands. A travel is
+            /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] drops it. A step is ended by a
+            /// quick stop, which leaves the drive in QUICK STOP ACTIVE.
             ///
-            /// Errors: [`Error::NotStopped`], and those of an access.
+            /// Errors: [`Error::NotStopped`], and those of SDO transfers.
             fn stop(drive) -> () = sequence::stop(drive);
 
-            /// Where the drive is (6064h).
+            /// The actual position (6064h).
             fn position(drive) -> i32 = drive.position();
 
-            /// The lowest and the highest position (607Dh); `None` if none limits the drive.
+            /// The lowest and the highest position (607Dh); `None` if there are no limits.
             fn limits(drive) -> Option<(i32, i32)> = sequence::limits(drive);
 
-            /// How fast it is (606Ch).
+            /// The actual velocity (606Ch).
             fn velocity(drive) -> i32 = drive.velocity();
 
-            /// Homes by a method of 6098h, such as to a switch or an index pulse, and waits for the end. The drive comes back
-            /// to the mode that it was in, unless it is still under way.
+            /// Homes by a method of 6098h, such as to a switch or an index pulse, and waits for the end. The drive then
+            /// returns to its former mode, unless it is still under way.
             ///
-            /// Errors: [`Error::Unsupported`], also of a method that the drive does not have; [`Error::Refused`] before
+            /// Errors: [`Error::Unsupported`], also if the drive does not have the method; [`Error::Refused`] before
             /// anything moves.
             fn home(drive, method: i8) -> HomingOutcome = sequence::home(drive, method, drive.patience());
 
             /// Makes `position` the actual position.
             ///
-            /// Errors: [`Error::Refused`] while a travel is under way; [`Error::Sdo`] when it is outside the limits of
+            /// Errors: [`Error::Refused`] while a travel is under way; [`Error::Sdo`] if it is outside the limits of
             /// travel.
             fn calibrate(drive, position: i32) -> () = sequence::calibrate(drive, position);
 
-            /// Arms a latch: the next edge keeps the position. What it kept before is gone.
+            /// Arms a latch, which keeps the position at the next edge. The position that it kept before is lost.
             ///
-            /// Errors: [`Error::NotTaken`] when the drive does not forget what was before.
+            /// Errors: [`Error::NotTaken`] if the drive does not clear the position that it kept before.
             fn arm_latch(drive, trigger: Trigger) -> () = sequence::arm_latch(drive, trigger);
 
             /// The position that a latch has kept since it was armed; `None` if no edge has come.
@@ -178,7 +178,7 @@ macro_rules! operations {
             /// Disarms a latch.
             fn disarm_latch(drive, trigger: Trigger) -> () = sequence::disarm_latch(drive, trigger);
 
-            /// What the drive does in a situation: the option code of 605Ah to 605Eh.
+            /// What the drive does in a situation: the option code in 605Ah to 605Eh.
             fn reaction(drive, to: Reaction) -> i16 = sequence::reaction(drive, to);
 
             /// Sets what the drive does in a situation.
@@ -186,30 +186,30 @@ macro_rules! operations {
             /// Errors: [`Error::Refused`] while a travel is under way.
             fn set_reaction(drive, to: Reaction, code: i16) -> () = sequence::set_reaction(drive, to, code);
 
-            /// From which side targets are approached; `None` for a value that the manual does not have.
+            /// The side from which targets are approached; `None` for a value that the manual does not have.
             fn approach(drive) -> Option<Approach> = sequence::approach(drive);
 
-            /// Chooses from which side targets are approached (loop positioning).
+            /// Chooses the side from which targets are approached (loop positioning).
             fn set_approach(drive, approach: Approach) -> () = sequence::set_approach(drive, approach);
 
             /// Reads all parameters of the manual's table.
             fn read_parameters(drive) -> Vec<Setting> = sequence::read_parameters(drive);
 
-            /// Which of the settings the drive does not have.
+            /// Those of the settings that the drive does not have.
             fn compare_parameters(drive, settings: &[Setting]) -> Vec<Difference> =
                 sequence::compare_parameters(drive, settings);
 
             /// Writes those settings that differ.
             ///
             /// Errors: [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`]
-            /// while a travel is under way; [`Error::Sdo`] with the first one that the drive refuses, in any order they
-            /// are written after.
+            /// while a travel is under way; [`Error::Sdo`] with the first setting that the drive refuses in every order
+            /// of writing.
             fn write_parameters(drive, settings: &[Setting]) -> () = sequence::write_parameters(drive, settings);
 
-            /// Keeps all parameters for when there is no power (1010h).
+            /// Stores all parameters permanently (1010h).
             ///
-            /// Errors: [`Error::Unsupported`] also by a drive that keeps them anyway; [`Error::Refused`] while a travel
-            /// is under way.
+            /// Errors: [`Error::Unsupported`], also if the drive stores them by itself; [`Error::Refused`] while a
+            /// travel is under way.
             fn store(drive) -> () = sequence::store(drive);
 
             /// Restores a set of parameters to factory settings (1011h); all of them for `None`.
@@ -226,10 +226,10 @@ macro_rules! operations {
             /// The voltage of the drive's battery, in V.
             fn battery_voltage(drive) -> f64 = sequence::battery_voltage(drive);
 
-            /// Whether its load has stopped the drive (torque deactivation).
+            /// Whether the load has stopped the drive (torque deactivation).
             fn torque_deactivated(drive) -> bool = sequence::torque_deactivated(drive);
 
-            /// The load in % that stops a travel; `None` when none does.
+            /// The load in % that stops a travel; `None` if none does.
             fn torque_threshold(drive) -> Option<u8> = sequence::torque_threshold(drive);
 
             /// Sets the load in % that stops a travel; with `None`, none does.
@@ -241,29 +241,29 @@ macro_rules! operations {
 
             /// Switches emergency messages on or off (1014h).
             ///
-            /// Errors: [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL only.
+            /// Errors: [`Error::Sdo`] if the drive allows it in NMT PRE-OPERATIONAL only.
             fn set_emergencies(drive, on: bool) -> () = sequence::set_emergencies(drive, on);
 
-            /// Configures PDOs that are the application's: each is switched off, mapped, and switched on in NMT
-            /// PRE-OPERATIONAL; the node is in OPERATIONAL afterwards.
+            /// Configures PDOs of the application: each is disabled, mapped and enabled in NMT PRE-OPERATIONAL;
+            /// afterwards the node is in OPERATIONAL.
             ///
-            /// Errors: [`Error::PdoInUse`] for a PDO by which the driver itself talks to the drive; [`Error::Refused`]
-            /// while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+            /// Errors: [`Error::PdoInUse`] for a PDO that the driver itself uses; [`Error::Refused`] while the drive is
+            /// enabled; [`Error::Sdo`] if the drive does not allow it.
             fn configure_pdos(drive, pdos: &[PdoSettings<'_>]) -> () = sequence::configure_pdos(drive, pdos);
 
-            /// Which transmit PDOs (1 to 4) may fill the bus while the drive moves: those that are sent whenever they
-            /// change, without an inhibit time. Many drives come so from the factory, and two of them leave no room for
-            /// the SDOs of any node at 500 kbit/s.
+            /// The transmit PDOs (1 to 4) that may fill the bus while the drive moves: event-driven ones without an
+            /// inhibit time. Many drives have them from the factory, and two such drives leave no room at 500 kbit/s
+            /// for the SDOs of any node.
             fn unpaced_pdos(drive) -> Vec<UnpacedPdo> = sequence::unpaced_pdos(drive);
 
-            /// Sends receive PDO `number` (1 to 4), which the application has mapped.
+            /// Sends receive PDO `number` (1 to 4), mapped by the application.
             ///
-            /// Errors: [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
+            /// Errors: [`Error::PdoInUse`] for one that the driver itself uses.
             fn send_pdo [V: Values, N](drive, number: u16, mapping: &Mapping<Rpdo, V, N>, values: V) -> () =
                 sequence::send_pdo(drive, number, mapping, values);
 
-            /// The values of transmit PDO `number` (1 to 4), which the application has mapped: of the last one that has
-            /// come, or the next one if none has since it was asked for before.
+            /// The values of transmit PDO `number` (1 to 4), mapped by the application: of the last one if it has come
+            /// since the previous call, or else of the next one.
             ///
             /// Errors: [`Error::NoPdo`], [`Error::ShortPdo`].
             fn receive_pdo [V: Values, N](drive, number: u16, mapping: &Mapping<Tpdo, V, N>) -> V =
@@ -276,8 +276,8 @@ macro_rules! operations {
             fn write [T: Value, A: Writable, M, D] (drive, object: Object<T, A, M, D>, value: T) -> () =
                 drive.write(object, value);
 
-            /// Lets time pass, and keeps listening meanwhile. While the drive may be moving, its status word is looked
-            /// at, and read if the drive sends none.
+            /// Waits, and keeps listening. While the drive may be moving, its status word is checked, and read if the
+            /// drive sends none.
             ///
             /// Errors: [`Error::Link`], [`Error::Restarted`]; while the drive may be moving, also [`Error::Fault`], and
             /// [`Error::Sdo`] if it does not answer any more.

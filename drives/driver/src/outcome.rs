@@ -1,4 +1,4 @@
-//! How operations of the driver end, each way for the application to judge.
+//! How operations of the driver end. The application judges which end is good.
 
 use std::fmt;
 
@@ -6,27 +6,27 @@ use lexican_runtime::profile::cia402::State;
 
 use crate::fault::Cause;
 
-/// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
+/// How a travel ended. None of these is an error of the driver: the application judges them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Outcome {
     /// The drive rests within the window around its target.
     Reached {
-        /// Where, as 6064h has it.
+        /// In units of 6064h.
         position: i32,
     },
     /// The drive stopped because it passed a limit.
     Limit { position: i32 },
     /// The drive stopped because of its load (torque deactivation). The travel can be resumed.
     TorqueDeactivated { position: i32 },
-    /// Another manager, or another handle of this drive, has ordered something else: the drive says that it has reached
-    /// its target, and rests elsewhere than it was ordered to.
+    /// The drive says that it has reached its target, but rests elsewhere: another manager, or another handle of this
+    /// drive, has ordered something else.
     Overridden { position: i32 },
     /// A fault stopped the drive.
     Fault(Cause),
     /// Something else ended the travel: a quick stop, another manager, a lost supply.
     Interrupted { state: State, position: i32 },
-    /// The travel is not finished in time. The drive is still under way.
+    /// The travel is not over in time. The drive is still under way.
     TimedOut { position: i32 },
 }
 
@@ -35,24 +35,24 @@ pub enum Outcome {
 pub enum VelocityOutcome {
     /// The drive runs within the window around its target velocity, in the direction of the order.
     Reached {
-        /// As 606Ch has it.
+        /// As in 606Ch.
         velocity: i32,
     },
     /// Another manager, or another handle of this drive, has stopped it, or has ordered another velocity.
     Overridden {
-        /// As 606Ch has it.
+        /// As in 606Ch.
         velocity: i32,
     },
     /// A fault stopped the drive.
     Fault(Cause),
     /// The drive left OPERATION ENABLED.
     Interrupted {
-        /// For this state.
+        /// The state that it went to.
         state: State,
     },
-    /// The velocity is not reached in time. The drive has its order still; its shaft may stand, or turn the other way.
+    /// The velocity is not reached in time. The drive still has its order; its shaft may stand, or turn the other way.
     TimedOut {
-        /// As 606Ch has it.
+        /// As in 606Ch.
         velocity: i32,
     },
 }
@@ -63,7 +63,7 @@ pub enum VelocityOutcome {
 pub enum HomingOutcome {
     /// The drive has its reference point, and stands.
     Attained {
-        /// Where, as 6064h has it.
+        /// In units of 6064h.
         position: i32,
     },
     /// The drive has not found its reference point, and stands.
@@ -72,7 +72,7 @@ pub enum HomingOutcome {
     Fault(Cause),
     /// Something else ended it: a stop, a quick stop, another manager, a lost supply.
     Interrupted { state: State, position: i32 },
-    /// Homing is not finished in time. The drive is still under way.
+    /// Homing is not over in time. The drive is still under way.
     TimedOut { position: i32 },
 }
 

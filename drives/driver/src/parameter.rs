@@ -1,4 +1,4 @@
-//! What an application may set in a drive, keep and compare.
+//! What an application may set, store and compare in a drive.
 
 use lexican_runtime::object::{Address, DataType};
 
@@ -11,9 +11,9 @@ pub struct Parameter {
     pub number: u8,
     /// The object that holds it.
     pub address: Address,
-    /// What it holds: an integer of one, two or four bytes.
+    /// An integer of one, two or four bytes.
     pub data_type: DataType,
-    /// The set that it is restored with.
+    /// The set with which it is restored.
     pub set: ParameterSet,
 }
 
@@ -27,7 +27,7 @@ pub enum ParameterSet {
 }
 
 impl Parameter {
-    /// The object that holds it.
+    /// The object that holds it, as a number to read and write.
     #[must_use]
     pub const fn object(&self) -> Number {
         Number::new(self.address.index(), self.address.sub(), self.data_type)

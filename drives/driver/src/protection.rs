@@ -15,15 +15,15 @@ use crate::error::{Capability, Error};
 /// How soon a drive is to notice that its manager is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Supervision {
-    /// How soon; 1 ms to 65 s.
+    /// 1 ms to 65 s.
     pub within: Duration,
-    /// The node-ID of this program, under which it sends heartbeats to a drive that consumes them (1016h). No node on
-    /// the bus may have the same.
+    /// The node-ID under which this program sends heartbeats to a drive that consumes them (1016h). No node on the bus
+    /// may have it.
     pub manager: NodeId,
 }
 
 impl Supervision {
-    /// With the node-ID 127 for heartbeats.
+    /// Heartbeats are sent under the node-ID 127.
     #[must_use]
     pub const fn within(within: Duration) -> Self {
         Supervision { within, manager: NodeId::literal(127) }
@@ -33,7 +33,7 @@ impl Supervision {
 }
 
 impl Default for Supervision {
-    /// Within a second, which leaves room for three signs of life that are late or lost.
+    /// Within a second, in which three of four signs of life may be late or lost.
     fn default() -> Self {
         Supervision::USUAL
     }
@@ -42,23 +42,23 @@ impl Default for Supervision {
 /// How a drive notices that its manager is gone. What it does then is set in the drive (1029h, 6007h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Protection {
-    /// Not at all: it goes on with what it was ordered last.
+    /// Not at all: the drive goes on with its last order.
     #[default]
     None,
-    /// By life guarding (100Ch, 100Dh; CiA 301, 7.2.8.3.2.1): a request for its state is missing.
+    /// By life guarding (100Ch, 100Dh; CiA 301, 7.2.8.3.2.1): the driver's guarding requests stop.
     LifeGuarding {
-        /// How often the driver requests it.
+        /// How often the driver sends a request.
         guard_time: Duration,
         /// How many requests may be missing.
         life_time_factor: u8,
     },
-    /// As a consumer of heartbeats (1016h; CiA 301, 7.2.8.3.2.2): one of the driver's is missing.
+    /// As a consumer of heartbeats (1016h; CiA 301, 7.2.8.3.2.2): the driver's heartbeats stop.
     Heartbeat {
-        /// The entry of 1016h.
+        /// The sub-index in 1016h.
         entry: u8,
         /// The node-ID under which the driver sends heartbeats.
         manager: NodeId,
-        /// How often.
+        /// How often the driver sends one.
         period: Duration,
         /// How long the drive waits for one.
         within: Duration,
@@ -66,8 +66,8 @@ pub enum Protection {
 }
 
 impl Protection {
-    /// Whether a drive stays without protection for this reason: it has neither a free heartbeat consumer nor life guarding,
-    /// or does not let them be armed.
+    /// Whether `error` means that the drive cannot be protected: it has neither a free heartbeat consumer nor life
+    /// guarding, or refuses to have them armed.
     #[must_use]
     pub const fn is_lacking(error: &Error) -> bool {
         matches!(
@@ -78,8 +78,7 @@ impl Protection {
         )
     }
 
-    /// How a drive is protected that need not be: what has been armed, or none where the drive is lacking it. Reports
-    /// either to `tracing`.
+    /// The protection that has been armed, or none if the drive cannot be protected. Reports either to `tracing`.
     pub(crate) fn or_none(node: NodeId, armed: Result<Protection, Error>) -> Result<Protection, Error> {
         match armed {
             Err(why) if Protection::is_lacking(&why) => {
@@ -90,7 +89,7 @@ impl Protection {
         }
     }
 
-    /// The object that ends it by 0: 100Ch, or the entry of 1016h.
+    /// The object that disarms it when 0 is written: 100Ch, or the entry of 1016h.
     pub(crate) const fn switch(self) -> Option<Number> {
         match self {
             Protection::None => None,
@@ -100,7 +99,7 @@ impl Protection {
     }
 }
 
-/// 100Ch.
+/// Guard time, in ms (100Ch).
 pub(crate) const GUARD_TIME: Number = Number::new(0x100C, 0x00, DataType::Unsigned16);
 
 /// An entry of 1016h.
@@ -134,7 +133,7 @@ impl fmt::Display for Protection {
     }
 }
 
-/// Sends what keeps a protected drive going.
+/// Sends the signs of life for a protected drive.
 #[derive(Debug, Default)]
 pub(crate) enum KeepAlive {
     #[default]
@@ -163,7 +162,7 @@ impl KeepAlive {
     pub(crate) fn handle_timeout(&mut self, now: Instant) {
         match self {
             KeepAlive::None => {}
-            // That the drive is silent shows in what it is asked.
+            // A drive that does not answer is noticed by the SDO accesses of the operations.
             KeepAlive::Guard(guard) => drop(guard.handle_timeout(now)),
             KeepAlive::Heartbeat(heartbeat) => heartbeat.handle_timeout(now),
         }

@@ -1,4 +1,4 @@
-//! What leads out of an error, in the state that produces it: the one list, for each face in its own form.
+//! What to do about each error: one list, which the command, the bench and others present in their own form.
 
 use lexican_runtime::service::sdo_client::SdoError;
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Missing, Refusal};
 pub struct Remedy {
     /// In words.
     pub text: &'static str,
-    /// The operations of the driver that do so, each on its own; none where a person has to do something.
+    /// The operations of the driver that help, each on its own; none if a person has to do something.
     pub steps: &'static [Step],
 }
 
@@ -32,7 +32,7 @@ pub enum Step {
 }
 
 impl Step {
-    /// As `lexican drive` has it.
+    /// The word of `lexican drive`.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -46,11 +46,12 @@ impl Step {
     }
 }
 
-/// Rows of a match over all variants, whose words are also a list: a variant without a row does not compile.
+/// Makes `word` and `remedy` by a match over all variants, and the list of all words: a variant without a row does not
+/// compile.
 macro_rules! rows {
     ($of:ident, $words:ident: $($word:literal $pattern:pat => $text:literal $(, $step:ident)*;)*) => {
         impl $of {
-            /// One word for each of these, for programs and tables.
+            /// The word of each variant, for programs and tables.
             pub const $words: &'static [&'static str] = &[$($word),*];
 
             /// The word of this one.
@@ -70,7 +71,7 @@ macro_rules! rows {
     };
 }
 
-// In the order in which they have to be seen to.
+// In the order in which they have to be remedied.
 rows! { Missing, WORDS:
     "fault" Missing::NoFault(_) => "remove the cause of its fault, then reset it", ResetFault;
     "safety" Missing::SafetyReleased => "release its safety function, such as STO";
@@ -124,7 +125,7 @@ rows! { Error, WORDS:
 }
 
 impl Missing {
-    /// What leads out of it.
+    /// What to do about it.
     #[must_use]
     pub const fn remedy(&self) -> Remedy {
         self.row()
@@ -132,7 +133,7 @@ impl Missing {
 }
 
 impl Refusal {
-    /// The missing condition that has to be met first.
+    /// The missing condition that has to be remedied first.
     #[must_use]
     pub fn first(&self) -> Option<Missing> {
         let place = |missing: &Missing| Missing::WORDS.iter().position(|word| *word == missing.word());
@@ -141,7 +142,7 @@ impl Refusal {
 }
 
 impl Error {
-    /// What leads out of it; for [`Error::Refused`], what comes first.
+    /// What to do about the error; for [`Error::Refused`], about the condition that comes first.
     #[must_use]
     pub fn remedy(&self) -> Remedy {
         match self {

@@ -1,4 +1,4 @@
-//! The manager's side of one drive, without I/O: the four verbs, and a sequence that is under way.
+//! The manager's side of one drive, without I/O: the four verbs, and the sequence under way.
 
 use std::convert::Infallible;
 use std::future::Future;
@@ -18,7 +18,7 @@ use crate::description::Description;
 use crate::error::Error;
 use crate::protection::{KeepAlive, Protection};
 
-/// What happens between a shell and one drive.
+/// The state between a shell and one drive.
 #[derive(Debug)]
 pub struct Session {
     node: NodeId,
@@ -39,7 +39,8 @@ impl Session {
         Session { node, context, sdo, payload: Bytes::of_text(), protection, keep_alive }
     }
 
-    /// The drive answers and obeys so much later than on CAN: see [`Link::latency`](lexican_runtime::host::Link::latency).
+    /// For a drive that answers and obeys later than on CAN, by this time: see
+    /// [`Link::latency`](lexican_runtime::host::Link::latency).
     #[must_use]
     pub fn with_latency(self, latency: Duration) -> Self {
         self.context.lock().latency = latency;
@@ -53,7 +54,7 @@ impl Session {
         self.node
     }
 
-    /// The context that sequences work in.
+    /// The context in which sequences work.
     #[must_use]
     pub fn context(&self) -> DriveContext {
         self.context.clone()
@@ -65,24 +66,24 @@ impl Session {
         self.protection
     }
 
-    /// What protects the drive, for a shell that lets it go at rest: unless a follower keeps the drive going.
+    /// The protection to disarm when a shell drops the drive; `None` if it may move or a follower keeps it alive.
     pub(crate) fn lets_disarm(&self) -> Option<Protection> {
         let is_ours = !self.context.may_move() && !self.context.lock().is_handed_over;
         Some(self.protection).filter(|armed| is_ours && *armed != Protection::None)
     }
 
-    /// Sends from now on what keeps a drive going that has been [protected](crate::sequence::protect).
+    /// From now on sends the signs of life of a drive that has been [protected](crate::sequence::protect).
     pub fn keep_alive(&mut self, now: Instant, protection: Protection) {
         self.protected(protection);
         self.keep_alive = KeepAlive::new(now, self.node, protection);
     }
 
-    /// The drive is protected so, and something else keeps it going.
+    /// Notes how the drive is protected; something else sends the signs of life.
     pub(crate) fn protected(&mut self, protection: Protection) {
         self.protection = protection;
     }
 
-    /// What an operation has led to: an error says so if the drive may still be moving.
+    /// The result of an operation: an error becomes [`Error::MayBeMoving`] if the drive may still be moving.
     pub fn conclude<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         result.map_err(|error| {
             let moving = self.context.may_move() && !error.leaves_at_rest();
@@ -90,7 +91,7 @@ impl Session {
         })
     }
 
-    /// Forgets what an operation before has left behind.
+    /// Discards what the previous operation has left behind.
     pub fn begin(&mut self, now: Instant) {
         self.context.begin(now);
         self.sdo.abort(AbortCode::GENERAL);
@@ -104,7 +105,7 @@ impl Session {
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if self.context.hear(frame) {
-            // What was armed has not outlived a restart.
+            // A restart has disarmed the drive.
             if self.protection != Protection::None && self.context.lock().restarted {
                 self.keep_alive(now, Protection::None);
             }
@@ -114,14 +115,14 @@ impl Session {
         }
     }
 
-    /// Takes note that a deadline has come.
+    /// To be called once the time of [`Session::poll_timeout`] has come.
     pub fn handle_timeout(&mut self, now: Instant) {
         self.keep_alive.handle_timeout(now);
         let event = self.sdo.handle_timeout(now);
         self.follow(event);
     }
 
-    /// The next frame to send. What a sequence sends, leaves before what it asks for.
+    /// The next frame to send. Frames of a sequence leave before its SDO requests.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let order = self.context.lock().outbox.pop_front();
         if let Some(frame) = order.or_else(|| self.keep_alive.poll_transmit(now)) {
@@ -140,19 +141,19 @@ impl Session {
         self.sdo.poll_transmit(now, &mut self.payload)
     }
 
-    /// The next frame that the sequence sends, for shells that access objects by themselves.
+    /// The next frame of the sequence, for shells that do SDO transfers by themselves.
     #[cfg(feature = "tokio")]
     pub(crate) fn poll_order(&mut self) -> Option<Frame> {
         self.context.lock().outbox.pop_front()
     }
 
-    /// The access to an object that the sequence waits for, for such shells.
+    /// The SDO access that the sequence waits for, for such shells.
     #[cfg(feature = "tokio")]
     pub(crate) fn poll_access(&mut self) -> Option<Access> {
         self.context.lock().access.take()
     }
 
-    /// Takes the result of the access.
+    /// Takes the result of that access.
     #[cfg(feature = "tokio")]
     pub(crate) fn handle_answer(&mut self, answer: Result<Bytes, SdoError>) {
         self.context.lock().answer = Some(answer);
@@ -165,7 +166,7 @@ impl Session {
         [wake, self.sdo.poll_timeout(), self.keep_alive.poll_timeout()].into_iter().flatten().min()
     }
 
-    /// The next frame that keeps a protected drive going, for shells that have no operation under way.
+    /// The next sign of life, for shells that have no operation under way.
     pub(crate) fn poll_keep_alive(&mut self, now: Instant) -> Option<Frame> {
         if self.keep_alive.poll_timeout().is_some_and(|deadline| deadline <= now) {
             self.keep_alive.handle_timeout(now);

@@ -1,7 +1,7 @@
 //! The driver for programs that block, with any number of drives on one network.
 //!
-//! [`blocking`](crate::Drive) has a link of its own, and so the only drive of an adapter. Here a
-//! [`Runner`] runs the network of all drives: two of them travel at once when both have been started, or in two threads.
+//! [`blocking`](crate::Drive) drives have a link each, so an adapter serves only one. Here a [`Runner`] runs the
+//! network of all drives: two of them travel at once when both have been started, or in two threads.
 
 use std::fmt;
 use std::future::Future;
@@ -31,18 +31,18 @@ use crate::set_point::SetPoint;
 use crate::tokio;
 use crate::units::Units;
 
-/// Stops all drives that it was given to, from another thread: a call that is under way ends with [`Error::Cancelled`] once its
-/// drive stands, and so does the next call of each other drive, before it sends anything else. Clones stop the same drives.
+/// Stops all drives that share it, from another thread: a call under way ends with [`Error::Cancelled`] once its drive
+/// stands, and so does the next call of each other drive, before it sends anything else. Clones stop the same drives.
 #[derive(Clone, Debug, Default)]
 pub struct StopHandle(Arc<watch::Sender<()>>);
 
 impl StopHandle {
-    /// Stops. Returns at once.
+    /// Stops, and returns at once.
     pub fn stop(&self) {
         self.0.send_replace(());
     }
 
-    /// What comes of something, unless all are stopped before it is done.
+    /// The output of `done`; `None` if the drives are stopped before it is ready.
     pub async fn unless_stopped<T>(&self, done: impl Future<Output = T>) -> Option<T> {
         let mut ordered = self.0.subscribe();
         ::tokio::select! {
@@ -53,8 +53,8 @@ impl StopHandle {
     }
 }
 
-/// A drive on a network that a [`Runner`] runs; every method blocks until its operation is over. `W` is what wraps the drive, if
-/// something does.
+/// A drive on a network that a [`Runner`] runs; every method blocks until its operation is over. `W` is the type that
+/// wraps the drive, if any.
 ///
 /// A drive that is dropped while it may be moving is sent a stop, and standard error says so.
 pub struct Drive<K, W = Box<tokio::Drive<K>>> {
@@ -66,24 +66,24 @@ pub struct Drive<K, W = Box<tokio::Drive<K>>> {
 }
 
 impl<K, W: DerefMut<Target = tokio::Drive<K>>> Drive<K, W> {
-    /// A drive on a network of this runner, and what stops it.
+    /// `stop` stops the drive, along with all others that share it.
     #[must_use]
     pub fn new(drive: W, runner: Runner, stop: StopHandle) -> Self {
         Drive { drive, runner, ordered: stop.0.subscribe(), stop, kind: std::marker::PhantomData }
     }
 
-    /// What is wrapped.
+    /// The wrapped drive.
     pub fn inner(&mut self) -> &mut W {
         &mut self.drive
     }
 
-    /// What stops it.
+    /// The handle that it was made with.
     #[must_use]
     pub fn stop_handle(&self) -> StopHandle {
         self.stop.clone()
     }
 
-    /// Runs what is to be done with the drive to its end, unless it is stopped.
+    /// Runs an operation of the wrapped drive to its end, unless it is stopped.
     ///
     /// Errors: those of the call, and [`Error::Cancelled`].
     pub fn call<T, E: From<Error>>(&mut self, call: impl AsyncFnOnce(&mut W) -> Result<T, E>) -> Result<T, E> {

@@ -34,10 +34,11 @@ use crate::session::Session;
 use crate::set_point::SetPoint;
 use crate::units::Units;
 
-/// How long to wait before it is tried again to reach a drive.
+/// How long to wait before the next attempt to reach a drive.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A drive of the kind `K`, a [`Kind`] or [`Any`], on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
+/// A drive of the kind `K`, a [`Kind`] or [`Any`], on a network. It runs one operation at a time; a call that is
+/// dropped leaves the drive at it.
 ///
 /// A drive that is dropped while it may be moving is sent a stop, and standard error says so. A process that is
 /// killed drops nothing: see [the crate](crate#how-a-program-ends-and-what-the-drive-does-then).
@@ -51,10 +52,10 @@ pub struct Drive<K> {
 }
 
 impl<K: Kind> Drive<K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
-    /// goes by. Where the drive can notice that this program is gone, that is armed, as by [`Drive::connect_protected`] with
-    /// [`Supervision::default`]; [`Drive::protection`] says what it has, and the feature `tracing` logs it. Nothing else is
-    /// changed in the drive.
+    /// Connects to the drive at `node`, and checks that it is of this kind and has the COB-IDs that the driver uses. If
+    /// the drive can notice that this program is gone, that protection is armed, as by [`Drive::connect_protected`]
+    /// with [`Supervision::default`]; [`Drive::protection`] says which one it is, and the feature `tracing` logs it.
+    /// Nothing else is changed in the drive.
     ///
     /// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does
     /// not answer.
@@ -62,17 +63,17 @@ impl<K: Kind> Drive<K> {
         Self::connect_as(network, node, K::DESCRIPTION).await?.protected_if_possible().await
     }
 
-    /// Connects as [`Drive::connect`] does, and arms nothing in the drive: for a program that only looks, or whose drive something
-    /// else protects.
+    /// Connects as [`Drive::connect`] does, but arms no protection: for a program that only looks, or whose drive is
+    /// protected by something else.
     ///
-    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
-    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
+    /// **The drive does not notice if this program dies**: killed, aborted, or without power. It then goes on with its
+    /// last order: a travel to its target, inching and velocity mode without end.
     pub async fn connect_unprotected(network: Network, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await.inspect(Self::report_unprotected)
     }
 
-    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped. It is
-    /// protected as by [`Drive::connect`].
+    /// Connects to a drive that may still be without power, or hung up: as [`Drive::recover`], which stops the drive.
+    /// It is protected as by [`Drive::connect`].
     pub async fn connect_and_recover(
         network: Network,
         node: NodeId,
@@ -81,23 +82,23 @@ impl<K: Kind> Drive<K> {
         Self::recover_as(network, node, K::DESCRIPTION, recovery).await
     }
 
-    /// Connects as [`Drive::connect`] does, to a drive that has to notice within this time that this program is
-    /// gone, or else is not connected to: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh).
-    /// What the drive does then, its manual says. The network keeps it going as long as its task runs: a program that blocks the only thread of
-    /// its runtime for longer than that is gone for the drive. After a restart of the drive, the next operation arms it again.
-    /// [`Drive::unprotect`] disarms it; so does dropping the `Drive` of a drive at rest, if the network still runs then. All
-    /// drives on a network share its heartbeat, and so the node-ID of its sender.
+    /// Connects as [`Drive::connect`] does, but fails if the drive cannot notice within this time that this program is
+    /// gone: arms its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). How the drive reacts is in
+    /// its manual. The network's task sends the signs of life: a program that blocks the only thread of its runtime for
+    /// longer than that is gone for the drive. After a restart of the drive, the next operation arms it again.
+    /// [`Drive::unprotect`] disarms it; so does dropping the `Drive` with the drive at rest, if the network still runs.
+    /// All drives on a network share its heartbeat, and so the node-ID of its sender.
     ///
-    /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
+    /// A program that hangs elsewhere than in that task is not noticed. None of this replaces an emergency stop.
     ///
-    /// Errors: [`Error::Unsupported`] by a drive that has neither.
+    /// Errors: [`Error::Unsupported`] if the drive has neither.
     pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await?.protected(supervision).await
     }
 }
 
 impl Drive<Any> {
-    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect`] does, to a drive with this description.
     pub async fn connect_described(
         network: Network,
         node: NodeId,
@@ -106,7 +107,7 @@ impl Drive<Any> {
         Self::connect_as(network, node, description).await?.protected_if_possible().await
     }
 
-    /// Connects as [`Drive::connect_unprotected`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_unprotected`] does, to a drive with this description.
     pub async fn connect_described_unprotected(
         network: Network,
         node: NodeId,
@@ -115,7 +116,7 @@ impl Drive<Any> {
         Self::connect_as(network, node, description).await.inspect(Self::report_unprotected)
     }
 
-    /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_and_recover`] does, to a drive with this description.
     pub async fn connect_described_and_recover(
         network: Network,
         node: NodeId,
@@ -125,7 +126,7 @@ impl Drive<Any> {
         Self::recover_as(network, node, description, recovery).await
     }
 
-    /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
+    /// Connects as [`Drive::connect_protected`] does, to a drive with this description.
     pub async fn connect_described_protected(
         network: Network,
         node: NodeId,
@@ -146,7 +147,7 @@ impl<K> Drive<K> {
     async fn connect_as(network: Network, node: NodeId, description: &'static Description) -> Result<Self, Error> {
         let mut drive = Self::new(network, node, description);
         match drive.identify().await {
-            // Its power has only just come on: now it is there.
+            // The drive has just been powered up: it is there now.
             Err(Error::Restarted) => drive.identify().await?,
             identified => identified?,
         }
@@ -180,9 +181,9 @@ impl<K> Drive<K> {
         report(self.node, Protection::None, None);
     }
 
-    /// Arms what [`Drive::connect_protected`] arms, of a drive that was connected to otherwise, or with another time.
+    /// Arms the protection of [`Drive::connect_protected`] in a drive that is already connected, or with another time.
     ///
-    /// Errors: [`Protection::is_lacking`] has those of a drive that cannot notice.
+    /// Errors: those of [`Protection::is_lacking`] if the drive cannot notice.
     pub async fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error> {
         if self.supervision.is_some_and(|armed| armed != supervision) {
             self.unprotect().await?;
@@ -192,9 +193,9 @@ impl<K> Drive<K> {
         Ok(self.protection())
     }
 
-    /// Disarms what protects the drive: it goes on with its last order if this program dies. A program that ends calls this
-    /// before, while its network runs: a drive that stays armed notices, and releases its motor or is in fault at the next
-    /// start.
+    /// Disarms the protection: the drive goes on with its last order if this program dies. A program calls this before
+    /// it ends, while its network runs: a drive that stays armed notices the end, and releases its motor or is in fault
+    /// at the next start.
     pub async fn unprotect(&mut self) -> Result<(), Error> {
         let protection = self.protection();
         self.supervision = None;
@@ -214,20 +215,21 @@ impl<K> Drive<K> {
         self.session.protection()
     }
 
-    /// How long travels may take until they count as timed out; ten minutes unless set.
+    /// How long a travel may take before it counts as timed out; ten minutes by default.
     pub fn set_patience(&mut self, patience: Duration) {
         self.session.context().lock().patience = patience;
     }
 
     /// Brings the drive back after a power cut, an emergency stop, a fault, bus-off or a reset: waits until it answers,
-    /// makes sure that it is of this kind, writes again what `recovery` has and its operating mode, and arms its protection.
-    /// It may be called as well when the drive has only been silent, and has gone on with its order: then it is stopped.
+    /// checks that it is of this kind, writes the settings of `recovery` and the operating mode again, and arms its
+    /// protection. It may also be called when the drive was only silent and went on with its order: the drive is then
+    /// stopped.
     ///
-    /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
-    /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
+    /// Afterwards the drive is not enabled, and nothing moves until it is ordered again: [`Recovered`] has the state
+    /// before and the state now. A fault that is not to be reset stays as it is.
     ///
-    /// Errors: [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::Fault`] when a fault cannot be
-    /// reset.
+    /// Errors: [`Error::Sdo`] or [`Error::Link`] if the drive does not answer in time; [`Error::Fault`] if a fault
+    /// cannot be reset.
     pub async fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
         let until = self.network.now().await? + recovery.within;
         let before = self.session.context().seen();
@@ -247,19 +249,19 @@ impl<K> Drive<K> {
         Ok(recovered)
     }
 
-    /// Stops the drive, if it may be moving, after a call was dropped; what that call comes to.
+    /// Stops the drive if it may be moving, after a call was dropped; returns the error of that call.
     pub(crate) async fn cancel(&mut self) -> Error {
         let (node, stopped) = (self.node, self.session.context().may_move());
         let ended = if stopped { self.stop().await } else { Ok(()) };
         ended.err().unwrap_or(Error::Cancelled { node, stopped })
     }
 
-    /// Leaves the drive as it is, moving or not. One that is protected is kept going by its network.
+    /// Leaves the drive as it is, moving or not. The network goes on keeping a protected drive alive.
     pub fn release(self) {
         self.session.context().lock().rest();
     }
 
-    /// Runs a sequence to its end: this is all that the shell does. Any other than those above can be run too.
+    /// Runs a sequence to its end: all methods for operations do only this. It also runs sequences that have no method.
     ///
     /// Errors: those of the sequence, and [`Error::MayBeMoving`].
     pub async fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
@@ -280,7 +282,7 @@ impl<K> Drive<K> {
         self.session.begin(now);
         let mut sequence = pin!(sequence(self.session.context()));
         loop {
-            // What came before the sequence goes on must not look new to it afterwards.
+            // What came before this poll must not look new to the sequence afterwards.
             self.catch_up();
             let polled = self.session.poll(now, sequence.as_mut());
             while let Some(frame) = self.session.poll_order() {
@@ -307,7 +309,7 @@ impl<K> Drive<K> {
         }
     }
 
-    /// Arms what is not, or not any more.
+    /// Arms the protection if it is not armed.
     async fn arm(&mut self, supervision: Supervision) -> Result<(), Error> {
         if self.protection() != Protection::None {
             return Ok(());
@@ -332,13 +334,13 @@ impl<K> Drive<K> {
         Ok(())
     }
 
-    /// Waits for something that concerns this drive, or for the time by which the sequence wants to go on; the time then.
+    /// Waits for an event of this drive, or for the time at which the sequence wants to go on; returns the time then.
     async fn wait(&mut self) -> Result<Instant, Error> {
         let until = self.session.poll_timeout().unwrap_or(Instant::from_micros(u64::MAX));
         let network = self.network.clone();
         let mut alarm = pin!(network.sleep_until(until));
         loop {
-            // In an order, so that a run in virtual time is the same each time.
+            // `biased` keeps the order, so that runs in virtual time are repeatable.
             let event = tokio::select! {
                 biased;
                 now = &mut alarm => return Ok(now?),
@@ -354,7 +356,7 @@ impl<K> Drive<K> {
                     self.lose();
                     return Ok(self.network.now().await?);
                 }
-                // The network has ended: it reports why.
+                // The network has ended: the call reports why.
                 Err(broadcast::error::RecvError::Closed) => return Ok(self.network.now().await?),
             }
         }
@@ -366,8 +368,7 @@ impl<K> Drive<K> {
             self.network.write_bytes(self.node, address, payload.bytes()).await
         } else {
             self.network.read_bytes(self.node, address).await.map(|bytes| {
-                // The payload has room for what the object has: an answer that does not indicate its length (42h) is
-                // one of four bytes.
+                // The payload is as long as the object: an answer without a length (42h) then counts as four bytes.
                 payload.store(0, &bytes);
             })
         };
@@ -377,12 +378,12 @@ impl<K> Drive<K> {
             Err(AccessError::OutOfRange(error)) => Err(Error::OutOfRange(error)),
             Err(AccessError::DataSheet { address, error, .. }) => Err(Error::DataSheet { address, error }),
             Err(AccessError::Link(error)) => Err(Error::Link(error)),
-            // The enum may grow: in any case the network did not do what it was asked.
+            // `AccessError` may get more variants; each means that the network has not done the access.
             Err(_) => Err(Error::Link(LinkError::Closed)),
         }
     }
 
-    /// Hears all that has come by now.
+    /// Handles all events that have come by now.
     fn catch_up(&mut self) {
         loop {
             match self.events.try_recv() {
@@ -394,13 +395,13 @@ impl<K> Drive<K> {
         }
     }
 
-    /// Events were missed. Those that are left are the oldest: better to have none of them.
+    /// Events were missed, and those in the channel are the oldest: drops them all.
     fn lose(&mut self) {
         self.events = self.events.resubscribe();
         self.session.context().missed();
     }
 
-    /// Takes note of an event; whether it concerns this drive.
+    /// Handles an event; returns whether it concerns this drive.
     fn hear(&mut self, event: Event) -> bool {
         match event {
             Event::Manager(manager::Event::Pdo { frame, .. }) => self.session.context().hear(&frame),
@@ -455,15 +456,14 @@ impl<K> fmt::Debug for Drive<K> {
     }
 }
 
-/// The stop is handed over without waiting, since the runtime may be shutting down: a task that was spawned here
-/// would then never run.
+/// Posts the stop without waiting: the runtime may be shutting down, and would then never run a task spawned here.
 impl<K> Drop for Drive<K> {
     fn drop(&mut self) {
-        // The drive may have said that it is not enabled any more.
+        // The drive may have said meanwhile that it is disabled.
         self.catch_up();
         let stop: Vec<_> = self.session.context().let_go().collect();
         if stop.is_empty() {
-            // An end as it should be is none that the drive has to notice.
+            // The drive need not react to a program that ends in order.
             let armed = self.session.lets_disarm().unwrap_or_default();
             let context = self.session.context();
             for (object, value) in context.disarming(armed) {

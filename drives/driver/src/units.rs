@@ -3,7 +3,7 @@
 /// What one count of a position is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// Increments of one revolution, without a spindle.
+    /// Increments per revolution, without a spindle.
     pub increments: u32,
     /// In 1/100 mm per revolution; 0 when positions are increments.
     pub spindle_pitch_10um: u32,
@@ -32,13 +32,13 @@ impl Units {
         (self.spindle_pitch_10um != 0).then(|| f64::from(position) / 100.0)
     }
 
-    /// The nearest position to so many revolutions behind the gear; `None` when no position is so far away.
+    /// The nearest position to these revolutions behind the gear; `None` if it is out of range.
     #[must_use]
     pub fn position_of_revolutions(&self, revolutions: f64) -> Option<i32> {
         to_position(revolutions * self.per_revolution())
     }
 
-    /// The nearest position to so many millimetres; `None` without a spindle pitch or when none is so far away.
+    /// The nearest position to these millimetres; `None` without a spindle pitch or if it is out of range.
     #[must_use]
     pub fn position_of_millimetres(&self, millimetres: f64) -> Option<i32> {
         if self.spindle_pitch_10um == 0 { None } else { to_position(millimetres * 100.0) }

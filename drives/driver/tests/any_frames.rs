@@ -1,4 +1,4 @@
-//! No frames from the bus make a sequence panic, and each one ends.
+//! Random frames from the bus never make a sequence panic, and every sequence ends.
 
 use std::future::Future;
 use std::pin::{Pin, pin};

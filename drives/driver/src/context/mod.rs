@@ -1,9 +1,9 @@
 //! The interface between a sequence and the shell that runs it.
 //!
-//! A sequence is an `async fn` that is lent a [`DriveContext`]. It leaves there what is to be sent, and waits for what
-//! comes back. It does no I/O, reads no clock and wakes no task: it is a state machine that the compiler
-//! writes, and [`Session`](crate::Session) polls it after each frame and deadline. So the same sequences serve
-//! blocking and asynchronous shells.
+//! A sequence is an `async fn` that is lent a [`DriveContext`]. It leaves there what is to be sent, and waits for the
+//! answers. It does no I/O, reads no clock and wakes no task: it is a state machine written by the compiler, which
+//! [`Session`](crate::Session) polls after each frame and deadline. So the same sequences serve blocking and
+//! asynchronous shells.
 
 mod motion;
 mod objects;
@@ -48,68 +48,68 @@ pub(crate) struct Shared {
     pub(crate) outbox: VecDeque<Frame>,
     pub(crate) access: Option<Access>,
     pub(crate) answer: Option<Result<Bytes, SdoError>>,
-    /// A sequence waits for that answer.
+    /// A sequence waits for the answer to its SDO request.
     pub(crate) is_transferring: bool,
-    /// When the sequence wants to be polled even though nothing came.
+    /// When to poll the sequence even if nothing has come.
     pub(crate) wake: Option<Instant>,
     pub(crate) status: Reports,
-    /// The last fault, or that there is none.
+    /// The last fault that came by emergency; `NO_ERROR` (0) after a reset.
     pub(crate) emergency: Option<u16>,
     /// The COB-ID of the drive's emergencies, if it sends any.
     pub(crate) emergencies: Option<CobId>,
-    /// The last notice that is no fault.
+    /// The last notice, an emergency code that is not a fault.
     pub(crate) warning: Option<u16>,
-    /// The last one of each TPDO that the description does not name, until it is asked for.
+    /// The last frame of each TPDO that the description does not name, until it is asked for.
     pub(crate) pdos: [Option<Frame>; 4],
     pub(crate) restarted: bool,
-    /// It has been heard to boot since it was last recovered.
+    /// The drive has booted since it was last recovered.
     pub(crate) booted: bool,
     /// What was last seen of it.
     pub(crate) seen: Seen,
     pub(crate) motion: Motion,
-    /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
-    /// whose PDO waits for SYNC obeys that word with the next one, and so each later word replaces it.
+    /// The target of a PDO that was sent together with a control word, until the drive has been seen to take it. A
+    /// drive whose PDO waits for SYNC obeys that word at the next SYNC, so each later control word has to replace it.
     pub(crate) held: Option<i32>,
-    /// The control word of a stop that has been ordered, until the drive has been seen to stand.
+    /// The control word of a stop that was ordered, until the drive has been seen to stand.
     pub(crate) stop: Option<u16>,
-    /// Until when the drive may report what was before the last order.
+    /// Until when the drive may still report its state before the last order.
     pub(crate) settles: Instant,
-    /// It has reported what it can only report of that order.
+    /// The drive has reported something that can only come of the last order.
     pub(crate) settled: bool,
-    /// What the objects held that have been written to protect the drive.
+    /// The values that objects held before they were written to protect the drive.
     pub(crate) before: Vec<(Number, i64)>,
     /// How much later than on CAN the drive answers and obeys.
     pub(crate) latency: Duration,
-    /// How long travels may take.
+    /// How long a travel may take.
     pub(crate) patience: Duration,
-    /// A follower keeps the drive going from now on, and disarms what protects it.
+    /// A follower keeps the drive alive from now on, and disarms its protection.
     pub(crate) is_handed_over: bool,
 }
 
-/// What is known of the status word.
+/// The status words of the drive.
 #[derive(Debug, Default)]
 pub(crate) struct Reports {
     /// The last one that the drive has sent by itself.
     pub(crate) last: u16,
-    /// The same, or a later one that was read, unless something says that it is out of date; `None` too for a drive
-    /// that sends none by itself.
+    /// The last status word, sent by the drive or read; `None` when it is out of date, and always for a drive that
+    /// sends none by itself.
     pub(crate) known: Option<u16>,
-    /// How many have come: a sequence waits for the next one.
+    /// How many have come, by which a sequence notices the next one.
     pub(crate) count: u64,
-    /// Some have been lost, so that the next one must be read.
+    /// Some have been lost, so the next one must be read.
     pub(crate) missed: bool,
 }
 
-/// What waiting for a status word has led to.
+/// The result of waiting for a status word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Awaited {
     /// The last status word.
     pub status_word: u16,
-    /// Whether it is one that was waited for.
+    /// Whether it is one that was waited for, and not only the last one before the time was over.
     pub came: bool,
 }
 
-/// An access to an object, for the SDO client.
+/// An SDO access, for the client.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Access {
     pub(crate) address: Address,
@@ -148,11 +148,11 @@ impl DriveContext {
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, Shared> {
-        // A panic elsewhere has already failed the operation; it need not fail twice.
+        // Whichever call panicked has already failed; the others need not fail with it.
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Forgets what an operation before has left behind.
+    /// Discards what the previous operation has left behind.
     pub(crate) fn begin(&self, now: Instant) {
         let mut shared = self.lock();
         shared.now = now;
@@ -163,8 +163,8 @@ impl DriveContext {
         shared.restarted = false;
     }
 
-    /// Ends the work of a sequence: what it has left unsent is forgotten, since it may be what starts the
-    /// drive. The frames that stop it, if it may be moving: outside OPERATION ENABLED they would enable it.
+    /// Ends the work of a sequence: discards its unsent frames, which might start the drive. Returns the frames that
+    /// stop the drive, if it may be moving; outside OPERATION ENABLED there are none, since they would enable it.
     pub(crate) fn let_go(&self) -> impl Iterator<Item = Frame> {
         self.begin(self.now());
         let obeys = self.known_state().is_none_or(|state| state == State::OperationEnabled);
@@ -172,7 +172,7 @@ impl DriveContext {
         word.into_iter().flat_map(|word| self.replacing_frame(word).into_iter().chain([self.control_frame(word)]))
     }
 
-    /// The control word that stops what has been ordered: no bit takes a step back.
+    /// The control word that stops what was ordered. A step has no bit that stops it, so it takes a quick stop.
     pub(crate) fn stop_word(&self) -> u16 {
         match self.lock().motion {
             Motion::Stepping { .. } => self.description.word(Command::QuickStop),
@@ -180,13 +180,13 @@ impl DriveContext {
         }
     }
 
-    /// Whether the drive may be moving, by what has been ordered and seen.
+    /// Whether the drive may be moving, judged by the orders and what it reported.
     #[must_use]
     pub fn may_move(&self) -> bool {
         self.lock().motion.may_move()
     }
 
-    /// Whether the description has the drive report that a travel is under way.
+    /// Whether the drive reports that a travel is under way.
     pub(crate) fn reports_travels(&self) -> bool {
         self.description.status.positioning.is_some()
     }
@@ -202,7 +202,7 @@ impl DriveContext {
         sequence.poll(&mut Context::from_waker(Waker::noop()))
     }
 
-    /// Takes note of what the drive says unasked; whether the frame was that.
+    /// Handles a frame that the drive sends by itself; returns whether it was one.
     pub(crate) fn hear(&self, frame: &Frame) -> bool {
         let of = |base| frame.id() == CobId::of_node(base, self.node);
         if let Some(pdo) = self.description.inputs.iter().find(|pdo| of(pdo.base)) {
@@ -227,13 +227,13 @@ impl DriveContext {
         true
     }
 
-    /// The code is as CiA 301 orders its bytes; the description knows whether the drive does so.
+    /// `emergency.code` is in the byte order of CiA 301; the description knows whether the drive's is another one.
     pub(crate) fn heard_emergency(&self, emergency: Emergency) {
         let code = emergency.code.0;
         let is_notice = matches!(self.description.codes.cause(code), Cause::Notice(_));
         let mut shared = self.lock();
         *(if is_notice { &mut shared.warning } else { &mut shared.emergency }) = Some(code);
-        // The status word that goes with a fault may come later, by the cycle or the inhibit time of its PDO.
+        // The matching status word may come later, by the cycle or the inhibit time of its PDO.
         shared.status.missed |= !is_notice;
     }
 
@@ -241,7 +241,7 @@ impl DriveContext {
         let mut shared = self.lock();
         shared.restarted = true;
         shared.booted = true;
-        // Neither its state nor its fault has outlived that.
+        // A restart clears state and faults.
         shared.status.known = None;
         shared.emergency = None;
         shared.held = None;
@@ -249,9 +249,9 @@ impl DriveContext {
         shared.rest();
     }
 
-    /// Frames of the drive have been lost, perhaps its boot-up. Nothing that was known is taken for granted: the edges
-    /// that start something are made anew, and the status word is read. But whether a travel is interrupted is not
-    /// forgotten if the drive does not report it.
+    /// Frames of the drive have been lost, perhaps its boot-up. Nothing known before is relied on: edges that start
+    /// something are made anew, and the status word is read. Only an interruption of the travel is kept, if the drive
+    /// itself does not report it.
     pub(crate) fn missed(&self) {
         let mut shared = self.lock();
         shared.status.missed = true;
@@ -271,7 +271,7 @@ impl DriveContext {
         self.node
     }
 
-    /// What kind of drive it is.
+    /// The description of this kind of drive.
     #[must_use]
     pub fn description(&self) -> &'static Description {
         self.description
@@ -283,50 +283,50 @@ impl DriveContext {
         self.lock().now
     }
 
-    /// By when a command that is sent now shows in what the drive reports.
+    /// By when a command that is sent now shows in the drive's reports.
     #[must_use]
     pub fn reacts_by(&self) -> Instant {
         let shared = self.lock();
         shared.now + self.description.times.reaction + shared.latency
     }
 
-    /// A capability of the drive.
+    /// The capability, or [`Error::Unsupported`].
     pub fn need<T>(&self, capability: Option<T>, what: Capability) -> Result<T, Error> {
         capability.ok_or(Error::Unsupported { drive: self.description.name, what })
     }
 
-    /// What was last seen of the drive.
+    /// The last values that operations have seen, each with its time.
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.lock().seen
     }
 
-    /// Whether a sequence waits for the answer to an SDO request: until then no other may be sent.
+    /// Whether a sequence waits for the answer to an SDO request: until it comes, no other may be sent.
     #[must_use]
     pub fn is_transferring(&self) -> bool {
         self.lock().is_transferring
     }
 
-    /// How long travels may take until they count as timed out.
+    /// How long a travel may take before it counts as timed out.
     #[must_use]
     pub fn patience(&self) -> Duration {
         self.lock().patience
     }
 
-    /// Reads a status word, from the drive and not from memory.
+    /// Reads the status word from the drive.
     pub async fn status(&self) -> Result<u16, Error> {
         let word = self.get(self.description.objects.status_word).await? as u16;
-        // What the drive sends by itself may be late, by the inhibit time of its PDO.
+        // The drive's own PDO may be later than this answer, by its inhibit time.
         let mut shared = self.lock();
         shared.status.known = shared.status.known.map(|_| word);
         shared.saw_state(word);
         Ok(word)
     }
 
-    /// Whether a word that stops the drive may be sent. In any state but OPERATION ENABLED the word would enable it,
-    /// or end its quick stop. A drive that does not answer is sent the word: it stops the drive, if anything does.
+    /// Whether a control word that stops the drive may be sent. In any state but OPERATION ENABLED it would enable the
+    /// drive, or end its quick stop. A drive that does not answer is sent the word, since nothing else could stop it.
     ///
-    /// Errors: as [`DriveContext::read`], but for [`Error::Sdo`].
+    /// Errors: as [`DriveContext::read`], except for [`Error::Sdo`].
     pub async fn may_be_stopped(&self) -> Result<bool, Error> {
         if self.known_state() == Some(State::OperationEnabled) {
             return Ok(true);
@@ -343,7 +343,7 @@ impl DriveContext {
         State::from_status_word(self.lock().status.known?)
     }
 
-    /// Something is about to be ordered: for a while, the drive may still report the end of what was before.
+    /// To call before an order: for a while, the drive may still report its former state.
     pub fn unsettle(&self) {
         let until = self.now() + self.description.times.settling;
         let mut shared = self.lock();
@@ -351,21 +351,21 @@ impl DriveContext {
         shared.settled = false;
     }
 
-    /// Whether what the drive reports belongs to the last order: `changed` is whether it reports what it cannot have
-    /// reported before.
+    /// Whether the drive's reports belong to the last order: once `changed` was true, which says that the drive reports
+    /// what it cannot have reported before, or once the settling time is over.
     pub fn settled(&self, changed: bool) -> bool {
         let mut shared = self.lock();
         shared.settled |= changed || shared.now >= shared.settles;
         shared.settled
     }
 
-    /// Waits until what the drive reports belongs to the last order for sure.
+    /// Waits until the settling time of the last order is over.
     pub async fn settle(&self) -> Result<(), Error> {
         let until = self.lock().settles;
         self.wait(until, |_| None::<()>).await.map(|_| ())
     }
 
-    /// Whether that is so already.
+    /// Whether the settling time of the last order is over.
     #[must_use]
     pub fn has_settled(&self) -> bool {
         let shared = self.lock();
@@ -393,7 +393,7 @@ impl DriveContext {
         }
     }
 
-    /// Waits until the status word, read anew at first, is as wanted, no longer than a reaction takes.
+    /// Reads the status word and waits until `wanted` accepts it, no longer than a reaction takes.
     pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Awaited, Error> {
         let until = self.reacts_by();
         let mut status_word = self.status().await?;
@@ -406,21 +406,21 @@ impl DriveContext {
         Ok(Awaited { status_word, came: true })
     }
 
-    /// Lets time pass.
+    /// Waits for `span`.
     pub async fn pass(&self, span: Duration) -> Result<(), Error> {
         let until = self.now() + span;
         self.wait(until, |_| None::<()>).await.map(|_| ())
     }
 
-    /// The last TPDO of this number (1 to 4) since it was asked for before, or the next one; `None` if none comes within a
-    /// reaction.
+    /// The last TPDO of this number (1 to 4) since the previous call, or the next one; `None` if none comes within a
+    /// reaction time.
     pub(crate) async fn next_pdo(&self, number: u16) -> Result<Option<Frame>, Error> {
         let until = self.reacts_by();
         let place = usize::from(number).wrapping_sub(1);
         self.wait(until, |shared| shared.pdos.get_mut(place).and_then(Option::take)).await
     }
 
-    /// Waits until `look` finds something, no longer than `until`.
+    /// Waits until `look` finds something, at most until `until`.
     async fn wait<T>(
         &self,
         until: Instant,
@@ -456,7 +456,7 @@ impl Shared {
         self.seen.state = State::from_status_word(word).map(|state| Measured::new(state, self.now));
     }
 
-    /// Something is about to move.
+    /// To call before something is ordered to move.
     pub(crate) fn order(&mut self, motion: Motion) {
         self.motion = motion;
         self.stop = None;

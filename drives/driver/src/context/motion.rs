@@ -1,6 +1,6 @@
-//! What the driver has ordered that moves, and what is known of its end.
+//! What motion the driver has ordered, and what is known of its end.
 
-/// What has been ordered last.
+/// The motion that was ordered last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Motion {
     /// No motion was ordered, or the drive was seen standing after the last one.
@@ -8,31 +8,31 @@ pub(crate) enum Motion {
     Resting,
     /// A travel to a position.
     Travelling(Travel),
-    /// A step of inching operation to this position: an edge, which no bit takes back.
+    /// A step of inching operation to this position. It is ordered by an edge, so clearing the bit does not stop it.
     Stepping {
         target: i32,
     },
-    /// Inching while a bit is set.
+    /// Inching while a control bit is set.
     Inching,
     Homing,
     /// Velocity or torque mode.
     Running,
-    /// Something, and the frames that said how it went on are lost.
+    /// Some motion: frames that told how it went on are lost.
     Unknown,
 }
 
-/// A travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Travel {
     /// `None` if another manager has ordered it.
     pub(crate) target: Option<i32>,
     pub(crate) pause: Pause,
-    /// Other set-points may have been before it: the drive acknowledges until it has room for the next one.
+    /// Other set-points may come before it: the drive clears the acknowledgement only when it has room for the next
+    /// one.
     pub(crate) queued: bool,
 }
 
 impl Travel {
-    /// A travel that begins.
+    /// A travel that has just been ordered.
     pub(crate) const fn to(target: Option<i32>) -> Self {
         Travel { target, pause: Pause::None, queued: false }
     }
@@ -41,17 +41,16 @@ impl Travel {
 /// Whether a travel is interrupted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pause {
-    /// It goes on.
+    /// The travel goes on.
     None,
     Interrupted,
-    /// The driver has ordered it to go on, and has not seen it do so.
+    /// The driver has ordered the travel to resume, and has not seen it do so.
     Unheeded,
-    /// The driver has stopped it, and has seen the drive stand.
+    /// The driver has stopped the travel, and has seen the drive stand.
     Stopped,
 }
 
 impl Motion {
-    /// A travel that begins.
     pub(crate) const fn travel(target: Option<i32>) -> Self {
         Motion::Travelling(Travel::to(target))
     }
@@ -66,7 +65,7 @@ impl Motion {
         self.pause().is_some_and(|pause| pause != Pause::None)
     }
 
-    /// How the travel that has been ordered goes on.
+    /// How the ordered travel is interrupted; `None` if the motion is not a travel.
     pub(crate) const fn pause(self) -> Option<Pause> {
         match self {
             Motion::Travelling(travel) => Some(travel.pause),
@@ -74,7 +73,7 @@ impl Motion {
         }
     }
 
-    /// The same travel, or another manager's, in another state.
+    /// The same travel, or another manager's, with another pause.
     pub(crate) const fn with_pause(self, pause: Pause) -> Self {
         let travel = match self {
             Motion::Travelling(travel) => travel,

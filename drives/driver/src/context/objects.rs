@@ -1,4 +1,4 @@
-//! What a sequence asks the drive, and writes: objects, by SDO.
+//! SDO accesses of a sequence.
 
 use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
@@ -8,7 +8,8 @@ use super::{Access, Bytes, DriveContext};
 use crate::description::{Number, Test, Word};
 use crate::error::Error;
 
-/// How long the way is watched by which a velocity is measured: a drive that is slower than ten counts per second stands.
+/// The time between two positions from which a velocity is calculated: a drive slower than ten counts per second
+/// stands.
 const BETWEEN_POSITIONS: Duration = Duration::from_millis(200);
 
 impl DriveContext {
@@ -31,7 +32,7 @@ impl DriveContext {
         Ok(())
     }
 
-    /// Reads the bytes of an object, eight at most: of a text, say, which has no fixed size.
+    /// Reads the bytes of an object, eight at most, such as of a text, which has no fixed size.
     ///
     /// Errors: as [`DriveContext::read`], except for [`Error::DataSheet`].
     pub async fn read_bytes(&self, address: Address) -> Result<Vec<u8>, Error> {
@@ -40,7 +41,7 @@ impl DriveContext {
         Ok(answer.bytes().to_vec())
     }
 
-    /// Writes the bytes of an object, eight at most; the rest is left out.
+    /// Writes the bytes of an object, at most the first eight.
     pub async fn write_bytes(&self, address: Address, bytes: &[u8]) -> Result<(), Error> {
         let mut payload = Scalar::room_for::<u64>();
         payload.store(0, bytes);
@@ -68,7 +69,7 @@ impl DriveContext {
         Ok(object.decode(u64::from_le_bytes(raw)))
     }
 
-    /// Reads a text, up to its 64th byte.
+    /// Reads at most 64 bytes of a text.
     pub(crate) async fn text(&self, address: Address) -> Result<Vec<u8>, Error> {
         let answer = self.transfer(Access { address, payload: Bytes::of_text(), writes: false }).await?;
         Ok(answer.bytes().to_vec())
@@ -82,7 +83,7 @@ impl DriveContext {
         Ok(())
     }
 
-    /// Writes an object, as its bytes are.
+    /// Writes the bytes of an object.
     pub(crate) async fn download(&self, address: Address, value: Scalar) -> Result<(), Error> {
         let payload = match (self.description.always_four_bytes, value.bytes()) {
             (true, &[a]) => Scalar::of(u32::from(a)),
@@ -104,7 +105,7 @@ impl DriveContext {
         }
     }
 
-    /// Where the drive is (6064h).
+    /// Reads the actual position (6064h).
     pub async fn position(&self) -> Result<i32, Error> {
         let position = narrow(self.get(self.description.objects.actual_position).await?);
         let mut shared = self.lock();
@@ -112,8 +113,8 @@ impl DriveContext {
         Ok(position)
     }
 
-    /// How fast it is (606Ch); 0 when it counts as standing still. Without 606Ch, the position is read twice, and a drive stands
-    /// that has moved by no more than the least count of its encoder.
+    /// The actual velocity (606Ch), or 0 if it is low enough to count as standing. Without 606Ch, the position is read
+    /// twice; a drive stands if it moved by at most one count.
     pub async fn velocity(&self) -> Result<i32, Error> {
         let velocity = match self.description.objects.actual_velocity {
             Some(object) => narrow(self.get(object).await?),
@@ -125,7 +126,8 @@ impl DriveContext {
         Ok(velocity)
     }
 
-    /// Counts of 6064h per second. Both positions are read now: one of earlier might be of before the last order.
+    /// In counts of 6064h per second. Both positions are read here, since an older one might be from before the last
+    /// order.
     async fn measured_velocity(&self) -> Result<i32, Error> {
         let (began, from) = (self.now(), self.position().await?);
         self.pass(BETWEEN_POSITIONS).await?;
@@ -134,7 +136,7 @@ impl DriveContext {
         Ok(if way.abs() <= 1 { 0 } else { narrow(way * 1_000_000 / span) })
     }
 
-    /// Whether a condition on status bits holds; `status_word` has been read before.
+    /// Whether a condition on status bits holds; `status_word` is the present one.
     pub async fn holds(&self, test: Test, status_word: u16) -> Result<bool, Error> {
         Ok(test.holds(match test.word {
             Word::Status => status_word.into(),
@@ -160,13 +162,13 @@ impl DriveContext {
         let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await;
         self.lock().is_transferring = false;
         let answer = answer?;
-        // The SDO client gives up by itself long before the end of time.
+        // The SDO client times out long before this deadline.
         Ok(answer.unwrap_or(Err(SdoError::TimedOut { address: access.address }))?)
     }
 }
 
-/// CiA 402 has positions and velocities of 32 bits; a description with others is found by
-/// [`Description::findings`](crate::Description::findings).
+/// Positions and velocities have 32 bits in CiA 402; [`Description::findings`](crate::Description::findings) reports a
+/// description with others.
 pub(crate) fn narrow(value: i64) -> i32 {
     value.clamp(i32::MIN.into(), i32::MAX.into()) as i32
 }

@@ -1,4 +1,4 @@
-//! The orders of a sequence: by PDO or by SDO, as the description has it.
+//! The orders of a sequence: by PDO or by SDO, as the description says.
 
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited};
@@ -16,11 +16,11 @@ impl DriveContext {
         self.send(Frame::from_array(CobId::NMT, [command.code(), self.node.get()]));
     }
 
-    /// Sends a control word, by PDO or by SDO; also in place of one that waits for SYNC.
+    /// Sends a control word by PDO or by SDO, and replaces one that waits for SYNC.
     ///
     /// Errors: by SDO, as [`DriveContext::write`]; none by PDO.
     pub async fn control(&self, word: u16) -> Result<(), Error> {
-        // First, or else a SYNC between the two would have the drive obey the one that waits.
+        // Replaces first: otherwise a SYNC in between would make the drive obey the waiting control word.
         if let Some(frame) = self.replacing_frame(word) {
             self.send(frame);
         }
@@ -31,13 +31,13 @@ impl DriveContext {
         Ok(())
     }
 
-    /// Sends a control word with a target position, which comes first where it takes two ways.
+    /// Sends a target position, and then the control word if they do not share a PDO.
     pub async fn control_position(&self, word: u16, target: i32) -> Result<(), Error> {
         let Description { outputs, objects, .. } = self.description;
         self.order(word, outputs.position, Signal::TargetPosition, objects.target_position, target).await
     }
 
-    /// Sends a control word with a target velocity, which comes first where it takes two ways.
+    /// Sends a target velocity, and then the control word if they do not share a PDO.
     pub async fn control_velocity(&self, word: u16, target: i32) -> Result<(), Error> {
         let velocity = self.need(self.description.velocity, Capability::Mode(Mode::Velocity))?;
         let pdo = self.description.outputs.velocity;
@@ -66,14 +66,14 @@ impl DriveContext {
         self.control(word).await
     }
 
-    /// The frame that replaces the control word which the drive may hold until SYNC.
+    /// The frame that replaces the control word that the drive may hold until SYNC.
     pub(super) fn replacing_frame(&self, word: u16) -> Option<Frame> {
         let target = self.lock().held?;
         let values = [(Signal::ControlWord, word.into()), (Signal::TargetPosition, target.into())];
         Some(self.description.outputs.start_by_sync()?.frame(self.node, self.description, &values))
     }
 
-    /// The frame that gives the drive a control word, without waiting for an answer.
+    /// The frame that gives the drive a control word; an answer to it is not awaited.
     pub(super) fn control_frame(&self, word: u16) -> Frame {
         match self.description.outputs.control {
             Some(pdo) => pdo.frame(self.node, self.description, &[(Signal::ControlWord, word.into())]),
@@ -81,7 +81,7 @@ impl DriveContext {
         }
     }
 
-    /// The frame that writes an object of one to four bytes, without waiting for an answer.
+    /// The frame that writes an object of one to four bytes; the answer is not awaited.
     pub(crate) fn setting_frame(&self, object: Number, value: i64) -> Frame {
         let payload = self.payload(object, value);
         let content = Content::Expedited(Expedited::new(payload.bytes()).expect("an object of one to four bytes"));
@@ -89,7 +89,7 @@ impl DriveContext {
         Frame::from_array(CobId::of_node(0x600, self.node), request.to_bytes())
     }
 
-    /// What disarms what protects the drive: 0 ends it, and then the objects hold again what they held before.
+    /// The writes that disarm the protection: 0 to its object, then the former values of all objects that were written.
     pub(crate) fn disarming(&self, protection: Protection) -> Vec<(Number, i64)> {
         let Some(switch) = protection.switch() else { return Vec::new() };
         let before = self.lock().before.clone();

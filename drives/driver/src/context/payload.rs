@@ -1,20 +1,20 @@
-//! What an SDO of the driver carries.
+//! The payload of the driver's SDO transfers.
 
 use lexican_runtime::service::sdo_client::{Payload, Scalar};
 
-/// So much of a text is kept.
+/// How many bytes of a text are kept.
 const TEXT: usize = 64;
 
 /// The bytes of a transfer: a number, or the beginning of a text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Bytes {
     Number(Scalar),
-    /// How many of them have come.
+    /// The second field is the number of bytes that have come.
     Text([u8; TEXT], usize),
 }
 
 impl Bytes {
-    /// Room for a text of any length.
+    /// Takes a text of any length, and keeps its first 64 bytes.
     pub(crate) const fn of_text() -> Self {
         Bytes::Text([0; TEXT], 0)
     }
@@ -45,7 +45,7 @@ impl Payload for Bytes {
         }
     }
 
-    /// What a text has no room for is taken and forgotten.
+    /// Bytes beyond the capacity are accepted and dropped.
     fn store(&mut self, offset: u32, data: &[u8]) -> usize {
         match self {
             Bytes::Number(number) => number.store(offset, data),

@@ -1,4 +1,4 @@
-//! One axis: what it was set up with, and what is known of it.
+//! One axis: its settings and its present state.
 
 use lexican_runtime::profile::cia402::{Cause as How, Command, State, control, status};
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
@@ -14,11 +14,11 @@ use crate::fault::Cause;
 use crate::mode::Mode;
 use crate::protection::Protection;
 
-/// For how long an axis may not move to be seen to stand.
+/// How long an axis must not move to count as standing.
 const STANDING: Duration = Duration::from_millis(20);
 
-/// How many set-points an axis may be behind without a following error: one is under way to it, one is what it
-/// interpolates to, one is where it was, and one is how old its position is.
+/// How many set-points an axis may lag without a following error: one is on its way, one is being interpolated to, one
+/// is the last position, and one is the age of that position.
 const BEHIND: usize = 4;
 
 /// A drive that is set up for a cyclic mode.
@@ -30,18 +30,18 @@ pub struct Axis {
     pub(super) position: i32,
     pub(super) limits: Option<[i32; 2]>,
     pub(super) protection: Protection,
-    /// What disarms it, in this order.
+    /// The writes that disarm it, in this order.
     pub(super) disarming: [Option<(Number, i64)>; DISARMING],
 }
 
-/// The most objects that are written to disarm a drive: life guarding is ended, and both of its objects put back.
+/// The most writes that disarm a drive: life guarding is switched off, and both of its objects are restored.
 pub(super) const DISARMING: usize = 3;
 
 impl Axis {
-    /// A drive at `node` that something else has set up, by its DCF say: the PDOs of `settings` have the COB-IDs of the
-    /// predefined connection set (CiA 301, 7.3.5), are synchronous, and carry control word and set-point, and status word
-    /// and position. It stands at `position`, is not enabled, in the mode, with its set-point aligned, and in NMT
-    /// OPERATIONAL.
+    /// A drive at `node` that was set up by something else, such as its DCF. The PDOs of `settings` have the COB-IDs of
+    /// the predefined connection set (CiA 301, 7.3.5), are synchronous, and carry control word and set-point, and
+    /// status word and position. The drive stands at `position`, is not enabled, is in the mode and in NMT OPERATIONAL,
+    /// and its set-point is its position.
     #[must_use]
     pub const fn new(node: NodeId, description: &'static Description, settings: AxisSettings, position: i32) -> Self {
         Axis {
@@ -61,8 +61,8 @@ impl Axis {
         Axis { limits: Some([low, high]), ..self }
     }
 
-    /// With what [`sequence::protect`](crate::sequence::protect) has armed: the follower keeps it going, and disarms it when
-    /// the axis stands at the end, by 0.
+    /// With the protection that [`sequence::protect`](crate::sequence::protect) has armed: the follower sends the signs
+    /// of life, and writes 0 to disarm it at the end, when the axis stands.
     #[must_use]
     pub const fn protected_by(self, protection: Protection) -> Self {
         let disarming = match protection.switch() {
@@ -72,7 +72,7 @@ impl Axis {
         Axis { protection, disarming, ..self }
     }
 
-    /// The same, which is disarmed as a drive that is not handed over: the objects hold again what they held before.
+    /// The same, but at the end the objects also get their former values again.
     pub(crate) fn protected_in(self, drive: &DriveContext, protection: Protection) -> Self {
         let mut axis = self.protected_by(protection);
         let steps = drive.disarming(protection).into_iter().map(Some);
@@ -86,13 +86,13 @@ impl Axis {
         self.protection
     }
 
-    /// The node-ID.
+    /// The node-ID of the drive.
     #[must_use]
     pub const fn node(&self) -> NodeId {
         self.node
     }
 
-    /// Where it stood when it was set up.
+    /// The position at which it stood when it was set up.
     #[must_use]
     pub const fn position(&self) -> i32 {
         self.position
@@ -111,22 +111,22 @@ impl Axis {
     }
 }
 
-/// What an axis is sent beside its set-point.
+/// The command that an axis is sent with its set-point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Order {
-    /// To go on from where it is sent to.
+    /// Stay in OPERATION ENABLED and follow the set-points.
     Hold,
     Command(Command),
 }
 
-/// An axis that follows.
+/// An axis of a follower.
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) axis: Axis,
-    /// Its status word, and where it is, as last heard.
+    /// The status word and the position that came last.
     status_word: Option<u16>,
     pub(super) position: i32,
-    /// Its PDO has come since the last SYNC.
+    /// The PDO has come since the last SYNC.
     fresh: bool,
     missing: u32,
     all_missing: u64,
@@ -134,9 +134,9 @@ pub(super) struct Member {
     emergency: Option<u16>,
     nmt: Option<NmtState>,
     restarted: bool,
-    /// Since when it is in its state, or was not heard of.
+    /// When it entered its state, or was first waited for.
     since: Instant,
-    /// Around where it stands, and since when.
+    /// The position around which it stands, and since when.
     stands_at: i32,
     stands_since: Instant,
     /// Its last set-points, the newest first.
@@ -204,13 +204,13 @@ impl Member {
         if position.abs_diff(self.stands_at) > self.axis.settings.standing {
             (self.stands_at, self.stands_since) = (position, now);
         }
-        // It is sent in OPERATIONAL only: what a heartbeat said before is over.
+        // The PDO is sent in OPERATIONAL only, so an earlier heartbeat is out of date.
         self.nmt = None;
         self.late += u64::from(self.fresh);
         (self.status_word, self.position, self.fresh) = (Some(status_word), position, true);
     }
 
-    /// A cycle is over: counts whether its PDO has come.
+    /// Counts at the end of a cycle whether the PDO has come.
     pub(super) fn end_cycle(&mut self) {
         if std::mem::take(&mut self.fresh) {
             self.missing = 0;
@@ -238,23 +238,23 @@ impl Member {
             || matches!(self.cause(), Cause::Fault(_))
     }
 
-    /// Whether its PDO comes.
+    /// Whether its PDO still comes, with at most `tolerated` missing in a row.
     pub(super) fn is_heard(&self, tolerated: u32) -> bool {
         !self.restarted && self.status_word.is_some() && self.missing <= tolerated
     }
 
-    /// Whether it has restarted: it does not stand where it was led, and is not led any more.
+    /// Whether it has restarted: it is then no longer led.
     pub(super) fn is_gone(&self) -> bool {
         self.restarted
     }
 
-    /// Whether it is in OPERATION ENABLED, and says that it follows.
+    /// Whether it is in OPERATION ENABLED, and reports that it follows the set-points.
     pub(super) fn follows(&self) -> bool {
         let follows = self.axis.settings.follows;
         self.state() == Some(State::OperationEnabled) && self.status_word.is_some_and(|word| word & follows == follows)
     }
 
-    /// What is wrong with it at any time.
+    /// What is wrong with it, whether or not it follows the path.
     pub(super) fn trouble(&self, now: Instant, tolerated: u32) -> Option<Reason> {
         let node = self.axis.node;
         if self.restarted {
@@ -263,7 +263,7 @@ impl Member {
         if self.has_fault() {
             return Some(Reason::Fault { node, cause: self.cause() });
         }
-        // It may take a while to begin, and its heartbeat may be from before.
+        // Its first PDO may take a while, and its heartbeat may be out of date.
         let begins = self.status_word.is_none() && now.since(self.since) <= self.axis.description.times.reaction;
         match self.nmt {
             _ if begins => None,
@@ -277,7 +277,7 @@ impl Member {
         }
     }
 
-    /// What is wrong with it that only counts while it follows the path.
+    /// What is wrong with it, as far as it matters only on the path.
     pub(super) fn trouble_following(&mut self) -> Option<Reason> {
         let (node, settings) = (self.axis.node, self.axis.settings);
         let status_word = self.status_word?;
@@ -287,7 +287,7 @@ impl Member {
         }
         let error = self.distance();
         self.following_error = self.following_error.max(error);
-        // Mode 7 has no such bit (CiA 402-2, 12.2.2).
+        // Mode 7 does not have this bit (CiA 402-2, 12.2.2).
         let reported = settings.mode == Mode::CyclicPosition && status_word & status::FOLLOWING_ERROR != 0;
         if reported || error > settings.following_error {
             return Some(Reason::FollowingError { node, error });
@@ -295,7 +295,7 @@ impl Member {
         (!self.follows()).then_some(Reason::Ignores { node, status_word })
     }
 
-    /// How far it is from its last set-points.
+    /// The distance of its position from the range of its last set-points.
     fn distance(&self) -> u32 {
         if !self.axis.settings.follows_positions() {
             return 0;
@@ -304,7 +304,7 @@ impl Member {
         self.position.abs_diff(self.position.clamp(low, high))
     }
 
-    /// Leads it to OPERATION ENABLED; what is wrong if it does not get there.
+    /// Leads it to OPERATION ENABLED; returns the reason if it does not get there in time.
     pub(super) fn lead(&mut self, now: Instant) -> Option<Reason> {
         let Axis { node, description, .. } = self.axis;
         let state = self.state()?;
@@ -315,7 +315,7 @@ impl Member {
             let Some(How::Command(command)) = next else {
                 return self.late_for(now, Reason::NotEnabled { node, state });
             };
-            // From the command that enables it on, the set-point stays: else it would follow an axis that sinks.
+            // Once Enable operation is sent, the set-point stays: otherwise it would follow an axis that sinks.
             let enables = Order::Command(Command::EnableOperation);
             if self.axis.settings.follows_positions() && self.order != enables {
                 self.set_point = self.position;
@@ -332,7 +332,7 @@ impl Member {
         (now.since(self.since) > self.axis.description.times.reaction).then_some(reason)
     }
 
-    /// Goes on from where it is sent to, unless it leaves OPERATION ENABLED.
+    /// Keeps it in OPERATION ENABLED at its set-points.
     pub(super) fn hold(&mut self) {
         self.order = Order::Hold;
     }
@@ -346,13 +346,13 @@ impl Member {
         }
     }
 
-    /// Commands it, so that no state leads to OPERATION ENABLED.
+    /// Sends it this command, which must not lead to OPERATION ENABLED.
     pub(super) fn command(&mut self, command: Command) {
         self.order = Order::Command(command);
     }
 
-    /// By the state that is known when the frame leaves, which may have waited for room: to an axis that has left OPERATION
-    /// ENABLED, the word that holds it would lead back there.
+    /// Decided when the frame leaves, since the frame may have waited for room: in the meantime the axis may have left
+    /// OPERATION ENABLED, and the word that holds it would enable it again.
     fn control_word(&self) -> u16 {
         let description = self.axis.description;
         let command = match (self.order, self.state()) {
@@ -368,17 +368,17 @@ impl Member {
         description.word(command)
     }
 
-    /// Whether it has been seen to stand since `since`.
+    /// Whether it has stood since `since`, for long enough.
     pub(super) fn stands(&self, now: Instant, since: Instant) -> bool {
         now.since(self.stands_since.max(since)) >= STANDING
     }
 
-    /// Whether its motor has torque, as last heard.
+    /// Whether its motor had torque by the last status word.
     pub(super) fn has_torque(&self) -> bool {
         matches!(self.state(), Some(State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive))
     }
 
-    /// The frame with its set-point. After a restart its PDOs may be mapped in another way.
+    /// The frame with its set-point; `None` after a restart, since its PDOs may then be mapped differently.
     pub(super) fn frame(&self) -> Option<Frame> {
         let ([low, high], [a, b, c, d]) = (self.control_word().to_le_bytes(), self.set_point.to_le_bytes());
         (!self.restarted).then(|| Frame::from_array(self.axis.rpdo(), [low, high, a, b, c, d]))

@@ -8,14 +8,14 @@ use super::path::Path;
 use super::report::Report;
 use crate::cancel::CancelHandle;
 
-/// How often it is looked whether the path has been cancelled.
+/// How often the loop checks for cancellation.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Follows a path until all is over, and all axes are released; `cancel` stops them from another thread. If this function
-/// is left in another way, by a panic of the path say, all axes are sent a quick stop.
+/// Follows a path until it is over and all axes are released; `cancel` stops them from another thread. If this function
+/// is left in another way, such as by a panic of the path, all axes are sent a quick stop.
 ///
-/// Errors: [`LinkError`] when the link is gone for good: nothing could be sent, not even a stop. A bus that carries no
-/// frames for a while is no error: it shows in PDOs that are missing.
+/// Errors: [`LinkError`] if the link is gone for good: nothing could be sent, not even a stop. A bus that carries no
+/// frames for a while is not an error: PDOs are missing then.
 pub fn follow<L: Link + ?Sized, P: Path>(
     link: &mut L,
     follower: &mut Follower<P>,

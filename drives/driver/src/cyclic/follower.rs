@@ -22,18 +22,18 @@ pub enum Event {
     Following,
     /// All axes are being stopped; `None` at the end of the path.
     Stopping(Option<Reason>),
-    /// All is over: [`Follower::report`].
+    /// It is over, and the result is in [`Follower::report`].
     Over,
 }
 
-/// Axes cannot follow a path together.
+/// Why axes cannot follow a path together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SetUpError {
-    /// There is none.
+    /// The list of axes is empty.
     #[error("there is no axis")]
     NoAxis,
-    /// They are set up with different periods, or with none.
+    /// The axes are set up with different periods, or with none.
     #[error("node {node} is set up with a period of {period}, and the first axis with another one or none")]
     Period {
         /// The axis.
@@ -41,7 +41,7 @@ pub enum SetUpError {
         /// Its period.
         period: Duration,
     },
-    /// Two of them are the same drive.
+    /// Two of the axes are the same drive.
     #[error("node {0} is two of the axes")]
     Twice(NodeId),
 }
@@ -56,29 +56,30 @@ pub struct Follower<P> {
     period: Duration,
     phase: Phase,
     sync: SyncProducer,
-    /// Followed: when the next SYNC has to have come.
+    /// With a SYNC of another node: the time by which the next one has to come.
     expects: Option<Instant>,
     /// When the last cycle began; `None` before the first.
     cycle_began: Option<Instant>,
-    /// Which axis is sent its set-point next; `None` when all have been.
+    /// The axis that is sent its set-point next; `None` once all have been.
     sending: Option<usize>,
     keep_alive: Vec<KeepAlive>,
-    /// What disarms the axes that stand at the end, each cycle the next of each: a node has answered the one before by then.
+    /// The frames that disarm the axes at the end, one batch in each cycle, so that each node has answered before its
+    /// next one.
     disarming: VecDeque<Vec<Frame>>,
-    /// What is sent of that in this cycle.
+    /// The rest of the batch of this cycle.
     disarms: Vec<Frame>,
-    /// The first thing that has gone wrong.
+    /// The first reason to stop.
     reason: Option<Reason>,
-    /// The path is asked for more set-points.
+    /// Whether to ask the path for more set-points.
     has_more: bool,
     /// The next cycle of the path.
     cycle: u64,
-    /// How many cycles had set-points of the path before the stop.
+    /// How many cycles took set-points of the path before the stop.
     followed: u64,
-    /// The set-points of the last cycle and of the one before.
+    /// The set-points of the last cycle and of the one before it.
     last: Vec<i32>,
     before: Vec<i32>,
-    /// Without set-points, in a row.
+    /// How many cycles in a row had no set-points.
     unsupplied: u32,
     missed: u64,
     missed_in_a_row: u64,
@@ -87,7 +88,7 @@ pub struct Follower<P> {
 
 #[derive(Debug)]
 enum Phase {
-    /// It begins when it is first asked what to send.
+    /// Not begun: it begins when it is first asked for a frame.
     New,
     Enabling,
     Following,
@@ -96,7 +97,7 @@ enum Phase {
 }
 
 impl<P: Path> Follower<P> {
-    /// Of these axes, in this order. It begins when it is first pumped.
+    /// A follower of these axes, in this order. It begins when it is first polled for frames.
     pub fn new(axes: Vec<Axis>, path: P, settings: Settings) -> Result<Self, SetUpError> {
         let period = axes.first().ok_or(SetUpError::NoAxis)?.settings.period;
         for (number, axis) in axes.iter().enumerate() {
@@ -136,12 +137,12 @@ impl<P: Path> Follower<P> {
         })
     }
 
-    /// Stops all axes, with the next cycle.
+    /// Stops all axes, from the next cycle on.
     pub fn cancel(&mut self) {
         self.reason.get_or_insert(Reason::Cancelled);
     }
 
-    /// Whether all is over.
+    /// Whether the follower has nothing more to do.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         matches!(self.phase, Phase::Over)
@@ -162,8 +163,8 @@ impl<P: Path> Follower<P> {
         }
     }
 
-    /// The frames that stop all axes at once by their quick stop, for a program that cannot follow on: one for each, and
-    /// SYNC, which releases them. None if there is nothing to stop.
+    /// The frames that stop all axes at once, for a program that cannot go on: a quick stop for each axis, and the SYNC
+    /// that makes them take effect. Empty if nothing is to be stopped.
     pub fn let_go(&mut self) -> Vec<Frame> {
         if matches!(self.phase, Phase::New | Phase::Over) {
             return Vec::new();
@@ -174,7 +175,7 @@ impl<P: Path> Follower<P> {
         self.members.iter().filter_map(Member::frame).chain(sync).collect()
     }
 
-    /// An axis, for a shell that hears of emergencies and heartbeats by events, and not by frames.
+    /// The axis of a node, for a shell that gets emergencies and heartbeats as events and not as frames.
     #[cfg(feature = "tokio")]
     pub(super) fn member(&mut self, node: NodeId) -> Option<&mut Member> {
         self.members.iter_mut().find(|member| member.axis.node == node)
@@ -182,7 +183,7 @@ impl<P: Path> Follower<P> {
 }
 
 impl<P: Path> Follower<P> {
-    /// Whether a frame is the SYNC of another node that is followed.
+    /// Whether the frame is the SYNC of another node that this follower waits for.
     pub(super) fn begins_cycle(&self, frame: &Frame) -> bool {
         self.expects.is_some() && self.settings.sync == SyncSource::Followed { id: frame.id() }
     }
@@ -196,7 +197,7 @@ impl<P: Path> Follower<P> {
         }
         let mut heartbeats = Vec::new();
         for Axis { node, protection, .. } in self.members.iter().map(|member| member.axis) {
-            // One heartbeat is for all who watch it.
+            // All who watch a manager share one heartbeat.
             if let Protection::Heartbeat { manager, period, .. } = protection {
                 if heartbeats.contains(&(manager, period)) {
                     continue;
@@ -207,19 +208,20 @@ impl<P: Path> Follower<P> {
         }
     }
 
-    /// How long the SYNC of another producer may stay away.
+    /// How long the SYNC of another producer may be missing.
     fn patience(&self) -> Duration {
         self.period.times(self.settings.tolerance.cycles.saturating_add(2))
     }
 
-    /// A SYNC is missing. The axes take no set-points without one, not even those that stop them.
+    /// Produces SYNC itself when the other producer's is missing: without SYNC the axes take no set-points, not even
+    /// those that stop them.
     fn take_over(&mut self, now: Instant, id: CobId) {
         self.expects = None;
         self.reason.get_or_insert(Reason::SyncLost { silent: self.patience() });
         self.sync.configure(now, id, self.period, 0);
     }
 
-    /// Our own cycle begins so late, or with frames of the one before unsent.
+    /// Notes how late our own cycle begins, and whether frames of the previous one are unsent.
     fn note_lateness(&mut self, late: Duration) {
         self.latest = self.latest.max(late);
         let missed = late.as_micros() / self.period.as_micros();
@@ -234,7 +236,7 @@ impl<P: Path> Follower<P> {
         }
     }
 
-    /// Judges the cycle before, and decides what the axes are sent in this one.
+    /// Judges the previous cycle, and decides what the axes are sent in this one.
     fn run_cycle(&mut self, now: Instant) -> Option<Event> {
         if self.cycle_began.replace(now).is_some() {
             self.members.iter_mut().for_each(Member::end_cycle);
@@ -247,7 +249,7 @@ impl<P: Path> Follower<P> {
         };
         let ended = self.stop_on(now);
         self.sending = (!self.is_over()).then_some(0);
-        // A stop that begins does not end in the same cycle.
+        // A stop that has just begun does not end in the same cycle.
         begun.or(ended)
     }
 
@@ -302,7 +304,7 @@ impl<P: Path> Follower<P> {
         Event::Stopping(reason)
     }
 
-    /// Sends the axes the next set-points; whether there were any.
+    /// Sends the axes the next set-points; returns whether there were any.
     fn supply(&mut self) -> Result<bool, Reason> {
         let mut next = self.last.clone();
         let supply = self.path.set_points(self.cycle, &mut next);
@@ -335,14 +337,14 @@ impl<P: Path> Follower<P> {
         Ok(true)
     }
 
-    /// Whether all axes can go from `last` to `next` in a cycle.
+    /// Checks that every axis can go from `last` to `next` in one cycle.
     fn check(&self, next: &[i32], last: &[i32]) -> Result<(), Reason> {
         for ((member, &to), &from) in self.members.iter().zip(next).zip(last) {
             let Axis { node, settings, limits, .. } = member.axis;
             if to.abs_diff(from) > settings.max_step {
                 return Err(Reason::StepTooLarge { node, from, to, most: settings.max_step });
             }
-            // An axis that is beyond them may stay, or go back.
+            // An axis beyond its limits may stay, or move back.
             if let Some([low, high]) = limits.filter(|_| settings.follows_positions())
                 && (to > high && to > from || to < low && to < from)
             {
@@ -361,7 +363,7 @@ impl<P: Path> Follower<P> {
         next.collect()
     }
 
-    /// In a stop, the set-points after `last`: those of the path, or else straight on.
+    /// During a stop, the set-points after `last`: those of the path, or else in the same direction on.
     fn beyond(&mut self, last: &[i32], before: &[i32]) -> Vec<i32> {
         let mut next = last.to_vec();
         self.has_more = self.has_more
@@ -376,7 +378,7 @@ impl<P: Path> Follower<P> {
         if !matches!(self.phase, Phase::Stopping(_)) {
             return None;
         }
-        // Until it is put back, `self` is free to be asked for more set-points.
+        // Takes the stop out of `self`, which the ramp asks for more set-points meanwhile.
         let Phase::Stopping(mut stopping) = std::mem::replace(&mut self.phase, Phase::Over) else { return None };
         if let Stage::Ramp(ramp) = &mut stopping.stage {
             match ramp.advance(|last, before| self.beyond(last, before)) {
@@ -417,8 +419,8 @@ impl<P: Path> Follower<P> {
         None
     }
 
-    /// Whether all axes are seen to stand. One that is silent may still be moving, and hear what it is sent; one that has
-    /// restarted is not waited for.
+    /// Whether all axes stand. One that is silent may still move and hear its commands, so it is waited for; one that
+    /// has restarted is not.
     fn stand(&self, now: Instant, since: Instant) -> bool {
         let tolerated = self.settings.tolerance.pdos;
         let stands = |member: &Member| member.is_gone() || member.is_heard(tolerated) && member.stands(now, since);
@@ -429,13 +431,13 @@ impl<P: Path> Follower<P> {
         for (number, member) in self.members.iter_mut().enumerate() {
             let set_point = ramp.between(number);
             let is_position = member.axis.settings.follows_positions();
-            // Less than what a set-point has room for.
+            // Slower than the set-point, so it fits.
             member.go_to(if is_position { set_point } else { (f64::from(set_point) * pace) as i32 });
             member.hold();
         }
     }
 
-    /// An end as it should be is none that the drives have to notice.
+    /// At an ordered end, the drives need not react to the missing signs of life.
     fn disarm(&mut self) {
         let axes: Vec<_> = self.members.iter().filter(|member| !member.is_gone()).map(|member| member.axis).collect();
         let setting =
@@ -486,7 +488,7 @@ impl<P: Path> StateMachine for Follower<P> {
         None
     }
 
-    /// SYNC, then the set-points that the next one releases, then what keeps the drives going.
+    /// In this order: SYNC, the set-points for the next SYNC, the signs of life.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if matches!(self.phase, Phase::New) {
             self.begin(now);

@@ -41,34 +41,34 @@
 //!
 //! # How it ends
 //!
-//! The path ends ([`Supply::End`]), or there is a [`Reason`] to stop: a missed cycle, a PDO that does not come, a
-//! following error, a fault, a lost drive, one that has left OPERATION ENABLED, late set-points, a step that is too large,
-//! which is not sent. Then **all axes are stopped**, within a time that does not depend on them:
+//! The path ends ([`Supply::End`]), or there is a [`Reason`] to stop: a missed cycle, a missing PDO, a following error,
+//! a fault, a lost drive, a drive that has left OPERATION ENABLED, late set-points, or a step that is too large and is
+//! not sent. Then **all axes are stopped**, within a time that does not depend on them:
 //!
-//! 1. by a ramp along the path ([`Stop::Ramp`], 200 ms unless set): the path is followed ever more slowly. Where it has no
-//!    more set-points, the axes go straight on. All axes slow down in the same proportion, so that the path is not left.
-//!    Or by quick stop of each axis on its own ([`Stop::Quick`]), as its 6085h and 605Ah have it;
-//! 2. axes that are not seen to stand within [`Settings::settle`] are stopped by quick stop, for the same time once more;
+//! 1. by a ramp along the path ([`Stop::Ramp`], by default 200 ms): the path is followed ever more slowly. When it has
+//!    no more set-points, the axes go straight on. All axes slow down in the same proportion, so that they stay on the
+//!    path. Or by quick stop of each axis on its own ([`Stop::Quick`]), as its 6085h and 605Ah say;
+//! 2. axes that do not stand within [`Settings::settle`] are sent a quick stop, and get the same time again;
 //! 3. all motors are released (Disable voltage), and SYNC ends.
 //!
-//! The [`Report`] says of each axis where it is, and whether it has been seen to stand. An axis that has restarted is sent
-//! nothing more, since its PDOs are no longer known; one that has left OPERATION ENABLED is never sent a word that leads
-//! there again. What the set-up has changed in a drive, a reset of its communication takes back.
+//! For each axis, the [`Report`] has its position and whether it has been seen to stand. An axis that has restarted is
+//! sent nothing more, since its PDOs are not known any more; one that has left OPERATION ENABLED is never sent a word
+//! that leads there again. A reset of its communication undoes the set-up of a drive.
 //!
-//! A [`Follower`] that is dropped while it follows sends nothing more. [`follow`] then sends a quick stop to all
-//! axes, as when the path panics; a process that is killed sends nothing, and the drives notice that SYNC, or the heartbeat
-//! of [`Axis::protected_by`], stays away. None of this replaces an emergency stop.
+//! A [`Follower`] that is dropped while it follows sends nothing more. In that case [`follow`] sends a quick stop to
+//! all axes, as it does when the path panics. A process that is killed sends nothing, and the drives notice that SYNC
+//! or the heartbeat of [`Axis::protected_by`] is missing. None of this replaces an emergency stop.
 //!
 //! # Time
 //!
-//! SYNC is sent by the program's clock: when its thread wakes up, and when the interface has room. How even that
-//! is depends on the machine: `examples/circle` prints the times from SYNC to SYNC, and its README has those of a slow one
-//! over vcan. Drives interpolate between set-points by their own clock, and tolerate what their 1007h and their manual
-//! say. A cycle that is late by a whole period is counted, and [`Tolerance::cycles`] says how many of these in a row are
-//! tolerated. Timers of tokio end on whole milliseconds: over a network of tokio take 5 ms or more.
+//! SYNC is sent by the program's clock: when its thread wakes up and the interface has room. How even that is depends
+//! on the machine: `examples/circle` prints the times from SYNC to SYNC, and its README has those of a slow one over
+//! vcan. Drives interpolate between set-points by their own clock; how much jitter they tolerate is in their 1007h and
+//! their manual. Each cycle that is late by a whole period is counted, and [`Tolerance::cycles`] says how many in a row
+//! are tolerated. Timers of tokio have a resolution of 1 ms: over a network of tokio, take a period of 5 ms or more.
 //!
-//! The bus has to have room: an axis takes two frames of 6 bytes, at 1 Mbit/s up to 230 us with stuff bits, and SYNC 55 us.
-//! So there is room for 4 axes at 1 ms, 8 at 2 ms, 21 at 5 ms, 43 at 10 ms.
+//! An axis takes two frames of 6 bytes, at 1 Mbit/s up to 230 us with stuff bits, and SYNC takes 55 us. So the bus has
+//! room for 4 axes at 1 ms, 8 at 2 ms, 21 at 5 ms, 43 at 10 ms.
 
 mod axis;
 mod blocking;

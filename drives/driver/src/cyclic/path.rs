@@ -2,24 +2,24 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError};
 
-/// What a program has for a cycle.
+/// What a path returns for a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Supply {
-    /// The set-points of all axes.
+    /// The set-points of all axes are written.
     Ready,
-    /// None yet. The axes go on as in the cycle before, as often as
+    /// None yet. The axes continue as in the previous cycle, as often as
     /// [`Tolerance::set_points`](super::Tolerance::set_points) permits.
     Late,
-    /// No more. The axes stand at the last set-points, and are released.
+    /// No more. The axes stop at the last set-points, and are released.
     End,
 }
 
 /// The set-points of a program: a closure, or a [`Queue`].
 pub trait Path {
-    /// Writes the set-point of each axis for a cycle, counted from 0. The slice holds those of the cycle before; for
-    /// cycle 0, where the axes stand. What is written counts if [`Supply::Ready`] is returned.
+    /// Writes the set-point of each axis for a cycle, counted from 0. The slice comes with those of the previous cycle,
+    /// or for cycle 0 with the positions of the axes. Its content counts only if [`Supply::Ready`] is returned.
     ///
-    /// It is called between two SYNCs, and must not block: what it takes is time that the cycle does not have.
+    /// It is called between two SYNCs, and must not block: its time is part of the cycle.
     fn set_points(&mut self, cycle: u64, set_points: &mut [i32]) -> Supply;
 }
 
@@ -29,8 +29,8 @@ impl<F: FnMut(u64, &mut [i32]) -> Supply> Path for F {
     }
 }
 
-/// Set-points that another thread computes ahead: one `Vec` for each cycle, with one set-point for each axis. Those of
-/// another length count as late. The path ends when the sender is dropped.
+/// Set-points that another thread computes ahead: one `Vec` for each cycle, with one set-point for each axis. A `Vec`
+/// of another length counts as late. The path ends when the sender is dropped.
 ///
 /// `std::sync::mpsc::sync_channel` limits how far ahead they are computed.
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! How a path ended, and what each axis did.
+//! How a path ended, and the result of each axis.
 
 use std::fmt;
 
@@ -13,19 +13,19 @@ use crate::fault::Cause;
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Reason {
-    /// The program has asked for it.
+    /// The program has cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// Cycles of our own were missed: the program, or its machine, was held up.
+    /// The follower missed cycles: the program, or its machine, was held up.
     #[error("the program was late for its cycle by {late}")]
     CycleMissed {
-        /// By how much it was late in the end.
+        /// By how much the last one was late.
         late: Duration,
     },
-    /// The frames of a cycle had not left by the next one: the bus has no room, or carries no frames.
+    /// The frames of a cycle were still unsent at the next one: the bus has no room, or carries no frames.
     #[error("the frames of a cycle had not left by the next one")]
     BusFull,
-    /// The SYNC of the other producer has not come.
+    /// The SYNC of the other producer is missing.
     #[error("no SYNC has come for {silent}")]
     SyncLost {
         /// For how long.
@@ -37,17 +37,17 @@ pub enum Reason {
         /// In how many cycles in a row.
         cycles: u32,
     },
-    /// A set-point is too far from the one before. None of this cycle has been sent.
+    /// A set-point is too far from the previous one. No set-point of this cycle was sent.
     #[error("node {node}: a step from {from} to {to} is larger than {most}")]
     StepTooLarge {
         node: NodeId,
-        /// The set-point before.
+        /// The previous set-point.
         from: i32,
         to: i32,
         /// [`AxisSettings::max_step`](super::AxisSettings::max_step).
         most: u32,
     },
-    /// A set-point is outside the limits of travel (607Dh). None of this cycle has been sent.
+    /// A set-point is outside the limits of travel (607Dh). No set-point of this cycle was sent.
     #[error("node {node}: the set-point {to} is outside the limits, {low} to {high}")]
     OutsideLimits {
         node: NodeId,
@@ -58,7 +58,7 @@ pub enum Reason {
         /// The upper limit.
         high: i32,
     },
-    /// The PDO of an axis has not come: it is lost, late, or the drive is.
+    /// The PDO of an axis is missing: it is lost or late, or the drive is gone.
     #[error("node {node}: its PDO has not come for {cycles} cycles")]
     PdoMissing {
         node: NodeId,
@@ -69,24 +69,23 @@ pub enum Reason {
     #[error("node {node}: a following error of {error}")]
     FollowingError {
         node: NodeId,
-        /// How far it is from its last four set-points.
+        /// The distance from its last four set-points.
         error: u32,
     },
     /// An axis has a fault.
     #[error("node {node}: in fault: {cause}")]
     Fault {
         node: NodeId,
-        /// By its emergency, if one has come.
+        /// From its emergency, if one has come.
         cause: Cause,
     },
     /// An axis has left OPERATION ENABLED.
     #[error("node {node}: it has left OPERATION ENABLED for {state}")]
     LeftOperationEnabled { node: NodeId, state: State },
-    /// An axis is in OPERATION ENABLED, and its status word says that it does not follow
-    /// ([`AxisSettings::follows`](super::AxisSettings::follows)).
+    /// An axis is in OPERATION ENABLED, but reports that it does not follow its set-points
     #[error("node {node}: it does not follow its set-points (status word {status_word:04X})")]
     Ignores { node: NodeId, status_word: u16 },
-    /// An axis has not come to OPERATION ENABLED in time.
+    /// An axis has not reached OPERATION ENABLED in time.
     #[error("node {node}: it stays in {state}")]
     NotEnabled { node: NodeId, state: State },
     /// An axis has restarted: it was reset, or its power failed.
@@ -96,40 +95,40 @@ pub enum Reason {
     #[error("node {node}: it is {state:?}, and exchanges no PDOs")]
     NotOperational {
         node: NodeId,
-        /// What its heartbeat says.
+        /// According to its heartbeat.
         state: NmtState,
     },
 }
 
-/// What became of an axis.
+/// The state of an axis at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It has been seen to stand, and is in this state.
+    /// It has been seen to stand, in this state.
     AtRest(State),
     /// It has a fault, and has been seen to stand.
     Fault(Cause),
-    /// It was still moving when it was last heard of, and has been released.
+    /// It moved by its last PDO, and its motor has been released.
     Moving,
-    /// It was not heard of any more: what it does is not known.
+    /// It sent nothing any more, so its motion is not known.
     Silent,
     /// It has restarted, and has been sent nothing since.
     Restarted,
 }
 
-/// What an axis did.
+/// The result of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct AxisReport {
     pub node: NodeId,
     pub end: End,
-    /// Where it was when it was last heard of.
+    /// The last position that it sent.
     pub position: i32,
     pub set_point: i32,
-    /// The largest distance from its last four set-points, while it followed.
+    /// The largest distance from its last four set-points while it followed.
     pub following_error: u32,
-    /// How many cycles its PDO did not come in.
+    /// In how many cycles its PDO did not come.
     pub missing: u64,
-    /// How many PDOs came after the SYNC that follows theirs.
+    /// How many PDOs came only after the next SYNC.
     pub late: u64,
 }
 
@@ -138,13 +137,13 @@ pub struct AxisReport {
 pub struct Report {
     /// Why it was stopped; `None` if it has been followed to its end.
     pub reason: Option<Reason>,
-    /// How many cycles had set-points of the path, before the stop.
+    /// How many cycles took set-points of the path before the stop.
     pub cycles: u64,
-    /// How many cycles of our own were missed.
+    /// How many cycles the follower missed.
     pub missed: u64,
-    /// By how much a cycle of our own was late at most, as far as the state machine knows; the interface adds to it.
+    /// The largest delay of a cycle as the state machine saw it; the interface adds to it.
     pub latest: Duration,
-    /// The axes.
+    /// In the order of [`Follower::new`](super::Follower::new).
     pub axes: Vec<AxisReport>,
 }
 
@@ -160,7 +159,7 @@ impl fmt::Display for End {
     }
 }
 
-/// One line, and one for each axis.
+/// One line for the path, and one for each axis.
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.reason {

@@ -8,28 +8,28 @@ use crate::protection::Supervision;
 /// How an axis is set up.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisSettings {
-    /// [`Mode::CyclicPosition`], [`Mode::InterpolatedPosition`], or [`Mode::CyclicVelocity`], where set-points are velocities.
-    /// Not [`Mode::CyclicTorque`]: a torque of 0 stops nothing.
+    /// [`Mode::CyclicPosition`], [`Mode::InterpolatedPosition`], or [`Mode::CyclicVelocity`], whose set-points are
+    /// velocities. Not [`Mode::CyclicTorque`], since a torque of 0 does not stop an axis.
     pub mode: Mode,
-    /// From one SYNC to the next, the same for all axes of a [`Follower`](super::Follower).
+    /// The time between two SYNCs, the same for all axes of a [`Follower`](super::Follower).
     pub period: Duration,
-    /// By how much the set-point may change from one cycle to the next, in its own units: what the axis can do. A larger
-    /// step is refused before it is sent.
+    /// The largest change of the set-point from one cycle to the next, in units of the set-point: what the axis can
+    /// follow. A larger step is refused before it is sent.
     pub max_step: u32,
-    /// How far from its last four set-points the axis may be, in units of positions. Allow for what it is behind at full
+    /// The largest distance of the axis from its last four set-points, in units of position. Allow for its lag at full
     /// speed, and a few steps for lost frames.
     pub following_error: u32,
-    /// The axis stands if it moves by no more than this in 20 ms, in units of positions.
+    /// The axis counts as standing if it moves by no more than this in 20 ms, in units of position.
     pub standing: u32,
-    /// The bits of the status word that have to be set while the axis follows: bit 12 (CiA 402-2, table for mode 7 and
-    /// following). 0 for a drive that has no such bit.
+    /// The bits of the status word that are set while the axis follows: bit 12 (CiA 402-2, table for mode 7 and
+    /// following). 0 for a drive without such a bit.
     pub follows: u16,
-    /// The receive PDO, 1 to 4, that carries control word and set-point from then on.
+    /// The receive PDO, 1 to 4, that is to carry control word and set-point.
     pub rpdo: u8,
-    /// The transmit PDO, 1 to 4, that carries status word and position from then on.
+    /// The transmit PDO, 1 to 4, that is to carry status word and position.
     pub tpdo: u8,
-    /// How soon the drive is to notice that its follower is gone, where it can notice that; `None` for a drive that then goes
-    /// on with its last set-points, unless SYNC that stays away stops it.
+    /// How soon the drive is to notice that its follower is gone, if it can notice that. With `None` it then goes on
+    /// with its last set-points, unless it stops because SYNC is missing.
     pub protection: Option<Supervision>,
 }
 
@@ -62,36 +62,36 @@ impl AxisSettings {
 pub struct Settings {
     /// Where SYNC comes from.
     pub sync: SyncSource,
-    /// What is tolerated.
+    /// What may be missing.
     pub tolerance: Tolerance,
     /// How all axes are stopped.
     pub stop: Stop,
-    /// How long to wait until the axes are seen to stand.
+    /// How long the axes may take to come to rest.
     pub settle: Duration,
 }
 
 /// Where SYNC comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SyncSource {
-    /// The follower sends it. It counts up to `overflow` (1019h), or not at all with 0.
+    /// The follower sends it, with a counter up to `overflow` (1019h), or without one if that is 0.
     Produced {
-        /// As 1005h has it.
+        /// As in 1005h.
         id: CobId,
         /// 0, or 2 to 240.
         overflow: u8,
     },
-    /// Another node sends it, in the period of the axes. If it stops while they are to be stopped, the follower
-    /// sends it.
+    /// Another node sends it, with the period of the axes. If that node stops while the axes are being stopped, the
+    /// follower sends it.
     Followed {
-        /// As 1005h has it.
+        /// As in 1005h.
         id: CobId,
     },
 }
 
-/// How many of what may be missing in a row.
+/// How many may be missing in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tolerance {
-    /// Cycles of our own.
+    /// Cycles of the follower.
     pub cycles: u32,
     /// PDOs of an axis.
     pub pdos: u32,
@@ -102,7 +102,7 @@ pub struct Tolerance {
 /// How all axes are stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// Along the path, ever more slowly, in this time.
+    /// Along the path, ever more slowly, until it ends after this time.
     Ramp(Duration),
     /// By the quick stop of each axis.
     Quick,

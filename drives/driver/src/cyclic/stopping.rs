@@ -1,40 +1,39 @@
-//! The ramp along a path, and what comes after it.
+//! The ramp along a path, and the rest of a stop.
 
 use lexican_runtime::{Duration, Instant};
 
-/// How far a stop has come.
 #[derive(Debug)]
 pub(super) enum Stage {
     /// The path is followed ever more slowly.
     Ramp(Ramp),
-    /// The set-points stay; the axes come to rest.
+    /// The set-points stay the same; the axes come to rest.
     Settle,
-    /// The axes brake by themselves.
+    /// The axes brake by their quick stop.
     Quick,
     /// The motors are released.
     Release,
 }
 
-/// Path time slows down from the pace of the path to none, in equal parts.
+/// Slows down from the pace of the path to 0, at a constant rate.
 #[derive(Debug)]
 pub(super) struct Ramp {
     step: u32,
     of: u32,
-    /// Between which two set-points of the path the axes are: 0 is `here`, 1 is `there`.
+    /// Where the axes are between two set-points of the path: 0 is `here`, 1 is `there`.
     fraction: f64,
     pub(super) here: Vec<i32>,
     pub(super) there: Vec<i32>,
 }
 
 impl Ramp {
-    /// From `here` on, which has been sent, towards `there`.
+    /// Starts at `here`, which has been sent, towards `there`.
     pub(super) fn new(within: Duration, period: Duration, here: Vec<i32>, there: Vec<i32>) -> Self {
         let cycles = within.as_micros().div_ceil(period.as_micros().max(1));
         Ramp { step: 0, of: u32::try_from(cycles).unwrap_or(u32::MAX), fraction: 0.0, here, there }
     }
 
-    /// Goes on by a cycle: the pace, 1 is that of the path; `None` when it is over. `next` gives the set-points after
-    /// those in its first argument.
+    /// Goes on by a cycle, and returns the pace, which is 1 on the path; `None` when the ramp is over. `next` gives the
+    /// set-points after those in its first argument.
     pub(super) fn advance(&mut self, next: impl FnOnce(&[i32], &[i32]) -> Vec<i32>) -> Option<f64> {
         self.step += 1;
         if self.step >= self.of {
@@ -50,25 +49,24 @@ impl Ramp {
         Some(pace)
     }
 
-    /// What lies between the two set-points of an axis.
+    /// The position of an axis between the two set-points.
     pub(super) fn between(&self, axis: usize) -> i32 {
         let at = |of: &[i32]| of.get(axis).copied().unwrap_or_default();
         let (here, there) = (at(&self.here), at(&self.there));
         let way = f64::from(there) - f64::from(here);
-        // The result is between two numbers of 32 bits.
+        // An `i32`, since it lies between two of them.
         (f64::from(here) + way * self.fraction).round() as i32
     }
 }
 
-/// The set-point after `last`, if the axis goes on as from `before` to `last`: straight on, but not beyond its limits. One
-/// that is beyond them already does not go further out; to come back, it would have to leap.
+/// The set-point after `last` if the axis goes on as from `before` to `last`: straight on, but not beyond its limits.
+/// An axis beyond its limits stays where it is or comes back, since clamping to the limit would be a leap.
 pub(super) fn straight_on(last: i32, before: i32, limits: Option<[i32; 2]>) -> i32 {
     let next = i64::from(last) * 2 - i64::from(before);
     let [low, high] = limits.unwrap_or([i32::MIN, i32::MAX]).map(i64::from);
     next.clamp(low.min(last.into()), high.max(last.into())) as i32
 }
 
-/// A stop.
 #[derive(Debug)]
 pub(super) struct Stopping {
     pub(super) stage: Stage,

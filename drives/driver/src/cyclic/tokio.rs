@@ -13,19 +13,19 @@ use super::follower::Follower;
 use super::path::Path;
 use super::report::Report;
 
-/// Follows a path until all is over, and all axes are released. If this future is dropped before, all axes are sent a quick
-/// stop. To stop them along the path, have the path end.
+/// Follows a path until it is over and all axes are released. If this future is dropped before, all axes are sent a
+/// quick stop. To stop them along the path, let the path end.
 ///
 /// The SYNC of another node can be [followed](super::SyncSource::Followed) if the network reports it, as
-/// [`manager::Event::Sync`] or as a PDO: one that [listens to its own](Network::listen_to_own) has to have its COB-ID among the
-/// others.
+/// [`manager::Event::Sync`] or as a PDO. A network that [listens only to its own frames](Network::listen_to_own) has to
+/// be given the COB-ID of SYNC besides.
 pub async fn follow<P: Path>(network: &Network, follower: &mut Follower<P>) -> Result<Report, LinkError> {
     let mut events = network.events();
     let mut now = network.now().await?;
     let mut run = Run { network, follower };
     loop {
         while let Some(frame) = run.follower.poll_transmit(now) {
-            // Without waiting for each, so that all of a cycle leave together.
+            // Without waiting for each one, so that all frames of a cycle leave together.
             let Err(frame) = network.post(frame) else { continue };
             match network.send(frame).await {
                 Err(error) if error.is_final() => return Err(error),
@@ -38,7 +38,7 @@ pub async fn follow<P: Path>(network: &Network, follower: &mut Follower<P>) -> R
         let mut alarm = pin!(network.sleep_until(run.follower.poll_timeout().unwrap_or(Instant::MAX)));
         now = loop {
             let event = tokio::select! {
-                // What has come by then is heard first.
+                // Events that came before the alarm are handled first.
                 biased;
                 event = events.recv() => event,
                 now = &mut alarm => break now?,
@@ -55,7 +55,7 @@ pub async fn follow<P: Path>(network: &Network, follower: &mut Follower<P>) -> R
                 Ok(_) => {}
                 // PDOs that were missed count as missing.
                 Err(RecvError::Lagged(_)) => {}
-                // The network has ended: it reports why.
+                // The network has ended: the call reports why.
                 Err(RecvError::Closed) => break (&mut alarm).await?,
             }
         };
@@ -77,7 +77,7 @@ impl<P: Path> Run<'_, P> {
         }
     }
 
-    /// Takes note of an event, at the time of the cycle.
+    /// Handles an event at the time of the cycle.
     fn hear(&mut self, now: Instant, event: manager::Event) {
         match event {
             manager::Event::Pdo { frame, .. } => drop(self.follower.handle_frame(now, &frame)),
@@ -98,7 +98,7 @@ impl<P: Path> Run<'_, P> {
 impl<P: Path> Drop for Run<'_, P> {
     fn drop(&mut self) {
         for frame in self.follower.let_go() {
-            // The network ends, or has no room: nothing more can be done from here.
+            // The network is ending or has no room: there is nothing else to try.
             let _ = self.network.post(frame);
         }
     }

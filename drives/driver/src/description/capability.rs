@@ -10,7 +10,7 @@ use crate::parameter::ParameterSet;
 /// Velocity and ramps of travels.
 #[derive(Clone, Copy, Debug)]
 pub struct Profile {
-    /// 6081h. With 0 there, a drive takes an order and stands.
+    /// 6081h. At 0 the drive takes an order but does not move.
     pub velocity: Number,
     /// 6083h.
     pub acceleration: Option<Number>,
@@ -23,20 +23,20 @@ pub struct Profile {
 pub struct Velocities {
     /// 60FFh.
     pub target: Number,
-    /// The bit that says that the velocity is reached.
+    /// Says that the velocity is reached.
     pub reached: Test,
-    /// The object that holds which gear there is, for drives whose gear limits the velocity.
+    /// For drives whose gear limits the velocity.
     pub gear: Option<Gear>,
 }
 
-/// Which velocity a gear allows.
+/// The highest velocity that a gear allows.
 #[derive(Clone, Copy, Debug)]
 pub struct Gear {
-    /// The object that holds which gear there is.
+    /// The object that holds the type of the gear.
     pub object: Number,
-    /// Its values, and the highest velocity of each.
+    /// Its values, and the highest velocity for each.
     pub most: &'static [(i64, i32)],
-    /// The highest velocity of a gear that the table does not have.
+    /// The highest velocity for a value that is not in the table.
     pub otherwise: i32,
 }
 
@@ -49,21 +49,21 @@ pub struct Torques {
     pub actual: Number,
 }
 
-/// Inching operation: steps of a set width, and moving while a bit is set.
+/// Inching operation: steps of a set width, and movement for as long as a bit is set.
 #[derive(Clone, Copy, Debug)]
 pub struct Inching {
-    /// The bit of the control word whose edge starts a step.
+    /// The control bit whose edge starts a step.
     pub step: u16,
-    /// The bit that moves in positive direction while set.
+    /// The control bit that moves in positive direction while set.
     pub positive: u16,
-    /// The bit that moves in negative direction while set.
+    /// The control bit that moves in negative direction while set.
     pub negative: u16,
-    /// How far a step goes; its sign is the direction.
+    /// The width of a step; its sign is the direction.
     pub width: Number,
-    /// The bits that say, while inching, that the drive takes no other order. They may say so for other reasons too, such as a
-    /// limit that is passed. `None` for a drive whose movement is all that shows.
+    /// Says, while inching, that the drive takes no other order. It may hold for other reasons too, such as a passed
+    /// limit. `None` if only the movement shows it.
     pub busy: Option<Test>,
-    /// How long inching takes to show that it has begun.
+    /// How long inching may take to show that it has begun.
     pub begins: Duration,
 }
 
@@ -72,7 +72,7 @@ pub struct Inching {
 pub enum Calibration {
     /// The object becomes the actual position as soon as it is written.
     Write(Number),
-    /// A homing method that stays where it is ([`Description::homing`](super::Description::homing)).
+    /// A homing method that homes on the present position ([`Description::homing`](super::Description::homing)).
     Homing(i8),
 }
 
@@ -85,18 +85,18 @@ pub struct Homing {
     pub methods: &'static [i8],
     /// The position of the reference point (607Ch).
     pub offset: Number,
-    /// The bit of the control word that starts it.
+    /// The control bit that starts it.
     pub start: u16,
-    /// The bit of the status word that reports its success.
+    /// The status bit of success.
     pub attained: u16,
-    /// The bit of the status word that reports its failure.
+    /// The status bit of failure.
     pub error: u16,
 }
 
 /// From which side a target is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Approach {
-    /// From where the drive comes.
+    /// From wherever the drive comes.
     Direct,
     /// Always in positive direction.
     Positive,
@@ -104,13 +104,13 @@ pub enum Approach {
     Negative,
 }
 
-/// Set-points that follow one another, by bits of the control word. The one that a drive obeys while it stops at the target
-/// before is [`ControlBits::new_setpoint`](super::ControlBits::new_setpoint) alone.
+/// Set-points that follow one another, by bits of the control word.
+/// [`ControlBits::new_setpoint`](super::ControlBits::new_setpoint) alone stops at the previous target first.
 #[derive(Clone, Copy, Debug)]
 pub struct SetPoints {
     /// The target is a distance.
     pub relative: Option<u16>,
-    /// The target before is passed without stopping.
+    /// The previous target is passed without stopping.
     pub blended: Option<u16>,
     /// The travel under way is replaced.
     pub at_once: Option<u16>,
@@ -125,12 +125,12 @@ pub struct Approaches {
     pub values: [(i64, Approach); 3],
 }
 
-/// Keeping parameters without power.
+/// Storing parameters permanently.
 #[derive(Clone, Copy, Debug)]
 pub struct Store {
     /// All parameters (1010h:01).
     pub all: Number,
-    /// The signature that is written there.
+    /// The value that is written there.
     pub signature: u32,
 }
 
@@ -139,22 +139,22 @@ pub struct Store {
 pub struct Restore {
     /// All parameters (1011h:01).
     pub all: Number,
-    /// The sets that can be restored alone.
+    /// The sets that can be restored on their own.
     pub sets: &'static [(ParameterSet, Number)],
-    /// The signature that is written there.
+    /// The value that is written there.
     pub signature: u32,
 }
 
 /// Stopping a travel by its load.
 #[derive(Clone, Copy, Debug)]
 pub struct TorqueDeactivation {
-    /// Holds whether it has stopped the drive.
+    /// Holds whether the load has stopped the drive.
     pub state: Number,
-    /// The bits that say so.
+    /// The bits of `state` that say so.
     pub active: u32,
-    /// The load, in %, at which it does.
+    /// The load that stops a travel, in %.
     pub threshold: Number,
-    /// The threshold that switches it off.
+    /// The threshold that disables it.
     pub off: i64,
 }
 
@@ -163,14 +163,14 @@ pub struct TorqueDeactivation {
 pub struct Measured {
     /// Where it is read.
     pub object: Number,
-    /// How many counts are one unit.
+    /// How many counts make one unit.
     pub per_unit: u32,
 }
 
 /// What one count of a position is worth: [`Units`](crate::Units).
 #[derive(Clone, Copy, Debug)]
 pub struct UnitObjects {
-    /// Increments of one revolution, without a spindle.
+    /// Increments per revolution, without a spindle.
     pub increments: u32,
     /// The pitch of the spindle in 1/100 mm; 0 when positions are increments.
     pub spindle_pitch_10um: Number,
@@ -185,14 +185,14 @@ pub struct UnitObjects {
 pub struct EmergencySwitch {
     /// 1014h.
     pub object: Number,
-    /// The bit.
+    /// The bit, as a mask.
     pub bit: u32,
-    /// Whether it switches them on when set; off, as CiA 301, 7.5.2.17, has it, otherwise.
+    /// Whether the bit, when set, switches them on; in CiA 301, 7.5.2.17, it switches them off.
     pub on_when_set: bool,
 }
 
 impl Velocities {
-    /// As CiA 402 has it.
+    /// The objects and bits of CiA 402.
     pub const CIA_402: Velocities = Velocities {
         target: Number::new(0x60FF, 0x00, DataType::Integer32),
         reached: Test::of_status(status::TARGET_REACHED),
@@ -201,7 +201,7 @@ impl Velocities {
 }
 
 impl Torques {
-    /// As CiA 402 has it.
+    /// The objects and bits of CiA 402.
     pub const CIA_402: Torques = Torques {
         target: Number::new(0x6071, 0x00, DataType::Integer16),
         actual: Number::new(0x6077, 0x00, DataType::Integer16),
@@ -209,7 +209,7 @@ impl Torques {
 }
 
 impl Homing {
-    /// As CiA 402-2 has it, with all its methods.
+    /// The objects and bits of CiA 402-2, with all its methods.
     pub const CIA_402: Homing = Homing {
         method: Number::new(0x6098, 0x00, DataType::Integer8),
         methods: &[
@@ -224,7 +224,7 @@ impl Homing {
 }
 
 impl SetPoints {
-    /// As CiA 402-2 has it.
+    /// The bits of CiA 402-2.
     pub const CIA_402: SetPoints = SetPoints {
         relative: Some(control::RELATIVE),
         blended: Some(control::CHANGE_ON_SET_POINT),
@@ -243,7 +243,7 @@ impl Restore {
     pub const CIA_301: Restore =
         Restore { all: Number::new(0x1011, 0x01, DataType::Unsigned32), sets: &[], signature: Restore::SIGNATURE };
 
-    /// What 1011h is written to restore: "load" (CiA 301, 7.5.2.14).
+    /// The value that restores when written to 1011h: "load" (CiA 301, 7.5.2.14).
     pub const SIGNATURE: u32 = u32::from_le_bytes(*b"load");
 }
 

@@ -1,4 +1,4 @@
-//! Whether a description can be right.
+//! Checks of a description.
 
 use lexican_runtime::profile::cia402::State;
 
@@ -6,12 +6,12 @@ use super::{Description, Number, Pdo, Test, Word};
 use crate::fault::ByteOrder;
 use crate::mode::Mode;
 
-/// The PDOs of the predefined connection set (CiA 301, 7.3.5), by which the driver finds their parameters.
+/// The COB-IDs of the predefined connection set (CiA 301, 7.3.5), by which the driver finds the parameters of a PDO.
 const RECEIVE: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
 const TRANSMIT: [u16; 4] = [0x180, 0x280, 0x380, 0x480];
 
 impl Description {
-    /// What cannot be right in it, one sentence each; nothing in a good description. For the tests of a drive's crate.
+    /// What cannot be right in it, one sentence each. For the tests of a drive's crate.
     #[must_use]
     pub fn findings(&self) -> Vec<String> {
         let mut findings = Vec::new();
@@ -61,7 +61,7 @@ impl Description {
         findings
     }
 
-    /// Positions and velocities: CiA 402 has them as INTEGER32.
+    /// Positions and velocities, which are INTEGER32 in CiA 402.
     fn moved(&self) -> impl Iterator<Item = (Number, &'static str)> {
         let positions = [self.objects.actual_position, self.objects.target_position];
         let limits = self.objects.position_limits.into_iter().flatten();

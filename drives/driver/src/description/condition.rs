@@ -1,4 +1,4 @@
-//! What refuses which orders: rows of a table.
+//! Which conditions refuse which orders, as rows of a table.
 
 use crate::error::Missing;
 
@@ -18,11 +18,11 @@ pub struct Test {
     pub word: Word,
     /// Which bits.
     pub mask: u32,
-    /// Whether one of them has to be set; else all of them have to be clear.
+    /// Whether the test holds if any of the bits is set; else it holds if all of them are clear.
     pub set: bool,
 }
 
-/// A row: while `when` holds, the drive refuses these orders, since something is missing.
+/// While `when` holds, the drive refuses these orders, because of what is missing.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Condition {
@@ -48,13 +48,13 @@ impl Test {
         Test { word: Word::System, mask, set: true }
     }
 
-    /// The same bits are clear.
+    /// The test that all of these bits are clear.
     #[must_use]
     pub const fn clear(self) -> Self {
         Test { set: false, ..self }
     }
 
-    /// Whether a word of this kind passes.
+    /// Whether the test holds for a word of this kind.
     #[must_use]
     pub const fn holds(&self, word: u32) -> bool {
         (word & self.mask != 0) == self.set
@@ -72,26 +72,26 @@ impl Orders {
     pub const INCH: Orders = Orders::INCH_POSITIVE.and(Orders::INCH_NEGATIVE);
     /// Running at a velocity, or turning with a torque.
     pub const RUN: Orders = Orders(1 << 3);
-    /// Homing, wherever to.
+    /// Homing, by any method.
     pub const HOME: Orders = Orders(1 << 6);
     /// Another set-point while travelling.
     pub const ADD: Orders = Orders(1 << 7);
-    /// All that moves.
+    /// Every order that moves the drive.
     pub const MOVE: Orders = Orders::TRAVEL.and(Orders::ADD).and(Orders::INCH).and(Orders::RUN).and(Orders::HOME);
-    /// All that begins from rest.
+    /// Every order that needs a drive at rest.
     pub const FROM_REST: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::SET_UP);
     /// Leading to OPERATION ENABLED.
     pub const ENABLE: Orders = Orders(1 << 4);
     /// Changing mode, calibration or parameters.
     pub const SET_UP: Orders = Orders(1 << 5);
 
-    /// These and those.
+    /// The union of both.
     #[must_use]
     pub const fn and(self, other: Orders) -> Orders {
         Orders(self.0 | other.0)
     }
 
-    /// Whether one of the others is among these.
+    /// Whether any order is in both.
     #[must_use]
     pub const fn contains(self, other: Orders) -> bool {
         self.0 & other.0 != 0

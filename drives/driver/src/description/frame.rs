@@ -6,7 +6,7 @@ use lexican_runtime::{Frame, NodeId};
 use super::{Description, Number, Pdo, Signal};
 
 impl Pdo {
-    /// The frame with these values; what is not given is 0.
+    /// The frame with these values; signals without a value are 0.
     ///
     /// # Panics
     ///
@@ -21,7 +21,7 @@ impl Pdo {
         Frame::new(self.cob_id(node), &bytes).expect("the signals of a described PDO take eight bytes at most")
     }
 
-    /// As the drive has it from 1600h:01 or 1A00h:01 on.
+    /// The mapping in the drive, as in 1600h:01 or 1A00h:01 and following.
     pub(crate) fn mapping(&self, description: &Description) -> Vec<Mapped> {
         let mapped = |signal: &Signal| {
             let bits = 8 * description.carried_bytes(*signal) as u8;
@@ -31,12 +31,12 @@ impl Pdo {
         self.signals.iter().map(mapped).collect()
     }
 
-    /// So many bits that the driver does not know.
+    /// A mapped object that the driver does not know, of this length.
     pub(crate) const fn anything(bits: u8) -> Mapped {
         Mapped::new(0, 0, bits)
     }
 
-    /// The status word in the data of the PDO; `None` when it has none, or the data are too short for it.
+    /// The status word in the data of the PDO; `None` if the PDO has none, or the data are too short.
     pub(crate) fn status_word(&self, description: &Description, data: &[u8]) -> Option<u16> {
         let place = self.signals.iter().position(|signal| *signal == Signal::StatusWord)?;
         let before = self.signals.iter().take(place).map(|signal| description.carried_bytes(*signal)).sum();

@@ -20,29 +20,29 @@ pub struct Latches {
 /// A latch.
 #[derive(Clone, Copy, Debug)]
 pub struct Latch {
-    /// What latches.
+    /// What makes it latch.
     pub trigger: Trigger,
     /// The bits that arm it.
     pub enable: i64,
-    /// The bit that says that it has latched.
+    /// The status bit that says that it has latched.
     pub valid: i64,
-    /// The position.
+    /// The latched position.
     pub position: Number,
 }
 
 /// What latches a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trigger {
-    /// A rising edge of an input, which the drive numbers.
+    /// A rising edge of the input with this number in the drive.
     Rising(u8),
-    /// A falling edge.
+    /// A falling edge of the input with this number.
     Falling(u8),
     /// The index pulse of the encoder.
     Index,
 }
 
 impl Latches {
-    /// Two inputs, with either edge, as CiA 402-2 has it (60B8h to 60BDh).
+    /// Two inputs, with either edge, as in CiA 402-2 (60B8h to 60BDh).
     pub const CIA_402: Latches = Latches {
         control: Number::new(0x60B8, 0x00, DataType::Unsigned16),
         status: Number::new(0x60B9, 0x00, DataType::Unsigned16),

@@ -1,9 +1,8 @@
 //! What the sequences need to know of a kind of drive, as data.
 //!
-//! What every drive has is a field; what some drives do not have is an `Option`, and its absence is reported as
-//! [`Error::Unsupported`](crate::Error::Unsupported) before anything is sent. Wherever drives differ in a number,
-//! a bit, an order or a way, there is a field for it here, so that no sequence has to ask which drive it is
-//! talking to.
+//! What every drive has is a field; what only some have is an `Option`, whose absence is reported as
+//! [`Error::Unsupported`](crate::Error::Unsupported) before anything is sent. Wherever drives differ in a number, a
+//! bit, an order or a method, a field here says so, and no sequence has to ask which drive it is talking to.
 
 mod capability;
 mod check;
@@ -39,33 +38,33 @@ pub struct Description {
     pub name: &'static str,
     /// How to distinguish it from others.
     pub identity: Identity,
-    /// Where it keeps what every drive has.
+    /// The objects that every drive has.
     pub objects: Objects,
-    /// How orders get there: by PDO or by SDO.
+    /// How orders are sent: by PDO or by SDO.
     pub outputs: Outputs,
     /// The PDOs in which it sends its status word by itself.
     pub inputs: &'static [Pdo],
-    /// Every write takes the four bytes of command 23h, however short the object is.
+    /// Every SDO write sends four bytes (command 23h), however short the object is.
     pub always_four_bytes: bool,
     /// The state machine.
     pub transitions: Transitions,
     /// Bits of the control word.
     pub control: ControlBits,
-    /// Bits of the status word, and what else shows how a travel goes on.
+    /// Bits of the status word, and what else shows the progress of a travel.
     pub status: StatusBits,
-    /// How the handshake of a new setpoint goes on after it has been acknowledged.
+    /// How the handshake of a new set-point goes on after the acknowledgement.
     pub release: Release,
     /// How the operating mode is chosen.
     pub modes: ModeObjects,
-    /// What refuses orders. The state of the state machine and the operating mode need not stand here.
+    /// What makes the drive refuse orders. The state of the state machine and the operating mode are checked anyway.
     pub conditions: &'static [Condition],
     /// What emergency codes mean.
     pub codes: Codes,
     /// How long things take.
     pub times: Times,
-    /// What the application may set, keep and compare.
+    /// What the application may set, store and compare.
     pub parameters: &'static [Parameter],
-    /// Velocity and ramps of travels; `None` for a drive that has them elsewhere.
+    /// Velocity and ramps of travels; `None` for a drive that keeps them in other objects.
     pub profile: Option<Profile>,
     /// Velocity mode.
     pub velocity: Option<Velocities>,
@@ -87,7 +86,7 @@ pub struct Description {
     pub calibration: Option<Calibration>,
     /// Choosing from which side a target is approached, so that play is always taken up on the same side.
     pub approaches: Option<Approaches>,
-    /// Keeping parameters without power, on command (1010h); `None` also for a drive that does so by itself.
+    /// Storing parameters permanently on command (1010h); `None` also for a drive that does so by itself.
     pub store: Option<Store>,
     /// Restoring factory settings (1011h).
     pub restore: Option<Restore>,
@@ -99,8 +98,8 @@ pub struct Description {
     pub battery: Option<Measured>,
     /// What one count of a position is worth.
     pub units: Option<UnitObjects>,
-    /// Whether its position is referenced. `None` for a drive that does not say, since its encoder keeps its position
-    /// without power, say.
+    /// Whether the position is referenced. `None` for a drive that does not say, such as one whose encoder keeps its
+    /// position without power.
     pub referenced: Option<Test>,
     /// Switching emergency messages on and off (1014h).
     pub emergencies: Option<EmergencySwitch>,
@@ -109,37 +108,36 @@ pub struct Description {
 /// How to distinguish a kind of drive from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
-    /// What 1018h:01 holds: one of these; 0 stands for a drive without the object, too. None of them where the data sheet
-    /// does not say it: then the drive may be of any vendor.
+    /// The vendor-IDs that 1018h:01 may hold; 0 also stands for a drive without the object. Empty if the data sheet
+    /// does not say: the drive may then be of any vendor.
     pub vendor_ids: &'static [u32],
     /// The profile in the low half of 1000h.
     pub profile: u16,
-    /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
-    /// from one of the same vendor and profile that has. An empty one fits every
-    /// name, and a drive without the object.
+    /// How 1008h may begin. `None` for a drive without the object, which distinguishes it from one of the same vendor
+    /// and profile that has it. An empty string fits every name, and a drive without the object.
     pub names: Option<&'static [&'static str]>,
-    /// In which order the characters of 100Ah come, and those of 1008h if the drive has it.
+    /// Byte order of the texts 100Ah and, if the drive has it, 1008h.
     pub characters: ByteOrder,
 }
 
-/// Where a drive keeps what every drive has.
+/// The objects that every drive has.
 #[derive(Clone, Copy, Debug)]
 pub struct Objects {
     /// 6040h.
     pub control_word: Number,
     /// 6041h.
     pub status_word: Number,
-    /// A status register of the manufacturer (1002h), for drives that have conditions in it.
+    /// A status register of the manufacturer (1002h), for drives whose conditions are in it.
     pub system_word: Option<Number>,
     /// 6064h.
     pub actual_position: Number,
-    /// 606Ch; `None` for a drive without it, which is seen by its position to stand.
+    /// 606Ch; `None` for a drive without it, whose position shows when it stands.
     pub actual_velocity: Option<Number>,
     /// 607Ah.
     pub target_position: Number,
     /// How far from its target the drive may settle (6067h); `None` if it does not say.
     pub position_window: Option<Number>,
-    /// 607Dh, in either order; two equal ones do not limit, and a drive without the object has no limits.
+    /// 607Dh, in either order; equal values mean no limits, and so does the lack of the object.
     pub position_limits: Option<[Number; 2]>,
     /// The latest fault (1003h:01): the low 16 bits are its code.
     pub latest_fault: Number,
@@ -148,44 +146,44 @@ pub struct Objects {
 /// Bits of the control word, beyond those of commands.
 #[derive(Clone, Copy, Debug)]
 pub struct ControlBits {
-    /// What the control word holds beside a command while nothing is to move.
+    /// What the control word has besides the command while nothing is to move.
     pub idle: u16,
-    /// Its edge starts a positioning.
+    /// Its rising edge starts a positioning.
     pub new_setpoint: u16,
-    /// Stops with the programmed deceleration; its falling edge goes on.
+    /// Stops with the programmed deceleration; its falling edge resumes.
     pub stop: u16,
 }
 
-/// Bits of the status word, and what else shows how a travel goes on.
+/// Bits of the status word, and what else shows the progress of a travel.
 #[derive(Clone, Copy, Debug)]
 pub struct StatusBits {
-    /// The drive obeys the bus.
+    /// Set while the drive obeys the bus.
     pub remote: u16,
     /// Target reached.
     pub target_reached: u16,
-    /// The drive warns.
+    /// Set while there is a warning.
     pub warning: u16,
-    /// Beyond a limit.
+    /// Set beyond a limit.
     pub internal_limit: u16,
-    /// The setpoint has been taken.
+    /// Set once the drive has taken the set-point.
     pub acknowledged: u16,
-    /// A positioning is under way, also while it is interrupted. `None` for a drive that does not say so: it is
-    /// over when the target is reached, as in CiA 402's profile position mode.
+    /// A positioning is under way, or interrupted. `None` for a drive that does not say so: the travel is then over
+    /// when the target is reached, as in CiA 402's profile position mode.
     pub positioning: Option<Test>,
-    /// Moving; `None` for a drive whose velocity has to be asked.
+    /// The drive moves; `None` if its velocity has to be read instead.
     pub moving: Option<Test>,
-    /// Up to which velocity the drive counts as standing still, as 606Ch has it.
+    /// The highest velocity at which the drive counts as standing, in the unit of 606Ch.
     pub standing: u32,
-    /// What a velocity is counted in.
+    /// The unit of velocities.
     pub velocity_unit: &'static str,
 }
 
-/// How the handshake of a new setpoint goes on after it has been acknowledged.
+/// How the handshake of a new set-point goes on after the acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Release {
-    /// The bit falls at once, and the acknowledgement with it, as CiA 402 has it.
+    /// The driver clears the bit at once, and the acknowledgement follows, as in CiA 402.
     WhenAcknowledged,
-    /// The bit stays until the travel is over, and while it is interrupted.
+    /// The bit stays set until the travel is over, also while it is interrupted.
     WhenOver,
 }
 
@@ -196,11 +194,11 @@ pub struct ModeObjects {
     pub chosen: Number,
     /// Where the drive shows that it has taken the mode (6061h); `None` when 6060h itself does.
     pub shown: Option<Number>,
-    /// Which number means which mode.
+    /// The number of each mode.
     pub codes: Modes,
 }
 
-/// At which value of its set-point a drive stands.
+/// The value of a set-point at which the drive stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Still {
     /// At 0.
@@ -214,18 +212,18 @@ pub enum Still {
 pub struct Times {
     /// How long a command may take to show in the status word.
     pub reaction: Duration,
-    /// For how long after an order the drive may still report what was before, such as that its target is reached.
-    /// What has been seen to change since then is believed at once.
+    /// For how long after an order the drive may still report its former state, such as that its target is reached. A
+    /// bit that has changed since the order is believed at once.
     pub settling: Duration,
     /// How long to wait for a status word before asking for one.
     pub status_period: Duration,
-    /// How long it may take to stop, with the gentlest deceleration from the highest velocity.
+    /// How long stopping may take, from the highest velocity with the gentlest deceleration.
     pub braking: Duration,
 }
 
 impl Description {
-    /// A drive that does what CiA 402-2 says, with the PDOs of CiA 402-3, and nothing beyond it. Something for other
-    /// descriptions to begin with: they say at least whose drive it is, `identity.vendor_ids`.
+    /// A drive that does what CiA 402-2 says, with the PDOs of CiA 402-3, and nothing beyond it. Other descriptions
+    /// start from it and set at least the vendor, `identity.vendor_ids`.
     pub const CIA_402: Description = Description {
         name: "drive",
         identity: Identity { vendor_ids: &[0], profile: 402, names: Some(&[""]), characters: ByteOrder::LowFirst },
@@ -288,25 +286,25 @@ impl Description {
         command.apply(self.control.idle)
     }
 
-    /// OPERATION ENABLED, and nothing is to move.
+    /// OPERATION ENABLED, with nothing to move.
     #[must_use]
     pub const fn resting(&self) -> u16 {
         self.word(Command::EnableOperation)
     }
 
-    /// OPERATION ENABLED, and something may move.
+    /// OPERATION ENABLED, with leave to move.
     #[must_use]
     pub const fn moving(&self) -> u16 {
         Command::EnableOperation.apply(0)
     }
 
-    /// OPERATION ENABLED, and all that moves is to stop.
+    /// OPERATION ENABLED, with all movement to stop.
     #[must_use]
     pub const fn stopping(&self) -> u16 {
         self.resting() | self.control.stop
     }
 
-    /// What the control word has beside the command while a travel is under way.
+    /// What the control word has besides the command while a travel is under way.
     #[must_use]
     pub const fn held(&self) -> u16 {
         match self.release {
@@ -315,15 +313,15 @@ impl Description {
         }
     }
 
-    /// Whether orders or status words come by PDO, which needs NMT OPERATIONAL.
+    /// Whether orders or status words come by PDO, which takes NMT OPERATIONAL.
     #[must_use]
     pub const fn needs_operational(&self) -> bool {
         self.outputs.any() || !self.inputs.is_empty()
     }
 
-    /// The set-point that a drive obeys without another order, as soon as it is enabled in a mode, or comes into that mode
-    /// enabled, and at what it stands. None for a velocity or torque where Stop is set while nothing is to move: there it
-    /// takes an edge.
+    /// The set-point that a drive obeys without another order as soon as it is enabled in a mode, or changes to the
+    /// mode while enabled, and the value at which it stands. `None` for a velocity or torque if Stop is set in the idle
+    /// control word, since the drive then waits for its falling edge.
     #[must_use]
     pub fn obeyed_unasked(&self, mode: Mode) -> Option<(Number, Still)> {
         self.code_of(mode)?;
@@ -341,13 +339,13 @@ impl Description {
         }
     }
 
-    /// The number of a mode; `None` when the drive does not have it.
+    /// The number of a mode; `None` if the drive does not have it.
     #[must_use]
     pub fn code_of(&self, mode: Mode) -> Option<i8> {
         self.modes.codes.code(mode.in_profile())
     }
 
-    /// The mode of a number; `None` when the drive does not have it, or the driver does not know it.
+    /// The mode with this number; `None` if the drive does not have it, or the driver does not know it.
     #[must_use]
     pub fn mode_of(&self, code: i64) -> Option<Mode> {
         let in_profile = self.modes.codes.mode(i8::try_from(code).ok()?)?;
@@ -356,7 +354,7 @@ impl Description {
 }
 
 impl Objects {
-    /// Where CiA 402-2 has them.
+    /// The objects of CiA 402-2.
     pub const CIA_402: Objects = Objects {
         control_word: Number::new(0x6040, 0x00, DataType::Unsigned16),
         status_word: Number::new(0x6041, 0x00, DataType::Unsigned16),

@@ -2,10 +2,10 @@
 
 use lexican_runtime::object::{Address, DataType, Object, OutOfRange, Type};
 
-/// An object that holds a whole number: where, how wide, signed or not, and what the data sheet allows.
+/// An object that holds a whole number: address, width, sign, and the limits of the data sheet.
 ///
-/// Drives keep the same thing in different types (1002h has 16 bits here and 32 there), so the sequences reckon in
-/// `i64`. A generated handle becomes a `Number` by [`Number::of`].
+/// Drives keep the same quantity in different types (1002h has 16 or 32 bits), so the sequences calculate in `i64`.
+/// [`Number::of`] makes a `Number` of a generated handle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Number {
     address: Address,
@@ -25,7 +25,7 @@ impl Number {
         Number { address: Address::new(index, sub), data_type, range: None }
     }
 
-    /// The number that a handle stands for. Its limits have to be said again: see [`Number::within`].
+    /// The number of a handle, without its limits: see [`Number::within`].
     ///
     /// # Panics
     ///
@@ -53,7 +53,7 @@ impl Number {
         self.address
     }
 
-    /// The bytes on the wire: 1, 2, 4 or 8.
+    /// In bytes on the wire: 1, 2, 4 or 8.
     #[must_use]
     pub const fn size(&self) -> usize {
         match self.data_type.size() {
@@ -62,7 +62,7 @@ impl Number {
         }
     }
 
-    /// Whether the data sheet allows `value`, and its data type has room for it.
+    /// Whether the data sheet allows `value` and the data type can hold it.
     pub fn check(&self, value: i64) -> Result<(), OutOfRange> {
         let (low, high) = self.type_range();
         let (low, high) = self.range.map_or((low, high), |(least, most)| (low.max(least), high.min(most)));
@@ -73,14 +73,14 @@ impl Number {
         }
     }
 
-    /// Whether every value of the data type is one of 32 bits with a sign, as positions and velocities are.
+    /// Whether an `i32` can hold every value of the data type, as the driver has positions and velocities.
     pub(super) fn fits_i32(&self) -> bool {
         let (low, high) = self.type_range();
         low >= i32::MIN.into() && high <= i32::MAX.into()
     }
 
-    /// What the data type has room for. Eight bytes have room for every `i64`; that one without a sign stands for the
-    /// greatest ones by negative numbers does no harm, since they come back as what they were.
+    /// What the data type can hold. Eight bytes hold every `i64`; an UNSIGNED64 above `i64::MAX` becomes a negative
+    /// number, and is encoded to the same bytes again.
     fn type_range(&self) -> (i64, i64) {
         let bits = 8 * self.size() as u32;
         match self.data_type.is_signed() {
@@ -90,7 +90,7 @@ impl Number {
         }
     }
 
-    /// The number of a wire form.
+    /// The number in its wire form, little-endian in the low bytes.
     pub(crate) fn decode(self, raw: u64) -> i64 {
         let unused = 64 - 8 * self.size() as u32;
         if self.data_type.is_signed() { (raw << unused) as i64 >> unused } else { (raw << unused >> unused) as i64 }

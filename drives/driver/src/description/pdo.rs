@@ -6,12 +6,12 @@ use lexican_runtime::{CobId, NodeId};
 /// How orders get to the drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Outputs {
-    /// The PDO with the control word. `None` when it is written by SDO.
+    /// The PDO with the control word; `None` if it is written by SDO.
     pub control: Option<Pdo>,
-    /// The PDO with the target position. `None` when it is written by SDO. Unless the control word is in it, that
-    /// follows by its own way.
+    /// The PDO with the target position; `None` if it is written by SDO. If the control word is not in this PDO, it is
+    /// sent after it in its own way.
     pub position: Option<Pdo>,
-    /// The PDO with the target velocity, likewise.
+    /// The PDO with the target velocity, by the same rules.
     pub velocity: Option<Pdo>,
 }
 
@@ -21,13 +21,12 @@ pub struct Pdo {
     /// The COB-ID without the node-ID, as in the predefined connection set (CiA 301, 7.3.5): 200h, 300h, 400h or 500h
     /// of a receive PDO, 180h, 280h, 380h or 480h of a transmit PDO.
     pub base: u16,
-    /// What it carries, the first byte first; at most eight bytes.
+    /// What it carries, from the first byte on; at most eight bytes.
     pub signals: &'static [Signal],
 }
 
 impl Outputs {
-    /// The receive PDOs that CiA 402-3 has for the driver's modes: control word, with target position, with target
-    /// velocity.
+    /// The receive PDOs of CiA 402-3 for the driver's modes: control word, with target position, with target velocity.
     pub const CIA_402: Outputs = Outputs {
         control: Some(Pdo { base: 0x200, signals: &[Signal::ControlWord] }),
         position: Some(Pdo { base: 0x400, signals: &[Signal::ControlWord, Signal::TargetPosition] }),
@@ -37,13 +36,14 @@ impl Outputs {
     /// Nothing by PDO.
     pub const BY_SDO: Outputs = Outputs { control: None, position: None, velocity: None };
 
-    /// The PDO that carries a target position and the control word that starts the travel: it can wait for SYNC.
+    /// The PDO that carries both a target position and the control word that starts the travel, so that both can wait
+    /// for SYNC.
     #[must_use]
     pub fn start_by_sync(&self) -> Option<Pdo> {
         self.position.filter(|pdo| pdo.carries(Signal::ControlWord))
     }
 
-    /// Whether anything goes by PDO.
+    /// Whether any order is sent by PDO.
     #[must_use]
     pub const fn any(&self) -> bool {
         self.control.is_some() || self.position.is_some() || self.velocity.is_some()
@@ -59,7 +59,7 @@ impl Pdo {
         Pdo { base: 0x480, signals: &[Signal::StatusWord, Signal::Other(4)] },
     ];
 
-    /// Whether it carries a signal.
+    /// Whether the signal is in it.
     #[must_use]
     pub fn carries(&self, signal: Signal) -> bool {
         self.signals.contains(&signal)

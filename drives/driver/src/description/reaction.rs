@@ -6,7 +6,7 @@ use lexican_runtime::object::DataType;
 
 use super::number::Number;
 
-/// What the drive does in a situation, as an option code has it.
+/// A situation in which an option code chooses what the drive does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reaction {
     /// On the command Quick Stop (605Ah).
@@ -22,7 +22,7 @@ pub enum Reaction {
 }
 
 impl Reaction {
-    /// Where CiA 402-2 has the option codes.
+    /// The option codes of CiA 402-2.
     pub const CIA_402: &'static [(Reaction, Number)] = &[
         (Reaction::QuickStop, Number::new(0x605A, 0x00, DataType::Integer16)),
         (Reaction::Shutdown, Number::new(0x605B, 0x00, DataType::Integer16)),

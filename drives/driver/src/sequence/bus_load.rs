@@ -11,24 +11,24 @@ use crate::context::DriveContext;
 use crate::description::Number;
 use crate::error::Error;
 
-/// A pause from which on a PDO counts as paced: at 500 kbit/s, a frame of 8 bytes then takes a quarter of the bus.
+/// From this inhibit time on, a PDO counts as paced: at 500 kbit/s, a frame of 8 bytes then takes a quarter of the bus.
 const PACED: Duration = Duration::from_millis(1);
 
-/// What changes all the time while an axis of CiA 402 moves: demanded and actual positions, velocities and torques, the
-/// following error.
+/// Objects that change continuously while an axis of CiA 402 moves: demand and actual values of position, velocity and
+/// torque, and the following error.
 const MOVING: [u16; 12] =
     [0x6062, 0x6063, 0x6064, 0x6069, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078, 0x60F4, 0x60FA, 0x60FC];
 
-/// A transmit PDO that is sent whenever its contents change (transmission type 254 or 255), without a pause, and whose contents
-/// change all the time while the axis moves.
+/// A transmit PDO that is sent whenever its contents change (transmission type 254 or 255), without an inhibit time,
+/// and whose contents change continuously while the axis moves.
 ///
 /// Such PDOs may fill the bus. PDOs of all nodes then come late, and SDOs, which have the lowest priority, time out. The remedy is
 /// an inhibit time, or a synchronous transmission type: [`configure_pdos`](super::configure_pdos).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnpacedPdo {
-    /// Which one, 1 to 4.
+    /// 1 to 4.
     pub number: u16,
-    /// What it carries that changes; the first such object.
+    /// The first object in it that changes.
     pub object: Address,
     /// Its inhibit time (1800h:03), less than 1 ms.
     pub inhibit: Duration,
@@ -45,10 +45,9 @@ impl fmt::Display for UnpacedPdo {
     }
 }
 
-/// Which of the drive's transmit PDOs 1 to 4 may fill the bus while it moves. Those of manufacturers' objects are not known to
-/// change. Nothing is changed in the drive.
+/// Which of the transmit PDOs 1 to 4 may fill the bus while the drive moves. Manufacturer objects count as not
+/// changing. Nothing is changed in the drive.
 ///
-/// An object that does not exist is no error.
 pub async fn unpaced_pdos(drive: &DriveContext) -> Result<Vec<UnpacedPdo>, Error> {
     let objects = drive.description().objects;
     let own = [Some(objects.actual_position), objects.actual_velocity].map(|number| number.map(|it| it.address()));
@@ -67,7 +66,7 @@ pub async fn unpaced_pdos(drive: &DriveContext) -> Result<Vec<UnpacedPdo>, Error
             continue;
         }
         let count = known(ask(0x1A00, 0x00, DataType::Unsigned8).await)?.unwrap_or(0);
-        // More are not entries: 254 and 255 are multiplexed PDOs (CiA 301, 7.5.2.38).
+        // Higher values are not counts: 254 and 255 mean multiplexed PDOs (CiA 301, 7.5.2.38).
         for sub in 1..=u8::try_from(count).ok().filter(|count| *count <= 64).unwrap_or(0) {
             let object = Mapped::from_parameter(ask(0x1A00, sub, DataType::Unsigned32).await? as u32).address;
             if changes(&object) {

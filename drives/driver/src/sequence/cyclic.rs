@@ -25,16 +25,16 @@ const PERIOD: Number = Number::new(0x60C2, 0x01, DataType::Unsigned8);
 const PERIOD_INDEX: Number = Number::new(0x60C2, 0x02, DataType::Integer8);
 const COMMUNICATION_CYCLE: Number = Number::new(0x1006, 0x00, DataType::Unsigned32);
 
-/// Sets a drive up for a cyclic mode, and moves nothing: stops and disables it, maps control word and set-point into one
-/// PDO, status word and position into another, both synchronous, and switches off those of the description that it would
-/// send besides; writes the period (60C2h, and 1006h if the drive has it); writes the set-point at which it stands, and then
-/// the mode; arms what protects the drive, where it has that, for the follower to keep it going. The drive is in NMT
-/// OPERATIONAL afterwards, and waits for SYNC.
+/// Sets a drive up for a cyclic mode without moving it. Stops and disables the drive; maps control word and set-point
+/// into one PDO, status word and position into another, both synchronous; disables the other PDOs of the description
+/// that the drive would send. Then it writes the period (60C2h, and 1006h if the drive has it), the set-point at which
+/// the drive stands, and the mode. If the drive can be protected, arms the protection, for which the follower then
+/// sends the signs of life. Afterwards the drive is in NMT OPERATIONAL, and waits for SYNC.
 ///
-/// As often as wanted, after a restart of the drive too.
+/// It may be repeated, also after a restart of the drive.
 ///
 /// Errors: [`Error::Unsupported`], [`Error::OutOfRange`] or [`Error::PdoInUse`] before anything is sent;
-/// [`Error::Refused`] without supply, say; [`Error::Sdo`] by a drive whose mapping is fixed.
+/// [`Error::Refused`], such as without supply; [`Error::Sdo`] if the mapping of the drive is fixed.
 pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Result<Axis, Error> {
     let description = drive.description();
     let set_point = match settings.mode {
@@ -50,7 +50,7 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
         let address = Number::new(parameter, 0x01, DataType::Unsigned32).address();
         check_number(number).map_err(|above| OutOfRange { address, above })?;
     }
-    // A later travel would send its target where the drive takes a set-point of the path.
+    // A later travel would send its target in a PDO that the drive takes for a set-point of the path.
     let (direction, number) = (Direction::Receive, settings.rpdo.into());
     if is_in_use(drive, direction, number) {
         return Err(Error::PdoInUse { direction, number });
@@ -111,10 +111,10 @@ fn check_number(number: u8) -> Result<(), bool> {
     }
 }
 
-/// 60C2h: so many times ten to the power of the index, in seconds.
+/// The period for 60C2h: a mantissa and a power of ten, in seconds.
 fn period_of(period: Duration) -> Result<(i64, i64), Error> {
     let us = period.as_micros() as i64;
-    // Milliseconds where they will do, as drives' manuals have it.
+    // In milliseconds if possible, as in drives' manuals.
     let found = [-3, -4, -5, -6, -2].into_iter().find_map(|index: i64| {
         let unit = 10_i64.pow((6 + index) as u32);
         let is_whole = us % unit == 0 && (1..=255).contains(&(us / unit));

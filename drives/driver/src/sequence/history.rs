@@ -1,4 +1,4 @@
-//! Faults of the past, and warnings, which are none.
+//! Past faults, and warnings.
 
 use super::observe::{fault_count, fault_history};
 use crate::context::DriveContext;
@@ -10,7 +10,7 @@ pub async fn clear_fault_history(drive: &DriveContext) -> Result<(), Error> {
     drive.set(fault_count(drive), 0).await
 }
 
-/// What the drive warns of; `None` while it does not. [`Cause::NoError`] if it does not say of what.
+/// The present warning; `None` if there is none. [`Cause::NoError`] if the drive does not say what it warns of.
 pub async fn warning(drive: &DriveContext) -> Result<Option<Cause>, Error> {
     let warns = drive.status().await? & drive.description().status.warning != 0;
     if !warns {

@@ -1,4 +1,4 @@
-//! Homing: to a switch, a limit or an index pulse, or on the spot.
+//! Homing: to a switch, a limit or an index pulse, or on the present position.
 
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
@@ -13,10 +13,10 @@ use crate::error::{Capability, Error};
 use crate::mode::Mode;
 use crate::outcome::HomingOutcome;
 
-/// Homes by a method of 6098h, and waits for the end; then goes back to the mode that was there, unless there was none (0 in
+/// Homes by a method of 6098h, and waits for the end; then returns to the former mode, unless there was none (0 in
 /// 6061h) or the drive is still under way.
 ///
-/// Errors: [`Error::Unsupported`] before anything is sent, also of a method that the drive does not have;
+/// Errors: [`Error::Unsupported`] before anything is sent, also if the drive does not have the method;
 /// [`Error::Refused`] before anything moves.
 pub async fn home(drive: &DriveContext, method: i8, within: Duration) -> Result<HomingOutcome, Error> {
     let homing = drive.need(drive.description().homing, Capability::Mode(Mode::Homing))?;
@@ -25,10 +25,10 @@ pub async fn home(drive: &DriveContext, method: i8, within: Duration) -> Result<
     go_through(drive, Start { homing, method, offset: None }, within).await
 }
 
-/// Makes `position` the actual position, which the drive keeps.
+/// Makes `position` the actual position.
 ///
-/// Errors: [`Error::Refused`] while a travel is under way, and outside OPERATION ENABLED where it takes homing;
-/// [`Error::Sdo`] when the position is outside the limits.
+/// Errors: [`Error::Refused`] while a travel is under way, and outside OPERATION ENABLED if it is done by homing;
+/// [`Error::Sdo`] if the position is outside the limits.
 pub async fn calibrate(drive: &DriveContext, position: i32) -> Result<(), Error> {
     let method = match drive.need(drive.description().calibration, Capability::Calibration)? {
         Calibration::Write(object) => {
@@ -46,15 +46,14 @@ pub async fn calibrate(drive: &DriveContext, position: i32) -> Result<(), Error>
     }
 }
 
-/// What is to be begun.
 struct Start {
     homing: Homing,
     method: i8,
-    /// The position of the reference point; `None` to leave it as the drive is set up.
+    /// The position of the reference point (607Ch); `None` to leave it unchanged.
     offset: Option<i32>,
 }
 
-/// Goes through homing mode and back.
+/// Changes to homing mode, homes, and changes back.
 async fn go_through(drive: &DriveContext, start: Start, within: Duration) -> Result<HomingOutcome, Error> {
     let code = drive.need(drive.description().code_of(Mode::Homing), Capability::Mode(Mode::Homing))?;
     require_rest(drive).await?;
@@ -65,7 +64,7 @@ async fn go_through(drive: &DriveContext, start: Start, within: Duration) -> Res
     choose(drive, code).await?;
     let ended = run(drive, start, within).await;
     if drive.may_move() {
-        // The mode of a drive that moves is not changed.
+        // The mode of a moving drive is not changed.
         return ended;
     }
     if drive.may_be_stopped().await? {
@@ -84,7 +83,7 @@ async fn run(drive: &DriveContext, start: Start, within: Duration) -> Result<Hom
         drive.set(homing.offset, offset.into()).await?;
     }
     drive.set(homing.method, method.into()).await?;
-    // The order is an edge.
+    // The start bit takes effect by its edge.
     drive.control(drive.description().resting()).await?;
     drive.lock().order(Motion::Homing);
     drive.unsettle();
@@ -105,7 +104,6 @@ async fn run(drive: &DriveContext, start: Start, within: Duration) -> Result<Hom
     }
 }
 
-/// Since when the drive stands.
 struct Stood {
     since: Instant,
 }
@@ -121,7 +119,7 @@ impl Stood {
     }
 }
 
-/// How it has ended; `None` while it has not. The mode is not to be changed before the drive stands.
+/// How homing has ended; `None` while it has not. The mode must not be changed before the drive stands.
 async fn end(
     drive: &DriveContext,
     homing: Homing,
@@ -145,8 +143,8 @@ async fn end(
             false => HomingOutcome::Failed { status_word, position },
         }));
     }
-    // Stopped by something else, such as another manager (CiA 402-2, 10.3: "interrupted or not started"). Just before it is
-    // attained, a drive may report the same.
+    // Stopped by something else, such as another manager (CiA 402-2, 10.3: "interrupted or not started"). A drive may
+    // briefly report the same before homing is attained, so it has to last.
     let stopped = status_word & description.status.target_reached != 0 && stood >= description.times.reaction;
     Ok(stopped.then_some(HomingOutcome::Interrupted { state, position }))
 }

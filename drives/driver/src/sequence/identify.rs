@@ -1,4 +1,4 @@
-//! Whether the node is the drive that is described, and is set up as the driver talks to it.
+//! Checks that the node is the drive of the description, and that its PDOs are as the driver uses them.
 
 use lexican_runtime::CobId;
 use lexican_runtime::object::{Address, DataType, Direction, Mapped};
@@ -14,18 +14,18 @@ const DEVICE_NAME: Address = Address::new(0x1008, 0x00);
 const EMERGENCIES: Number = Number::new(0x1014, 0x00, DataType::Unsigned32);
 const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
 
-/// "Does not exist", in a COB-ID of 1014h, 1400h and 1800h (CiA 301, 7.5.2.17, 7.5.2.35, 7.5.2.37).
+/// The bit "does not exist" of the COB-IDs in 1014h, 1400h and 1800h (CiA 301, 7.5.2.17, 7.5.2.35, 7.5.2.37).
 const NOT_VALID: u32 = 1 << 31;
 
-/// Makes sure that the node is the drive that is described, and that its PDOs have the COB-IDs by which the driver talks to
-/// it, and the mapping; finds out on which COB-ID it sends emergencies.
+/// Checks that the node is the drive of the description, and that its PDOs have the COB-IDs and the mapping that the
+/// driver uses; reads the COB-ID of its emergencies.
 ///
 /// Errors: [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`].
 pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     let (expected, identity) = (drive.description().name, drive.description().identity);
     let profile = (drive.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
     let vendor_id = known(drive.get(VENDOR_ID).await)?.unwrap_or(0) as u32;
-    // The name of another drive comes as CiA 301 has text.
+    // If the drive is expected to have no name, a name that it has is read in the byte order of CiA 301.
     let order = identity.names.map_or(ByteOrder::LowFirst, |_| identity.characters);
     let name = known(characters(drive, DEVICE_NAME, order).await)?;
     let named = match (identity.names, &name) {
@@ -41,18 +41,18 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     follow_emergencies(drive).await
 }
 
-/// Emergencies are heard wherever 1014h has them (CiA 301, 7.5.2.17), and nowhere if that switches them off.
+/// Emergencies are listened to on the COB-ID of 1014h (CiA 301, 7.5.2.17), and not at all if it is disabled.
 async fn follow_emergencies(drive: &DriveContext) -> Result<(), Error> {
     let Some(cob_id) = known(drive.get(EMERGENCIES).await)? else { return Ok(()) };
     let cob_id = cob_id as u32;
     let id = CobId::from_parameter(cob_id);
-    // Where another service has it, what comes is no emergency.
+    // On a COB-ID of another service, frames are not emergencies.
     drive.lock().emergencies = Some(id).filter(|id| cob_id & NOT_VALID == 0 && !id.is_restricted());
     Ok(())
 }
 
-/// An order that does not arrive starts nothing; but one that another PDO takes, or that the drive takes for something
-/// else, or a status word that is none, might.
+/// An order that does not arrive starts nothing. But something might start if another PDO takes it, if the drive takes
+/// it for something else, or if other data are taken for a status word.
 async fn check_pdos(drive: &DriveContext) -> Result<(), Error> {
     let outputs = drive.description().outputs;
     for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
@@ -60,7 +60,7 @@ async fn check_pdos(drive: &DriveContext) -> Result<(), Error> {
         check_cob_id(drive, object, pdo.base, true).await?;
         check_mapping(drive, Direction::Receive, pdo).await?;
     }
-    // What the drive does not send by itself is read.
+    // A status word that the drive does not send by itself is read.
     for pdo in drive.description().inputs {
         let object = pdo_parameter(0x1800, 0x180, pdo.base, 0x01, DataType::Unsigned32);
         if check_cob_id(drive, object, pdo.base, false).await? {
@@ -70,13 +70,13 @@ async fn check_pdos(drive: &DriveContext) -> Result<(), Error> {
     Ok(())
 }
 
-/// A communication parameter of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5), where the one
-/// with `first` has `index`.
+/// A communication parameter of the PDO with the COB-ID `base` in the predefined connection set (CiA 301, 7.3.5).
+/// `index` is the object of the PDO with the COB-ID `first`.
 pub(super) fn pdo_parameter(index: u16, first: u16, base: u16, sub: u8, data_type: DataType) -> Number {
     Number::new(index.wrapping_add(base.wrapping_sub(first) >> 8), sub, data_type)
 }
 
-/// Whether the COB-ID is valid. A node that does not have the object cannot have another one.
+/// Whether the PDO exists. If the node lacks the object, its COB-ID cannot have been changed.
 async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: bool) -> Result<bool, Error> {
     let Some(found) = known(drive.get(object).await)? else { return Ok(true) };
     let (found, expected) = (found as u32, CobId::of_node(base, drive.node()));
@@ -85,8 +85,8 @@ async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: b
     if right { Ok(valid) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
 }
 
-/// A node that does not have the object cannot have another mapping. Of a transmit PDO, what follows the status word is not
-/// asked.
+/// If the node lacks the object, its mapping cannot have been changed. In a transmit PDO, nothing after the status word
+/// is read.
 async fn check_mapping(drive: &DriveContext, direction: Direction, pdo: &Pdo) -> Result<(), Error> {
     let (index, first) = match direction {
         Direction::Receive => (0x1600, 0x200),
@@ -95,7 +95,7 @@ async fn check_mapping(drive: &DriveContext, direction: Direction, pdo: &Pdo) ->
     let entry = |sub, data_type| pdo_parameter(index, first, pdo.base, sub, data_type);
     let Some(count) = known(drive.get(entry(0x00, DataType::Unsigned8)).await)? else { return Ok(()) };
     let receives = direction == Direction::Receive;
-    // Not mapped, it is not sent.
+    // A PDO without mapped objects is not sent.
     if count == 0 && !receives {
         return Ok(());
     }
@@ -104,7 +104,7 @@ async fn check_mapping(drive: &DriveContext, direction: Direction, pdo: &Pdo) ->
     let known: Vec<(u32, Mapped)> = known.collect();
     let asked = known.last().map_or(0, |(place, mapped)| place + u32::from(mapped.bits));
     let mut found = Vec::new();
-    // More are not entries: 254 and 255 are multiplexed PDOs (CiA 301, 7.5.2.36).
+    // Higher values are not counts: 254 and 255 mean multiplexed PDOs (CiA 301, 7.5.2.36).
     let subs = 1..=u8::try_from(count).ok().filter(|count| *count <= 64).unwrap_or(0);
     for sub in subs {
         if !receives && bits(&found) >= asked {
@@ -134,7 +134,7 @@ fn bits(mapping: &[Mapped]) -> u32 {
     mapping.iter().map(|mapped| u32::from(mapped.bits)).sum()
 }
 
-/// A text: its characters without what pads it.
+/// A text without the characters that pad it.
 pub(super) async fn characters(drive: &DriveContext, object: Address, order: ByteOrder) -> Result<String, Error> {
     let mut bytes = drive.text(object).await?;
     if order == ByteOrder::HighFirst {

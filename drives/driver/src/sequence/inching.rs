@@ -1,4 +1,4 @@
-//! Inching operation: single steps, and moving until stopped.
+//! Inching operation: single steps, and movement until stopped.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
@@ -13,12 +13,11 @@ use crate::direction::Direction;
 use crate::error::{Capability, Error};
 use crate::outcome::Outcome;
 
-/// A step of the width that the drive is set to, and waits for the end.
+/// Travels one step of the set width, and waits for the end.
 ///
-/// A step is ordered by an edge, and nothing but the state machine takes it back: what stops a drive stops a step by
-/// quick stop.
+/// A step is ordered by an edge, and only the state machine ends it early: to stop, the driver sends a quick stop.
 ///
-/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not move.
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] if the drive does not move.
 pub async fn step(drive: &DriveContext, within: Duration) -> Result<Outcome, Error> {
     let inching = drive.need(drive.description().inching, Capability::Inching)?;
     let width = drive.get(inching.width).await?;
@@ -31,8 +30,8 @@ pub async fn step(drive: &DriveContext, within: Duration) -> Result<Outcome, Err
     finish_step(drive, within).await
 }
 
-/// Waits for the end of a step. That the drive stands is not its end yet: it begins and ends more slowly than its
-/// velocity shows.
+/// Waits for the end of a step. A standstill alone does not show it, since near its begin and end a step is slower than
+/// 606Ch shows.
 async fn finish_step(drive: &DriveContext, within: Duration) -> Result<Outcome, Error> {
     let (bits, times) = (drive.description().status, drive.description().times);
     let until = drive.now() + within;
@@ -53,7 +52,7 @@ async fn finish_step(drive: &DriveContext, within: Duration) -> Result<Outcome, 
             return Ok(outcome);
         }
         if rests {
-            // The reason is unknown: it may go on.
+            // For an unknown reason: it may go on.
             return Ok(Outcome::Interrupted { state, position: drive.position().await? });
         }
         if drive.now() >= until {
@@ -63,9 +62,9 @@ async fn finish_step(drive: &DriveContext, within: Duration) -> Result<Outcome, 
     }
 }
 
-/// Moves until [`stop_inching`], or until a limit is passed.
+/// Moves until [`stop_inching`], or until the drive passes a limit.
 ///
-/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not move.
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] if the drive does not move.
 pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Error> {
     let inching = drive.need(drive.description().inching, Capability::Inching)?;
     let bit = match direction {
@@ -77,7 +76,7 @@ pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Erro
 
 struct Begin {
     direction: Direction,
-    /// The bit of the control word whose edge begins it.
+    /// The control bit whose edge starts it.
     bit: u16,
     /// How far a step goes.
     width: Option<i64>,
@@ -88,7 +87,7 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     let from = drive.position().await?;
     let was_busy = is_inching(drive).await?;
     let word = drive.description().moving();
-    // The order is an edge, and Stop forbids it.
+    // The order is an edge, and it is refused while Stop is set.
     drive.control(word).await?;
     drive.lock().order(match order.width {
         Some(width) => Motion::Stepping { target: narrow(i64::from(from) + width) },
@@ -100,7 +99,7 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     drive.pass(inching.begins).await?;
     loop {
         let status_word = drive.status().await?;
-        // Inching is not acknowledged: only its effect shows, or the fault that it led to.
+        // Inching is not acknowledged: only the movement shows it, or a fault.
         if state_of(status_word)? != State::OperationEnabled
             || !was_busy && is_inching(drive).await?
             || has_begun(drive, &order, from).await?
@@ -116,8 +115,8 @@ async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(
     }
 }
 
-/// Whether the drive turns as ordered, or has gone further than a shaft does that settles, or that is turned by hand; or
-/// as far as ordered, if that is less.
+/// Whether the drive turns in the ordered direction, or has gone farther than a shaft moves while it settles or is
+/// turned by hand; or the whole width of the step, if that is less.
 async fn has_begun(drive: &DriveContext, order: &Begin, from: i32) -> Result<bool, Error> {
     let forward = if order.direction == Direction::Negative { -1 } else { 1 };
     if i64::from(drive.velocity().await?) * forward > 0 {
@@ -128,10 +127,10 @@ async fn has_begun(drive: &DriveContext, order: &Begin, from: i32) -> Result<boo
     Ok(gone >= order.width.map_or(enough, |width| enough.min(width.abs())))
 }
 
-/// Ends inching, and says where the drive stands.
+/// Ends inching, and returns the position of the drive.
 pub async fn stop_inching(drive: &DriveContext) -> Result<i32, Error> {
     drive.need(drive.description().inching, Capability::Inching)?;
-    // Not without Stop: its falling edge would go on with an interrupted travel, or run at the last velocity.
+    // With Stop set: its falling edge would resume an interrupted travel, or run at the last velocity.
     come_to_rest(drive).await?;
     stopped(drive);
     drive.position().await

@@ -4,9 +4,9 @@ use crate::context::{DriveContext, narrow};
 use crate::description::{Latch, Latches, Trigger};
 use crate::error::{Capability, Error};
 
-/// Arms a latch: the next edge keeps the position. What it kept before is gone.
+/// Arms a latch, which keeps the position at the next edge. The position that it kept before is lost.
 ///
-/// Errors: [`Error::NotTaken`] when the drive does not forget the position before.
+/// Errors: [`Error::NotTaken`] if the drive does not clear the position that it kept before.
 pub async fn arm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Error> {
     let (latches, latch) = find(drive, trigger)?;
     disarm_latch(drive, trigger).await?;
@@ -38,7 +38,7 @@ pub async fn latched(drive: &DriveContext, trigger: Trigger) -> Result<Option<i3
 pub async fn disarm_latch(drive: &DriveContext, trigger: Trigger) -> Result<(), Error> {
     let (latches, latch) = find(drive, trigger)?;
     let armed = drive.get(latches.control).await?;
-    // Two edges of one input may share a bit.
+    // Two edges of one input may share an enable bit: the other edge keeps it.
     let others = latches.rows.iter().filter(|other| other.trigger != trigger && armed & other.enable == other.enable);
     let left = others.fold(armed & !latch.enable, |left, other| left | other.enable);
     if left == armed { Ok(()) } else { drive.set(latches.control, left).await }

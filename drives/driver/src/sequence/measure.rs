@@ -1,4 +1,4 @@
-//! What the drive measures, and the load that stops it.
+//! Temperature, battery voltage, and the load that stops the drive.
 
 use crate::context::DriveContext;
 use crate::description::Measured;
@@ -22,7 +22,7 @@ pub async fn torque_deactivated(drive: &DriveContext) -> Result<bool, Error> {
     Ok(drive.get(torque.state).await? as u32 & torque.active != 0)
 }
 
-/// The load in % that stops a travel; `None` when none does.
+/// The load in % that stops a travel; `None` if none does.
 pub async fn torque_threshold(drive: &DriveContext) -> Result<Option<u8>, Error> {
     let torque = drive.need(drive.description().torque_deactivation, Capability::TorqueDeactivation)?;
     let threshold = drive.get(torque.threshold).await?;

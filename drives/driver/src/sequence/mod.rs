@@ -11,7 +11,7 @@
 //!         observe                                                                         what the drive reports
 //! ```
 //!
-//! Each uses only what is below it, and inching what ends a travel.
+//! Each uses only modules below it; inching also uses what ends a travel.
 
 mod bus_load;
 mod cyclic;

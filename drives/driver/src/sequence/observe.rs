@@ -1,4 +1,4 @@
-//! What the drive reports: its state, its mode, what is under way.
+//! What the drive reports: its state, its mode, whether a travel is under way.
 
 use lexican_runtime::Measured;
 use lexican_runtime::object::DataType;
@@ -24,34 +24,34 @@ pub(super) fn is_fault(state: State) -> bool {
     matches!(state, State::Fault | State::FaultReactionActive)
 }
 
-/// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
+/// Why the drive is in fault: the last emergency message, or else the latest entry of 1003h.
 pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
     let codes = drive.description().codes;
     let reported = drive.lock().emergency.map(|code| codes.cause(code));
     if let Some(Cause::Fault(fault)) = reported {
         return Ok(Cause::Fault(fault));
     }
-    // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
+    // The upper 16 bits of an entry are the manufacturer's (CiA 301, 7.5.2.4).
     let latest = known(drive.get(drive.description().objects.latest_fault).await)?;
     let latest = match latest.map_or(Cause::NoError, |latest| codes.cause(latest as u16)) {
-        // There is no history, or nothing in it.
+        // There is no history, or it is empty.
         Cause::NoError => return Ok(reported.unwrap_or(Cause::NoError)),
         latest => latest,
     };
     if !matches!(latest, Cause::Notice(_)) {
         return Ok(latest);
     }
-    // What came since is no fault.
+    // The latest entry is not a fault: the fault is an earlier one.
     let fault = fault_history(drive).await?.into_iter().find(|cause| matches!(cause, Cause::Fault(_)));
     Ok(fault.unwrap_or(latest))
 }
 
-/// What the drive has reported since its history was cleared, the latest first (1003h).
+/// The faults since the history was cleared, the latest first (1003h).
 pub async fn fault_history(drive: &DriveContext) -> Result<Vec<Cause>, Error> {
     let latest = drive.description().objects.latest_fault;
     let mut history = Vec::new();
     for sub in 1..=known(drive.get(fault_count(drive)).await)?.unwrap_or(0) {
-        // A drive that has fewer entries than it has counted faults.
+        // Some drives have fewer entries than faults counted.
         let Some(entry) = known(drive.get(latest.at_sub(sub as u8)).await)? else { break };
         history.push(drive.description().codes.cause(entry as u16));
     }
@@ -68,7 +68,7 @@ pub async fn mode(drive: &DriveContext) -> Result<Option<Mode>, Error> {
     Ok(drive.description().mode_of(shown_mode(drive).await?))
 }
 
-/// The number of the operating mode, where the drive shows it.
+/// The number of the operating mode, from the object that shows it.
 pub(super) async fn shown_mode(drive: &DriveContext) -> Result<i64, Error> {
     let modes = drive.description().modes;
     let number = drive.get(modes.shown.unwrap_or(modes.chosen)).await?;
@@ -78,8 +78,8 @@ pub(super) async fn shown_mode(drive: &DriveContext) -> Result<i64, Error> {
     Ok(number)
 }
 
-/// Whether the drive moves. Its bit may say so in one mode only, or from some velocity on; and not every drive has a
-/// velocity to read in both modes.
+/// Whether the drive moves. Its bit may say so only in one mode or above some velocity, so the velocity is read as
+/// well.
 pub(super) async fn moves(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
     if let Some(moving) = drive.description().status.moving
         && drive.holds(moving, status_word).await?
@@ -89,8 +89,8 @@ pub(super) async fn moves(drive: &DriveContext, status_word: u16) -> Result<bool
     Ok(drive.velocity().await? != 0)
 }
 
-/// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
-/// still reports that the one before is over.
+/// Whether a travel is under way, moving or interrupted. It is if it has just been ordered, even if the drive still
+/// reports the end of the previous one.
 pub(super) async fn under_way(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
     let reported = reports_under_way(drive, status_word).await?;
     let fresh = !drive.settled(reported) && matches!(drive.lock().motion, Motion::Travelling(_));
@@ -99,9 +99,9 @@ pub(super) async fn under_way(drive: &DriveContext, status_word: u16) -> Result<
 
 /// Whether the drive reports that a travel is under way.
 ///
-/// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
-/// interruption the same bit says that the drive stands, and before the first travel it says nothing, so that the
-/// driver goes by what it has ordered.
+/// A drive without such a bit is under way until its target is reached, or until it stands at a limit. But during an
+/// interruption Target reached means that the drive stands, and before the first travel it means nothing; in these
+/// cases the driver goes by its orders.
 pub(super) async fn reports_under_way(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
     let bits = drive.description().status;
     if let Some(positioning) = bits.positioning {
@@ -124,20 +124,20 @@ pub(super) async fn reports_under_way(drive: &DriveContext, status_word: u16) ->
     Ok(status_word & bits.internal_limit == 0 || moves(drive, status_word).await?)
 }
 
-/// Whether another manager has stopped the drive: the control word is the last one that any manager has sent.
+/// Whether another manager has stopped the drive: 6040h holds the last control word of any manager.
 pub(super) async fn is_halted(drive: &DriveContext) -> Result<bool, Error> {
     let description = drive.description();
     let word = known(drive.get(description.objects.control_word).await)?.unwrap_or(0);
     Ok(word & i64::from(description.control.stop) != 0)
 }
 
-/// How far from its target the drive may settle; `None` if it does not say, or has switched the window off (FFFF FFFFh).
+/// How far from its target the drive may settle; `None` if it does not say, or the window is off (FFFF FFFFh).
 pub(super) async fn window(drive: &DriveContext) -> Result<Option<i64>, Error> {
     let Some(object) = drive.description().objects.position_window else { return Ok(None) };
     Ok(known(drive.get(object).await)?.filter(|window| *window != i64::from(u32::MAX)))
 }
 
-/// A value, if the drive has the object.
+/// The value, or `None` if the drive aborts the access, such as of an object that it does not have.
 pub(super) fn known<T>(read: Result<T, Error>) -> Result<Option<T>, Error> {
     match read {
         Ok(value) => Ok(Some(value)),
@@ -146,8 +146,8 @@ pub(super) fn known<T>(read: Result<T, Error>) -> Result<Option<T>, Error> {
     }
 }
 
-/// Whether the drive reports that it is inching, or takes no other order for another reason. Beyond a limit, which may be
-/// one, only its movement shows it.
+/// Whether the drive reports that it is inching, or that it takes no other order for another reason. A passed limit may
+/// be such a reason, and then only the movement shows inching.
 pub(super) async fn is_inching(drive: &DriveContext) -> Result<bool, Error> {
     let Some(busy) = drive.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
     let status_word = drive.status().await?;

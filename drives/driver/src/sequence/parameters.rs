@@ -1,4 +1,4 @@
-//! Sets of parameters: read, compared, written, kept and restored.
+//! Sets of parameters: read, compared, written, stored and restored.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
@@ -19,7 +19,7 @@ pub struct Setting {
     pub value: i64,
 }
 
-/// A parameter whose value in the drive is another one.
+/// A parameter with another value in the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Difference {
@@ -38,7 +38,7 @@ pub async fn read_parameters(drive: &DriveContext) -> Result<Vec<Setting>, Error
     Ok(settings)
 }
 
-/// Which of the settings the drive does not have.
+/// Those of the settings that the drive does not have.
 pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
     for setting in settings {
         object(drive, setting.address)?;
@@ -53,11 +53,11 @@ pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> R
     Ok(differences)
 }
 
-/// Writes settings, but only those that differ: writing the calibration value may calibrate the drive.
+/// Writes the settings that differ, and only those: writing the calibration value may calibrate the drive.
 ///
 /// Errors: [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel
-/// is under way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a
-/// value that is out of place waits for the rest, such as one limit for the other.
+/// is under way; [`Error::Sdo`] with the first setting that the drive refuses. Other settings may have been written by
+/// then, since a setting that is refused is tried again after them: one limit may depend on the other.
 pub async fn write_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
         object(drive, address)?.check(value)?;
@@ -83,7 +83,7 @@ pub async fn write_parameters(drive: &DriveContext, settings: &[Setting]) -> Res
     }
 }
 
-/// Whether a value is refused that may be right once others are written: of two limits, or of a position between them.
+/// Whether the value may be right once others are written, such as one of two limits, or a position between them.
 fn is_out_of_place(error: SdoError) -> bool {
     let SdoError::Aborted { code, .. } = error else { return false };
     const OUT_OF_PLACE: [AbortCode; 4] = [
@@ -95,9 +95,9 @@ fn is_out_of_place(error: SdoError) -> bool {
     OUT_OF_PLACE.contains(&code)
 }
 
-/// Keeps all parameters for when there is no power.
+/// Stores all parameters permanently.
 ///
-/// Errors: [`Error::Unsupported`] by a drive that has no such command, perhaps since it keeps them anyway;
+/// Errors: [`Error::Unsupported`] if the drive has no such command, perhaps since it stores them by itself;
 /// [`Error::Refused`] while a travel is under way.
 pub async fn store(drive: &DriveContext) -> Result<(), Error> {
     let store = drive.need(drive.description().store, Capability::Store)?;
@@ -107,7 +107,7 @@ pub async fn store(drive: &DriveContext) -> Result<(), Error> {
 
 /// Restores a set of parameters to factory settings; all of them for `None`.
 ///
-/// Errors: [`Error::Unsupported`] by a drive without this set; [`Error::Refused`] while a travel is under way.
+/// Errors: [`Error::Unsupported`] if the drive does not have this set; [`Error::Refused`] while a travel is under way.
 pub async fn restore(drive: &DriveContext, set: Option<ParameterSet>) -> Result<(), Error> {
     let restore = drive.need(drive.description().restore, Capability::Restore)?;
     let object = match set {

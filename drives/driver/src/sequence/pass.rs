@@ -1,4 +1,4 @@
-//! Letting time pass, and watching over what moves meanwhile.
+//! Waiting while a drive may be moving.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
@@ -8,11 +8,11 @@ use super::standstill::{at_rest, stand_still, stopped};
 use crate::context::{DriveContext, Pause};
 use crate::error::Error;
 
-/// Lets time pass. While the drive may be moving, its status word is looked at meanwhile, and read if the drive sends none:
-/// a drive that has failed to stop, and could not be reached then, is stopped.
+/// Waits for `span`. While the drive may be moving, its status word is checked, and read if the drive sends none. A
+/// drive that should have stopped, but could not be reached then, is stopped.
 ///
-/// Errors: while the drive may be moving: [`Error::Fault`]; [`Error::Sdo`] or [`Error::Link`] if it does not answer any
-/// more.
+/// Errors, only while the drive may be moving: [`Error::Fault`]; [`Error::Sdo`] or [`Error::Link`] if it does not
+/// answer any more.
 pub async fn pass(drive: &DriveContext, span: Duration) -> Result<(), Error> {
     let until = drive.now() + span;
     if !drive.may_move() {
@@ -31,7 +31,7 @@ pub async fn pass(drive: &DriveContext, span: Duration) -> Result<(), Error> {
                 stand_still(drive, word).await?;
             }
             drive.lock().stop = None;
-            // A travel that is interrupted goes on when it is resumed.
+            // An interrupted travel is not over: it can be resumed.
             if drive.lock().motion.pause() != Some(Pause::Interrupted) {
                 stopped(drive);
             }

@@ -12,14 +12,14 @@ use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
 
-/// Through how many states a drive is led: twice as many as there are. One that falls back again and again is not to be
-/// switched on without end.
+/// How many transitions are tried: twice as many as there are states, so that a drive that falls back again and again
+/// is not switched on for ever.
 const STEPS: u32 = 16;
 
-/// Leads the drive to OPERATION ENABLED, by way of NMT OPERATIONAL when it takes orders by PDO.
+/// Leads the drive to OPERATION ENABLED, through NMT OPERATIONAL if it takes orders by PDO.
 ///
-/// Errors: [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT, which [`reset_fault`] leaves;
-/// [`Error::NoWay`] when the drive falls back again and again.
+/// Errors: [`Error::Refused`], such as without supply; [`Error::Fault`] in FAULT, which [`reset_fault`] leaves;
+/// [`Error::NoWay`] if the drive falls back again and again.
 pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
     start(drive);
     let remote = drive.description().status.remote;
@@ -27,12 +27,12 @@ pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
     match state_of(status_word)? {
         State::OperationEnabled => {}
         state if is_fault(state) => return Err(Error::Fault(cause(drive).await?)),
-        // It brakes, and the way leads through states in which it would coast.
+        // The drive brakes, and would coast in the states on the way.
         State::QuickStopActive => {
             brake(drive).await?;
             at_rest(drive);
         }
-        // The drive has forgotten what was under way.
+        // In the other states the drive has dropped its travel.
         _ => at_rest(drive),
     }
     require(drive, Orders::ENABLE, status_word).await?;
@@ -52,7 +52,7 @@ pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
 pub async fn disable(drive: &DriveContext) -> Result<(), Error> {
     match state(drive).await? {
         State::OperationEnabled => come_to_rest(drive).await?,
-        // It brakes, and would coast without its motor.
+        // The drive brakes, and would coast if its motor were released.
         State::QuickStopActive => brake(drive).await?,
         _ => {}
     }
@@ -61,17 +61,17 @@ pub async fn disable(drive: &DriveContext) -> Result<(), Error> {
     Ok(())
 }
 
-/// Resets a fault, and says what it was; `None` when there was none.
+/// Resets a fault, and returns what it was; `None` if there was none.
 ///
-/// Errors: [`Error::Fault`] when the drive stays in FAULT, since the cause is still there.
+/// Errors: [`Error::Fault`] if the drive stays in FAULT, since the cause persists.
 pub async fn reset_fault(drive: &DriveContext) -> Result<Option<Cause>, Error> {
     match state(drive).await? {
         State::Fault => {}
-        // It leads there by itself.
+        // The drive goes on to FAULT by itself.
         State::FaultReactionActive => _ = drive.await_status(|word| !is_reaction(word)).await?,
         _ => return Ok(None),
     }
-    // A state machine that is steered by PDO obeys in NMT OPERATIONAL only.
+    // A control word by PDO takes effect in NMT OPERATIONAL only.
     start(drive);
     let was = cause(drive).await?;
     let description = drive.description();
@@ -87,7 +87,7 @@ pub async fn reset_fault(drive: &DriveContext) -> Result<Option<Cause>, Error> {
     Ok(Some(was))
 }
 
-/// Commands the drive from state to state until it is in `goal`.
+/// Sends commands until the drive is in `goal`.
 pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error> {
     let description = drive.description();
     let mut from = state(drive).await?;
@@ -102,7 +102,7 @@ pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error
         }
         let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
         let Transition { cause: How::Command(command), .. } = next else {
-            // The drive goes on by itself, or there is no way.
+            // Either the drive goes on by itself, or no command leads on.
             let Awaited { status_word, came } = drive.await_status(has_left(from)).await?;
             if !came {
                 return Err(Error::NoWay { from, to: goal });
@@ -120,7 +120,7 @@ pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error
     Ok(())
 }
 
-/// NMT OPERATIONAL, where there are PDOs.
+/// Enters NMT OPERATIONAL if the description has PDOs.
 pub(super) fn start(drive: &DriveContext) {
     if drive.description().needs_operational() {
         drive.command(NmtCommand::Start);

@@ -11,11 +11,10 @@ use crate::context::DriveContext;
 use crate::description::Pdo;
 use crate::error::{Error, Missing, Refusal};
 
-/// Configures PDOs in NMT PRE-OPERATIONAL: each is switched off, mapped, and switched on. The node is in OPERATIONAL
-/// afterwards.
+/// Configures PDOs in NMT PRE-OPERATIONAL: each is disabled, mapped and enabled. Afterwards the node is in OPERATIONAL.
 ///
-/// Errors: [`Error::PdoInUse`] for a PDO by which the driver itself talks to the drive, before anything is sent;
-/// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+/// Errors: [`Error::PdoInUse`] for a PDO that the driver itself uses, before anything is sent; [`Error::Refused`] while
+/// the drive is enabled; [`Error::Sdo`] if the drive does not allow it.
 pub async fn configure_pdos(drive: &DriveContext, pdos: &[PdoSettings<'_>]) -> Result<(), Error> {
     for &PdoSettings { direction, number, .. } in pdos {
         if is_in_use(drive, direction, number) {
@@ -36,7 +35,7 @@ pub async fn configure_pdos(drive: &DriveContext, pdos: &[PdoSettings<'_>]) -> R
 
 /// Sends a PDO that the application has mapped.
 ///
-/// Errors: [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
+/// Errors: [`Error::PdoInUse`] for one that the driver itself uses.
 pub async fn send_pdo<V: Values, N>(
     drive: &DriveContext,
     number: u16,
@@ -50,10 +49,10 @@ pub async fn send_pdo<V: Values, N>(
     Ok(())
 }
 
-/// The values of a PDO that the application has mapped: the last one that the drive has sent, or the next one if it has sent
-/// none since that was asked before.
+/// The values of a PDO that the application has mapped: the last one since the previous call, or the next one if the
+/// drive has sent none.
 ///
-/// Errors: [`Error::NoPdo`] when none comes within a reaction.
+/// Errors: [`Error::NoPdo`] if none comes within a reaction time.
 pub async fn receive_pdo<V: Values, N>(
     drive: &DriveContext,
     number: u16,
@@ -63,7 +62,7 @@ pub async fn receive_pdo<V: Values, N>(
     mapping.values(frame.data()).map_err(|error| Error::ShortPdo { number, error })
 }
 
-/// NMT PRE-OPERATIONAL, in which PDOs are changed.
+/// Enters NMT PRE-OPERATIONAL, in which PDOs are configured.
 ///
 /// Errors: [`Error::Refused`] while the drive is enabled.
 pub(super) async fn enter_pre_operational(drive: &DriveContext) -> Result<(), Error> {
@@ -81,7 +80,7 @@ pub(super) async fn enter_pre_operational(drive: &DriveContext) -> Result<(), Er
 pub(super) async fn write(drive: &DriveContext, step: Step<'_>) -> Result<(), Error> {
     match step {
         Step::Write { address, data: Data::Value(value) } => drive.download(address, value).await,
-        // The settings of a PDO are values.
+        // `PdoSettings` are values, so other errors cannot occur.
         _ => Ok(()),
     }
 }
@@ -95,7 +94,7 @@ fn base(direction: Direction, number: u16) -> Option<u16> {
     (1..=4).contains(&number).then(|| first + 0x100 * (number - 1))
 }
 
-/// Whether the driver itself talks to the drive by this PDO.
+/// Whether the driver itself uses this PDO.
 pub(super) fn is_in_use(drive: &DriveContext, direction: Direction, number: u16) -> bool {
     let Some(base) = base(direction, number) else { return false };
     let description = drive.description();

@@ -1,4 +1,4 @@
-//! Arming what lets a drive notice that its manager is gone.
+//! Arming the protection by which a drive notices that its manager is gone.
 
 use lexican_runtime::Duration;
 use lexican_runtime::object::{DataType, OutOfRange};
@@ -13,13 +13,13 @@ const LIFE_TIME_FACTOR: Number = Number::new(0x100D, 0x00, DataType::Unsigned8);
 const CONSUMER_HEARTBEATS: Number = Number::new(0x1016, 0x00, DataType::Unsigned8);
 const PRODUCER_HEARTBEAT: Number = Number::new(0x1017, 0x00, DataType::Unsigned16);
 
-/// How many times a sign of life is sent in the time within which one has to come.
+/// How many signs of life are sent within the supervision time.
 const SIGNS: u8 = 4;
 
-/// Arms the drive's heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What keeps it going has to be
-/// sent from then on.
+/// Arms the drive's heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). From then on, signs of life
+/// have to be sent.
 ///
-/// Errors: [`Error::Unsupported`] by a drive that has neither, or refuses what is written to both.
+/// Errors: [`Error::Unsupported`] if the drive has neither, or refuses the values for both.
 pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<Protection, Error> {
     let Supervision { within, manager } = supervision;
     let within_ms = within.as_micros() / 1000;
@@ -28,7 +28,7 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
         return Err(OutOfRange { address: GUARD_TIME.address(), above: !period.is_zero() }.into());
     }
     for (entry, before) in free_consumers(drive, manager.get(), within_ms as i64).await? {
-        // Some have limits of 16 bits, which leave no room for a node-ID.
+        // Some drives take only 16 bits, which leave no room for a node-ID.
         if known(drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await)?.is_some() {
             keep(drive, before.map(|before| vec![(consumer(entry), before)]));
             return Ok(Protection::Heartbeat { entry, manager, period, within });
@@ -51,7 +51,7 @@ pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<P
     Ok(Protection::LifeGuarding { guard_time: period, life_time_factor: SIGNS })
 }
 
-/// Disarms what [`protect`] has armed: the objects hold what they held before.
+/// Disarms what [`protect`] has armed, and restores the objects.
 pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
     let disarming = drive.disarming(protection);
     drive.lock().before.clear();
@@ -61,16 +61,17 @@ pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(
     Ok(())
 }
 
-/// Keeps what the drive held before it was protected, for [`unprotect`]; not what a program of ours has left there that
-/// could not disarm it.
+/// Keeps the former values for [`unprotect`], unless they were left by an earlier program of ours that could not disarm
+/// the drive.
 fn keep(drive: &DriveContext, before: Option<Vec<(Number, i64)>>) {
     if let Some(before) = before {
         drive.lock().before = before;
     }
 }
 
-/// The entries of 1016h that may watch over this manager: the one that does so already, or else those that watch over no node,
-/// since their node-ID or time is 0 (CiA 301, 7.5.2.19), with what they hold. The time of another one is that of its machine.
+/// The entries of 1016h that may watch this manager, with their values: the one that does so already, or else the
+/// unused ones, whose node-ID or time is 0 (CiA 301, 7.5.2.19). An entry that watches another node belongs to the
+/// machine.
 async fn free_consumers(drive: &DriveContext, manager: u8, within_ms: i64) -> Result<Vec<(u8, Option<i64>)>, Error> {
     let entries = known(drive.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
     let mut free = Vec::new();

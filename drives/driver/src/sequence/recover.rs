@@ -14,52 +14,52 @@ use crate::cyclic::{Axis, AxisSettings};
 use crate::error::Error;
 use crate::fault::Cause;
 
-/// What `Drive::recover` is to do.
+/// How a drive is to be recovered.
 #[derive(Clone, Debug)]
 pub struct Recovery {
     /// How long to wait until the drive answers, and the bus carries frames.
     pub within: Duration,
     /// Whether to reset a fault.
     pub reset_fault: bool,
-    /// Parameters that the drive does not keep by itself.
+    /// Parameters to write that the drive does not store by itself.
     pub settings: Vec<Setting>,
-    /// Whether to set it up again for a cyclic mode.
+    /// The cyclic mode to set the drive up for again, if any.
     pub cyclic: Option<AxisSettings>,
 }
 
 impl Recovery {
-    /// No parameters, no cyclic mode, and a fault stays.
+    /// With no parameters and no cyclic mode, and without a fault reset.
     #[must_use]
     pub const fn within(within: Duration) -> Self {
         Recovery { within, reset_fault: false, settings: Vec::new(), cyclic: None }
     }
 }
 
-/// A drive that is back. It is not enabled, and nothing has been ordered: all that was under way is forgotten.
+/// The state of a recovered drive. It is not enabled, and no order is left from before.
 #[derive(Clone, Copy, Debug)]
 pub struct Recovered {
-    /// What the driver had seen last.
+    /// What the driver had last seen before.
     pub before: Seen,
-    /// What there is now.
+    /// What the driver sees now.
     pub now: Seen,
-    /// It has been heard to boot since the last recovery. Its boot-up message may have been lost.
+    /// The drive has booted since the last recovery. If the boot-up message was lost, this stays false.
     pub restarted: bool,
-    /// Whether its position is referenced; `None` for a drive that does not say
+    /// Whether the position is referenced; `None` for a drive that does not say
     /// ([`Description::referenced`](crate::Description::referenced)).
     pub referenced: Option<bool>,
-    /// Its fault: one that has been reset, or the one that it is in, if its state is FAULT.
+    /// The fault that was reset, or the present one if the state is FAULT.
     pub fault: Option<Cause>,
     /// The axis, if it has been set up for a cyclic mode.
     pub axis: Option<Axis>,
 }
 
-/// Brings a drive back that answers: checks that it is the same kind of drive, resets its fault if asked to, stops and
-/// disables it if it was not off, writes parameters, and its mode or all that a cyclic mode takes. It never enables or
-/// moves the drive. One whose fault stays is left alone.
+/// Recovers a drive that answers: checks that it is the same kind of drive, resets its fault if asked to, stops and
+/// disables it if it was not off, writes parameters, and its mode or the whole set-up of a cyclic mode. It never
+/// enables or moves the drive. If a fault stays, it does nothing more.
 ///
 /// The shells wait until the drive answers, and protect it again afterwards.
 ///
-/// Errors: [`Error::Fault`] when a fault cannot be reset.
+/// Errors: [`Error::Fault`] if a fault cannot be reset.
 pub async fn recover(drive: &DriveContext, recovery: &Recovery, before: Seen) -> Result<Recovered, Error> {
     identify(drive).await?;
     start(drive);

@@ -1,4 +1,4 @@
-//! Why the drive would refuse an order, found out before anything moves.
+//! Finding out before anything moves why the drive would refuse an order.
 
 use lexican_runtime::profile::cia402::State;
 
@@ -17,7 +17,7 @@ pub enum Order {
         /// The target.
         target: i32,
     },
-    /// Travel to another position after the one before.
+    /// Travel to another position after the previous one.
     Add {
         /// The target; `None` if it is a distance.
         target: Option<i32>,
@@ -26,14 +26,13 @@ pub enum Order {
     Inch(Direction),
     /// Run at a velocity.
     Run {
-        /// As 60FFh has it.
+        /// In the unit of 60FFh.
         velocity: i32,
     },
     /// Turn with a torque.
     Turn,
 }
 
-/// Checks every condition for an order.
 ///
 /// Errors: [`Error::Refused`] with every condition that is not met.
 pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
@@ -70,7 +69,7 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     refused(missing)
 }
 
-/// Checks the conditions that the description has for these orders.
+/// Checks the description's conditions for these orders.
 pub(super) async fn require(drive: &DriveContext, orders: Orders, status_word: u16) -> Result<(), Error> {
     let system = system_for(drive, orders).await?;
     let mut missing: Vec<Missing> = conditions(drive, orders, status_word, system).collect();
@@ -79,7 +78,7 @@ pub(super) async fn require(drive: &DriveContext, orders: Orders, status_word: u
     refused(missing)
 }
 
-/// A travel that stands is not to be stopped once more, but to be resumed or dropped.
+/// Names an interruption instead of a travel: a travel that stands already is to be resumed or dropped, not stopped.
 async fn tell_interruptions(drive: &DriveContext, status_word: u16, missing: &mut [Missing]) -> Result<(), Error> {
     let Some(found) = missing.iter_mut().find(|it| **it == Missing::NoTravel) else { return Ok(()) };
     let motion = drive.lock().motion;
@@ -93,7 +92,6 @@ async fn tell_interruptions(drive: &DriveContext, status_word: u16, missing: &mu
     Ok(())
 }
 
-/// The drive must be in OPERATION ENABLED.
 pub(super) async fn require_enabled(drive: &DriveContext, status_word: u16) -> Result<(), Error> {
     refused(not_enabled(drive, status_word).await?.into_iter().collect())
 }
@@ -106,7 +104,7 @@ async fn not_enabled(drive: &DriveContext, status_word: u16) -> Result<Option<Mi
     })
 }
 
-/// Nothing may be under way.
+/// Checks that nothing is under way.
 pub(super) async fn require_rest(drive: &DriveContext) -> Result<(), Error> {
     let status_word = drive.status().await?;
     state_of(status_word)?;
@@ -154,14 +152,14 @@ fn refused(missing: Vec<Missing>) -> Result<(), Error> {
     if missing.is_empty() { Ok(()) } else { Err(Error::Refused(Refusal(missing))) }
 }
 
-/// The manufacturer's status register, when a condition for these orders needs it.
+/// The manufacturer's status register if a condition for these orders needs it, or else 0.
 async fn system_for(drive: &DriveContext, orders: Orders) -> Result<u32, Error> {
     let rows = drive.description().conditions.iter();
     let mut needing = rows.filter(|row| row.refuses.contains(orders) && row.when.word == Word::System);
     if needing.next().is_some() { drive.system().await } else { Ok(0) }
 }
 
-/// What is missing for these orders.
+/// The unmet conditions for these orders.
 fn conditions(drive: &DriveContext, orders: Orders, status_word: u16, system: u32) -> impl Iterator<Item = Missing> {
     let rows = drive.description().conditions.iter().filter(move |row| row.refuses.contains(orders));
     rows.filter(move |row| {
@@ -173,8 +171,8 @@ fn conditions(drive: &DriveContext, orders: Orders, status_word: u16, system: u3
     .map(|row| row.missing)
 }
 
-/// What the driver has ordered, and has not ended. The drive need not report that: neither a velocity of 0, at which
-/// it runs as soon as it is given another one, nor slow inching.
+/// The motion that the driver has ordered and that is not over. The drive may not report it: it does not report slow
+/// inching, nor velocity 0, from which it runs as soon as it gets another velocity.
 async fn unfinished(drive: &DriveContext, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
     if !orders.contains(Orders::FROM_REST) || State::from_status_word(status_word) != Some(State::OperationEnabled) {
         return Ok(None);
@@ -191,7 +189,7 @@ async fn target_beyond_limits(drive: &DriveContext, target: i32) -> Result<Optio
     Ok((!(low..=high).contains(&target)).then_some(Missing::TargetWithinLimits { target, low, high }))
 }
 
-/// Makes sure that the drive is not at the limit towards which it is to inch: it need not report that.
+/// Refuses to inch towards a limit at which the drive stands, since the drive itself need not report it.
 pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) -> Result<(), Error> {
     let Some((low, high)) = limits(drive).await? else { return Ok(()) };
     let position = drive.position().await?;
@@ -202,7 +200,7 @@ pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) 
     })
 }
 
-/// The lower and the upper limit of positions (607Dh); `None` when the drive does not have the object, or two equal ones.
+/// The lower and the upper limit of positions (607Dh); `None` if the drive does not have the object, or both are equal.
 pub async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
     let Some([one, other]) = drive.description().objects.position_limits else { return Ok(None) };
     let Some(one) = known(drive.get(one).await)? else { return Ok(None) };

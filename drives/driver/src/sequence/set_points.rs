@@ -10,11 +10,11 @@ use crate::context::DriveContext;
 use crate::error::{Capability, Error};
 use crate::set_point::{SetPoint, Succession};
 
-/// Gives the drive another set-point, also while it travels; returns once the drive has taken it. If it has no room for
-/// one more, waits until it has.
+/// Gives the drive another set-point, also while it travels; returns once the drive has taken it, and waits for room if
+/// the drive has none.
 ///
-/// Errors: [`Error::Refused`] also while a travel is interrupted; [`Error::NotTaken`] when the drive has no room in
-/// time, or does not take the set-point: then it stands.
+/// Errors: [`Error::Refused`], also while a travel is interrupted; [`Error::NotTaken`] if the drive gets no room in
+/// time, or does not take the set-point, and is then stopped.
 pub async fn add_set_point(drive: &DriveContext, set_point: SetPoint, within: Duration) -> Result<(), Error> {
     let SetPoint { target, relative, succession } = set_point;
     let description = drive.description();
@@ -35,12 +35,12 @@ pub async fn add_set_point(drive: &DriveContext, set_point: SetPoint, within: Du
     confirm(drive, order).await
 }
 
-/// Waits until the acknowledgement of the set-point before has fallen: from then on the drive takes another one.
+/// Waits until the previous set-point's acknowledgement is cleared: from then on the drive takes another set-point.
 async fn wait_for_room(drive: &DriveContext, order: Order, within: Duration) -> Result<(), Error> {
     let until = drive.now() + within;
     let mut status_word = drive.status().await?;
     loop {
-        // Outside OPERATION ENABLED the set-point would enable the drive first.
+        // Outside OPERATION ENABLED the control word of a set-point would enable the drive.
         if state_of(status_word)? != State::OperationEnabled {
             refuse(drive, order).await?;
         } else if status_word & drive.description().status.acknowledged == 0 {

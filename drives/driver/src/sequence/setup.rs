@@ -1,4 +1,4 @@
-//! What is set up once: operating mode, approach, emergencies, units.
+//! Set-up: operating mode, approach, reactions, emergencies, units.
 
 use lexican_runtime::object::Address;
 
@@ -39,7 +39,7 @@ pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> 
     }
     drive.set(modes.chosen, code.into()).await?;
     let until = drive.reacts_by();
-    // Where 6060h itself shows it, the answer to the write has said so.
+    // If 6060h itself shows the mode, the write has already been answered.
     while let Some(shown) = modes.shown {
         match drive.get(shown).await? {
             number if number == i64::from(code) => break,
@@ -50,14 +50,14 @@ pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> 
     Ok(())
 }
 
-/// From which side targets are approached; `None` for a value that the manual does not have.
+/// The side from which targets are approached; `None` for a value that the manual does not have.
 pub async fn approach(drive: &DriveContext) -> Result<Option<Approach>, Error> {
     let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
     let number = drive.get(approaches.object).await?;
     Ok(approaches.values.iter().find(|(value, _)| *value == number).map(|(_, approach)| *approach))
 }
 
-/// Chooses from which side targets are approached.
+/// Chooses the side from which targets are approached.
 pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<(), Error> {
     let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
     let value = approaches.values.iter().find(|(_, of)| *of == approach).map(|(value, _)| *value);
@@ -65,7 +65,7 @@ pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<()
     drive.set(approaches.object, value).await
 }
 
-/// What the drive does in a situation: the option code of 605Ah to 605Eh.
+/// What the drive does in a situation: the option code in 605Ah to 605Eh.
 pub async fn reaction(drive: &DriveContext, to: Reaction) -> Result<i16, Error> {
     Ok(drive.get(option_code(drive, to)?).await? as i16)
 }
@@ -86,7 +86,7 @@ fn option_code(drive: &DriveContext, to: Reaction) -> Result<Number, Error> {
 
 /// Switches emergency messages on or off (1014h).
 ///
-/// Errors: [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL only.
+/// Errors: [`Error::Sdo`] if the drive allows it in NMT PRE-OPERATIONAL only.
 pub async fn set_emergencies(drive: &DriveContext, on: bool) -> Result<(), Error> {
     let switch = drive.need(drive.description().emergencies, Capability::EmergencySwitch)?;
     let bit = i64::from(switch.bit);

@@ -1,4 +1,4 @@
-//! Bringing the drive to rest, in every way.
+//! Bringing the drive to rest.
 
 use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{Command, State};
@@ -9,23 +9,23 @@ use crate::description::Still;
 use crate::error::{Error, Missing, Refusal};
 use crate::mode::Mode;
 
-/// How often a quick stop is sent to a drive that does not obey: the application must hear soon that there is
-/// none.
+/// How often a quick stop is sent to a drive that does not obey: few times, since the application must soon hear that
+/// the drive does not stop.
 const QUICK_STOPS: u32 = 10;
 
-/// Stops all that moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
+/// Stops all movement with the programmed deceleration, a step by quick stop; returns once the drive stands.
 ///
-/// Errors: [`Error::NotStopped`], and those of an access.
+/// Errors: [`Error::NotStopped`], and those of SDO transfers.
 pub async fn stop(drive: &DriveContext) -> Result<(), Error> {
     come_to_rest(drive).await?;
     stopped(drive);
     Ok(())
 }
 
-/// Brakes with full deceleration and forgets the travel; the motor keeps its torque, unless the drive is set to release
+/// Brakes with full deceleration and drops the travel; the motor keeps its torque, unless the drive is set to release
 /// it then (605Ah). [`disable`](super::disable) or [`enable`](super::enable) lead on.
 ///
-/// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
+/// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing moves; [`Error::NotStopped`].
 pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     let command = Command::QuickStop;
     let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
@@ -33,7 +33,7 @@ pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     let moving = drive.may_move();
     drive.lock().stop = Some(drive.description().word(command));
     loop {
-        // Before anything is asked: a drive in another state ignores it, and so does one that has obeyed.
+        // Sent before the state is read: a drive in another state, or one that has obeyed, ignores it.
         drive.control(drive.description().word(command)).await?;
         left -= 1;
         let Awaited { status_word, came } = drive.await_status(stopping).await?;
@@ -43,7 +43,7 @@ pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
         match state_of(status_word)? {
             State::OperationEnabled if left > 0 => {}
             state @ State::OperationEnabled => return Err(Error::NoReaction { state, command }),
-            // It has obeyed, and released its motor by itself (605Ah).
+            // The drive has obeyed, and has released its motor by itself (605Ah).
             State::SwitchOnDisabled if moving => break,
             state => {
                 drive.lock().stop = None;
@@ -56,8 +56,8 @@ pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     Ok(())
 }
 
-/// Stops all that moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
-/// interrupts travels only.
+/// Stops all movement in any mode with the programmed deceleration, but a step by a quick stop, since Stop does not end
+/// it.
 pub(super) async fn come_to_rest(drive: &DriveContext) -> Result<(), Error> {
     let stepping = matches!(drive.lock().motion, Motion::Stepping { .. });
     if stepping && drive.may_be_stopped().await? {
@@ -69,8 +69,8 @@ pub(super) async fn come_to_rest(drive: &DriveContext) -> Result<(), Error> {
     stand_still(drive, drive.description().stopping()).await
 }
 
-/// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
-/// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
+/// Sends a control word that stops the drive, again and again until it stands, in case one gets lost: repeating it
+/// changes nothing. Braking may take a minute with the gentlest deceleration.
 pub(super) async fn stand_still(drive: &DriveContext, word: u16) -> Result<(), Error> {
     let times = drive.description().times;
     let by_pdo = drive.description().outputs.control.is_some();
@@ -81,7 +81,7 @@ pub(super) async fn stand_still(drive: &DriveContext, word: u16) -> Result<(), E
             drive.control(word).await?;
         }
         match come_to_stand(drive, drive.reacts_by()).await? {
-            // It may have been ordered to move only just now, and not have begun: a PDO is not acknowledged.
+            // The drive may not yet have begun an order of just now: a PDO is not acknowledged.
             None if by_pdo && !drive.has_settled() => drive.settle().await?,
             None => {
                 drive.lock().stop = None;
@@ -93,7 +93,7 @@ pub(super) async fn stand_still(drive: &DriveContext, word: u16) -> Result<(), E
     }
 }
 
-/// Waits until a drive stands that brakes by itself.
+/// Waits until a braking drive stands.
 pub(super) async fn brake(drive: &DriveContext) -> Result<(), Error> {
     match come_to_stand(drive, drive.now() + drive.description().times.braking).await? {
         None => Ok(()),
@@ -101,10 +101,10 @@ pub(super) async fn brake(drive: &DriveContext) -> Result<(), Error> {
     }
 }
 
-/// Waits until the drive stands, no longer than `until`; how fast it still moves then, or `None` when it stands.
+/// Waits until the drive stands, at most until `until`; returns its velocity then, or `None` if it stands.
 pub(super) async fn come_to_stand(drive: &DriveContext, until: Instant) -> Result<Option<i32>, Error> {
     loop {
-        // Read after the command was sent, so that it has had its effect.
+        // Read after the command was sent, so that it includes its effect.
         let moves = moves(drive, drive.status().await?).await?;
         if !moves || drive.now() >= until {
             return Ok(if moves { Some(drive.velocity().await?) } else { None });
@@ -113,13 +113,14 @@ pub(super) async fn come_to_stand(drive: &DriveContext, until: Instant) -> Resul
     }
 }
 
-/// Waits for a drive that has been sent a stop, no longer than a reaction takes; how fast it still moves then.
+/// Waits for a drive that has been sent a stop, at most for a reaction time; returns its velocity then, or `None` if it
+/// stands.
 pub(crate) async fn look_for_standstill(drive: &DriveContext) -> Result<Option<i32>, Error> {
     come_to_stand(drive, drive.reacts_by()).await
 }
 
-/// The drive has been stopped, and stands. A travel is interrupted then, and goes on with the next word that takes back
-/// Stop: so it is not forgotten.
+/// Notes that the drive was stopped and stands. A travel is kept as interrupted, since it resumes with the next control
+/// word without Stop.
 pub(super) fn stopped(drive: &DriveContext) {
     let mut shared = drive.lock();
     let motion = shared.motion;
@@ -129,7 +130,7 @@ pub(super) fn stopped(drive: &DriveContext) {
     }
 }
 
-/// Gives the drive the set-point at which it stands, before a mode in which it obeys the one that is there.
+/// Writes the set-point at which the drive stands, before a mode in which it obeys the set-point at once.
 pub(super) async fn hold_still(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
     let Some((set_point, still)) = drive.description().obeyed_unasked(mode) else { return Ok(()) };
     let value = match still {
@@ -143,7 +144,6 @@ pub(super) fn at_rest(drive: &DriveContext) {
     drive.lock().rest();
 }
 
-/// The drive has been sent a stop, and still moves.
 pub(super) fn stuck(drive: &DriveContext, velocity: i32) -> Error {
     Error::NotStopped { velocity, unit: drive.description().status.velocity_unit }
 }

@@ -12,7 +12,7 @@ pub async fn apply_torque(drive: &DriveContext, torque: i16) -> Result<(), Error
     let torques = drive.need(description.torque, Capability::Mode(Mode::Torque))?;
     torques.target.check(torque.into())?;
     if drive.lock().motion != Motion::Running {
-        // Turning begins with a falling edge of Stop; and until the new torque is there, none is to be turned with.
+        // Turning begins with a falling edge of Stop; until the new torque is written, Stop holds the drive.
         drive.control(description.stopping()).await?;
     }
     drive.lock().order(Motion::Running);
@@ -21,7 +21,7 @@ pub async fn apply_torque(drive: &DriveContext, torque: i16) -> Result<(), Error
     drive.control(description.moving()).await
 }
 
-/// The torque that the drive turns with, in 1/1000 of the rated torque.
+/// The actual torque, in 1/1000 of the rated torque.
 pub async fn torque(drive: &DriveContext) -> Result<i16, Error> {
     let torques = drive.need(drive.description().torque, Capability::Mode(Mode::Torque))?;
     let torque = drive.get(torques.actual).await?;

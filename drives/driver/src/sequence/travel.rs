@@ -1,4 +1,4 @@
-//! Positioning mode: travels, and their interruption.
+//! Positioning mode: travels and their interruption.
 
 use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
@@ -14,17 +14,17 @@ use crate::description::{Number, Release};
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::outcome::Outcome;
 
-/// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.35).
+/// Up to this transmission type, a receive PDO waits for SYNC (CiA 301, 7.5.2.35).
 const LAST_SYNCHRONOUS: i64 = 240;
 
-/// How far a travel has come.
+/// A report of a travel under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// When this was so.
+    /// When the status word came.
     pub at: Instant,
-    /// The position, as 6064h has it.
+    /// In units of 6064h.
     pub position: i32,
-    /// The status word.
+    /// The status word itself (6041h).
     pub status_word: u16,
 }
 
@@ -39,26 +39,26 @@ pub async fn travel(
     finish(drive, within, progress).await
 }
 
-/// Starts to travel to a position; returns once the drive has taken the order.
+/// Starts a travel to a position; returns once the drive has taken the order.
 ///
-/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
-/// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and reported as
+/// Errors: [`Error::Refused`] before anything moves; [`Error::NotTaken`] if the drive still does not take the order,
+/// which is then withdrawn, and the drive stands. If the drive took it late, the travel is interrupted and reported as
 /// [`Missing::NoTravel`].
 pub async fn start_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
     order_travel(drive, target).await?;
     confirm_start(drive).await
 }
 
-/// Orders a travel, without waiting for what the drive makes of it.
+/// Orders a travel, without waiting for the acknowledgement.
 pub(super) async fn order_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
     let description = drive.description();
     description.objects.target_position.check(target.into())?;
     refuse(drive, Order::Travel { target }).await?;
     let acknowledged = description.status.acknowledged;
-    // The order is an edge, and so is its acknowledgement: both bits have to fall first.
+    // Both the order and its acknowledgement are edges: both bits have to be cleared first.
     drive.control(description.resting()).await?;
     let Awaited { status_word, came } = drive.await_status(|word| word & acknowledged == 0).await?;
-    // That may take a while; and outside OPERATION ENABLED the order would enable the drive first.
+    // Waiting may have taken a while, and outside OPERATION ENABLED the order would enable the drive.
     if !came || state_of(status_word)? != State::OperationEnabled {
         refuse(drive, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
@@ -66,7 +66,7 @@ pub(super) async fn order_travel(drive: &DriveContext, target: i32) -> Result<()
     hand_over(drive, Order::Travel { target }, 0, target).await
 }
 
-/// Hands a set-point over, with these bits beside its own.
+/// Hands a set-point over, with these control bits in addition to New set-point.
 pub(super) async fn hand_over(drive: &DriveContext, order: Order, bits: u16, target: i32) -> Result<(), Error> {
     let description = drive.description();
     drive.lock().order(match order {
@@ -77,9 +77,9 @@ pub(super) async fn hand_over(drive: &DriveContext, order: Order, bits: u16, tar
     drive.control_position(description.moving() | description.control.new_setpoint | bits, target).await
 }
 
-/// Waits until the drive has taken the travel that has been ordered: at once, or, if it was prepared, after SYNC.
+/// Waits until the drive has taken the ordered travel: at once, or after SYNC if it was prepared.
 ///
-/// Errors: [`Error::Refused`] when no travel has been ordered, and as [`start_travel`].
+/// Errors: [`Error::Refused`] if no travel has been ordered, and those of [`start_travel`].
 pub async fn confirm_start(drive: &DriveContext) -> Result<(), Error> {
     let Motion::Travelling(Travel { target: Some(target), .. }) = drive.lock().motion else {
         return Err(Error::Refused(Refusal(vec![Missing::Travel])));
@@ -87,7 +87,7 @@ pub async fn confirm_start(drive: &DriveContext) -> Result<(), Error> {
     confirm(drive, Order::Travel { target }).await
 }
 
-/// Waits until the drive has acknowledged a set-point, and takes its bit back.
+/// Waits until the drive has acknowledged a set-point, and clears New set-point.
 pub(super) async fn confirm(drive: &DriveContext, order: Order) -> Result<(), Error> {
     let description = drive.description();
     let acknowledged = description.status.acknowledged;
@@ -106,7 +106,7 @@ pub(super) async fn confirm(drive: &DriveContext, order: Order) -> Result<(), Er
     Ok(())
 }
 
-/// Waits until the travel under way is over, by any end. One that is interrupted is not over.
+/// Waits until the travel under way ends in any way. An interruption is not an end.
 pub async fn finish(
     drive: &DriveContext,
     within: Duration,
@@ -142,11 +142,11 @@ pub(super) async fn end_of_travel(drive: &DriveContext, status_word: u16) -> Res
         at_rest(drive);
         return Ok(Some(Outcome::Fault(cause(drive).await?)));
     }
-    // Clears New Setpoint, unless it has been.
+    // Clears New set-point, unless that was done already.
     if state == State::OperationEnabled && drive.description().release == Release::WhenOver {
         drive.control(drive.description().resting()).await?;
     }
-    // Nothing else ends with a travel: neither inching nor velocity mode.
+    // Only a travel ends here: inching and velocity mode go on.
     let motion = drive.lock().motion;
     if matches!(motion, Motion::Travelling(_)) || state != State::OperationEnabled || !moves(drive, status_word).await?
     {
@@ -156,13 +156,13 @@ pub(super) async fn end_of_travel(drive: &DriveContext, status_word: u16) -> Res
     let reached = state == State::OperationEnabled && status_word & bits.target_reached != 0;
     let mut overridden = reached && is_overridden(drive, motion, position).await?;
     if overridden {
-        // A drive behind another interface may show its bits before its position.
+        // A drive behind another interface may update its status bits before its position.
         drive.pass(drive.description().times.settling).await?;
         position = drive.position().await?;
         overridden = is_overridden(drive, motion, position).await?;
     }
     Ok(Some(if state != State::OperationEnabled {
-        // A drive that stands after a quick stop sets the bit of a target that is reached (CiA 402-2).
+        // After a quick stop, a drive that stands sets Target reached (CiA 402-2).
         Outcome::Interrupted { state, position }
     } else if status_word & bits.target_reached != 0 {
         if overridden { Outcome::Overridden { position } } else { Outcome::Reached { position } }
@@ -173,12 +173,12 @@ pub(super) async fn end_of_travel(drive: &DriveContext, status_word: u16) -> Res
     }))
 }
 
-/// Whether the drive has reached another target than the one that has been ordered: another manager has ordered
-/// something else meanwhile.
+/// Whether the drive has reached another target than the one ordered, because another manager has ordered something
+/// else.
 async fn is_overridden(drive: &DriveContext, motion: Motion, position: i32) -> Result<bool, Error> {
     let (ordered, tolerance) = match motion {
         Motion::Travelling(Travel { target: Some(target), .. }) => (target, window(drive).await?),
-        // Where it began was measured, too.
+        // The start position was measured, too, with the same tolerance.
         Motion::Stepping { target } => (target, window(drive).await?.map(|window| 2 * window + 1)),
         _ => return Ok(false),
     };
@@ -205,7 +205,7 @@ pub async fn interrupt(drive: &DriveContext) -> Result<(), Error> {
     stand_still(drive, description.moving() | description.held() | description.control.stop).await
 }
 
-/// Goes on with an interrupted travel, also after torque deactivation.
+/// Resumes an interrupted travel, also after torque deactivation.
 ///
 /// Errors: [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
 pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
@@ -214,9 +214,9 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
     let word = description.moving() | description.held();
     let has_edge = match drive.lock().motion.pause() {
         Some(Pause::Interrupted) => true,
-        // Stop has cleared New Setpoint, whose edge must not come with that of Stop.
+        // Stop has cleared New set-point, and their edges must not come together.
         Some(Pause::Stopped) => description.held() == 0,
-        // The drive has stopped by itself, or has not gone on at the last edge.
+        // The drive has stopped by itself, or has not resumed at the last edge.
         Some(Pause::None | Pause::Unheeded) | None => false,
     };
     if !has_edge {
@@ -234,7 +234,8 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
     loop {
         let status_word = drive.status().await?;
         let over = !reports_under_way(drive, status_word).await?;
-        // If the drive does not say so, the bit that says "over" said "it stands" a moment ago.
+        // A drive that does not report travels shows by the bit for "over" that it stands, so it is no longer over once
+        // the bit is clear.
         let seen = over == description.status.positioning.is_some();
         if seen || drive.velocity().await? != 0 || (over && drive.now() >= until) {
             resumption.seen = true;
@@ -247,8 +248,8 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
     }
 }
 
-/// Drops the rest of the travel under way, interrupted or not: stops the drive and releases its motor, by which each drive
-/// forgets it. [`enable`](super::enable) leads on.
+/// Drops the rest of the travel under way, interrupted or not: stops the drive and releases its motor, which makes
+/// every drive drop its travel. [`enable`](super::enable) leads on.
 ///
 /// Errors: [`Error::Refused`] when no travel is under way.
 pub async fn drop_travel(drive: &DriveContext) -> Result<(), Error> {
@@ -256,7 +257,8 @@ pub async fn drop_travel(drive: &DriveContext) -> Result<(), Error> {
     disable(drive).await
 }
 
-/// A travel that is ordered to go on. Unless it is seen to, it counts as interrupted, and standstill is not its end.
+/// A travel that was ordered to resume. Until it is seen to, it counts as interrupted, so that standstill is not taken
+/// for its end.
 struct Resumption<'a> {
     drive: &'a DriveContext,
     seen: bool,
@@ -271,12 +273,12 @@ impl Drop for Resumption<'_> {
     }
 }
 
-/// Takes back an order that the drive has not taken. The order may still be on its way, behind the word that
-/// takes it back: so the drive has to stand for as long as a command may take.
+/// Takes back an order that the drive has not taken. The order may still be on its way, behind the control word that
+/// takes it back: so the drive has to stand for a whole reaction time.
 pub(super) async fn withdraw(drive: &DriveContext) -> Result<(), Error> {
     let times = drive.description().times;
     let end = drive.now() + times.braking;
-    // In any other state it takes no order, and the word would enable it.
+    // In any other state the drive takes no order, and the control word would enable it.
     while state_of(drive.status().await?)? == State::OperationEnabled {
         come_to_rest(drive).await?;
         drive.pass(times.reaction).await?;
@@ -286,8 +288,8 @@ pub(super) async fn withdraw(drive: &DriveContext) -> Result<(), Error> {
             Some(_) => {}
         }
     }
-    // An order that was taken late, and does not show, would go on with the next one. Outside OPERATION ENABLED the
-    // drive forgets it.
+    // An order that was taken late and does not show would resume with the next one. Outside OPERATION ENABLED the
+    // drive drops it.
     if !drive.reports_travels() && state_of(drive.status().await?)? == State::OperationEnabled {
         reach(drive, State::SwitchedOn).await?;
     }

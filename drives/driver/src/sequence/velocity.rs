@@ -12,15 +12,15 @@ use crate::error::{Capability, Error};
 use crate::mode::Mode;
 use crate::outcome::VelocityOutcome;
 
-/// Runs at a velocity, as 60FFh has it, whose sign is the direction; waits until it is reached.
+/// Runs at a velocity, in the unit of 60FFh and with its sign as the direction; waits until it is reached.
 pub async fn run_at(drive: &DriveContext, velocity: i32, within: Duration) -> Result<VelocityOutcome, Error> {
     refuse(drive, Order::Run { velocity }).await?;
     let description = drive.description();
     let velocities = drive.need(description.velocity, Capability::Mode(Mode::Velocity))?;
     velocities.target.check(velocity.into())?;
     if drive.lock().motion != Motion::Running || drive.velocity().await? == 0 {
-        // Running begins with a falling edge of Stop, also for a drive that has stopped by itself; and until the new
-        // velocity is there, none is to be run at.
+        // Running begins with a falling edge of Stop, also if the drive has stopped by itself; until the new velocity
+        // is written, Stop holds the drive.
         drive.control(description.stopping()).await?;
     }
     let until = drive.now() + within;
@@ -57,7 +57,7 @@ pub async fn run_at(drive: &DriveContext, velocity: i32, within: Duration) -> Re
     }
 }
 
-/// Orders a velocity, again if the order gets lost; `false` if the drive then has that of another manager.
+/// Orders a velocity, again if the order gets lost; returns `false` if another manager's velocity is in the drive then.
 async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<bool, Error> {
     let before = known(drive.get(target).await)?;
     let until = drive.reacts_by();
@@ -72,7 +72,7 @@ async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<boo
             Some(_) => {}
         }
         let status_word = drive.next_status().await?;
-        // The order would enable it.
+        // The order would enable the drive.
         if state_of(status_word)? != State::OperationEnabled {
             return Ok(true);
         }

@@ -1,5 +1,4 @@
-//! No frames from the bus, among those of axes that follow, make a follower panic, hold up its end, or send what was not
-//! ordered.
+//! Random frames of axes on a path never make a follower panic, delay its end, or make it send what was not ordered.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

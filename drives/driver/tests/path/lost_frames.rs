@@ -1,4 +1,4 @@
-//! Every frame of a run lost once.
+//! Runs in which each frame in turn is lost once.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};

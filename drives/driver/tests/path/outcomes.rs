@@ -1,4 +1,4 @@
-//! Each reason to stop, by its name; after each, all axes are at rest.
+//! Each reason to stop has its own outcome, and leaves all axes at rest.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! Simulated servos of CiA 402 with a made-up data sheet: PDOs that can be mapped freely, and all that the cyclic modes take.
+//! Simulated servos of CiA 402 with a made-up data sheet: freely mappable PDOs, and all objects of the cyclic modes.
 
 use std::sync::{Arc, Mutex};
 

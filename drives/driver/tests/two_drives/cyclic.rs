@@ -1,4 +1,4 @@
-//! A drive that is set up for a cyclic mode: PDOs, period, a set-point where it stands, and only then the mode.
+//! Setting a drive up for a cyclic mode: PDOs, period, a set-point at the actual position, and only then the mode.
 
 use lexican_driver::cyclic::AxisSettings;
 use lexican_driver::{Error, Mode};

@@ -1,5 +1,5 @@
-//! No operation that stops, enables or sets up lets a drive of CiA 402 run: in profile velocity mode it does so as soon as it
-//! is enabled, Halt is clear, and 60FFh is not 0.
+//! No operation that stops, enables or sets up makes a drive of CiA 402 run. In profile velocity mode a drive runs as
+//! soon as it is enabled, Halt is clear, and 60FFh is not 0.
 
 use lexican_driver::{Error, Mode};
 

@@ -10,7 +10,7 @@
 //! @ travel 36000 1237    what node 3 is ordered again and again, and shows: see `handshake`
 //! ```
 //!
-//! SDO uploads are no orders: the driver may ask as often as it likes.
+//! SDO uploads are not orders: the driver may read as often as it likes.
 
 use std::collections::VecDeque;
 use std::fmt::Debug;

@@ -1,5 +1,5 @@
-//! A servo that is described here, most of it as CiA 402 has it: the state machine with 6061h, orders by SDO or PDO, a status
-//! register of 32 bits, a setpoint that is released as soon as it is acknowledged, homing, parameters that are kept on
+//! A servo with its description, mostly as in CiA 402: the state machine with 6061h, orders by SDO or PDO, a status
+//! register of 32 bits, a set-point bit that is cleared once it is acknowledged, homing, parameters that are stored on
 //! command.
 
 use lexican_driver::description::{

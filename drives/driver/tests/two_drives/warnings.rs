@@ -1,4 +1,4 @@
-//! Warnings, which are no faults; the history of both; what the drive does when there is a fault.
+//! Warnings, which are not faults; the history of both; what the driver does in a fault.
 
 use lexican_driver::description::Reaction;
 use lexican_driver::{Cause, Code};

@@ -1,5 +1,5 @@
-//! Bits of the status word may still show for a moment what was before an order: that its target is reached, that homing is
-//! attained. They are not taken for the end of what has only just begun.
+//! For a moment after an order, bits of the status word may still show the former state: target reached, homing
+//! attained. They are not taken for the end of the new motion.
 
 use lexican_driver::{Cause, Code, Error, Outcome, VelocityOutcome};
 use lexican_runtime::Duration;
