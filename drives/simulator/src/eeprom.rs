@@ -1,4 +1,4 @@
-//! A file for what a device keeps without power.
+//! A file for the data that a device keeps without power.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,19 +7,19 @@ use std::sync::Arc;
 use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
 use lexican_runtime::object::Address;
 
-/// Whose file it is.
+/// The kind of device that a file belongs to.
 #[derive(Clone, Copy, Debug)]
 pub struct EepromFormat {
     /// The format of the text.
     pub text: KeptFormat,
-    /// What messages call the device.
+    /// The name of the device in messages.
     pub device: &'static str,
-    /// What a line is, for a message: "the position, or an entry that the drive keeps".
+    /// What a line holds, for a message: "the position, or an entry that the drive keeps".
     pub line: &'static str,
 }
 
 impl EepromFormat {
-    /// Takes each line of a text by `take`, which is `None` for one that is none of this device.
+    /// Hands each line of a text to `take`, which returns `None` for a line that does not belong to this device.
     pub fn read(&self, text: &str, mut take: impl FnMut(&str) -> Option<()>) -> Result<(), EepromError> {
         let device = self.device;
         let lines = self.text.unseal(text).map_err(|error| match error {
@@ -44,11 +44,11 @@ pub fn entry_of_line(line: &str) -> Option<(Address, &str)> {
     Some((address, value))
 }
 
-/// Why a text is not what a device keeps.
+/// Why a text does not hold the data of a device.
 #[derive(Clone, Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum EepromError {
-    /// There is nothing in it.
+    /// It is empty.
     #[error("{}", KeptError::Empty)]
     Empty,
     /// Something else has written it.
@@ -57,15 +57,15 @@ pub enum EepromError {
     /// Another version of this program has written it.
     #[error("the EEPROM of a simulated {device}, but {error}")]
     Version { device: &'static str, error: KeptError },
-    /// Its end is missing, or its checksum is that of another text.
+    /// Its end is missing, or its checksum does not match.
     #[error("{}", KeptError::Torn)]
     Torn,
-    /// A line is none of this device.
+    /// A line does not belong to this device.
     #[error(
         "line {line}: `{text}` is neither {wanted}; name another file, or remove this one to begin with a new device"
     )]
     Line {
-        /// Which line, counted from 1.
+        /// Counted from 1.
         line: u32,
         text: String,
         wanted: &'static str,
@@ -73,7 +73,7 @@ pub enum EepromError {
     /// The file cannot be read or written.
     #[error("{error}")]
     Io { error: Arc<io::Error> },
-    /// Which file it is about.
+    /// An error of the file at this path.
     #[error("{}: {error}", path.display())]
     File { path: PathBuf, error: Box<EepromError> },
 }
@@ -90,19 +90,19 @@ impl EepromError {
     }
 }
 
-/// A file that holds what a device keeps: a `K`.
+/// A file that holds the data of a device, of type `K`.
 #[derive(Clone, Debug)]
 pub struct EepromFile<K> {
     file: KeptFile,
     path: PathBuf,
-    /// What was saved last; `None` when that is not known.
+    /// What was saved last; `None` if that is not known.
     saved: Option<K>,
-    /// Why it could not be written the last time.
+    /// Why the last write failed.
     trouble: Option<EepromError>,
 }
 
 impl<K: Clone + PartialEq> EepromFile<K> {
-    /// The file, and what it holds as `read` has it; `None` when there is no such file yet.
+    /// Opens the file, and reads its content by `read`; `None` if there is no such file yet.
     pub fn open(
         path: &Path,
         read: impl FnOnce(&str) -> Result<K, EepromError>,
@@ -112,8 +112,8 @@ impl<K: Clone + PartialEq> EepromFile<K> {
         Ok((EepromFile { file, path: path.to_owned(), saved: kept.clone(), trouble: None }, kept))
     }
 
-    /// Writes what is to be kept, unless the file holds it already. After a failure, it is tried again when something
-    /// is new.
+    /// Writes `kept`, unless the file holds it already. After a failure, the next attempt is made when `kept` has
+    /// changed.
     pub fn save(&mut self, kept: &K, text: impl FnOnce(&K) -> String) -> Result<(), EepromError> {
         if self.saved.as_ref() != Some(kept) {
             self.trouble = self.file.save(text(kept)).err().map(|error| EepromError::from(error).of(&self.path));
@@ -128,7 +128,7 @@ impl<K: Clone + PartialEq> EepromFile<K> {
         self.saved.as_ref()
     }
 
-    /// Why the file could not be written the last time.
+    /// Why the last write failed; `None` if it did not.
     #[must_use]
     pub fn trouble(&self) -> Option<&EepromError> {
         self.trouble.as_ref()

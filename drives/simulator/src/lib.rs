@@ -1,8 +1,8 @@
-//! Drives that exist only in software: what they share.
+//! What simulated drives share.
 //!
-//! [`trajectory`] solves ways in closed form; [`servo`] is a CiA 402 servo made of a dictionary, and [`SimulatedServo`]
-//! puts it on a bus. A [`script`] is what happens to a drive, and
-//! when; a [`Memory`] is what it keeps without power.
+//! [`trajectory`] solves motion in closed form; [`servo`] is a CiA 402 servo made of a dictionary, and
+//! [`SimulatedServo`] puts it on a bus. A [`script`] says what happens to a drive, and when; a [`Memory`] holds what it
+//! keeps without power.
 
 pub mod eeprom;
 pub mod script;

@@ -1,5 +1,5 @@
-//! What a device made of a dictionary keeps without power: the entries that 1010h stores, others that it keeps at once, and
-//! the node-ID from LSS. In a file, these are lines such as `2410:01 64 00` and `node 5`.
+//! What a device made of a dictionary keeps without power: the entries that 1010h stores, others that it keeps at once,
+//! and the node-ID from LSS. In a file these are lines such as `2410:01 64 00` and `node 5`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,14 +19,14 @@ const FORMAT: EepromFormat = EepromFormat {
     line: "a node-ID, nor an entry that this device stores, with its length",
 };
 
-/// What a device keeps, with a file or without.
+/// The data that a device keeps, with a file or without.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     /// The entries that can be stored.
     pub writable: Vec<Address>,
     /// The bit rates in kbit/s that the device takes by LSS.
     pub bit_rates_kbit: Vec<u16>,
-    /// The data sheet that the device hands out (1021h).
+    /// The data sheet that the device serves (1021h).
     pub data_sheet: Vec<u8>,
     kept: Kept,
     file: Option<EepromFile<Kept>>,
@@ -39,8 +39,8 @@ struct Kept {
 }
 
 impl Memory {
-    /// What the file at `path` holds, which is written from now on. `can_keep` says whether the device keeps a value of an
-    /// entry.
+    /// Reads the file at `path`, to which every change is written from now on. `can_keep` says whether the device keeps
+    /// a value of an entry.
     pub fn open(path: &Path, can_keep: impl Fn(Address, &[u8]) -> bool) -> Result<Self, EepromError> {
         let (file, kept) = EepromFile::open(path, |text| Kept::read(text, &can_keep))?;
         let mut memory = Memory { kept: kept.unwrap_or_default(), file: Some(file), ..Memory::default() };
@@ -60,14 +60,14 @@ impl Memory {
         self.kept.node
     }
 
-    /// Keeps a value without a command.
+    /// Keeps a value at once, without 1010h.
     pub fn keep(&mut self, address: Address, value: Vec<u8>) {
         self.kept.values.insert(address, value);
-        // `trouble` has the error; the write is already confirmed.
+        // `trouble` reports a failure; the write of the client is already confirmed.
         let _ = self.save();
     }
 
-    /// Why the file could not be written the last time.
+    /// Why the file could not be written the last time; `None` if it could.
     #[must_use]
     pub fn trouble(&self) -> Option<&EepromError> {
         self.file.as_ref()?.trouble()

@@ -18,7 +18,7 @@ use crate::servo::script::{Change, Script, Seen};
 use crate::servo::{Inputs, Servo, ServoModel, follow, report};
 use crate::storage::{Storage, raw_of, signed};
 
-/// A servo with its device and its dictionary: a [`Node`], to be attached to a bus.
+/// A servo with its device and its dictionary, as a [`Node`] of a bus.
 ///
 /// Its device type (1000h) is that of a servo drive of CiA 402 if the data sheet has none.
 ///
@@ -34,9 +34,9 @@ pub struct SimulatedServo {
     following: Following<Change>,
 }
 
-/// The default SDO server answers on this COB-ID plus the node-ID.
+/// COB-ID, without the node-ID, of the answers of the default SDO server.
 const SDO_ANSWERS: u16 = 0x580;
-/// The command of an answer that ends a transfer.
+/// The command byte of an SDO abort.
 const ABORT: u8 = 0x80;
 
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
@@ -44,13 +44,13 @@ const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 const SERVO_DRIVE: u64 = 0x0002_0192;
 
 impl SimulatedServo {
-    /// A servo that is switched on at `now`, with the dictionary of its model.
+    /// A servo with the dictionary of its model, switched on at `now`.
     #[must_use]
     pub fn new(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
         SimulatedServo::with_memory(now, model, node, Memory::default())
     }
 
-    /// The same with what the file at `path` holds, which is written whenever something else is to be kept.
+    /// The same with the content of the file at `path`, to which every change of it is written.
     pub fn with_eeprom(
         now: Instant,
         model: &'static ServoModel,
@@ -123,7 +123,7 @@ impl SimulatedServo {
         self.on
     }
 
-    /// Switches it off or on. An axis that moves runs out.
+    /// Switches it off or on. A moving axis coasts when switched off.
     pub fn set_power(&mut self, now: Instant, on: bool) {
         if on == self.on {
             return;
@@ -136,13 +136,13 @@ impl SimulatedServo {
         }
     }
 
-    /// Changes the world around the servo.
+    /// Changes the inputs of the servo.
     pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
         self.servo.set_inputs(now, &mut *self.storage, change);
         self.report(now);
     }
 
-    /// Lends `call` the servo and its dictionary, beside the bus.
+    /// Gives `call` the servo and its dictionary, without the bus.
     pub fn with_servo<T>(&mut self, now: Instant, call: impl FnOnce(&mut Servo, &mut dyn Storage) -> T) -> T {
         self.servo.update(now, &mut *self.storage);
         let result = call(&mut self.servo, &mut *self.storage);
@@ -151,10 +151,9 @@ impl SimulatedServo {
         result
     }
 
-    /// Writes an object beside the bus: access rights are not enforced, everything else is, and what it brings about
-    /// happens.
+    /// Writes an object without the bus. Access rights are not enforced; all other checks and effects are the same.
     ///
-    /// Errors: the abort code that a client would get; nothing has changed.
+    /// Errors: the abort code that a client would get; nothing has changed then.
     pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.servo.update(now, &mut *self.storage);
         self.with_device(|device, od| device.write(now, address, data, od))?;
@@ -168,7 +167,7 @@ impl SimulatedServo {
         self.memory.trouble()
     }
 
-    /// Runs `script` from `now` on, in place of one that still runs.
+    /// Runs `script` from `now` on, and drops one that still runs.
     pub fn follow(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);
@@ -180,7 +179,7 @@ impl SimulatedServo {
         self.following.steps_left()
     }
 
-    /// Lets one thing happen to the servo.
+    /// Makes one change to the servo.
     pub fn apply(&mut self, now: Instant, change: &Change) {
         match change {
             Change::Input(setting) => self.set_inputs(now, |inputs| setting.apply(inputs)),
@@ -208,18 +207,18 @@ impl SimulatedServo {
         }
     }
 
-    /// Stores a group of parameters as 1010h does; 1 is everything.
+    /// Stores a group of parameters as 1010h does; group 1 is all of them.
     pub fn store(&mut self, group: u8) -> Result<(), AbortCode> {
         storage::Storage::store(&mut self.memory, group, &mut *self.storage)
     }
 
-    /// Gives these indices the values of power-on, and starts the device.
+    /// Resets the objects in `indices` to their power-on values, and starts the device.
     fn boot(&mut self, now: Instant, indices: std::ops::RangeInclusive<u16>) {
         let node = self.node();
         let before = std::mem::replace(&mut self.storage, (self.model.storage)(node));
         for (address, value) in self.memory.values() {
             if let Ok(entry) = self.storage.entry(*address) {
-                // What does not fit into another version of the data sheet stays at its default.
+                // What another version of the data sheet does not accept stays at its default.
                 let _ = self.storage.write(&entry, 0, value, true);
             }
         }
@@ -228,7 +227,7 @@ impl SimulatedServo {
                 self.storage.set_raw(address, raw);
             }
         }
-        // A dictionary has 0 where the data sheet has no default, and the driver looks for a servo.
+        // A dictionary has 0 if the data sheet has no default; the driver looks for a servo drive.
         if self.storage.raw(DEVICE_TYPE) == Some(0) {
             self.storage.set_raw(DEVICE_TYPE, SERVO_DRIVE);
         }
@@ -242,10 +241,10 @@ impl SimulatedServo {
         call(&mut self.device, &mut Storing::new(&mut od, &mut self.memory))
     }
 
-    /// Gives an abort of an SDO transfer the code that the servo has for it.
+    /// Replaces the code of an SDO abort by the servo's own, if it has one.
     fn in_own_words(&self, frame: Frame) -> Frame {
         let id = CobId::of_node(SDO_ANSWERS, self.node());
-        // A segment of a block may have bits of an abort, but not all of them.
+        // A segment of a block transfer may look like an abort, but hardly in all bits that `parse` checks.
         let is_abort = frame.id() == id && frame.data().first() == Some(&ABORT);
         let answer = ServerResponse::parse(frame.data()).filter(|_| is_abort);
         let Some(ServerResponse::Abort(abort)) = answer else { return frame };
@@ -322,12 +321,12 @@ impl Node for SimulatedServo {
     }
 
     fn set_power(&mut self, now: Instant, on: bool) {
-        // The method of the type, which its users have without the trait.
+        // The inherent method.
         SimulatedServo::set_power(self, now, on);
     }
 }
 
-/// The dictionary as clients see it: the model may refuse what they write.
+/// The dictionary as clients see it: the model may refuse their values.
 struct Checked<'a> {
     servo: &'a Servo,
     storage: &'a mut dyn Storage,
@@ -352,12 +351,12 @@ impl<'a> Layer for Checked<'a> {
         (model.check)(self.servo, self.storage, entry.address, value)?;
         self.servo.check_cycle(self.storage, entry.address, value)?;
         let kept = (model.kept)(entry.address, raw).to_le_bytes();
-        // What is too long for a number is refused there.
+        // The storage refuses data that are too long for a number.
         self.storage.write(entry, offset, kept.get(..data.len()).unwrap_or(data), last)
     }
 }
 
-/// What 1010h stores.
+/// The entries that 1010h stores.
 fn writable(storage: &dyn Storage) -> Vec<Address> {
     const COMMANDS: [u16; 3] =
         [cia301::STORE_PARAMETERS, cia301::RESTORE_DEFAULT_PARAMETERS, cia301::PREDEFINED_ERROR_FIELD];

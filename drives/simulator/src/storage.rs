@@ -1,25 +1,25 @@
-//! Where the values of a simulated drive's objects are.
+//! Storage of the values of a simulated drive's objects.
 
 use std::cell::RefCell;
 use std::fmt;
 
 use lexican_runtime::object::{Address, DataType, Dictionary, Entry, Object, ObjectDictionary, Table, Value};
 
-/// The values behind a drive's objects: a generated dictionary of any size, or another one.
+/// The values of a drive's objects: a generated dictionary of any size, or another one.
 pub trait Storage: ObjectDictionary + fmt::Debug + Send {
-    /// The number at `address` in wire form; none where there is no number.
+    /// The number at `address` in wire form; `None` if there is no number.
     fn raw(&self, address: Address) -> Option<u64>;
 
-    /// Sets a number in wire form, regardless of access and limits; does nothing where there is none.
+    /// Sets a number in wire form, ignoring access and limits; does nothing if there is no number.
     fn set_raw(&mut self, address: Address, raw: u64);
 
     /// The addresses of all entries, ascending.
     fn addresses(&self) -> Vec<Address>;
 
-    /// The same values once more.
+    /// A copy.
     fn duplicate(&self) -> Box<dyn Storage>;
 
-    /// The number at `address`; none where there is none.
+    /// The number at `address`; `None` if there is no number.
     fn number(&self, address: Address) -> Option<i64> {
         signed(self.entry(address).ok()?.data_type, self.raw(address)?)
     }
@@ -50,11 +50,11 @@ impl<const N: usize> Storage for Dictionary<N> {
     }
 }
 
-/// How many entries are remembered.
+/// How many entries are cached.
 const PLACES: usize = 512;
 
-/// The entry of a generated table. A servo asks for the same hundreds of them at each frame: what was found is remembered, for
-/// all drives of a thread, in the place that the address has by Knuth's multiplicative hash.
+/// The entry of a generated table. A servo looks up the same hundreds of entries at each frame, so they are cached, for
+/// all drives of a thread, in the place given by Knuth's multiplicative hash of the address.
 fn found(table: &'static Table, address: Address) -> Option<Entry> {
     type Known = Option<(&'static Table, Address, Option<Entry>)>;
     thread_local! {
@@ -79,14 +79,14 @@ impl Clone for Box<dyn Storage> {
 }
 
 impl dyn Storage + '_ {
-    /// The value of an object; zero where there is none.
+    /// The value of an object; 0 if it is missing.
     #[must_use]
     pub fn get<T: Value, A, M, D>(&self, object: Object<T, A, M, D>) -> T {
         T::from_raw(self.raw(object.address()).unwrap_or_default())
     }
 }
 
-/// The number in wire form that these bytes are, as far as it has 64 bits.
+/// The little-endian number of the first eight bytes.
 #[must_use]
 pub fn raw_of(data: &[u8]) -> u64 {
     let mut bytes = [0; 8];
@@ -94,7 +94,7 @@ pub fn raw_of(data: &[u8]) -> u64 {
     u64::from_le_bytes(bytes)
 }
 
-/// What a number in wire form means; none where the type has no fixed size.
+/// The number of a wire form; `None` if the type has no fixed size.
 #[must_use]
 pub fn signed(data_type: DataType, raw: u64) -> Option<i64> {
     let unused_bits = 64 - u32::from(data_type.bits()?);

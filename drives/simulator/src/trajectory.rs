@@ -1,11 +1,11 @@
-//! A way along one axis in closed form: pieces of constant acceleration, solved when they are planned.
+//! Motion along one axis in closed form: pieces of constant acceleration, solved when they are planned.
 //!
-//! Nothing is integrated step by step, so the answer for a time does not depend on which times were
-//! asked before. Positions are increments, velocities increments/s, accelerations increments/s².
+//! Nothing is integrated step by step, so the answer for one time does not depend on earlier calls. Positions are
+//! increments, velocities increments/s, accelerations increments/s².
 
 use lexican_runtime::{Duration, Instant};
 
-/// Where the axis is and how fast it moves.
+/// Position and velocity of the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// Increments.
@@ -14,10 +14,10 @@ pub struct State {
     pub velocity: f64,
 }
 
-/// How to travel: all three are positive.
+/// Limits of a travel; all three are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
-    /// The velocity not to exceed, in increments/s.
+    /// The highest velocity, in increments/s.
     pub speed: f64,
     /// Increments/s².
     pub acceleration: f64,
@@ -25,7 +25,7 @@ pub struct Profile {
     pub deceleration: f64,
 }
 
-/// A planned way. It has no end: after the last change of velocity it goes on as it is.
+/// A planned motion. It has no end: after the last change of velocity the axis goes on unchanged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     start: Instant,
@@ -49,14 +49,14 @@ impl Trajectory {
         Plan::new(start, State { position, velocity: 0.0 }).finish()
     }
 
-    /// From `state` to a standstill at the last of `stops`, standing still for a moment at each of the others.
+    /// From `state` to a standstill at the last of `stops`, with a momentary standstill at each of the others.
     #[must_use]
     pub fn through(start: Instant, state: State, stops: &[f64], profile: Profile) -> Self {
         let legs: Vec<_> = stops.iter().map(|stop| (*stop, profile)).collect();
         Trajectory::legs(start, state, &legs)
     }
 
-    /// The same with a profile of its own for the way to each stop.
+    /// The same with a profile for each stop.
     #[must_use]
     pub fn legs(start: Instant, state: State, legs: &[(f64, Profile)]) -> Self {
         let mut plan = Plan::new(start, state);
@@ -66,13 +66,14 @@ impl Trajectory {
         plan.finish()
     }
 
-    /// On and on with the velocity of `state`.
+    /// At the velocity of `state`, without end.
     #[must_use]
     pub fn steady(start: Instant, state: State) -> Self {
         Plan::new(start, state).finish()
     }
 
-    /// From `state` to the velocity of `profile` in the direction of `sign`, each change with its own acceleration.
+    /// From `state` to the velocity of `profile` in the direction of `sign`, with acceleration and deceleration of
+    /// `profile`.
     #[must_use]
     pub fn run(start: Instant, state: State, sign: f64, profile: Profile) -> Self {
         let mut plan = Plan::new(start, state);
@@ -92,8 +93,8 @@ impl Trajectory {
         plan.finish()
     }
 
-    /// The same way until it passes `limit` in the direction of `sign`; from there, or from where it starts beyond
-    /// it, to a standstill.
+    /// The same motion until it passes `limit` in the direction of `sign`, and from there to a standstill; from the
+    /// start, if it begins beyond `limit`.
     #[must_use]
     pub fn stopping_behind(mut self, limit: f64, sign: f64, deceleration: f64) -> Self {
         let Some((from_s, state)) = self.passing(limit, sign) else { return self };
@@ -103,7 +104,7 @@ impl Trajectory {
         plan.finish()
     }
 
-    /// Where the axis is at `now`; before the start, where it starts.
+    /// The state at `now`; before the start, that at the start.
     #[must_use]
     pub fn at(&self, now: Instant) -> State {
         let time_s = now.since(self.start).as_secs_f64();
@@ -112,14 +113,14 @@ impl Trajectory {
         piece.at(time_s - piece.from_s)
     }
 
-    /// When the axis comes to rest for good; `None` when it never does.
+    /// When the axis comes to rest for good; `None` if it never does.
     #[must_use]
     pub fn end(&self) -> Option<Instant> {
         let last = self.last();
         (last.state.velocity == 0.0).then(|| self.instant(last.from_s))
     }
 
-    /// Where the axis comes to rest; `None` when it never does.
+    /// Where the axis comes to rest; `None` if it never does.
     #[must_use]
     pub fn rest_position(&self) -> Option<f64> {
         let last = self.last();
@@ -133,20 +134,21 @@ impl Trajectory {
         Some(self.instant(stop.from_s))
     }
 
-    /// When the way first passes `position` in the direction of `sign`, or starts beyond it.
+    /// When the motion first passes `position` in the direction of `sign`; its start, if that is beyond it.
     #[must_use]
     pub fn passes(&self, position: f64, sign: f64) -> Option<Instant> {
         self.passing(position, sign).map(|(from_s, _)| self.instant(from_s))
     }
 
-    /// The first time after `now` at which `key` of the state is another than now. Every part of `key` must
-    /// be monotone in the position or in the speed, as comparisons with a threshold are.
+    /// The first time after `now` at which `key` of the state differs from its present value. Every part of `key` must
+    /// be monotone in position or speed, as comparisons with a threshold are.
     pub fn next_change<K: PartialEq>(&self, now: Instant, key: impl Fn(State) -> K) -> Option<Instant> {
         let current = key(self.at(now));
         let changed = |at: u64| key(self.at(Instant::from_micros(at))) != current;
         let mut from = now.as_micros();
         let boundaries = self.pieces.iter().skip(1).map(|piece| self.instant(piece.from_s).as_micros());
-        // Within a piece the key leaves its value once and for all: so its ends show whether it does, and halving finds where.
+        // Within a piece, the key changes at most once: comparing both ends shows whether it does, and bisection finds
+        // when.
         for boundary in boundaries.chain([from.saturating_add(HORIZON.as_micros())]) {
             if boundary <= from {
                 continue;
@@ -170,7 +172,7 @@ impl Trajectory {
         self.start + Duration::from_micros((time_s * 1e6).ceil() as u64)
     }
 
-    /// When and how fast the way passes `limit` in the direction of `sign`.
+    /// When and in which state the motion passes `limit` in the direction of `sign`.
     fn passing(&self, limit: f64, sign: f64) -> Option<(f64, State)> {
         let first = self.pieces.first()?;
         if (limit - first.state.position) * sign <= 0.0 {
@@ -182,7 +184,7 @@ impl Trajectory {
             let square = speed * speed + 2.0 * piece.acceleration * sign * distance;
             let dt = 2.0 * distance / (speed + square.sqrt());
             let within = self.pieces.get(row + 1).is_none_or(|next| piece.from_s + dt <= next.from_s);
-            // A way that never gets there has no number here, or infinity.
+            // For a motion that never gets there, `dt` is NaN or infinite.
             if distance >= 0.0 && dt >= 0.0 && dt.is_finite() && within {
                 return Some((piece.from_s + dt, piece.at(dt)));
             }
@@ -191,10 +193,10 @@ impl Trajectory {
     }
 }
 
-/// The furthest change that is looked for: twelve days.
+/// How far ahead changes are searched: twelve days.
 const HORIZON: Duration = Duration::from_micros(1 << 40);
 
-/// The first number in `low..=high` that `changed`, when `high` did and `low` did not.
+/// The first number in `low..=high` for which `changed` holds; it holds for `high`, and not for `low`.
 fn first_change(mut low: u64, mut high: u64, changed: impl Fn(u64) -> bool) -> u64 {
     while low + 1 < high {
         let middle = low + (high - low) / 2;
@@ -225,7 +227,7 @@ impl Plan {
         Plan { start, pieces: Vec::new(), time_s: 0.0, state }
     }
 
-    /// Comes to rest at `target`.
+    /// Adds the motion to a standstill at `target`.
     fn travel_to(&mut self, target: f64, profile: Profile) {
         let braking = |state: State| state.velocity * state.velocity / (2.0 * profile.deceleration);
         let sign = (target - self.state.position).signum();
@@ -236,7 +238,7 @@ impl Plan {
         let distance = (target - self.state.position).abs();
         let sign = (target - self.state.position).signum();
         let speed = self.state.velocity.abs();
-        // Accelerating to the peak and braking from it takes the whole distance, if the speed allows.
+        // Without a speed limit, accelerating to the peak and braking from it takes the whole distance.
         let (a, d) = (profile.acceleration, profile.deceleration);
         let peak = ((2.0 * a * d * distance + d * speed * speed) / (a + d)).sqrt().min(profile.speed);
         self.change_velocity(sign * peak, if peak < speed { d } else { a });
@@ -245,11 +247,11 @@ impl Plan {
             self.go(remaining / peak, 0.0);
         }
         self.change_velocity(0.0, profile.deceleration);
-        // What rounding has left, far below an increment.
+        // Removes the rounding error, far below an increment.
         self.state.position = target;
     }
 
-    /// Speeds up or brakes to `velocity`; a change of direction makes two pieces.
+    /// Adds a change to `velocity`; a change of direction makes two pieces.
     fn change_velocity(&mut self, velocity: f64, acceleration: f64) {
         if self.state.velocity * velocity < 0.0 {
             self.change_velocity(0.0, acceleration);
@@ -274,7 +276,7 @@ impl Plan {
     }
 }
 
-/// Far below an increment: the error of rounding.
+/// Far below an increment: a tolerance for rounding errors.
 const TINY: f64 = 1e-6;
 
 #[cfg(test)]

@@ -1,14 +1,14 @@
-//! What a step can wait for.
+//! The conditions that a step can wait for.
 
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::NmtState;
 
-/// A condition: true or false of the servo at any time.
+/// A condition on the servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
     /// The shaft moves, however slowly.
     Moving,
-    /// It does not.
+    /// The shaft does not move.
     Standing,
     /// A positioning is under way, also while it is interrupted (6041h, bit 14).
     Positioning,
@@ -16,13 +16,13 @@ pub enum Condition {
     TargetReached,
     /// The state machine is in this state.
     State(State),
-    /// It is not in the state FAULT.
+    /// The state machine is not in FAULT.
     NoFault,
     /// NMT is in this state, and the drive is on.
     Nmt(NmtState),
     /// The drive is on.
     On,
-    /// It is off.
+    /// The drive is off.
     Off,
     /// 6064h is greater than this.
     PositionAbove(i32),
@@ -52,7 +52,7 @@ const NAMES: &[(&str, Condition)] = &[
 
 #[cfg(feature = "script")]
 impl Condition {
-    /// The condition that a script calls `name`.
+    /// The condition with this name in scripts.
     pub(super) fn named(name: &str) -> Option<Self> {
         let position = |words: &str| words.trim().parse().ok();
         match (name.strip_prefix("position above "), name.strip_prefix("position below ")) {

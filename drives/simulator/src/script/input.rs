@@ -1,15 +1,15 @@
-//! What can be done to a drive, as data: for buttons and for messages.
+//! What can be done to a drive, as data for buttons and messages.
 
-/// Something that can be done to a drive by a key of its scripts.
+/// A key of a drive's scripts, described.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// The key.
     pub name: &'static str,
-    /// What it takes.
+    /// Its allowed values.
     pub takes: Takes,
-    /// What it is, in words.
+    /// Its meaning, in words.
     pub what: &'static str,
-    /// What it is now, as [`Input::line`] takes it; `None` for what happens once, or does not show.
+    /// The present value as [`Input::line`] takes it; `None` for a key that acts once, or whose value does not show.
     pub value: Option<String>,
 }
 
@@ -20,9 +20,9 @@ pub enum Takes {
     Flag,
     /// One of these words.
     Words(Vec<&'static str>),
-    /// A number, or a word for none.
+    /// A number, or a word that means none.
     Number(Range, Option<&'static str>),
-    /// Anything else, in words: `ten digits, SW1 first`.
+    /// Anything else, described in words: `ten digits, SW1 first`.
     Text(&'static str),
 }
 
@@ -81,7 +81,7 @@ impl std::fmt::Display for Takes {
     }
 }
 
-/// `"a", "b" or "c"`.
+/// Words as a list for a message: `"a", "b" or "c"`.
 pub fn listed<'w>(words: impl Iterator<Item = &'w str>) -> String {
     let mut words: Vec<String> = words.map(|word| format!("{word:?}")).collect();
     let last = words.pop().unwrap_or_default();

@@ -1,21 +1,21 @@
 //! Scripts: what happens to a simulated drive, and when.
 //!
 //! A [`Script`] is a list of steps, made in code or read from TOML (feature `script`). The steps happen one after
-//! another; each waits for its [`Trigger`] and then makes its changes at once. Time is that of the bus, so a script does
-//! the same in virtual and in real time. What the changes are is up to the drive:
+//! another; each waits for its [`Trigger`] and then makes its changes at once. Time is that of the bus, so a script
+//! does the same in virtual and in real time. Each drive defines what can change:
 //! [`Change`](crate::servo::script::Change) for a servo.
 //!
 //! # TOML
 //!
-//! A file is a list of `[[step]]`s. Every key of a step is optional, but a step changes something. Unknown keys and
-//! values that cannot be are refused with their line and what to write instead (`ScriptError`). Besides the keys of the
-//! drive there are:
+//! A file is a list of `[[step]]`s. Every key of a step is optional, but a step has to change something. Unknown keys
+//! and impossible values are refused with their line and a remedy (`ScriptError`). Besides the keys of the drive there
+//! are:
 //!
 //! | Key | Value | What it does |
 //! |---|---|---|
-//! | `at_ms` | milliseconds | the step happens so long after the script began |
-//! | `when` | a condition | it happens as soon as that is so |
-//! | `after_ms` | milliseconds | it happens so long after the step before, or after `when` has come true |
+//! | `at_ms` | milliseconds | the step happens at this time after the start of the script |
+//! | `when` | a condition | it happens as soon as the condition holds |
+//! | `after_ms` | milliseconds | it happens at this time after the previous step, or after `when` has come true |
 //!
 //! Conditions are `moving`, `standing`, `positioning`, `target reached`, `switch on disabled`, `ready to switch on`,
 //! `switched on`, `operation enabled`, `quick stop active`, `fault`, `no fault`, `operational`, `pre-operational`,
@@ -41,27 +41,27 @@ pub struct Script<C> {
     steps: Vec<Step<C>>,
 }
 
-/// What happens at one time.
+/// Changes that happen together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step<C> {
     /// What it waits for.
     pub trigger: Trigger,
-    /// What happens then, in this order.
+    /// The changes, in this order.
     pub changes: Vec<C>,
 }
 
-/// What a step waits for, once the one before it has happened.
+/// What a step waits for after the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trigger {
-    /// So long after the beginning of the script. When that is over already: at once.
+    /// This long after the start of the script; at once if that is past.
     At(Duration),
-    /// So long after the step before.
+    /// This long after the previous step.
     After(Duration),
     /// Until a condition holds; it may hold already.
     When {
-        /// What.
+        /// The condition.
         condition: Condition,
-        /// And so long from then on, whether or not it stays so.
+        /// How long to wait after that, whether or not the condition still holds.
         and_then: Duration,
     },
 }
@@ -87,7 +87,7 @@ impl<C> Script<C> {
     }
 }
 
-/// A script, and how far it is.
+/// A script and its progress.
 #[derive(Clone, Debug)]
 pub struct Following<C> {
     script: Script<C>,
@@ -98,7 +98,7 @@ pub struct Following<C> {
     last: Instant,
     /// Since when the condition of the next step has been seen to hold.
     held_since: Option<Instant>,
-    /// When it was last looked at whether it holds.
+    /// When the condition was last checked.
     seen: Instant,
 }
 
@@ -121,8 +121,8 @@ impl<C> Following<C> {
         self.script.steps.len() - self.done
     }
 
-    /// When to look again whether the time of the next step has come. `is_so` says whether a condition holds at a time,
-    /// and `may_become_so` when it may come true by itself after that.
+    /// When to check the next step again. `is_so` says whether a condition holds at a time, and `may_become_so` when it
+    /// may next come true by itself.
     pub fn next_step(
         &self,
         is_so: impl FnOnce(Instant, Condition) -> bool,
@@ -141,7 +141,7 @@ impl<C> Following<C> {
 }
 
 impl<C: Clone> Following<C> {
-    /// The changes of the next step if its time has come; that step is done then.
+    /// The changes of the next step if its time has come; the step is then done.
     pub fn take_step(&mut self, now: Instant, is_so: impl FnOnce(Instant, Condition) -> bool) -> Option<Vec<C>> {
         self.seen = now;
         let step = self.script.steps.get(self.done)?;

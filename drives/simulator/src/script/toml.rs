@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Condition, Range, Script, Takes, Trigger, listed};
 
-/// A script that cannot be understood.
+/// Why a script cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}; {remedy}")]
 pub struct ScriptError {
@@ -20,18 +20,18 @@ pub struct ScriptError {
     pub remedy: String,
 }
 
-/// What happens to a kind of drives, as a script says it.
+/// The changes of a kind of drive, as scripts write them.
 pub trait FromToml: Sized {
-    /// Which drive it is: keys and values may depend on it.
+    /// The drive; keys and values may depend on it.
     type Model: ?Sized;
 
-    /// The keys. Those of a step take effect in this order, whichever they are written in.
+    /// The keys. Those of a step take effect in this order, whatever their order in the file.
     fn keys() -> impl Iterator<Item = &'static str>;
 
-    /// What `reading`, the value of one of the keys, changes.
+    /// The changes that a key and its value in `reading` make.
     fn read(model: &Self::Model, reading: &Reading<'_>) -> Result<Vec<Self>, ScriptError>;
 
-    /// A step, for a message: `battery_v = 2.5`.
+    /// A line of a step, for a message: `battery_v = 2.5`.
     const EXAMPLE: &'static str;
 }
 
@@ -149,7 +149,7 @@ impl<'t, 'i> Step<'t, 'i> {
     }
 }
 
-/// A value, and where it stands.
+/// A key and its value in the text.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'t> {
     text: &'t str,
@@ -158,7 +158,7 @@ pub struct Reading<'t> {
 }
 
 impl Reading<'_> {
-    /// The value cannot be: `remedy` is what to write instead.
+    /// An error about the value; `remedy` is what to write instead.
     #[must_use]
     pub fn wrong(&self, remedy: &str) -> ScriptError {
         let found = self.text.get(self.value.span()).unwrap_or_default();
@@ -166,7 +166,7 @@ impl Reading<'_> {
         wrong(self.text, self.key.span().start, problem, format!("write {remedy}"))
     }
 
-    /// The key.
+    /// The key, as it is written.
     #[must_use]
     pub fn key(&self) -> &str {
         self.key.get_ref()
@@ -211,12 +211,12 @@ impl Reading<'_> {
         }
     }
 
-    /// A number within a range, times `scale`, as a whole number.
+    /// A number within a range, multiplied by `scale` and rounded.
     pub fn scaled(&self, scale: f64, range: Range) -> Result<f64, ScriptError> {
         self.within(scale, range).ok_or_else(|| self.wrong(&Takes::Number(range, None).to_string()))
     }
 
-    /// The same, or `None` for a word.
+    /// The same, or `None` for `word`.
     pub fn scaled_or(&self, word: &'static str, scale: f64, range: Range) -> Result<Option<f64>, ScriptError> {
         let number = if self.is(word) { Some(None) } else { self.within(scale, range).map(Some) };
         number.ok_or_else(|| self.wrong(&Takes::Number(range, Some(word)).to_string()))
@@ -226,7 +226,7 @@ impl Reading<'_> {
         self.number().filter(|number| (low..=high).contains(number)).map(|number| (number * scale).round())
     }
 
-    /// What the value, which is one of these words, stands for.
+    /// The meaning of the value, which has to be one of these words.
     pub fn of<T: Copy>(&self, words: &[(&'static str, T)]) -> Result<T, ScriptError> {
         let word = words.iter().find(|(word, _)| self.is(word));
         word.map(|(_, meaning)| *meaning).ok_or_else(|| self.wrong(&Takes::words(words).to_string()))

@@ -12,12 +12,12 @@ use crate::storage::Storage;
 use crate::trajectory::{State, Trajectory};
 
 impl Servo {
-    /// An RPDO with a set-point of a cyclic mode came. From then on, each SYNC is expected to have one.
+    /// To call when an RPDO with a set-point of a cyclic mode has come. From then on, one is expected with each SYNC.
     pub fn set_point(&mut self) {
         self.cyclic.fresh = Some(true);
     }
 
-    /// SYNC came, and the RPDOs that took effect with it are in the dictionary. [`Servo::update`] has been called before.
+    /// To call when SYNC has come, and its RPDOs are in the dictionary. [`Servo::update`] has been called before.
     pub fn sync(&mut self, now: Instant, od: &mut dyn Storage) {
         self.update(now, od);
         if self.inputs.ignores_sync || !self.is_cyclic() {
@@ -41,26 +41,26 @@ impl Servo {
         self.update(now, od);
     }
 
-    /// The time between two set-points, if objects say it.
+    /// The time between two set-points; `None` if no object says it.
     fn cycle_period(&self, parameters: &Parameters<'_>) -> Option<Duration> {
         if self.model.cycle_step.is_some() { self.cycle.period } else { parameters.cycle() }
     }
 
-    /// 60C2h takes effect, unless one of its entries is still to be written.
+    /// Makes 60C2h take effect, unless one of its entries is still to be written.
     pub(super) fn take_cycle_period(&mut self, od: &dyn Storage) {
         if self.model.cycle_step.is_some() && matches!(self.cycle.written, [true, true] | [false, false]) {
             self.cycle = Cycle { written: [false; 2], period: self.parameters(od).cycle() };
         }
     }
 
-    /// A client has written an entry of 60C2h.
+    /// Notes that a client has written an entry of 60C2h.
     pub(super) fn note_cycle_entry(&mut self, address: Address) {
         for (written, entry) in self.cycle.written.iter_mut().zip([CYCLE_UNITS, CYCLE_EXPONENT]) {
             *written |= entry == address;
         }
     }
 
-    /// Whether an entry of 60C2h may have a value: with the second one that is written, the period is decided.
+    /// Checks a value of 60C2h: the second of its entries to be written decides the period.
     pub(crate) fn check_cycle(&self, od: &dyn Storage, address: Address, value: i64) -> Result<(), AbortCode> {
         let entries = [CYCLE_UNITS, CYCLE_EXPONENT];
         let Some(at) = entries.iter().position(|entry| *entry == address) else { return Ok(()) };
@@ -71,7 +71,7 @@ impl Servo {
         if fits { Ok(()) } else { Err(AbortCode::INVALID_VALUE) }
     }
 
-    /// Whether a set-point is taken with each SYNC.
+    /// Whether each SYNC takes a set-point.
     fn is_cyclic(&self) -> bool {
         let mode = match self.mode {
             Some(Mode::InterpolatedPosition) => self.cyclic.interpolates,
@@ -80,22 +80,22 @@ impl Servo {
         mode && self.is_obeying() && !self.is_halted()
     }
 
-    /// Status word, bit 12: the axis follows what is ordered.
+    /// Status word, bit 12: the axis follows its set-points.
     pub(super) fn follows_cycle(&self) -> bool {
         self.is_cyclic()
     }
 
-    /// Forgets the last SYNC while no set-points are taken, so that none is missed.
+    /// Forgets the last SYNC while no set-points are taken, so that none counts as missed.
     pub(super) fn rest_cycle(&mut self) {
         if !self.is_cyclic() {
             (self.cyclic.last_sync, self.cyclic.missed) = (None, 0);
         }
     }
 
-    /// When the next SYNC is too late.
+    /// The time after which the next SYNC counts as missed.
     pub(super) fn cycle_deadline(&self) -> Option<Instant> {
         let last = self.cyclic.last_sync.filter(|_| self.is_cyclic() && !self.cyclic.period.is_zero())?;
-        // Half a cycle more: SYNC may come a bit late.
+        // Half a cycle is added, since SYNC may be a little late.
         let cycles = 2 * self.model.missed_cycles + 3;
         Some(last + Duration::from_micros(self.cyclic.period.times(cycles).as_micros() / 2))
     }
@@ -144,7 +144,7 @@ impl Servo {
         if self.mode == Some(Mode::CyclicPosition) { parameters.float(POSITION_OFFSET) } else { 0.0 }
     }
 
-    /// Another velocity by the next SYNC.
+    /// Changes to another velocity within one cycle.
     fn change_speed(&mut self, ordered: f64, seconds: f64, parameters: &Parameters<'_>, od: &dyn Storage) {
         let velocity = ordered.clamp(-parameters.top_speed(), parameters.top_speed());
         let state = self.shaft(self.now);
@@ -153,7 +153,7 @@ impl Servo {
         self.begin(Trajectory::ramp(self.now, state, velocity, acceleration), velocity.signum(), od);
     }
 
-    /// Bit 4 of the control word enables interpolation.
+    /// Follows bit 4 of the control word, which enables interpolation.
     pub(super) fn follow_interpolation(&mut self, od: &dyn Storage) {
         let enabled = self.control & control::NEW_SET_POINT != 0;
         if self.cyclic.interpolates && !enabled {

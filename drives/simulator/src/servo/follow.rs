@@ -1,4 +1,4 @@
-//! A servo beside its device.
+//! Connecting a servo to its device.
 
 use lexican_runtime::device::{Device, Event};
 use lexican_runtime::object::{Address, ObjectDictionary};
@@ -15,13 +15,13 @@ use super::objects::*;
 use super::power::register_of;
 use crate::storage::Storage;
 
-/// How often a moving axis is looked at for TPDOs that are sent when something changes.
+/// How often TPDOs that are sent on change are checked while the axis moves.
 const SAMPLING: Duration = Duration::from_millis(10);
 
-/// Lets the servo follow what happened to its device, after each frame and deadline. Before a frame or deadline is
-/// handled, [`Servo::measure`] puts into the dictionary what is measured then.
+/// Makes the servo follow what happened to its device; to be called after each frame and deadline. Before a frame or
+/// deadline is handled, [`Servo::measure`] writes the measured values into the dictionary.
 ///
-/// A reset is for the application to follow, by [`Servo::restart`].
+/// A reset is not followed here: the application calls [`Servo::restart`].
 pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &mut Servo,
     now: Instant,
@@ -54,8 +54,8 @@ pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize, co
     servo.update(now, od);
 }
 
-/// Sends what the servo has to report, and TPDOs whose contents have changed. `od` is the dictionary as the device has
-/// it.
+/// Sends the servo's emergencies, and TPDOs whose contents have changed. `od` is the dictionary that the device works
+/// with.
 pub fn report<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &mut Servo,
     now: Instant,
@@ -80,7 +80,7 @@ pub fn report<const R: usize, const T: usize, const S: usize, const M: usize, co
     servo.sample = samples.then_some(Instant::from_micros(next));
 }
 
-/// Whether an RPDO has what the cyclic mode follows.
+/// Whether an RPDO carries the set-point of the cyclic mode.
 fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &Servo,
     device: &Device<R, T, S, M, N>,
@@ -94,7 +94,7 @@ fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize,
     device.rpdo(number).is_some_and(|rpdo| rpdo.mapping().maps(object))
 }
 
-/// Whether a TPDO is sent when something changes that is measured.
+/// Whether a TPDO with measured values is sent on change.
 fn sends_measured<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     device: &Device<R, T, S, M, N>,
 ) -> bool {

@@ -1,5 +1,5 @@
-//! Homing mode (CiA 402-2, 11): every method is a switch edge, the direction in which it is crossed at last, and perhaps the
-//! first index pulse behind it.
+//! Homing mode (CiA 402-2, 11). Every method is described by a switch edge, the direction in which it is finally
+//! crossed, and whether the first index pulse after it counts.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::State;
@@ -10,14 +10,13 @@ use super::parts::{Homing, Limit, TINY};
 use crate::storage::Storage;
 use crate::trajectory::{Profile, Trajectory};
 
-/// An edge of a switch.
 #[derive(Clone, Copy)]
 enum Edge {
     NegativeLimit,
     PositiveLimit,
     /// The negative end of the home switch.
     HomeLow,
-    /// Its positive end.
+    /// The positive end of the home switch.
     HomeHigh,
     /// No switch: the index pulse only.
     None,
@@ -25,13 +24,12 @@ enum Edge {
     Here,
 }
 
-/// A homing method.
 #[derive(Clone, Copy)]
 struct Method {
     edge: Edge,
-    /// In which direction the edge is crossed at last.
+    /// The direction in which the edge is finally crossed.
     last: f64,
-    /// In which direction the home switch is looked for, where it is not active.
+    /// The direction in which the home switch is searched if it is not active.
     first: f64,
     index: bool,
 }
@@ -66,7 +64,7 @@ fn method(number: i64) -> Option<Method> {
 }
 
 impl Servo {
-    /// Bit 4 of the control word rises.
+    /// Bit 4 of the control word has been set.
     pub(super) fn start_homing(&mut self, od: &mut dyn Storage) {
         self.homing = Homing { running: true, ..Homing::default() };
         if !self.is_halted() {
@@ -74,14 +72,14 @@ impl Servo {
         }
     }
 
-    /// Bit 4 falls before the end.
+    /// Bit 4 was cleared before the end.
     pub(super) fn interrupt_homing(&mut self, od: &dyn Storage) {
         if std::mem::take(&mut self.homing.running) {
             self.brake(self.parameters(od).homing(HOMING_SLOW).deceleration);
         }
     }
 
-    /// The whole way, from where the axis is.
+    /// Plans the whole way from the present position.
     pub(super) fn plan_homing(&mut self, od: &dyn Storage) {
         let parameters = self.parameters(od);
         let number = parameters.number(HOMING_METHOD);
@@ -101,7 +99,7 @@ impl Servo {
         self.way = Trajectory::legs(self.now, state, &legs);
     }
 
-    /// Whether the servo has a method: 60E3h, else the model says it.
+    /// Whether the servo has a method, by 60E3h or else by the model.
     fn has_homing_method(&self, number: i64, od: &dyn Storage) -> bool {
         if let Some(count) = od.number(HOMING_METHODS).filter(|count| *count > 0) {
             let sub = |sub| Address::new(HOMING_METHODS.index(), sub);
@@ -110,11 +108,11 @@ impl Servo {
         self.model.homing_methods.is_none_or(|methods| methods.iter().any(|method| i64::from(*method) == number))
     }
 
-    /// The stops on the way to the home position; none if a switch or pulse that the method needs is not there.
+    /// The stops on the way to the home position; `None` if a switch or pulse that the method needs is missing.
     fn homing_legs(&self, method: Method, fast: Profile, slow: Profile) -> Option<Vec<(f64, Profile)>> {
         let machine = self.inputs.machine;
         let here = self.shaft(self.now).position;
-        // The axis notices a switch when it passes it, and needs this way to turn around.
+        // The axis notices a switch when it passes it, and needs this distance to turn around.
         let [overshoot, margin] = [fast, slow].map(|way| way.speed * way.speed / (2.0 * way.deceleration) + 1.0);
         let mut legs = Vec::new();
         let mut at = here;
@@ -133,7 +131,7 @@ impl Servo {
                 let (low, high) = machine.home_switch?;
                 let edge = if matches!(method.edge, Edge::HomeLow) { low } else { high };
                 if !(low..=high).contains(&at) {
-                    // The end of the switch that is reached, and from which side.
+                    // The end of the switch that is reached, and the side from which it is reached.
                     let is_ahead = if method.first > 0.0 { at < low } else { at > high };
                     if !is_ahead {
                         at = machine.limit(method.first)? + method.first * overshoot;
@@ -143,7 +141,7 @@ impl Servo {
                     at = near + towards * overshoot;
                     legs.push((at, fast));
                 }
-                // To the side from which the edge is crossed at last.
+                // To the side from which the edge is finally crossed.
                 if (edge - at) * method.last <= 0.0 {
                     at = edge - method.last * margin;
                     legs.push((at, fast));
@@ -156,7 +154,7 @@ impl Servo {
         legs.iter().all(|(stop, _)| stop.is_finite()).then_some(legs)
     }
 
-    /// The axis stands at the home position.
+    /// Ends homing if the axis stands at the home position.
     pub(super) fn end_homing(&mut self) {
         let obeying = self.state == State::OperationEnabled && self.ending.is_none();
         let planned = !self.is_halted() && self.held.is_none() && obeying;

@@ -4,18 +4,18 @@
 use crate::script::{Range, Takes};
 use crate::trajectory::State;
 
-/// The world around a servo, as a test or a user sets it.
+/// The world around a servo, set by a test or a user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs {
     /// Whether the motor is supplied (status word, bit 4).
     pub supply: bool,
-    /// The input without which the motor gets no torque.
+    /// Whether the enable input is active, without which the motor has no torque.
     pub enable: bool,
-    /// Something holds the shaft.
+    /// Whether something holds the shaft.
     pub blocked: bool,
-    /// SYNC does not get through to the cyclic modes.
+    /// Whether SYNC is kept from the cyclic modes.
     pub ignores_sync: bool,
-    /// The causes of faults. While one of them lasts, no fault can be reset.
+    /// Causes of faults. While one of them lasts, no fault can be reset.
     pub faults: Causes,
     /// Warnings (status word, bit 7).
     pub warnings: Causes,
@@ -23,28 +23,28 @@ pub struct Inputs {
     pub digital: u32,
     /// The levels of touch probes 1 and 2.
     pub probes: [bool; 2],
-    /// Where the switches of the machine are.
+    /// The switches of the machine.
     pub machine: Machine,
 }
 
-/// Where switches change and index pulses are: in position units from where the axis stood when it was first switched
-/// on, regardless of polarity and homing.
+/// The positions of switches and index pulses, in position units from where the axis stood when it was first switched
+/// on; polarity and homing do not move them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// The negative limit switch is active here and below.
+    /// The negative limit switch is active at this position and below.
     pub negative_limit: Option<f64>,
-    /// The positive limit switch is active here and above.
+    /// The positive limit switch is active at this position and above.
     pub positive_limit: Option<f64>,
-    /// The home switch is active from the first to the second of these; either may be infinite.
+    /// The home switch is active between these positions; either may be infinite.
     pub home_switch: Option<(f64, f64)>,
-    /// An index pulse, and the distance to the next one.
+    /// The position of an index pulse, and the distance to the next one.
     pub index: Option<(f64, f64)>,
 }
 
 /// Causes of faults or warnings by their EMCY codes, up to eight of them, the oldest first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Causes {
-    /// The codes, and 0 behind them: 0000h is no error.
+    /// The codes, padded with 0, since 0000h means no error.
     codes: [u16; 8],
 }
 
@@ -52,14 +52,14 @@ impl Causes {
     /// No cause.
     pub const NONE: Causes = Causes { codes: [0; 8] };
 
-    /// These causes; none if they are too many.
+    /// These causes; `None` if there are more than eight, or one is 0000h.
     #[must_use]
     pub fn all(codes: &[u16]) -> Option<Self> {
         let mut causes = Causes::NONE;
         codes.iter().all(|code| causes.insert(*code)).then_some(causes)
     }
 
-    /// Adds a cause. Returns whether it is among them now: there is room for eight, and 0000h is none.
+    /// Adds a cause. Returns whether it is in the set now: not if there are eight others already, nor for 0000h.
     pub fn insert(&mut self, code: u16) -> bool {
         let free = self.codes.iter().position(|known| [0, code].contains(known)).filter(|_| code != 0);
         if let Some(free) = free {
@@ -68,12 +68,12 @@ impl Causes {
         free.is_some()
     }
 
-    /// Takes a cause away.
+    /// Removes a cause.
     pub fn remove(&mut self, code: u16) {
         *self = self.without(code.into());
     }
 
-    /// Those of them that are not among the others.
+    /// The causes that are not in `others`.
     #[must_use]
     pub fn without(self, others: Causes) -> Causes {
         let mut left = Causes::NONE;
@@ -81,13 +81,13 @@ impl Causes {
         left
     }
 
-    /// Whether a cause is among them.
+    /// Whether the set has this cause.
     #[must_use]
     pub fn contains(self, code: u16) -> bool {
         self.iter().any(|known| known == code)
     }
 
-    /// Whether there is none.
+    /// Whether there is no cause.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self == Causes::NONE
@@ -114,7 +114,7 @@ impl From<u16> for Causes {
     }
 }
 
-/// An input by its name.
+/// An input with its name.
 pub(super) struct Row {
     pub(super) name: &'static str,
     #[cfg(feature = "script")]
@@ -122,21 +122,21 @@ pub(super) struct Row {
     kind: Kind,
 }
 
-/// What an input takes, and where it is.
+/// The type of an input's value, and its place in [`Inputs`].
 enum Kind {
     Flag(fn(&mut Inputs) -> &mut bool),
     /// Codes of emergencies.
     Codes(fn(&mut Inputs) -> &mut Causes),
     /// Bits of [`Inputs::digital`].
     Bits,
-    /// A number of position units from this one on, or none.
+    /// A position, at least this; or none.
     #[cfg_attr(not(feature = "script"), allow(dead_code, reason = "a script shows places and their ranges"))]
     Place(f64, fn(&Machine) -> Option<f64>, fn(&mut Machine, Option<f64>)),
 }
 
 macro_rules! inputs {
     ($($name:literal, $what:literal: $kind:expr;)*) => {
-        /// All of them.
+        /// All inputs.
         pub(super) const ROWS: &[Row] = &[$(Row {
             name: $name,
             #[cfg(feature = "script")]
@@ -187,7 +187,7 @@ impl Row {
         ROWS.iter().find(|row| row.name == name)
     }
 
-    /// Sets the input. The error is what the value may be.
+    /// Sets the input. The error describes the allowed values.
     pub(super) fn set(&self, world: &mut Inputs, value: &str) -> Result<(), &'static str> {
         let number = |text: &str| {
             let hex = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
@@ -212,7 +212,7 @@ impl Row {
     }
 }
 
-/// For buttons.
+/// Descriptions for buttons.
 #[cfg(feature = "script")]
 impl Row {
     pub(super) fn takes(&self) -> Takes {
@@ -224,7 +224,7 @@ impl Row {
         }
     }
 
-    /// What the input is, as [`Inputs::set`] takes it.
+    /// The value of the input as [`Inputs::set`] takes it.
     pub(super) fn value(&self, mut world: Inputs) -> String {
         let none = || "none".to_owned();
         match self.kind {
@@ -242,7 +242,7 @@ impl Row {
 impl Inputs {
     /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
     ///
-    /// After an error nothing has changed.
+    /// After an error, nothing has changed.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         let row = Row::named(key).ok_or_else(|| {
             let names: Vec<_> = ROWS.iter().map(|row| row.name).collect();
@@ -268,7 +268,7 @@ impl Default for Inputs {
     }
 }
 
-/// Without switches, an index pulse every 1000 position units.
+/// No switches, and an index pulse every 1000 position units.
 impl Default for Machine {
     fn default() -> Self {
         Machine { negative_limit: None, positive_limit: None, home_switch: None, index: Some((500.0, 1000.0)) }
@@ -283,7 +283,7 @@ impl Machine {
         u32::from(negative) | u32::from(positive) << 1 | u32::from(home) << 2
     }
 
-    /// Which of its thresholds are passed: each changes once while the axis moves in one direction.
+    /// Which thresholds are passed; each changes at most once while the axis moves in one direction.
     pub(super) fn passed(&self, state: State) -> [bool; 4] {
         let (low, high) = self.home_switch.unwrap_or_default();
         [
@@ -294,12 +294,12 @@ impl Machine {
         ]
     }
 
-    /// The limit switch in a direction.
+    /// The limit switch in the direction of `sign`.
     pub(super) fn limit(&self, sign: f64) -> Option<f64> {
         if sign < 0.0 { self.negative_limit } else { self.positive_limit }
     }
 
-    /// The first index pulse beyond a position in a direction.
+    /// The first index pulse beyond a position in the direction of `sign`.
     pub(super) fn index_beyond(&self, position: f64, sign: f64) -> Option<f64> {
         let (first, distance) = self.index.filter(|(_, distance)| *distance > 0.0)?;
         let turns = (position - first) / distance;

@@ -9,27 +9,27 @@
 //! next_emergency()  what to send
 //! ```
 //!
-//! [`follow`] and [`report`] do it for a [`Device`](lexican_runtime::device::Device). Positions are those of 6064h; the axis moves in closed form, so nothing
-//! depends on how often it is asked.
+//! [`follow`] and [`report`] do all this for a [`Device`](lexican_runtime::device::Device). Positions are those of
+//! 6064h. Motion is calculated in closed form, so nothing depends on how often the servo is called.
 //!
-//! # What CiA 402 leaves open
+//! # Decisions where CiA 402 is silent
 //!
 //! | question | here |
 //! |---|---|
-//! | an edge of bit 4 that comes with the command to enable | starts nothing |
-//! | another mode while the axis moves | the axis brakes with 6084h; the velocity and torque modes go on from its velocity |
-//! | bit 10 while OPERATION ENABLED and nothing was ordered | set: the axis is where it is to be, unless [`ServoModel::rest_is_reached`] says otherwise |
-//! | several causes of faults or warnings | each has its EMCY; the end of one beside others has what they leave in 1001h; the last fault stays until it is reset |
+//! | a rising edge of bit 4 in the control word that enables | starts nothing |
+//! | another mode while the axis moves | the axis brakes with 6084h; the velocity and torque modes continue from its velocity |
+//! | bit 10 in OPERATION ENABLED before any order | set, since the axis is where it is to be, unless [`ServoModel::rest_is_reached`] says otherwise |
+//! | several causes of faults or warnings | each sends its EMCY; when one ends, its EMCY has the 1001h that the others leave; the last fault stays until it is reset |
 //! | a set-point beyond 607Dh | travels to the limit, with bit 11 |
 //! | a limit switch in the direction of motion | brakes with 6085h, with bit 11; a travel is over |
-//! | a shaft that is free again | the travel is planned anew from where it is |
+//! | a blocked shaft that becomes free | the travel is planned anew from its position |
 //! | a set-point of a cyclic mode that is further away than 6065h | a following error at once |
 //! | a cyclic mode without a new set-point | goes on with its velocity; after [`ServoModel::missed_cycles`] a fault |
-//! | torque | turns the axis in proportion: a load like a fan |
+//! | torque | turns the axis at a proportional velocity, as a fan does |
 //! | homing without the switch that it needs | bit 13 at once |
-//! | where homing ends | at the home position, which 607Ch then is |
+//! | where homing ends | at the home position, which then has the position 607Ch |
 //!
-//! Profiles are trapezoidal (6086h is not looked at), and 6082h is taken as 0.
+//! Profiles are trapezoidal whatever 6086h says, and 6082h is taken as 0.
 
 mod cyclic;
 mod follow;

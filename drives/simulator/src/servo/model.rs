@@ -1,4 +1,4 @@
-//! A servo, and what a data sheet cannot say of it, as data.
+//! The model of a servo: what its data sheet cannot say, as data.
 
 use std::collections::VecDeque;
 
@@ -13,100 +13,100 @@ use super::parts::{Cycle, Cyclic, Emergency, Ending, Homing, Last, Limit, Points
 use crate::storage::Storage;
 use crate::trajectory::Trajectory;
 
-/// A servo as data. [`ServoModel::CIA_402`] is the standard; a drive's own is written as the difference.
+/// A servo as data. [`ServoModel::CIA_402`] follows the standard; the model of a drive states the differences.
 #[derive(Clone, Copy, Debug)]
 pub struct ServoModel {
-    /// What messages call it.
+    /// The name in messages.
     pub name: &'static str,
-    /// The dictionary with the defaults of the data sheet for a node-ID. [`Servo`] alone does not use it.
+    /// Makes the dictionary for a node-ID, with the defaults of the data sheet. [`Servo`] alone does not use it.
     pub storage: fn(NodeId) -> Box<dyn Storage>,
-    /// In what it deviates from CiA 301, or fills in what that leaves open.
+    /// Where it deviates from CiA 301, or decides what that leaves open.
     pub behaviour: Behaviour,
-    /// The entries that are kept without power, besides those that 1010h stores.
+    /// The entries that survive a power cut, besides those that 1010h stores.
     pub persistent: &'static [Address],
     /// The state machine.
     pub transitions: Transitions,
-    /// Whether the motor holds the shaft in SWITCHED ON already, and not only from OPERATION ENABLED on.
+    /// Whether the motor holds the shaft in SWITCHED ON, and not only from OPERATION ENABLED on.
     pub holds_when_switched_on: bool,
-    /// Which number means which mode.
+    /// The number of each mode.
     pub modes: Modes,
-    /// Whether a mode that 6502h does not list is refused.
+    /// Whether it refuses a mode that 6502h does not list.
     pub obeys_supported_modes: bool,
-    /// The bit of the control word by which a set-point replaces the travel under way; 0 for none.
+    /// The bit of the control word by which a set-point replaces the travel under way; 0 if it has none.
     pub at_once: u16,
-    /// The bit by which the set-point under way is passed on the way to the next one; 0 for none.
+    /// The bit of the control word by which the next set-point follows without a stop; 0 if it has none.
     pub on_set_point: u16,
-    /// What objects would hold that the data sheet does not have, where it is not what [`DEFAULTS`](super::DEFAULTS) has:
-    /// option codes, ramps.
+    /// Values for objects that the data sheet lacks, such as option codes and ramps, where they differ from
+    /// [`DEFAULTS`](super::DEFAULTS).
     pub missing: &'static [(Address, i64)],
     /// Whether 6060h takes effect while the axis moves, and not only when it stands.
     pub changes_mode_while_moving: bool,
-    /// Whether bit 10 of the status word is set while an enabled axis stands to which nothing was ordered, and while it
-    /// stands between the points of interpolated position mode. Otherwise it takes an order that was carried out.
+    /// Whether bit 10 of the status word is set while an enabled axis stands without having had an order, and while it
+    /// stands between the points of interpolated position mode. Otherwise it is set only once an order was carried out.
     pub rest_is_reached: bool,
-    /// Whether software limits (607Dh) hold as they were when the servo was switched on or reset, and not as they are.
+    /// Whether software limits (607Dh) are those at power-on or reset, and later writes have no effect until then.
     pub limits_from_start: bool,
-    /// Whether a heartbeat or guarding request of the manager that does not come is a fault in every state, and not what 6007h
-    /// says of an enabled axis.
+    /// Whether a missing heartbeat or guarding request of the manager is a fault in every state, instead of what 6007h
+    /// says for an enabled axis.
     pub lost_manager_is_fault: bool,
-    /// 60C2h takes multiples of this only, and a period takes effect when both of its entries have been written; any period,
-    /// at once, without it.
+    /// The step of 60C2h: only multiples are taken, and they take effect once both entries have been written. With
+    /// `None`, any period takes effect at once.
     pub cycle_step: Option<Duration>,
-    /// Its homing methods, where neither 60E3h nor CiA 402 says it; none for all of CiA 402.
+    /// The homing methods, if 60E3h does not list them; `None` for all of CiA 402.
     pub homing_methods: Option<&'static [i8]>,
-    /// The EMCY codes of what the servo notices by itself.
+    /// The EMCY codes of faults that the servo detects itself.
     pub codes: FaultCodes,
-    /// What velocities and accelerations are counted in.
+    /// The units of velocities and accelerations.
     pub scales: fn(&dyn Storage) -> Scales,
-    /// Whether the encoder knows its position after power-on; otherwise that is 0.
+    /// Whether the encoder knows its position after power-on; otherwise the position is 0 then.
     pub absolute_encoder: bool,
-    /// The strongest acceleration, in position units/s²: of ramps that the data sheet does not have or has as 0, and of
-    /// stops at the current limit.
+    /// The highest acceleration, in position units/s²: for ramps that the data sheet lacks or has as 0, and for stops
+    /// at the current limit.
     pub strongest: f64,
-    /// How an axis without torque comes to rest, in position units/s².
+    /// The deceleration of an axis without torque, in position units/s².
     pub coasting: f64,
-    /// How fast 0.1 % of the rated torque turns the axis, in position units/s: the load is a brake whose torque grows
-    /// with the velocity.
+    /// The velocity of the axis at 0.1 % of the rated torque, in position units/s: its load is a brake whose torque is
+    /// proportional to the velocity.
     pub speed_per_torque: f64,
-    /// How many cycles in a row may pass without SYNC, or without a new set-point, before that is a fault. The axis goes
-    /// on with its velocity meanwhile.
+    /// How many cycles in a row may pass without SYNC, or without a new set-point, before a fault. Until then the axis
+    /// keeps its velocity.
     pub missed_cycles: u32,
-    /// How long a shaft may be blocked before that is a fault, unless it is a following error before.
+    /// How long a shaft may be blocked before a fault, if no following error comes first.
     pub blocked_for: Duration,
-    /// Bits of the status word that CiA 402 leaves open in a state, and that it has as 0 there.
+    /// Status bits that CiA 402 leaves undefined in a state, and that this drive has as 0.
     pub left_open: &'static [(State, u16)],
-    /// Bits of the manufacturer in the status word: 8, 14, 15.
+    /// The manufacturer's bits of the status word: 8, 14, 15.
     pub status_bits: fn(&Servo, &dyn Storage) -> u16,
-    /// Puts measured values of the manufacturer into the dictionary, after each change.
+    /// Writes measured values of manufacturer objects into the dictionary, after each change.
     pub publish: fn(&Servo, Instant, &mut dyn Storage),
-    /// Whether an object of the manufacturer waits for an index pulse ([`Servo::passed_index`]).
+    /// Whether a manufacturer object waits for an index pulse ([`Servo::passed_index`]).
     pub awaits_index: fn(&dyn Storage) -> bool,
-    /// Whether an entry may have a value now; asked before each write of a number.
+    /// Whether an entry may have a value now; called before each write of a number.
     pub check: fn(&Servo, &dyn Storage, Address, i64) -> Result<(), AbortCode>,
-    /// What an entry keeps of a number in wire form that is written to it, where some of its bits are always 0.
+    /// The value that an entry keeps of a written number, in wire form; some bits may always be 0.
     pub kept: fn(Address, u64) -> u64,
-    /// The codes that it aborts SDO transfers with in place of those of CiA 301: `(instead of, code)`.
+    /// The codes with which it aborts SDO transfers instead of those of CiA 301: `(instead of, code)`.
     pub aborts: &'static [(AbortCode, AbortCode)],
-    /// Follows a write of a client, such as a command in an object of the manufacturer.
+    /// Handles a write of a client, such as a command in a manufacturer object.
     pub written: fn(&mut Servo, Instant, &mut dyn Storage, Address),
 }
 
-/// The EMCY codes of what the servo notices by itself; `None` where that is no fault.
+/// The EMCY codes of faults that the servo detects itself; `None` where the drive reports no fault.
 #[derive(Clone, Copy, Debug)]
 pub struct FaultCodes {
     /// The axis did not follow its set-points (6065h, 6066h).
     pub following_error: Option<u16>,
     /// The shaft is blocked.
     pub blocked: Option<u16>,
-    /// No supply of the motor while it is switched on.
+    /// The motor is switched on without supply.
     pub undervoltage: Option<u16>,
     /// No SYNC, or no set-point, for too many cycles.
     pub cycle_missed: Option<u16>,
-    /// The connection is lost (6007h). The device may have sent an EMCY of its own already.
+    /// The connection is lost (6007h). The device itself may already have sent an EMCY.
     pub connection_lost: Option<u16>,
 }
 
-/// How many position units/s one unit of a velocity is, and position units/s² one unit of an acceleration.
+/// How many position units/s make one unit of velocity, and how many position units/s² one unit of acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
     /// Position units/s.
@@ -123,31 +123,31 @@ pub struct Servo {
     pub(super) next: Option<Instant>,
     pub(super) inputs: Inputs,
     pub(super) state: State,
-    /// The control word that was taken last.
+    /// The last control word taken.
     pub(super) control: u16,
-    /// What follows once the axis stands.
+    /// What happens once the axis stands.
     pub(super) ending: Option<Ending>,
     /// The EMCY codes of the faults. The last one stays until it is reset.
     pub(super) faults: Vec<u16>,
-    /// Which of them have a cause in the world that lasts.
+    /// The faults whose cause in the world still lasts.
     pub(super) causes: Causes,
     pub(super) warnings: Causes,
     pub(super) emergencies: VecDeque<Emergency>,
     pub(super) mode: Option<Mode>,
     /// The number of the mode, as 6061h shows it.
     pub(super) mode_code: i8,
-    /// Where the axis is to be.
+    /// The demanded motion of the axis.
     pub(super) way: Trajectory,
-    /// Where a blocked shaft stands instead.
+    /// The position at which a blocked shaft stands instead.
     pub(super) held: Option<f64>,
-    /// Where 6064h is 0.
+    /// The position of the shaft at which 6064h is 0.
     pub(super) zero: f64,
-    /// The software limits (607Dh) as they were first seen after it was switched on or reset, and none where they did not limit.
+    /// The software limits (607Dh) at the first look after power-on or reset; the inner `None` means no limits.
     pub(super) limits: Option<Option<(f64, f64)>>,
     /// What limits the motion (status word, bit 11).
     pub(super) limit: Limit,
     pub(super) points: Points,
-    /// What the velocity or torque mode runs at: target, acceleration, deceleration, and the target before its limits.
+    /// In velocity or torque mode: target, acceleration, deceleration, and the target before limiting.
     pub(super) running: Option<[f64; 4]>,
     pub(super) homing: Homing,
     pub(super) cyclic: Cyclic,
@@ -155,9 +155,9 @@ pub struct Servo {
     pub(super) probes: [Probe; 2],
     pub(super) watch: Watch,
     pub(super) last: Last,
-    /// Whether TPDOs are sent when something measured changes, by the generation of the device.
+    /// Whether TPDOs are sent when a measured value changes, cached by the generation of the device's configuration.
     pub(super) sampled: (Option<u32>, bool),
-    /// When the moving axis is to be looked at for them.
+    /// When to check these TPDOs while the axis moves.
     pub(super) sample: Option<Instant>,
 }
 
@@ -213,7 +213,7 @@ impl FaultCodes {
     };
 }
 
-/// What two objects say of a revolution; none if one of them is not there, or 0.
+/// The ratio of two objects; `None` if one of them is missing or not positive.
 pub(super) fn ratio(od: &dyn Storage, numerator: Address, denominator: Address) -> Option<f64> {
     match (od.number(numerator), od.number(denominator)) {
         (Some(a), Some(b)) if a > 0 && b > 0 => Some(a as f64 / b as f64),
@@ -222,8 +222,8 @@ pub(super) fn ratio(od: &dyn Storage, numerator: Address, denominator: Address) 
 }
 
 impl Scales {
-    /// As 60A9h and 60AAh say: revolutions per minute or per second of what 6092h or 608Fh counts. Otherwise position
-    /// units per second, as CiA 402 has it without factors.
+    /// The units of 60A9h and 60AAh: revolutions per minute or second, a revolution being that of 6092h or 608Fh.
+    /// Otherwise position units per second, the default of CiA 402.
     #[must_use]
     pub fn of_units(od: &dyn Storage) -> Scales {
         let ratio = |numerator, denominator| ratio(od, numerator, denominator);
@@ -236,7 +236,7 @@ impl Scales {
             0x00B4_0300 => revolution,
             _ => 1.0,
         };
-        // Revolutions per minute and second, and revolutions per second squared.
+        // Revolutions per minute and second, or revolutions per second squared.
         let acceleration = match od.raw(ACCELERATION_UNIT).unwrap_or_default() as u32 & 0x00FF_FFFF {
             0x00C0_0300 => revolution / 60.0,
             0x00B4_5700 => revolution,

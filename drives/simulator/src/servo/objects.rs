@@ -1,4 +1,4 @@
-//! Where CiA 402 has the objects that a servo looks for in its dictionary.
+//! The objects of CiA 402 that a servo uses.
 
 use lexican_runtime::object::Address;
 
@@ -87,11 +87,11 @@ objects! {
     SYNC_PERIOD = 0x1006, 0;
 }
 
-/// What the probes have stored: the positions at the positive and negative edge of each (60BAh to 60BDh).
+/// The positions that the probes stored: at the positive and negative edge of each (60BAh to 60BDh).
 pub(super) const PROBED: [Address; 4] =
     [Address::new(0x60BA, 0), Address::new(0x60BB, 0), Address::new(0x60BC, 0), Address::new(0x60BD, 0)];
 
-/// The first of [`MEASURED`] that changes while the axis moves; those before change by events.
+/// From this place of [`MEASURED`] on, values change while the axis moves; the earlier ones change by events only.
 pub(super) const FIRST_MOVING: usize = 3;
 
 /// What the servo measures, in the order of its values.

@@ -1,4 +1,4 @@
-//! What the modes order of the axis, and what limits it.
+//! The motion that the modes order, and its limits.
 
 use lexican_runtime::profile::cia402::Mode;
 
@@ -10,7 +10,7 @@ use crate::storage::Storage;
 use crate::trajectory::{Profile, State, Trajectory};
 
 impl Servo {
-    /// What the mode orders without an edge.
+    /// Follows the targets that the mode obeys without an edge.
     pub(super) fn take_targets(&mut self, od: &mut dyn Storage) {
         if !self.is_obeying() {
             return;
@@ -68,14 +68,14 @@ impl Servo {
         }
     }
 
-    /// No more than 6072h and 6073h, where they are not 0: torque is in proportion to current.
+    /// Limits a torque to 6072h and 6073h, if they are not 0: torque is proportional to current.
     pub(super) fn limited_torque(&self, ordered: f64, parameters: &Parameters<'_>) -> f64 {
         let limits = [MAX_TORQUE, MAX_CURRENT].map(|limit| parameters.float(limit));
         let most = limits.into_iter().filter(|limit| *limit > 0.0).fold(f64::INFINITY, f64::min);
         ordered.clamp(-most, most)
     }
 
-    /// Begins a way in a direction. A limit switch ahead ends it.
+    /// Begins a motion in the direction of `sign`. A limit switch ahead ends it.
     pub(super) fn begin(&mut self, way: Trajectory, sign: f64, od: &dyn Storage) {
         self.way = match self.inputs.machine.limit(sign) {
             Some(limit) if way.passes(limit, sign).is_some() => {
@@ -89,7 +89,7 @@ impl Servo {
         }
     }
 
-    /// The software limits (607Dh) as positions of the shaft; infinite without them.
+    /// The software limits (607Dh) as shaft positions; infinite without limits.
     pub(super) fn software_limits(&self, parameters: &Parameters<'_>) -> (f64, f64) {
         let of_start = self.limits.flatten().filter(|_| self.model.limits_from_start);
         let of_now = || parameters.range(LIMIT_MIN, LIMIT_MAX).filter(|_| !self.model.limits_from_start);
@@ -106,7 +106,7 @@ impl Servo {
         target.clamp(low, high)
     }
 
-    /// What 6064h shows for a position of the shaft.
+    /// The value of 6064h for a position of the shaft.
     pub(super) fn shown(&self, position: f64, parameters: &Parameters<'_>) -> f64 {
         let shown = ((position - self.zero) * parameters.position_sign()).round();
         match parameters.range(RANGE_MIN, RANGE_MAX) {
@@ -115,7 +115,7 @@ impl Servo {
         }
     }
 
-    /// The state of the demand at the present time.
+    /// The demanded position and velocity at the present time.
     pub(super) fn demanded(&self) -> State {
         self.way.at(self.now)
     }

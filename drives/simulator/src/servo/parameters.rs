@@ -1,4 +1,4 @@
-//! What the objects of the dictionary say, and what holds where it lacks them.
+//! The values of the dictionary, and the defaults for what is missing.
 
 use std::cell::OnceCell;
 
@@ -11,7 +11,7 @@ use super::parts::TINY;
 use crate::storage::Storage;
 use crate::trajectory::Profile;
 
-/// What an object holds in a new servo if its data sheet has the object, but no default: so that it can move.
+/// Values that a new servo gets for objects without a default in the data sheet, so that it can move.
 pub const DEFAULTS: &[(Address, i64)] = &[
     // A servo drive.
     (DEVICE_TYPE, 0x0002_0192),
@@ -34,11 +34,11 @@ pub const DEFAULTS: &[(Address, i64)] = &[
     (CYCLE_EXPONENT, -3),
 ];
 
-/// Objects and model, read together.
+/// Values of the dictionary with the model as fallback.
 pub(super) struct Parameters<'a> {
     pub(super) od: &'a dyn Storage,
     pub(super) model: &'static ServoModel,
-    /// Many of them are looked at without any velocity.
+    /// Calculated on demand, since often no velocity is needed.
     scales: OnceCell<Scales>,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Parameters<'a> {
         Parameters { od, model, scales: OnceCell::new() }
     }
 
-    /// The value of an object; without it, that of the model or of [`DEFAULTS`], else 0.
+    /// The value of an object; if it is missing, that of the model or of [`DEFAULTS`], or else 0.
     pub(super) fn number(&self, address: Address) -> i64 {
         let mut rows = self.model.missing.iter().chain(DEFAULTS);
         let missing = || rows.find(|(at, _)| *at == address).map_or(0, |(_, value)| *value);
@@ -62,7 +62,7 @@ impl<'a> Parameters<'a> {
         Duration::from_millis(self.number(address).unsigned_abs())
     }
 
-    /// The first of these objects that the data sheet has.
+    /// The value of the first of these objects that exists.
     fn first(&self, addresses: &[Address]) -> Option<f64> {
         addresses.iter().find_map(|address| self.od.number(*address)).map(|value| value as f64)
     }
@@ -75,7 +75,7 @@ impl<'a> Parameters<'a> {
         self.scales().velocity
     }
 
-    /// Increments of the encoder (608Fh) in a position unit, by gear and feed (6091h, 6092h): 1 without them.
+    /// Increments of the encoder (608Fh) per position unit, by gear and feed (6091h, 6092h); 1 without them.
     pub(super) fn increments(&self) -> f64 {
         let ratio = |numerator, denominator| ratio(self.od, numerator, denominator);
         let encoder = ratio(ENCODER_INCREMENTS, ENCODER_REVOLUTIONS);
@@ -84,7 +84,7 @@ impl<'a> Parameters<'a> {
         encoder.zip(feed).map_or(1.0, |(encoder, feed)| encoder * gear / feed)
     }
 
-    /// An acceleration in position units/s²: of the first object that exists, no more than its maximum (60C5h, 60C6h).
+    /// An acceleration in position units/s²: that of the first object that exists, up to its maximum (60C5h, 60C6h).
     fn acceleration(&self, addresses: &[Address], maximum: Address) -> f64 {
         let positive = |value: &f64| *value > 0.0;
         let last = addresses.last().map_or(0.0, |last| self.float(*last));
@@ -96,13 +96,13 @@ impl<'a> Parameters<'a> {
 
     /// The highest velocity (607Fh, 6080h), in position units/s.
     pub(super) fn top_speed(&self) -> f64 {
-        // 6080h is in revolutions per minute unless the scales are in units of the user.
+        // Both are taken in the servo's unit of velocity, although CiA 402 has 6080h in revolutions per minute.
         let positive = |address| self.od.number(address).filter(|value| *value > 0);
         let limits = [positive(MAX_PROFILE_VELOCITY), positive(MAX_MOTOR_SPEED)];
         limits.into_iter().flatten().map(|value| value as f64 * self.scales().velocity).fold(f64::INFINITY, f64::min)
     }
 
-    /// Ramps of the profile modes: 6081h, 6083h and 6084h.
+    /// The profile of the profile modes: 6081h, 6083h and 6084h.
     pub(super) fn profile(&self) -> Profile {
         Profile {
             speed: (self.float(PROFILE_VELOCITY).abs() * self.scales().velocity).min(self.top_speed()),
@@ -111,7 +111,7 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// Without 6084h, 6083h is for both (CiA 402-2, profile position mode).
+    /// 6084h; without it, 6083h (CiA 402-2, profile position mode).
     pub(super) fn slow_down(&self) -> f64 {
         self.acceleration(&[PROFILE_DECELERATION, PROFILE_ACCELERATION], MAX_DECELERATION)
     }
@@ -136,19 +136,19 @@ impl<'a> Parameters<'a> {
         if self.number(POLARITY) & 0x40 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// A pair of limits; none where they do not limit (607Bh, 607Dh: equal ones, or reversed).
+    /// A pair of limits; `None` if they are equal or reversed, which means no limits (607Bh, 607Dh).
     pub(super) fn range(&self, low: Address, high: Address) -> Option<(f64, f64)> {
         let (low, high) = (self.od.number(low)?, self.od.number(high)?);
         (low < high).then_some((low as f64, high as f64))
     }
 
-    /// The following error window (6065h); none where it is not monitored.
+    /// The following error window (6065h); `None` if it is not monitored.
     pub(super) fn following_window(&self) -> Option<f64> {
         let window = self.od.number(FOLLOWING_WINDOW)?;
         (window > 0 && window != u32::MAX.into()).then_some(window as f64)
     }
 
-    /// The time between two set-points: 60C2h, else 1006h; none where neither says it.
+    /// The time between two set-points: 60C2h, or else 1006h; `None` if neither has it.
     pub(super) fn cycle(&self) -> Option<Duration> {
         let own = self.od.number(CYCLE_UNITS).and_then(|units| period(units, self.number(CYCLE_EXPONENT)));
         let sync = self.od.number(SYNC_PERIOD).map(i64::unsigned_abs).filter(|us| *us > 0);
@@ -156,7 +156,7 @@ impl<'a> Parameters<'a> {
     }
 }
 
-/// What units and exponent of 60C2h say; none for less than a microsecond.
+/// The period of units and exponent in 60C2h; `None` below a microsecond.
 pub(super) fn period(units: i64, exponent: i64) -> Option<Duration> {
     // Rounded, because 10^-3 is no binary fraction.
     let us = units.max(0) as f64 * 10_f64.powi(exponent.clamp(-9, 3) as i32) * 1e6;

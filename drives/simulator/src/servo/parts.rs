@@ -1,4 +1,4 @@
-//! What a servo remembers of each of its tasks.
+//! The state of a servo's parts.
 
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::emcy::ErrorRegister;
@@ -6,12 +6,12 @@ use lexican_runtime::{Duration, Instant};
 
 use crate::trajectory::Profile;
 
-/// What follows once the axis stands.
+/// What happens once the axis stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ending {
     /// The drive changes its state.
     Enter(State),
-    /// It stays in QUICK STOP ACTIVE.
+    /// The drive stays in QUICK STOP ACTIVE.
     Stay,
 }
 
@@ -20,9 +20,9 @@ pub(super) enum Ending {
 pub struct Emergency {
     /// The code; 0000h when an error is over.
     pub code: u16,
-    /// The error register as the errors make it that are left when one is over.
+    /// When an error is over: the error register that the remaining errors make.
     pub remaining: ErrorRegister,
-    /// Whether the code goes into the history (1003h): those of faults do, those of warnings do not.
+    /// Whether the code goes into the history (1003h): codes of faults do, codes of warnings do not.
     pub recorded: bool,
 }
 
@@ -30,19 +30,19 @@ pub struct Emergency {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limit {
     None,
-    /// From the beginning.
+    /// From the beginning of the motion.
     Now,
-    /// Once the axis stands there.
+    /// Once the axis stands at its end.
     AtEnd,
 }
 
-/// Where to travel, with the ramps that held when it was ordered.
+/// Where to travel, with the profile that held when it was ordered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SetPoint {
-    /// Where the shaft is to be.
+    /// The position of the shaft.
     pub(super) target: f64,
     pub(super) profile: Profile,
-    /// The software limits have changed the target.
+    /// Whether the software limits have changed the target.
     pub(super) limited: bool,
 }
 
@@ -50,10 +50,10 @@ pub(super) struct SetPoint {
 pub(super) struct Points {
     /// The set-point under way, or the last one.
     pub(super) active: Option<SetPoint>,
-    /// Whether it is under way.
+    /// Whether `active` is under way.
     pub(super) travels: bool,
     pub(super) buffered: Option<SetPoint>,
-    /// When to pass from the one under way to the next without a stop.
+    /// When to change over to the next set-point without a stop.
     pub(super) change: Option<Instant>,
     /// Status word, bit 12.
     pub(super) acknowledged: bool,
@@ -64,80 +64,79 @@ impl Points {
         *self = Points { acknowledged: self.acknowledged, ..Points::default() };
     }
 
-    /// Whether nothing is left to travel.
+    /// Whether no travel is left.
     pub(super) fn are_done(&self) -> bool {
         !self.travels && self.buffered.is_none()
     }
 }
 
-/// How far homing is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Homing {
-    /// Under way.
     pub(super) running: bool,
     /// Status word, bit 12.
     pub(super) attained: bool,
     /// Status word, bit 13.
     pub(super) failed: bool,
-    /// Where the home position is, and 607Ch as it was at the start.
+    /// The home position of the shaft, and 607Ch as it was at the start.
     pub(super) home: (f64, f64),
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cyclic {
-    /// When SYNC came last in this mode.
+    /// When SYNC last came in this mode.
     pub(super) last_sync: Option<Instant>,
     pub(super) period: Duration,
-    /// Whether a set-point has come since then; none before the first one by RPDO, because those by SDO are not counted.
+    /// Whether a set-point has come since the last SYNC; `None` before the first one by RPDO, since those by SDO are
+    /// not expected in every cycle.
     pub(super) fresh: Option<bool>,
-    /// How many cycles had none.
+    /// How many cycles in a row had no set-point.
     pub(super) missed: u32,
-    /// Interpolation is enabled (status word, bit 12).
+    /// Whether interpolation is enabled (status word, bit 12).
     pub(super) interpolates: bool,
 }
 
-/// The period of 60C2h where it takes effect once both of its entries have been written.
+/// The period of 60C2h in a drive where it takes effect only once both entries have been written.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycle {
-    /// Which of units and exponent have been written since it took effect.
+    /// Whether units and exponent have been written since the period took effect.
     pub(super) written: [bool; 2],
     pub(super) period: Option<Duration>,
 }
 
-/// What a probe has seen.
+/// The state of a touch probe.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Probe {
     pub(super) function: u8,
     pub(super) level: bool,
-    /// How far the index pulses have been counted.
+    /// The last index pulse at or below the shaft.
     pub(super) pulses: Option<f64>,
     pub(super) stored: [bool; 2],
 }
 
-/// What the last look has found.
+/// What the last update found.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Last {
     /// 60FDh.
     pub(super) inputs: u32,
-    /// How far the index pulses have been counted.
+    /// The last index pulse at or below the shaft.
     pub(super) pulses: Option<f64>,
-    /// Whether one was passed since the look before.
+    /// Whether an index pulse was passed since the previous update.
     pub(super) passed_index: bool,
 }
 
-/// Since when the conditions of the status word hold.
+/// Since when each condition of the status word holds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Watch {
     pub(super) since: [Option<Instant>; CONDITIONS],
-    /// Which hold for long enough.
+    /// Whether it has held for long enough.
     pub(super) held: [bool; CONDITIONS],
 }
 
 /// How many conditions are watched.
 pub(super) const CONDITIONS: usize = 5;
 
-/// Far below what can be seen.
+/// A tolerance far below an increment.
 pub(super) const TINY: f64 = 1e-6;
 
-/// How long a step of the following is at least, so that time goes on.
+/// The shortest time between two set-points, to avoid a division by 0.
 pub(super) const MICROSECOND: Duration = Duration::from_micros(1);

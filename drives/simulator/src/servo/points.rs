@@ -9,7 +9,7 @@ use crate::storage::Storage;
 use crate::trajectory::Trajectory;
 
 impl Servo {
-    /// Bit 4 of the control word rises.
+    /// Bit 4 of the control word has been set.
     pub(super) fn take_set_point(&mut self, word: u16, od: &dyn Storage) {
         if self.points.acknowledged {
             return;
@@ -29,7 +29,7 @@ impl Servo {
         }
     }
 
-    /// 607Ah with the ramps of now.
+    /// The set-point of 607Ah, with the present profile.
     fn read_set_point(&self, relative: bool, od: &dyn Storage) -> SetPoint {
         let parameters = self.parameters(od);
         let sign = parameters.position_sign();
@@ -44,7 +44,7 @@ impl Servo {
             };
             base + ordered * sign
         } else if let Some((low, high)) = parameters.range(RANGE_MIN, RANGE_MAX) {
-            // The range is that of 6064h, which begins again at its other end.
+            // `ordered` is brought into the range of 6064h, which wraps around.
             let ordered = low + (ordered - low).rem_euclid(high - low + 1.0);
             let shaft = self.shaft(self.now).position;
             shaft + (ordered - self.shown(shaft, &parameters)) * sign
@@ -55,7 +55,7 @@ impl Servo {
         SetPoint { target: limited, profile: parameters.profile(), limited: limited != target }
     }
 
-    /// To the set-point under way, from where the axis is.
+    /// Plans the travel to the set-point under way, from the present position.
     pub(super) fn travel(&mut self, od: &dyn Storage) {
         let Some(point) = self.points.active.filter(|_| self.points.travels) else { return };
         self.points.change = None;
@@ -68,7 +68,7 @@ impl Servo {
         self.begin(way, (point.target - state.position).signum(), od);
     }
 
-    /// Past the set-point under way with its speed, if the next one waits.
+    /// Plans to pass the set-point under way at its speed, if the next one waits.
     fn travel_past(&mut self, od: &dyn Storage) {
         let Some(point) = self.points.active.filter(|point| point.profile.speed >= TINY) else { return };
         let state = self.shaft(self.now);
@@ -80,7 +80,7 @@ impl Servo {
         }
     }
 
-    /// The end of a travel, and the beginning of the next one.
+    /// Ends a travel that is over, and begins the next one.
     pub(super) fn follow_set_points(&mut self, od: &dyn Storage) {
         let passed = self.points.change.is_some_and(|change| change <= self.now);
         let stands = !self.is_moving(self.now) && self.held.is_none() && !self.is_halted();

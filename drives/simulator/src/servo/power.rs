@@ -14,15 +14,15 @@ use crate::trajectory::Trajectory;
 /// How an option code stops the axis (605Ah to 605Eh).
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stop {
-    /// The drive function is disabled.
+    /// The motor loses its torque.
     Coast,
     SlowDown,
     Quick,
-    /// Current or voltage limit.
+    /// At the current or voltage limit.
     Strongest,
 }
 
-/// Codes 1 to 4 of 605Ah, 605Dh and 605Eh, and of 605Bh and 605Ch, which have 1 only.
+/// The meaning of an option code: 1 to 4 in 605Ah, 605Dh and 605Eh, 1 in 605Bh and 605Ch.
 fn stop(option: i64) -> Stop {
     match option {
         1 => Stop::SlowDown,
@@ -33,7 +33,7 @@ fn stop(option: i64) -> Stop {
 }
 
 impl Servo {
-    /// Supply, enable input, blocked shaft and injected faults.
+    /// Follows supply, enable input, blocked shaft and injected faults.
     pub(super) fn follow_world(&mut self, od: &dyn Storage) {
         let shaft = self.shaft(self.now);
         if self.inputs.blocked && self.held.is_none() && self.is_moving(self.now) {
@@ -66,12 +66,12 @@ impl Servo {
         before.without(self.warnings).iter().for_each(|_| self.end_error());
     }
 
-    /// One error is over: the emergency says what is left (CiA 301, 7.2.7.1, transitions 2 and 4).
+    /// Reports that an error is over, with the errors that are left (CiA 301, 7.2.7.1, transitions 2 and 4).
     fn end_error(&mut self) {
         self.emergencies.push_back(Emergency { code: 0, remaining: self.error_register(), recorded: false });
     }
 
-    /// 6040h.
+    /// Follows the control word (6040h).
     pub(super) fn take_control(&mut self, od: &mut dyn Storage) {
         let Some(word) = od.raw(CONTROL_WORD).map(|word| word as u16) else { return };
         let before = std::mem::replace(&mut self.control, word);
@@ -89,7 +89,7 @@ impl Servo {
         let parameters = self.parameters(od);
         let Some(arrow) = self.model.transitions.follow(self.state, command) else {
             if self.state == State::OperationEnabled && command == Command::EnableOperation && self.ending.is_some() {
-                // "Disable operation" is taken back while the axis brakes.
+                // The command to enable takes back Disable operation, while the axis still brakes for it.
                 self.ending = None;
             }
             return;
@@ -118,7 +118,7 @@ impl Servo {
         }
     }
 
-    /// The drive function is enabled: what moves is braked, and then held.
+    /// Enables the drive function: a moving axis is braked, and then held.
     fn enable(&mut self, od: &dyn Storage) {
         self.state = State::OperationEnabled;
         self.ending = None;
@@ -128,7 +128,7 @@ impl Servo {
         }
     }
 
-    /// A state without torque, except during a fault reaction and where it is there in SWITCHED ON.
+    /// Enters a state without torque, unless it is a fault reaction, or SWITCHED ON in a drive that has torque there.
     fn enter(&mut self, state: State) {
         let had_torque = self.has_torque();
         self.state = state;
@@ -139,7 +139,7 @@ impl Servo {
         }
     }
 
-    /// Transitions 5 and 8: with 605Ch or 605Bh, at once or after a ramp.
+    /// Transitions 5 and 8, by 605Ch and 605Bh: at once, or after a ramp.
     fn leave(&mut self, to: State, option: i64, od: &dyn Storage) {
         match stop(option) {
             Stop::Coast => self.enter(to),
@@ -150,7 +150,7 @@ impl Servo {
         }
     }
 
-    /// Transition 11 with 605Ah.
+    /// Transition 11, by 605Ah.
     fn stop_quickly(&mut self, option: i64, od: &dyn Storage) {
         let stays = matches!(option, 5..=8);
         match stop(if stays { option - 4 } else { option }) {
@@ -163,7 +163,7 @@ impl Servo {
         }
     }
 
-    /// Halt (605Dh).
+    /// Halt, by 605Dh.
     pub(super) fn halt(&mut self, od: &dyn Storage) {
         let kind = stop(self.parameters(od).number(HALT_OPTION).max(1));
         self.brake(self.deceleration(kind, od));
@@ -186,7 +186,7 @@ impl Servo {
         }
     }
 
-    /// What follows when the axis has come to rest.
+    /// Ends what is over once the axis stands.
     pub(super) fn end_what_is_over(&mut self) {
         if !self.is_moving(self.now) {
             match self.ending {
@@ -197,7 +197,7 @@ impl Servo {
         }
     }
 
-    /// Transitions 13 and 14: the fault reaction is that of 605Eh, and over at once where there is no torque.
+    /// Transitions 13 and 14: the fault reaction is that of 605Eh, or ends at once if there is no torque.
     pub(super) fn raise(&mut self, code: Option<u16>, od: &dyn Storage) {
         let Some(code) = code.filter(|code| !self.faults.contains(code)) else { return };
         self.faults.push(code);
@@ -234,7 +234,7 @@ impl Servo {
         }
     }
 
-    /// A heartbeat or guarding request of the manager does not come.
+    /// To call when a heartbeat or guarding request of the manager is missing.
     pub fn lose_manager(&mut self, now: Instant, od: &mut dyn Storage) {
         if !self.model.lost_manager_is_fault {
             return self.lose_connection(now, od);
@@ -244,7 +244,7 @@ impl Servo {
         self.update(now, od);
     }
 
-    /// The connection is lost, as by a heartbeat that does not come: 6007h.
+    /// To call when the connection is lost, as by a missing heartbeat; reacts by 6007h.
     pub fn lose_connection(&mut self, now: Instant, od: &mut dyn Storage) {
         self.update(now, od);
         if !matches!(self.state, State::OperationEnabled | State::QuickStopActive) {
@@ -262,7 +262,7 @@ impl Servo {
         self.update(now, od);
     }
 
-    /// Bits 4 to 6, 8 and 9 of the control word.
+    /// Follows bits 4 to 6, 8 and 9 of the control word.
     fn take_bits(&mut self, before: u16, word: u16, od: &mut dyn Storage) {
         let rises = |bit| word & !before & bit != 0;
         let falls = |bit| before & !word & bit != 0;
@@ -281,7 +281,7 @@ impl Servo {
         }
     }
 
-    /// Plans what has been ordered anew, from where the axis is.
+    /// Plans the ordered motion anew, from the present position.
     pub(super) fn plan_again(&mut self, od: &dyn Storage) {
         if !self.is_obeying() || self.is_halted() {
             return;
@@ -294,7 +294,7 @@ impl Servo {
         }
     }
 
-    /// Without the torque of these modes, the slope (6087h) is a deceleration.
+    /// The slope of torque (6087h) as an acceleration.
     pub(super) fn torque_slope(&self, parameters: &Parameters<'_>) -> f64 {
         let slope = parameters.float(TORQUE_SLOPE);
         if slope > 0.0 { slope * self.model.speed_per_torque } else { self.model.strongest }

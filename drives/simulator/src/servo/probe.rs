@@ -5,11 +5,11 @@ use super::objects::*;
 use super::parts::Probe;
 use crate::storage::Storage;
 
-/// Bits of 60B8h, of probe 2 from bit 8 on.
+/// Bits of 60B8h for probe 1; those of probe 2 are 8 bits higher.
 const ENABLE: u8 = 1 << 0;
 const CONTINUOUS: u8 = 1 << 1;
 const INDEX_PULSE: u8 = 1 << 2;
-/// The positive edge; the next bit is the negative one.
+/// The positive and the negative edge.
 const EDGES: [u8; 2] = [1 << 4, 1 << 5];
 
 impl Servo {
@@ -43,7 +43,7 @@ impl Servo {
         od.set_raw(PROBE_STATUS, u16::from_le_bytes(status).into());
     }
 
-    /// The index pulse at or below a position, if a probe waits for one, or something else does.
+    /// The last index pulse at or below a position, if a probe or something else waits for one.
     pub(super) fn awaited_pulse(&self, position: f64, awaits: bool) -> Option<f64> {
         let waits = |probe: &Probe| probe.function & (ENABLE | INDEX_PULSE) == ENABLE | INDEX_PULSE;
         (awaits || self.probes.iter().any(waits)).then(|| self.count_pulses(position))?

@@ -1,4 +1,4 @@
-//! What a script does to a servo, and what it sees of it.
+//! Scripts for a servo: changes and conditions.
 //!
 //! Besides the keys of every script ([`crate::script`]), a step has those of [`Inputs::set`], and:
 //!
@@ -37,7 +37,7 @@ pub type Script = crate::script::Script<Change>;
 pub enum Change {
     /// An input changes.
     Input(Setting),
-    /// Somebody turns the shaft by so many position units, if it lets itself be turned.
+    /// Somebody turns the shaft by this many position units, if it is free to turn.
     Turn(f64),
     /// The supply of the device is switched on or off.
     Power(bool),
@@ -61,25 +61,25 @@ impl Setting {
 
     /// Sets the input.
     pub fn apply(&self, inputs: &mut Inputs) {
-        // `new` has tried it.
+        // `new` has tried the same.
         let _ = inputs.set(self.key, &self.value);
     }
 }
 
-/// A servo and its device, as a script sees them.
+/// What the conditions of a script see of a servo and its device.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
     /// The servo.
     pub servo: &'a Servo,
     /// Its dictionary.
     pub storage: &'a dyn Storage,
-    /// The NMT state; none while the device is off.
+    /// The NMT state; `None` while the device is off.
     pub state: Option<NmtState>,
 }
 
 impl Seen<'_> {
-    /// Whether something is so. "Positioning" is a travel of profile position mode; positions are those of 6064h, and go on
-    /// beyond the range of 607Bh.
+    /// Whether a condition holds. "Positioning" is a travel of profile position mode; positions are those of 6064h, but
+    /// do not wrap around at 607Bh.
     #[must_use]
     pub fn is_so(&self, now: Instant, condition: Condition) -> bool {
         let (servo, on) = (self.servo, self.state.is_some());
@@ -100,14 +100,14 @@ impl Seen<'_> {
         }
     }
 
-    /// When to look again whether the time of the next step has come.
+    /// When to check the next step again.
     #[must_use]
     pub fn next_step(&self, following: &Following<Change>) -> Option<Instant> {
         following
             .next_step(|at, condition| self.is_so(at, condition), |at, condition| self.may_become_so(at, condition))
     }
 
-    /// When something may come true by itself, later than `now`, that the servo has no deadline for.
+    /// When a condition may come true by itself after `now`, as far as the servo has no event for it.
     fn may_become_so(&self, now: Instant, condition: Condition) -> Option<Instant> {
         let way = &self.servo.way;
         let passes = |is_beyond: &dyn Fn(f64) -> bool| {
@@ -115,7 +115,7 @@ impl Seen<'_> {
             moves.then(|| way.next_change(now, |state| is_beyond(self.position(state.position)))).flatten()
         };
         match condition {
-            // The axis of a device that is off runs out.
+            // The axis of a device that is off coasts to a standstill.
             Condition::Standing => way.end().filter(|end| *end > now),
             Condition::PositionAbove(position) => passes(&|at| at > f64::from(position)),
             Condition::PositionBelow(position) => passes(&|at| at < f64::from(position)),
@@ -140,10 +140,10 @@ mod from_toml {
     use crate::servo::{Inputs, ServoModel};
 
     const TURN: Range = Range::new(-1e9, 1e9, "position units");
-    /// A power of a whole device; none for off and on again.
+    /// Values of the key `power`; `None` is off and on again.
     const POWER: &[(&str, Option<bool>)] = &[("on", Some(true)), ("off", Some(false)), ("cycle", None)];
 
-    /// What can be done to a servo in this world: one for each key of a step.
+    /// The inputs of a servo with their present values: one for each key of a step.
     #[must_use]
     pub fn inputs(world: &Inputs) -> Vec<Input> {
         let own = ROWS.iter().map(|row| Input {

@@ -1,4 +1,4 @@
-//! What the servo shows: status word and measured values.
+//! What the servo reports: status word and measured values.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Mode, State, status};
@@ -11,7 +11,6 @@ use super::power::register_of;
 use crate::storage::Storage;
 
 impl Servo {
-    /// The status word (6041h).
     fn status_word(&self, od: &dyn Storage) -> u16 {
         let flag = |set: bool, bit: u16| if set { bit } else { 0 };
         let open = self.model.left_open.iter().filter(|(state, _)| *state == self.state);
@@ -77,7 +76,7 @@ impl Servo {
         }
     }
 
-    /// What the motor gives, in 0.1 % of its rated torque.
+    /// The torque of the motor, in 0.1 % of its rated torque.
     fn torque(&self) -> f64 {
         match self.mode {
             Some(mode) if mode.is_torque() && self.is_obeying() => {
@@ -88,7 +87,7 @@ impl Servo {
         }
     }
 
-    /// Puts everything that is measured into the dictionary.
+    /// Writes all measured values into the dictionary.
     pub(super) fn publish(&self, od: &mut dyn Storage) {
         let parameters = self.parameters(od);
         let (shaft, demand) = (self.shaft(self.now), self.demanded());
@@ -121,7 +120,7 @@ impl Servo {
         (self.model.publish)(self, self.now, od);
     }
 
-    /// The error register (1001h) as the faults and warnings of the servo make it.
+    /// The error register (1001h) that the servo's faults and warnings make.
     #[must_use]
     pub fn error_register(&self) -> ErrorRegister {
         let codes = self.faults.iter().copied().chain(self.warnings.iter());
@@ -129,7 +128,7 @@ impl Servo {
     }
 }
 
-/// Whether an object shows what a servo measures, and not what was written.
+/// Whether the servo overwrites an object with a measured value.
 #[must_use]
 pub fn measures(object: Address) -> bool {
     MEASURED.contains(&object) || PROBED.contains(&object) || object == PROBE_STATUS

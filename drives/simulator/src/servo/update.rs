@@ -1,4 +1,4 @@
-//! From one look at the dictionary to the next.
+//! Bringing a servo up to date with time and dictionary.
 
 use std::collections::VecDeque;
 
@@ -49,8 +49,8 @@ impl Servo {
         }
     }
 
-    /// The servo is switched on again, or reset as a node: it forgets its orders and, without an absolute encoder, its
-    /// position. The axis runs out, and the world stays.
+    /// Powers the servo on again, or resets it as a node: it drops its orders and, without an absolute encoder, its
+    /// position. The axis coasts, and the inputs stay.
     pub fn restart(&mut self, now: Instant) {
         let state = self.shaft(now);
         let fresh = Servo::new(now, self.model);
@@ -74,32 +74,32 @@ impl Servo {
         self.state
     }
 
-    /// The mode of operation, as 6061h shows it; none before one is chosen.
+    /// The mode of operation as in 6061h; `None` before one is chosen.
     #[must_use]
     pub fn mode(&self) -> Option<Mode> {
         self.mode
     }
 
-    /// The codes of the faults, the first one first: one whose cause goes while others are left is over, the last one stays
-    /// until it is reset.
+    /// The codes of the faults, oldest first. A fault whose cause ends is removed if others are left; the last one
+    /// stays until it is reset.
     #[must_use]
     pub fn faults(&self) -> &[u16] {
         &self.faults
     }
 
-    /// Whether the axis has been homed since power-on.
+    /// Whether the last homing since power-on has attained the home position.
     #[must_use]
     pub fn is_homed(&self) -> bool {
         self.homing.attained
     }
 
-    /// 60FDh as it was at the last look, for [`ServoModel::publish`].
+    /// 60FDh at the last update, for [`ServoModel::publish`].
     #[must_use]
     pub fn inputs_before(&self) -> u32 {
         self.last.inputs
     }
 
-    /// Whether the shaft has passed an index pulse since the last look, for [`ServoModel::publish`].
+    /// Whether the shaft has passed an index pulse since the last update, for [`ServoModel::publish`].
     #[must_use]
     pub fn passed_index(&self) -> bool {
         self.last.passed_index
@@ -122,7 +122,7 @@ impl Servo {
         self.update(now, od);
     }
 
-    /// Where the shaft is and how fast it turns: position units from where it stood when it was first switched on.
+    /// Position and velocity of the shaft, in position units from where it stood when it was first switched on.
     #[must_use]
     pub fn shaft(&self, now: Instant) -> trajectory::State {
         match self.held {
@@ -131,7 +131,7 @@ impl Servo {
         }
     }
 
-    /// Where the shaft is to be.
+    /// The demanded position and velocity, in the same units.
     #[must_use]
     pub fn demand(&self, now: Instant) -> trajectory::State {
         self.way.at(now)
@@ -143,7 +143,7 @@ impl Servo {
         self.held.is_none() && self.way.end().is_none_or(|end| now < end)
     }
 
-    /// Turns the shaft by hand. Returns whether it could be turned: a motor that has torque holds it.
+    /// Turns the shaft by hand. Returns whether it turned: a motor with torque holds it.
     pub fn turn(&mut self, now: Instant, od: &mut dyn Storage, by: f64) -> bool {
         self.update(now, od);
         let free = !self.has_torque() && !self.is_moving(now);
@@ -154,7 +154,7 @@ impl Servo {
         free
     }
 
-    /// Makes the present position another number, as setting a position on the spot does.
+    /// Sets 6064h to `position` without moving the axis, as homing on the present position does.
     pub fn set_position(&mut self, now: Instant, od: &mut dyn Storage, position: f64) {
         self.zero = self.shaft(now).position - position * Parameters::new(od, self.model).position_sign();
         self.update(now, od);
@@ -171,16 +171,18 @@ impl Servo {
         self.emergencies.pop_front()
     }
 
-    /// Takes the orders of the dictionary, and puts there what is measured at `now`.
+    /// Takes the orders in the dictionary, and writes the values measured at `now` into it.
     pub fn update(&mut self, now: Instant, od: &mut dyn Storage) {
-        // What the servo does by itself happens in its own time, not when somebody asks.
+        // First brings the servo through its own events, each at its time, so that the result does not depend on when
+        // this is called.
         while let Some(at) = self.next.filter(|at| *at < now) {
             self.step(at, od);
         }
         self.step(now, od);
     }
 
-    /// The same where nothing was written since the last [`Servo::update`].
+    /// As [`Servo::update`], but does nothing if it was called at this time already: for calls before which nothing was
+    /// written.
     pub fn measure(&mut self, now: Instant, od: &mut dyn Storage) {
         if now != self.now {
             self.update(now, od);
@@ -195,7 +197,7 @@ impl Servo {
         self.take_cycle_period(od);
         self.take_mode(od);
         self.take_control(od);
-        // An axis that stands already is where the order ends.
+        // An order for the position where the axis already stands ends at once.
         self.end_what_is_over();
         self.take_targets(od);
         self.watch(od);
@@ -211,7 +213,7 @@ impl Servo {
         Parameters::new(od, self.model)
     }
 
-    /// 6060h.
+    /// Follows the mode of operation (6060h).
     fn take_mode(&mut self, od: &dyn Storage) {
         let Some(code) = od.number(MODE).and_then(|code| i8::try_from(code).ok()) else { return };
         let waits = !self.model.changes_mode_while_moving && self.is_moving(self.now);
@@ -229,7 +231,7 @@ impl Servo {
         }
     }
 
-    /// Forgets what has been ordered; the way goes on as it is.
+    /// Drops all orders; the present motion goes on.
     pub(super) fn forget_orders(&mut self) {
         self.points.clear();
         self.running = None;
@@ -239,7 +241,6 @@ impl Servo {
         self.watch = Watch::default();
     }
 
-    /// To a standstill.
     pub(super) fn brake(&mut self, deceleration: f64) {
         let state = self.shaft(self.now);
         if let Some(position) = self.held.take() {
@@ -249,7 +250,7 @@ impl Servo {
         }
     }
 
-    /// Whether the orders of the mode count.
+    /// Whether the axis follows the orders of its mode.
     pub(super) fn is_obeying(&self) -> bool {
         self.state == State::OperationEnabled && self.ending.is_none()
     }

@@ -1,4 +1,4 @@
-//! What the servo watches: windows and their times, its shaft, its SYNC; and when it has something to do.
+//! What the servo monitors over time: windows, its shaft, SYNC; and when its next event is.
 
 use lexican_runtime::profile::cia402::Mode;
 use lexican_runtime::{Duration, Instant};
@@ -9,13 +9,13 @@ use super::parts::{CONDITIONS, TINY};
 use crate::storage::Storage;
 use crate::trajectory::State;
 
-/// The position is where it is to be (6067h, 6068h).
+/// The demand has reached the target (6067h, 6068h).
 const ARRIVED: usize = 0;
 /// The velocity is within its window (606Dh, 606Eh).
 const AT_SPEED: usize = 1;
 /// The velocity is below its threshold (606Fh, 6070h).
 const SLOW: usize = 2;
-/// The shaft is further from where it is to be than 6065h allows, for longer than 6066h.
+/// The following error is larger than 6065h for longer than 6066h.
 const LAGGING: usize = 3;
 /// The shaft is blocked.
 const BLOCKED: usize = 4;
@@ -58,7 +58,7 @@ impl Servo {
         self.watch.held[LAGGING]
     }
 
-    /// What the conditions compare with.
+    /// The limits of the conditions.
     fn bounds(&self, od: &dyn Storage) -> Bounds {
         let parameters = self.parameters(od);
         let velocity = |address| parameters.float(address) * parameters.velocity_scale() + TINY;
@@ -71,7 +71,7 @@ impl Servo {
         }
     }
 
-    /// For how long each has to hold.
+    /// How long each condition has to hold.
     fn times(&self, od: &dyn Storage) -> [Duration; CONDITIONS] {
         let parameters = self.parameters(od);
         let [arrived, at_speed, slow, lagging] =
@@ -80,14 +80,14 @@ impl Servo {
         [arrived, at_speed, slow, lagging, self.model.blocked_for]
     }
 
-    /// A blocked shaft stays where it is.
+    /// Holds a blocked shaft where it is.
     pub(super) fn hold_shaft(&mut self) {
         if self.inputs.blocked && self.held.is_none() && self.is_moving(self.now) {
             self.held = Some(self.demanded().position);
         }
     }
 
-    /// When something changes by itself.
+    /// When something next changes by itself.
     pub(super) fn find_next(&self, od: &dyn Storage) -> Option<Instant> {
         let times = self.times(od);
         let due = self.watch.since.iter().zip(times).zip(self.watch.held);
@@ -104,7 +104,7 @@ impl Servo {
     }
 }
 
-/// What the conditions compare with, in position units and position units/s.
+/// The limits of the conditions, in position units and position units/s.
 struct Bounds {
     held: Option<f64>,
     target: f64,
@@ -114,7 +114,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Which conditions hold when the shaft is to be there. Each is monotone in position or speed, as
+    /// Which conditions hold at a demand. Each is monotone in position or speed, as
     /// [`crate::trajectory::Trajectory::next_change`] needs.
     fn conditions(&self, demand: State) -> [bool; CONDITIONS] {
         let velocity = if self.held.is_some() { 0.0 } else { demand.velocity };

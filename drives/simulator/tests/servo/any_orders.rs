@@ -1,4 +1,4 @@
-//! Any orders in any order: nothing panics, nothing moves without torque, no position jumps.
+//! Random orders: nothing panics, nothing moves without torque, and the position never jumps.
 
 use lexican_runtime::profile::cia402::State;
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! Homing mode: every method ends where the figures of CiA 402-2, 11, have it.
+//! Homing mode: every method ends where the figures of CiA 402-2, 11, show it.
 
 use lexican_runtime::Instant;
 use lexican_runtime::object::DataType;

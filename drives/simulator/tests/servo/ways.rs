@@ -1,4 +1,4 @@
-//! Ways along one axis, by what they have to do and by nothing that they are made of.
+//! Properties of trajectories, independent of how they are made.
 
 use lexican_runtime::Instant;
 use simulator::trajectory::{Profile, State, Trajectory};
