@@ -1,4 +1,4 @@
-//! What the descriptions of SIKO's drives have in common: objects, PDOs, status bits, inching, units.
+//! What the descriptions of SIKO's drives share: objects, PDOs, status bits, inching, units.
 //!
 //! The drives have these objects at the same addresses with the same types; each drive's crate compares [`SIKO`] with its
 //! data sheet.
@@ -20,8 +20,8 @@ const U16: DataType = DataType::Unsigned16;
 const U32: DataType = DataType::Unsigned32;
 const I32: DataType = DataType::Integer32;
 
-/// What all of them share. A drive adds its name and how to recognise it, its conditions, codes and gears, and what
-/// else it has.
+/// What all drives share. A drive adds its name, its identity, its conditions, codes and gears, and its further
+/// capabilities.
 pub const SIKO: Description = Description {
     name: "SIKO",
     identity: Identity { vendor_ids: &[0x195], profile: 402, names: None, characters: ByteOrder::LowFirst },
@@ -52,9 +52,9 @@ pub const SIKO: Description = Description {
         standing: 0,
         velocity_unit: "rev/min",
     },
-    // Table 25 clears New Setpoint when a travel is over, and keeps it while one is interrupted.
+    // Table 25 clears New Setpoint when a travel is over, and keeps it during an interruption.
     release: Release::WhenOver,
-    // There is no 6061h, and 2 is velocity.
+    // There is no 6061h, and mode number 2 is velocity mode.
     modes: ModeObjects {
         chosen: Number::new(0x6060, 0x00, U8),
         shown: None,
@@ -84,7 +84,7 @@ pub const SIKO: Description = Description {
         object: Number::new(0x2413, 0x00, U8),
         values: [(0, Approach::Direct), (1, Approach::Positive), (2, Approach::Negative)],
     }),
-    // What is written is kept.
+    // The drive stores every parameter as it is written.
     store: None,
     restore: Some(Restore {
         all: Number::new(0x1011, 0x01, U32),
@@ -111,7 +111,7 @@ pub const SIKO: Description = Description {
 pub const VELOCITIES: Velocities =
     Velocities { target: Number::new(0x60FF, 0x00, I32), reached: Test::of_status(status::TARGET_REACHED), gear: None };
 
-/// Inching, of which the movement is all that shows.
+/// Inching; only the movement shows that it is under way.
 pub const INCHING: Inching = Inching {
     step: control::INCHING_1,
     positive: control::INCHING_2_POSITIVE,
@@ -135,8 +135,8 @@ const INPUTS: &[Pdo] = &[
     Pdo { base: 0x480, signals: &[Signal::StatusWord, Signal::Other(4)] },
 ];
 
-/// The parameters that all of them have, by number. Number 24 is one parameter in two objects, one for each operating
-/// mode. `*` in the manuals' tables is the set [`Controller`](ParameterSet::Controller) (1011h:03).
+/// The parameters of all drives, by number. Number 24 is one parameter in two objects, one for each operating mode. `*`
+/// in the manuals' tables marks the set [`Controller`](ParameterSet::Controller) (1011h:03).
 pub const PARAMETERS: &[Parameter; 21] = {
     use ParameterSet::{Controller, Standard};
     &[
@@ -170,7 +170,7 @@ pub const fn row(number: u8, index: u16, sub: u8, data_type: DataType, set: Para
     Parameter { number, address: Address::new(index, sub), data_type, set }
 }
 
-/// [`PARAMETERS`], and behind them those that a drive has besides.
+/// [`PARAMETERS`], followed by a drive's own.
 #[must_use]
 pub const fn parameters<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
     let mut all = [PARAMETERS[0]; N];
@@ -182,8 +182,8 @@ pub const fn parameters<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
     all
 }
 
-/// Asserts that the numbers of a description are entries of a drive's generated dictionary, with their types and limits:
-/// for the tests of the drives' crates.
+/// Asserts that the objects of a description are entries of a drive's generated dictionary, with their types and
+/// limits: for the tests of the drives' crates.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! assert_describes {

@@ -1,10 +1,10 @@
-//! Faults and emergency codes: what they consist of, and what the drives' tables have in common.
+//! Faults and emergency codes of all drives.
 //!
 //! The manuals print the bytes of an emergency code as "byte 0 (high byte), byte 1 (low byte)", which is not the order
-//! of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses can only be seen on a bus. So the
-//! order is data: a simulated drive follows CiA 301 unless its
-//! [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and the drivers' [`Codes`](lexican_driver::Codes)
-//! understand both, which is safe because no code of a drive is another one's mirror image.
+//! of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses is not known. So the order is data:
+//! a simulated drive follows CiA 301 unless its [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and
+//! the drivers' [`Codes`](lexican_driver::Codes) understand both, since no code of a drive is the byte-swapped form of
+//! another.
 
 use core::fmt;
 
@@ -12,16 +12,16 @@ use lexican_driver::Cause;
 #[doc(hidden)]
 pub use lexican_driver::Code;
 
-/// A cause of the state FAULT, and how a drive reports it.
+/// A cause of the state FAULT, and how the drive reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// What causes it.
     pub kind: FaultKind,
-    /// How often the green status LED blinks.
+    /// How many times the green status LED blinks.
     pub blinks: u8,
     /// The bits of the error register 1001h.
     pub register: u8,
-    /// The emergency code, also the entry of 1003h, with the letter as its label.
+    /// The emergency code, also the entry of 1003h; its label is the letter.
     pub code: Code,
 }
 
@@ -82,7 +82,7 @@ pub mod register {
     pub const MANUFACTURER: u8 = 1 << 7;
 }
 
-/// A table of faults: a constant for each, and all of them by letter, under the name and with the count that come first.
+/// Defines a constant for each row, and a table of all, with the name and the length given first.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! faults {
@@ -107,19 +107,19 @@ macro_rules! faults {
 
 /// No error: sent when a fault has been reset.
 pub const NO_ERROR: u16 = 0x0000;
-/// The CAN controller has become error passive. Not stored, and no fault by itself.
+/// The CAN controller has become error passive. Not stored, and not a fault by itself.
 pub const ERROR_PASSIVE: u16 = 0x8120;
-/// The CAN controller is back from bus off. Not stored, and no fault by itself.
+/// The CAN controller is back from bus off. Not stored, and not a fault by itself.
 pub const RECOVERED_FROM_BUS_OFF: u16 = 0x8140;
 
 impl Fault {
-    /// The letter of the fault buffer.
+    /// The letter of the fault in the fault buffer.
     #[must_use]
     pub fn letter(&self) -> char {
         self.code.label.chars().next().unwrap_or(' ')
     }
 
-    /// The codes of a table of faults, for a description of the drive.
+    /// The codes of a table of faults, for the description of the drive.
     #[must_use]
     pub const fn codes<const N: usize>(faults: &[Fault; N]) -> [Code; N] {
         let mut codes = [Code { number: 0, label: "", text: "" }; N];
@@ -132,7 +132,7 @@ impl Fault {
     }
 }
 
-/// What the driver reports when the drive has this fault.
+/// The cause that the driver reports for this fault.
 impl From<Fault> for Cause {
     fn from(fault: Fault) -> Self {
         Cause::Fault(fault.code)

@@ -1,4 +1,4 @@
-//! What the drives do to frames that CiA 301 does not know: on CAN, and behind a gateway.
+//! Frames that the drives treat differently than CiA 301, on CAN and behind a gateway.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::{CobId, Frame, cia301};
@@ -6,8 +6,8 @@ use simulator::Storage;
 
 use crate::model::Model;
 
-/// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
-/// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
+/// For a drive that writes by 23h only (AG02, table 18): a 23h that writes an object of one or two bytes gets that
+/// size, if the number fits. Other write commands become invalid. No other frame that the drive takes has eight bytes.
 pub(crate) fn with_size_of_object(model: &Model, storage: &dyn Storage, frame: &Frame) -> Frame {
     const RESERVED: u8 = 0xE0;
     let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
@@ -25,7 +25,7 @@ pub(crate) fn with_size_of_object(model: &Model, storage: &dyn Storage, frame: &
     Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
 }
 
-/// Whether a frame is an EMCY that 1014h switches off.
+/// Whether the frame is an EMCY, and 1014h switches EMCY off.
 pub(crate) fn is_switched_off(model: &Model, storage: &dyn Storage, frame: &Frame) -> bool {
     let parameter = emergency_parameter(storage);
     let silent = model.emergencies.is_some_and(|switch| (parameter & switch.bit != 0) != switch.on_when_set);

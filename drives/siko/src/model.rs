@@ -1,4 +1,4 @@
-//! A SIKO drive as data: what its gateway and its simulator have to know of it.
+//! A SIKO drive as data, for its gateway and its simulator.
 
 use lexican_driver::description::EmergencySwitch;
 use lexican_driver::{Code, Parameter};
@@ -12,58 +12,59 @@ use simulator::Storage;
 
 use crate::fault::{Fault, FaultKind};
 
-/// A drive of the family. Objects have the same indices and types in all of its drives, so what a drive has is what
-/// its dictionary has: without 2418h the loop has the length of [`Model::loop_length`], without 2421h there is no
-/// torque deactivation, and so on. Everything else is here.
+/// A drive of the family. Objects have the same indices and types in all drives, so the dictionary of a drive also
+/// shows its features: without 2418h the loop has the length of [`Model::loop_length`], without 2421h there is no
+/// torque deactivation, and so on. All other differences are here.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
-    /// What messages call it: `AG03/1`.
+    /// The name in messages: `AG03/1`.
     pub name: &'static str,
-    /// The first line of the file of its EEPROM.
+    /// The first line of its EEPROM file.
     pub eeprom: KeptFormat,
-    /// The dictionary with the defaults of the data sheet for a node-ID.
+    /// Makes the dictionary for a node-ID, with the defaults of the data sheet.
     pub storage: fn(NodeId) -> Box<dyn Storage>,
     /// The entries that the EEPROM keeps.
     pub persistent: &'static [Address],
-    /// In which NMT states entries may be written, where not in all of them.
+    /// Entries that may be written in some NMT states only.
     pub writable_in: &'static [WritableIn],
     /// Limits that depend on other entries, such as the gear.
     pub ranges: &'static [ConditionalLimit],
-    /// What 1011h restores.
+    /// The parameters that 1011h restores.
     pub parameters: &'static [Parameter],
-    /// What the firmware says of itself: name, version, date.
+    /// Values of name, version and date in the firmware.
     pub constants: &'static [(Address, u64)],
-    /// The gear of a new drive, as 2102h has it.
+    /// The gear of a new drive, as in 2102h.
     pub gear: u8,
-    /// In what it deviates from CiA 301, or fills in what that leaves open.
+    /// Where it deviates from CiA 301, or decides what that leaves open.
     pub behaviour: Behaviour,
-    /// Its faults; what is not among them does not make it fail.
+    /// Its faults; other kinds of fault have no effect.
     pub faults: &'static [Fault],
-    /// What it reports besides its faults.
+    /// The emergency codes that are not faults.
     pub notices: &'static [Code],
-    /// Whether 0000h is sent when the bus is well again, and not only when a fault has been reset.
+    /// Whether 0000h is also sent when the bus has recovered, and not only after a fault reset.
     pub reports_recovery: bool,
-    /// How long the motor current may be too high.
+    /// How long the motor current may be too high before a fault.
     pub overcurrent_for: Duration,
-    /// The bit of 1014h without which no EMCY is sent, if it is not the one of CiA 301.
+    /// The bit of 1014h that switches EMCY on or off, if it is not that of CiA 301.
     pub emergencies: Option<EmergencySwitch>,
-    /// Whether control words come by SDO, too, and not by PDO only.
+    /// Whether control words may also come by SDO, and not only by PDO.
     pub control_by_sdo: bool,
     /// Whether 23h is the only SDO command that writes, with four bytes for an object of any size.
     pub writes_four_bytes: bool,
     /// Where the node-ID comes from.
     pub addressing: Addressing,
-    /// Whether there is an input without which the motor gets no torque: bit 10 of 1002h shows its absence.
+    /// Whether it has an enable input, without which the motor has no torque: bit 10 of 1002h is set while it is
+    /// inactive.
     pub enable_input: bool,
-    /// Whether there are two limit switches and one for calibration: bits 0 to 2 of 1002h show them.
+    /// Whether it has two limit switches and one for calibration: bits 0 to 2 of 1002h.
     pub switches: bool,
-    /// Whether there are operator keys.
+    /// Whether it has operator keys.
     pub keys: bool,
-    /// The length of a loop in increments, where no object has it.
+    /// The length of a loop in increments, if no object holds it.
     pub loop_length: u16,
 }
 
-/// In what SIKO's drives deviate from CiA 301, or fill in what that leaves open.
+/// Where SIKO's drives deviate from CiA 301, or decide what that leaves open.
 pub const BEHAVIOUR: Behaviour = Behaviour {
     // By event timer only.
     triggers_255: Triggers { start: false, change: false, timer: true, inhibit: false },
@@ -73,7 +74,7 @@ pub const BEHAVIOUR: Behaviour = Behaviour {
     changes: ChangeRule::InPreOperational,
     dummies: 0,
     empty_history_is_zero: true,
-    // Table 20 has no code for what a device notices by itself in frames.
+    // Table 20 has no codes for communication errors that a device detects in frames.
     records_communication_errors: false,
     unreported: &[
         ErrorCode::LIFE_GUARD,

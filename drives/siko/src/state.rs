@@ -1,8 +1,8 @@
-//! The drive's state machine (chapter 7.3): a subset of CiA 402, as a table.
+//! The drive's state machine (chapter 7.3), a subset of CiA 402, as a table.
 //!
-//! There is no FAULT REACTION ACTIVE; Quick Stop is a command in OPERATION ENABLED only, and its state is left
-//! by Disable Voltage only; Enable Operation does not lead from READY TO SWITCH ON. The driver finds its way
-//! through this table, and the simulated drive obeys it.
+//! There is no FAULT REACTION ACTIVE. Quick Stop is a command in OPERATION ENABLED only, and only Disable Voltage
+//! leaves its state. Enable Operation does not lead from READY TO SWITCH ON. The driver finds its way through this
+//! table, and the simulated drive obeys it.
 //!
 //! Where the English manual says "motor is enabled", the German one says "freigeschaltet": released,
 //! without torque. So the motor has torque in OPERATION ENABLED and QUICK STOP ACTIVE only.
@@ -46,8 +46,8 @@ pub const TRANSITIONS: Transitions = {
     ])
 };
 
-/// The transition that a control word makes in `state`, coming after `previous`; `None` when the drive
-/// ignores it. While bit 7 stays set, there is no command at all (table 24).
+/// The transition that a control word makes in `state` when it follows `previous`; `None` if the drive ignores it.
+/// While bit 7 stays set, every command is ignored (table 24).
 #[must_use]
 pub fn commanded(state: State, word: u16, previous: u16) -> Option<Transition> {
     let command = Command::parse(previous, word);

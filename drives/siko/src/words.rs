@@ -1,4 +1,4 @@
-//! Bits of the words that the drive speaks in: 1002h (table 1), 6041h (table 21), 6040h (table 23), 2420h.
+//! Bits of the drive's words: 1002h (table 1), 6041h (table 21), 6040h (table 23), 2420h.
 
 /// Bits of the system status word 1002h (table 1).
 pub mod system {
@@ -13,12 +13,12 @@ pub mod system {
     pub const MOVING: u16 = 1 << 4;
     pub const ABOVE_UPPER_LIMIT: u16 = 1 << 5;
     pub const BELOW_LOWER_LIMIT: u16 = 1 << 6;
-    /// Torque-free. The English manual calls it "enabled".
+    /// Without torque. The English manual calls it "enabled".
     pub const MOTOR_RELEASED: u16 = 1 << 7;
     pub const FAULT: u16 = 1 << 8;
     pub const AGAINST_APPROACH: u16 = 1 << 9;
     pub const NO_SUPPLY: u16 = 1 << 10;
-    /// In the AG02, which has an input there.
+    /// In the AG02, which has an enable input.
     pub const ENABLE_INACTIVE: u16 = 1 << 10;
     pub const NOT_READY: u16 = 1 << 11;
     pub const BATTERY_LOW: u16 = 1 << 12;

@@ -1,9 +1,9 @@
 //! The manual's two worked examples, tables 25 and 26, as data: node 5, frame by frame.
 //!
-//! The tables say what to send and twice to wait for a target. They do not say how long to travel before
-//! the intermediate stop, and send the next command without waiting for +30 rev/min or for standstill.
-//! A replay is to show these things happen, so rows that wait are added where
-//! [`Row::in_table`] is false; the frames are those of the manual, all of them, and in its order.
+//! The tables say what to send, and twice to wait for a target. They do not say how long to travel before the
+//! intermediate stop, and send the next command without waiting for +30 rev/min or for standstill. A replay has to show
+//! that these things happen, so it has additional rows that wait, whose [`Row::in_table`] is false. The frames are
+//! exactly those of the manual, in its order.
 
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 

@@ -1,8 +1,7 @@
-//! Every way in which a program can end, with a drive that it moves: what the drive does then.
+//! Every way in which a program can end while its drive moves, and what the drive then does.
 //!
-//! The program is this very executable, started again as a process of its own; the simulated drive is here, in real
-//! time and on a thread of its own, and a socket is the bus between them. The drive inches, which goes on without end
-//! if it is not stopped.
+//! The program is this executable, started again as its own process. The simulated drive runs here, in real time in a
+//! thread, and a socket is the bus between them. The drive inches, which goes on without end unless it is stopped.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};

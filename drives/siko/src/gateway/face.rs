@@ -1,4 +1,4 @@
-//! The state machine of CiA 402, where the interface has none: edges of 6040h become orders, facts become 6041h.
+//! The state machine of CiA 402, for an interface that has none: edges of 6040h become orders, facts become 6041h.
 
 use lexican_driver::Direction;
 
@@ -8,17 +8,17 @@ use crate::order::{Braking, Order};
 use crate::state::{Mode, State, commanded, has_torque};
 use crate::words::{control, status, system};
 
-/// A control word, with the targets that hold when it comes.
+/// A control word, with the targets at that time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Control {
     pub(super) word: u16,
-    /// `false` if a target out of range came with it.
+    /// Whether the target that came with it was in range.
     pub(super) has_target: bool,
     pub(super) position: i32,
     pub(super) velocity: i32,
 }
 
-/// What has been ordered last.
+/// The work that was ordered last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
     None,
@@ -28,12 +28,12 @@ enum Work {
     Turning(i32),
 }
 
-/// What a control word asks for.
+/// An order that a control word asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Step {
     pub(super) order: Order,
     pub(super) target: i32,
-    /// The state, and the one that follows when it is carried out.
+    /// The present state, and the one after the order is carried out.
     states: (State, State),
 }
 
@@ -46,9 +46,9 @@ pub(super) struct Face {
     mode: Option<Mode>,
     work: Work,
     acknowledged: bool,
-    /// The motor has been seen in control since it was enabled.
+    /// The motor has been in control since it was enabled.
     holds: bool,
-    /// The last order has been refused because something else has command.
+    /// The last order was refused because another interface has command.
     overruled: bool,
 }
 
@@ -76,7 +76,7 @@ impl Face {
         self.mode
     }
 
-    /// 6060h has this value now.
+    /// Follows a change of 6060h.
     pub(super) fn set_mode(&mut self, mode: Option<Mode>) {
         if self.mode != mode {
             (self.work, self.acknowledged) = (Work::None, false);
@@ -84,14 +84,14 @@ impl Face {
         self.mode = mode;
     }
 
-    /// Whether the facts are to be read anew before the word is judged: it may start something.
+    /// Whether to read the facts anew before the control word is judged, since it may start something.
     pub(super) fn needs_look(&self, control: Control) -> bool {
         let word = self.word_of(control);
         let starts = word != self.word && word & control::STOP == 0;
         self.state == State::OperationEnabled && starts && commanded(self.state, word, self.word).is_none()
     }
 
-    /// Without a target, a word may stop, but starts nothing.
+    /// The control word, reduced if its target was out of range: such a word may stop, but starts nothing.
     fn word_of(&self, given: Control) -> u16 {
         match given.has_target {
             true => given.word,
@@ -99,7 +99,7 @@ impl Face {
         }
     }
 
-    /// Takes a control word; returns what is to be ordered, and otherwise has changed its state.
+    /// Takes a control word; returns the order that it asks for, or changes the state itself.
     pub(super) fn take(&mut self, control: Control, facts: &Facts) -> Option<Step> {
         let (word, Control { position, velocity, .. }) = (self.word_of(control), control);
         let previous = std::mem::replace(&mut self.word, word);
@@ -130,7 +130,7 @@ impl Face {
         Some(Step { order, target, states: (self.state, self.state) })
     }
 
-    /// Table 23 in positioning mode: a word is at most one order.
+    /// Table 23 in positioning mode: a word gives at most one order.
     fn travelling(&self, word: u16, rising: u16, falling: u16, facts: &Facts) -> Option<Order> {
         if facts.has(system::POSITIONING) {
             return match () {
@@ -156,7 +156,7 @@ impl Face {
         INCHING_2.iter().find(|(bit, _)| rising & bit != 0).map(|(_, direction)| Order::Inch(*direction))
     }
 
-    /// Table 23 in velocity mode. While the drive turns, a new target is an order of its own.
+    /// Table 23 in velocity mode. While the drive turns, a new target is an order by itself.
     fn turning(&self, word: u16, falling: u16, velocity: i32) -> Option<Order> {
         match self.work {
             Work::Turning(_) if word & control::STOP != 0 => Some(Order::Interrupt(Braking::Programmed)),
@@ -165,7 +165,7 @@ impl Face {
         }
     }
 
-    /// An order is over. `facts` are as of after it. If it is not known whether it was carried out, they say so.
+    /// Ends an order. `facts` were measured after it, and decide if it is not known whether the order was carried out.
     pub(super) fn conclude(&mut self, step: Step, outcome: Outcome, facts: &Facts) {
         self.overruled = outcome == Outcome::Overruled;
         let moves = facts.has(system::POSITIONING | system::MOVING);
@@ -179,7 +179,7 @@ impl Face {
             },
             Outcome::Refused | Outcome::Overruled => false,
         };
-        // A fault that came with it is the last word.
+        // A fault that came meanwhile has precedence.
         if !carried_out || self.state != step.states.0 {
             return;
         }
@@ -192,14 +192,14 @@ impl Face {
             Order::Interrupt(_) if matches!(self.work, Work::Turning(_)) => self.work = Work::None,
             Order::Hold | Order::Abort(_) => self.work = Work::None,
             Order::Enable => self.holds = false,
-            // What is finished stays known as such.
+            // Finished work stays known as such.
             Order::Release if moves => self.work = Work::None,
             Order::Release | Order::Resume | Order::Interrupt(_) | Order::ResetFault => {}
         }
         self.state = step.states.1;
     }
 
-    /// The motor is released, by whatever means: SWITCH ON DISABLED, and no control word was ever there.
+    /// Enters SWITCH ON DISABLED after the motor was released in any way, as if no control word had come.
     pub(super) fn disable(&mut self) {
         self.word = 0;
         if self.state != State::Fault {
@@ -208,8 +208,8 @@ impl Face {
         self.acknowledged = false;
     }
 
-    /// Takes what the drive shows; returns what has become of it by itself, and not because an order that is under way
-    /// releases the motor.
+    /// Takes facts; returns a change that the drive made by itself, which does not include the release of the motor by
+    /// an order under way.
     pub(super) fn see(&mut self, facts: &Facts, is_releasing: bool) -> Option<Change> {
         let released = facts.has(system::MOTOR_RELEASED);
         if facts.has(system::FAULT) {
@@ -224,7 +224,7 @@ impl Face {
         if !has_torque(self.state) {
             return None;
         }
-        // Without supply or enable input it has no torque in any state.
+        // Without supply or enable input, the motor has no torque in any state.
         let held = std::mem::replace(&mut self.holds, !released);
         let lost = held && released && !is_releasing && !facts.has(system::NO_SUPPLY);
         if lost {
@@ -240,7 +240,7 @@ impl Face {
         let velocity = self.mode == Some(Mode::Velocity);
         let arrived = matches!(self.work, Work::Travel | Work::Step) && !has(system::POSITIONING | system::MOVING);
         let limit = !velocity && has(system::ABOVE_UPPER_LIMIT | system::BELOW_LOWER_LIMIT);
-        // Bit 10 of 1002h is the enable input where there is one.
+        // Bit 10 of 1002h is the enable input in a drive that has one.
         let supplied = model.enable_input || !has(system::NO_SUPPLY);
         [
             (status::VOLTAGE_ENABLED, supplied),
@@ -260,7 +260,6 @@ impl Face {
     }
 }
 
-/// What has become of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
     Done,
@@ -269,7 +268,7 @@ pub(super) enum Outcome {
     Unknown,
 }
 
-/// What has become of a drive by itself.
+/// A change that the drive made by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     Fault,

@@ -7,30 +7,30 @@ use lexican_runtime::{Duration, Frame, Instant};
 
 use super::{Door, Gateway};
 
-/// The line of a door, with the clock of its time: the only I/O of a gateway.
+/// The line behind a door, with its clock: the only I/O of a gateway.
 pub trait Carrier<D> {
-    /// The time.
+    /// The time on the line.
     fn now(&self) -> Instant;
 
-    /// Sends what the door has to send, waits for the line no longer than `until`, and hands the door what has come.
+    /// Sends the frames of the door, waits for the line at most until `until`, and hands the door what has come.
     fn carry(&mut self, door: &mut D, until: Instant) -> Result<(), LinkError>;
 
-    /// Whether time passes as on the wall.
+    /// Whether the clock runs in real time.
     fn is_real_time(&self) -> bool;
 
-    /// When the next thing happens on a simulated line: for [`GatewayNode`].
+    /// The time of the next event on a simulated line: for [`GatewayNode`].
     fn next_event(&self) -> Option<Instant> {
         None
     }
 }
 
-/// How long a link that is dropped waits until what it was given has left.
+/// How long a dropped link waits for its frames to leave.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
 /// A drive behind another interface, as a [`Link`] to a bus whose only node is that drive.
 ///
-/// When it is dropped, orders that are on their way leave before, for half a second at most: a program that panics stops its
-/// drive, too.
+/// When it is dropped, it first sends the orders under way, for half a second at most: so a program that panics stops
+/// its drive, too.
 #[derive(Debug)]
 pub struct GatewayLink<D: Door, C: Carrier<D>> {
     gateway: Gateway<D>,
@@ -55,7 +55,7 @@ impl<D: Door, C: Carrier<D>> GatewayLink<D, C> {
         &mut self.carrier
     }
 
-    /// Lets the line go on until `until`, or until something has come.
+    /// Lets the line run until `until`, or until something has come.
     fn turn(&mut self, until: Instant) -> Result<(), LinkError> {
         self.carrier.carry(self.gateway.door_mut(), until)?;
         self.gateway.handle_timeout(self.carrier.now());
@@ -101,8 +101,8 @@ impl<D: Door, C: Carrier<D>> Link for GatewayLink<D, C> {
 impl<D: Door, C: Carrier<D>> Drop for GatewayLink<D, C> {
     fn drop(&mut self) {
         let until = self.carrier.now() + LAST_WORDS;
-        // A line that panics while another panic unwinds would abort the process, with all that other drives are still to
-        // be told.
+        // If the line panics while another panic unwinds, the process would abort, and other drives would not be told
+        // to stop.
         let _ = catch_unwind(AssertUnwindSafe(|| {
             while self.gateway.is_busy() && self.carrier.now() < until {
                 let deadline = self.gateway.poll_timeout().unwrap_or(until);
@@ -114,7 +114,7 @@ impl<D: Door, C: Carrier<D>> Drop for GatewayLink<D, C> {
     }
 }
 
-/// A drive behind another interface on a simulated line, as a node of a virtual bus: beside drives on CAN.
+/// A drive behind another interface on a simulated line, as a node of a virtual bus, next to drives on CAN.
 #[derive(Debug)]
 pub struct GatewayNode<D, C> {
     gateway: Gateway<D>,
@@ -134,21 +134,21 @@ impl<D: Door, C: Carrier<D>> GatewayNode<D, C> {
         &self.gateway
     }
 
-    /// The line, to let something happen on it.
+    /// The line, for tests and scripts to act on.
     pub fn line(&mut self) -> &mut C {
         &mut self.line
     }
 
-    /// Lets the line come to the time of the bus.
+    /// Lets the line run up to the time of the bus.
     fn follow(&mut self, now: Instant) {
         loop {
-            // A line that is gone carries nothing.
+            // A line that has failed carries nothing.
             if self.line.carry(self.gateway.door_mut(), now).is_err() {
                 return;
             }
             self.gateway.handle_timeout(self.line.now());
             if self.line.now() >= now && self.poll_timeout().is_none_or(|next| next > now) {
-                // What the gateway has to send has left.
+                // Sends the last frames of the gateway.
                 let _ = self.line.carry(self.gateway.door_mut(), now);
                 return;
             }

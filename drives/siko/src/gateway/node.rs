@@ -24,7 +24,7 @@ use crate::order::Order;
 use crate::state::{Mode, has_torque};
 use crate::words::system;
 
-/// How many control words wait for the line. More come from a flood only; the oldest go first.
+/// How many control words may wait for the line. Only a flood has more; the oldest are dropped.
 const MOST_WAITING: usize = 16;
 
 /// A drive behind a [`Door`], as a CANopen node: see [the module](super).
@@ -35,57 +35,58 @@ pub struct Gateway<D> {
     storage: Box<dyn Storage>,
     door: D,
     face: Face,
-    /// What the drive showed last.
+    /// The last facts.
     facts: Facts,
-    /// Until when that counts: then the node is silent.
+    /// Until when the facts are valid; after that the node is silent.
     stale: Instant,
-    /// Until when facts may still come before the drive is given up: a program that has just come back to its link has not
-    /// let the door look.
+    /// Until when to wait for facts before the drive counts as lost: a program that returns to its link after a pause
+    /// has not let the door measure.
     patience: Option<Instant>,
     /// The drive answers.
     connected: bool,
-    /// It has answered before.
+    /// Whether it has answered before.
     known: bool,
-    /// It had been ordered to release its motor when it was lost: a released motor then is no sign of a restart.
+    /// Whether it had been ordered to release its motor when it was lost: then a released motor is no sign of a
+    /// restart.
     released: bool,
     effects: Vec<Effect>,
     waiting: VecDeque<Task>,
     current: Option<Current>,
-    /// Frames that are to be sent before those of the device.
+    /// Frames to send before those of the device.
     outgoing: VecDeque<Frame>,
 }
 
-/// What is to be done, one after the other, in the order in which it came.
+/// What waits, in the order in which it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Task {
     Control(Control),
     Serve(Frame),
     /// NMT, before the node has booted.
     Hear(Frame),
-    /// SWITCH ON DISABLED, with the motor released.
+    /// Enters SWITCH ON DISABLED, with the motor released.
     Disable,
     Restart,
     ReadMode,
     ReportFault,
 }
 
-/// What the door has been given a job for.
+/// The job that the door has, and what follows.
 #[derive(Clone, Copy, Debug)]
 enum Current {
-    /// A look, before a control word is judged.
+    /// The facts are measured before this control word is judged.
     Judging(Control),
     Ordering(Step),
     Disabling,
     ReadingMode,
     ReadingFault,
-    /// A request, if its client has not given up, waits for a value, or for a look.
+    /// An SDO request waits for a value, or for new facts; `None` if its client has given up.
     Reading(Option<Frame>, Option<Address>),
-    /// The answer of the device waits until the drive has taken the value; `None` when the client has given up.
+    /// The answer of the device waits until the drive has taken the value; `None` if the client has given up.
     Writing(Option<Frame>, Address, i64),
 }
 
 impl<D: Door> Gateway<D> {
-    /// A gateway to a drive of this kind. The node is silent until the drive has answered; then it boots.
+    /// A gateway to a drive of this kind. The node is silent until the drive answers, and then boots.
     #[must_use]
     pub fn new(model: &'static Model, node: NodeId, door: D) -> Self {
         Gateway {
@@ -130,8 +131,8 @@ impl<D: Door> Gateway<D> {
         self.connected
     }
 
-    /// How long an SDO client has to wait for an answer before it may take the drive for silent: the door may have a job,
-    /// and a control word may wait for two more (a look, and its order), before the one of the request.
+    /// How long an SDO client has to wait before it may take the drive for silent. The door may have a job, and a
+    /// control word that takes two more (a look, and its order), before the job of the request.
     #[must_use]
     pub fn answers_within(&self) -> Duration {
         self.door.worst_job().times(4)
@@ -143,7 +144,7 @@ impl<D: Door> Gateway<D> {
         self.current.is_some() || !self.waiting.is_empty()
     }
 
-    /// Takes what has come over the line. To be called after each event of the carrier, by whatever runs the gateway.
+    /// Handles what has come over the line. To be called after each event of the carrier.
     pub fn advance(&mut self, now: Instant) {
         while let Some(report) = self.door.poll(now) {
             match report {
@@ -167,7 +168,7 @@ impl<D: Door> Gateway<D> {
         self.connected = false;
         self.current = None;
         self.waiting.clear();
-        // Nothing else ends its torque.
+        // Only this job takes the torque away.
         self.waiting.extend(disables.then_some(Task::Disable));
         self.outgoing.clear();
     }
@@ -195,7 +196,7 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// Power-on, or a reset: the communication objects have their defaults again.
+    /// Restarts the node, at power-on or after a reset: the communication objects get their defaults.
     fn restart(&mut self, now: Instant) {
         let node = self.device.node();
         self.storage = (self.model.storage)(node);
@@ -206,7 +207,7 @@ impl<D: Door> Gateway<D> {
         self.waiting.push_front(Task::ReadMode);
     }
 
-    /// Goes on with what waits, unless the door has something to do.
+    /// Goes on with the waiting tasks, until the door has a job.
     fn work(&mut self, now: Instant) {
         while self.connected && self.current.is_none() {
             let Some(task) = self.waiting.pop_front() else { return };
@@ -239,11 +240,11 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// The door has done its job.
+    /// Handles the end of the door's job.
     fn conclude(&mut self, now: Instant, result: Result<i64, AbortCode>) {
         match self.current.take() {
             None => {}
-            // Without a look, the last one counts.
+            // If the look fails, the last facts count.
             Some(Current::Judging(control)) => self.judge(now, control),
             Some(Current::Ordering(step)) => {
                 let outcome = match result {
@@ -254,7 +255,7 @@ impl<D: Door> Gateway<D> {
                 };
                 self.face.conclude(step, outcome, &self.facts);
             }
-            // Once more: nothing else ends its torque.
+            // Repeated, since only this job takes the torque away.
             Some(Current::Disabling) if result == UNKNOWN && !self.facts.has(system::MOTOR_RELEASED) => {
                 self.waiting.push_front(Task::Disable);
             }
@@ -312,7 +313,7 @@ impl<D: Door> Gateway<D> {
         self.take_effects();
     }
 
-    /// Serves a request, at once or when the door has answered.
+    /// Serves an SDO request, at once or when the door has answered.
     fn serve(&mut self, now: Instant, frame: Frame) {
         let read = match ClientRequest::parse(frame.data()) {
             Some(ClientRequest::InitiateUpload { address } | ClientRequest::InitiateBlockUpload { address, .. }) => {
@@ -328,7 +329,7 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// Lets the device answer a request; if it writes an object of the door, its answer waits.
+    /// Lets the device answer an SDO request; if it writes an object of the door, the answer waits.
     fn answer(&mut self, now: Instant, frame: &Frame, refusal: Option<AbortCode>) {
         self.settle();
         self.with_objects(true, refusal, |device, od| device.handle_frame(now, frame, od));
@@ -350,10 +351,9 @@ impl<D: Door> Gateway<D> {
         self.begin(now, Current::Writing(answer, address, value), Job::Write(address, value));
     }
 
-    /// What the device reports of a frame or a deadline.
     fn follow(&mut self, event: Option<Event>) {
         match event {
-            // As the drive does on CAN: who takes command finds the motor released, who gives it up releases it.
+            // As the drive on CAN: taking command finds the motor released, and giving it up releases the motor.
             Some(Event::StateChanged(_)) => self.disable(),
             Some(Event::Reset(_)) => {
                 self.disable();
@@ -381,7 +381,7 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// A target is out of range.
+    /// Notes that the target of a control word is out of range.
     fn miss_target(&mut self) {
         for effect in &mut self.effects {
             if let Effect::Control(word) = *effect {
@@ -390,7 +390,7 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// Takes control words, which count in OPERATIONAL.
+    /// Takes control words, which are valid in OPERATIONAL only.
     fn take_effects(&mut self) {
         let effects = std::mem::take(&mut self.effects);
         if self.device.nmt_state() != NmtState::Operational {
@@ -418,7 +418,7 @@ impl<D: Door> Gateway<D> {
         }
     }
 
-    /// Shows in the dictionary what is so.
+    /// Brings the dictionary up to date.
     fn settle(&mut self) {
         let remote = self.device.nmt_state() != NmtState::PreOperational;
         let status_word = self.face.status_word(self.model, &self.facts, remote);
@@ -467,28 +467,28 @@ impl<D: Door> Gateway<D> {
     }
 }
 
-/// The SDO server's identifiers less the node-ID.
+/// COB-IDs of the SDO server, without the node-ID.
 const SDO_REQUEST: u16 = 0x600;
 const SDO_ANSWER: u16 = 0x580;
 
-/// 1011h: after it, the mode may be another one.
+/// A write to 1011h may change the mode.
 const RESTORE: u16 = cia301::RESTORE_DEFAULT_PARAMETERS;
 
-/// The door does not know whether its job is done.
+/// The door does not know whether its job was carried out.
 const UNKNOWN: Result<i64, AbortCode> = Err(AbortCode::HARDWARE_ERROR);
 
 impl<D: Door> Node for Gateway<D> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.advance(now);
         let asks = frame.id() == CobId::of_node(SDO_REQUEST, self.device.node());
-        // A program that has just begun asks and commands before the drive has answered for the first time.
+        // A program that has just started sends requests and commands before the drive has answered for the first time.
         if !self.connected && (self.known || !asks) {
             let waits = !self.known && frame.id() == CobId::NMT && self.waiting.len() < MOST_WAITING;
             self.waiting.extend(waits.then_some(Task::Hear(*frame)));
             return;
         }
         if asks {
-            // A client asks one thing at a time: what it has asked before, it waits for no more.
+            // A client has one request at a time: a new one means that it has given up the previous one.
             self.waiting.retain(|task| !matches!(task, Task::Serve(_)));
             if let Some(Current::Reading(held, _) | Current::Writing(held, ..)) = &mut self.current {
                 *held = None;

@@ -1,4 +1,4 @@
-//! The dictionary as a gateway serves it: what the door has is asked of it, everything else is the gateway's.
+//! The dictionary of a gateway: some objects are read and written through the door, the others are its own.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::cia301;
@@ -17,8 +17,8 @@ pub(super) const TARGET_POSITION: Address = Address::new(0x607A, 0x00);
 pub(super) const TARGET_VELOCITY: Address = Address::new(0x60FF, 0x00);
 pub(super) const LATEST_FAULT: Address = Address::new(cia301::PREDEFINED_ERROR_FIELD, 0x01);
 
-/// Objects of the communication profile area that a gateway does not have unless its door does: they are the drive's, or
-/// about a manager that is gone.
+/// Objects of the communication profile area that a gateway does not have unless its door has them: they belong to the
+/// drive, or concern a manager that is gone.
 const NOT_OWN: &[u16] = &[
     cia301::PREDEFINED_ERROR_FIELD,
     0x100A,
@@ -29,53 +29,52 @@ const NOT_OWN: &[u16] = &[
     cia301::CONSUMER_HEARTBEAT_TIME,
 ];
 
-/// Where an object is.
+/// Where an object is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     Own,
-    /// At the other end of the line.
+    /// In the drive, behind the door.
     Door,
-    /// Read with the facts: in the gateway, when these are new.
+    /// Comes with the facts.
     Fact,
     Missing,
 }
 
-/// Where an object is, while `target` is the target of the operating mode.
+/// Where an object is kept. `target` is the object of the operating mode's target.
 pub(super) fn place(door: &(impl Door + ?Sized), address: Address, target: Option<Address>) -> Place {
     match address {
         CONTROL_WORD => Place::Own,
         STATUS_WORD | SYSTEM_STATUS => Place::Fact,
-        // The target of the other mode waits here.
+        // The target of the other mode is kept here.
         TARGET_POSITION | TARGET_VELOCITY if target != Some(address) => Place::Own,
         _ if door.has(address) => Place::Door,
         TARGET_POSITION | TARGET_VELOCITY => Place::Own,
         _ if cia301::COMMUNICATION.contains(&address.index()) && !NOT_OWN.contains(&address.index()) => Place::Own,
-        // How many elements a record has.
+        // The number of entries of a record.
         _ if address.sub() == 0 && (1..=u8::MAX).any(|sub| door.has(Address::new(address.index(), sub))) => Place::Own,
         _ => Place::Missing,
     }
 }
 
-/// What follows from a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effect {
     /// A control word came.
     Control(u16),
-    /// One came in a PDO with a target that is out of range.
+    /// A control word came in a PDO whose target is out of range.
     ControlWithoutTarget(u16),
-    /// An object of the door is to be written.
+    /// An object behind the door is to be written.
     Write(Address, i64),
 }
 
-/// Storage and door, lent to the device for one call.
+/// Storage and door, borrowed by the device for one call.
 pub(super) struct Objects<'a, D: ?Sized> {
     pub(super) storage: &'a mut dyn Storage,
     pub(super) door: &'a D,
-    /// The object of the target of the operating mode.
+    /// The object of the operating mode's target.
     pub(super) target: Option<Address>,
-    /// Whether a request is being served.
+    /// Whether an SDO request is being served.
     pub(super) by_sdo: bool,
-    /// Why the door has refused to read what is being served.
+    /// Why the door refused to read the requested object.
     pub(super) refusal: Option<AbortCode>,
     pub(super) effects: &'a mut Vec<Effect>,
 }
@@ -111,7 +110,7 @@ impl<'a, D: Door + ?Sized> Layer for Objects<'a, D> {
         if address == CONTROL_WORD {
             self.effects.push(Effect::Control(raw as u16));
         } else if self.by_sdo && place(self.door, address, self.target) == Place::Door {
-            // The data sheet allows it; whether the drive does is another question.
+            // The data sheet allows the value; the drive may still refuse it.
             self.storage.set_raw(address, before.unwrap_or_default());
             self.effects.push(Effect::Write(address, signed(entry.data_type, raw).unwrap_or_default()));
         }

@@ -1,4 +1,4 @@
-//! The objects that the simulated drive looks at, by name.
+//! The objects that the simulated drive uses, by name.
 
 use lexican_runtime::object::Address;
 

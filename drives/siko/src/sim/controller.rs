@@ -1,5 +1,5 @@
-//! The drive's controller: state machine, travel commands, faults. It knows parameters and inputs as
-//! numbers, and neither objects nor frames.
+//! The drive's controller: state machine, travel commands, faults. It knows parameters and inputs as numbers, and has
+//! no objects or frames.
 
 use std::collections::VecDeque;
 
@@ -16,10 +16,10 @@ use crate::order::Refused;
 use crate::state::{State, Transition, commanded, has_torque};
 use crate::words::control;
 
-/// What the network allows the drive.
+/// What the NMT state allows the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Network {
-    /// NMT INITIALISATION or PRE-OPERATIONAL: the operator keys work, the state machine rests.
+    /// NMT INITIALISATION or PRE-OPERATIONAL: the operator keys work, the state machine does not.
     PreOperational,
     /// NMT OPERATIONAL: commands are taken.
     Operational,
@@ -32,7 +32,7 @@ pub enum Network {
 pub enum Motor {
     /// It holds or moves the shaft.
     InControl,
-    /// Its windings are shorted: it brakes, and takes no current.
+    /// Its windings are shorted: it brakes without current.
     Shorted,
     /// It has no torque: the shaft can be turned by hand.
     Released,
@@ -43,7 +43,7 @@ pub enum Motor {
 pub struct Emergency {
     /// The code (table 20).
     pub code: u16,
-    /// The error register with it.
+    /// The error register that is sent with it.
     pub register: u8,
     /// Whether it goes into the fault buffer 1003h.
     pub stored: bool,
@@ -60,7 +60,7 @@ pub struct Controller {
     pub(super) motion: Motion,
     pub(super) acknowledged: bool,
     pub(super) torque_deactivated: bool,
-    /// In velocity mode: bit 8 has started the drive and not stopped it.
+    /// In velocity mode: the falling edge of bit 8 has started the drive, and it has not been stopped since.
     pub(super) running: bool,
     control_word: u16,
     pub(super) overcurrent_since: Option<Instant>,
@@ -70,13 +70,13 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller whose power has just come on, with its shaft at `position`.
+    /// A controller that is powered on with its shaft at `position`.
     #[must_use]
     pub fn new(model: &'static Model, now: Instant, parameters: Parameters, inputs: Inputs, position: i32) -> Self {
         Controller::start(model, now, parameters, inputs, Motion::at_rest(now, parameters.shaft(position)))
     }
 
-    /// The same drive after power-on or a reset: what its shaft was doing ends by itself.
+    /// The same drive after power-on or a reset: a moving shaft coasts to a standstill.
     #[must_use]
     pub(super) fn restarted(&self, now: Instant, inputs: Inputs) -> Self {
         let mut motion = self.motion.clone();
@@ -135,25 +135,25 @@ impl Controller {
         self.faults.iter().fold(0, |register, fault| register | fault.register)
     }
 
-    /// Whether a travel job is under way that forbids changing what it relies on.
+    /// Whether a travel job is under way, which forbids changing the parameters that it uses.
     #[must_use]
     pub fn is_travelling(&self, now: Instant) -> bool {
         self.motion.is_active(now)
     }
 
-    /// Whether the motor can be given torque: the output stage is supplied, and the input that enables it, if there is
-    /// one, is active.
+    /// Whether the motor can have torque: the output stage is supplied, and the enable input, if there is one, is
+    /// active.
     pub(super) fn is_powered(&self) -> bool {
         self.inputs.supply_is_present() && (self.inputs.enable || !self.model.enable_input)
     }
 
-    /// Which limit switches count: there are some, and velocity mode ignores them.
+    /// The active limit switches; none in a drive without them, nor in velocity mode, which ignores them.
     pub(super) fn limit_switches(&self) -> [bool; 2] {
         let count = self.model.switches && self.parameters.mode == Mode::Positioning;
         if count { self.inputs.limit_switches } else { [false; 2] }
     }
 
-    /// Whether the limit switch at the end that `direction` leads to is active.
+    /// Whether the limit switch in this direction is active.
     pub(super) fn is_on_switch(&self, direction: Direction) -> bool {
         let [upper, lower] = self.limit_switches();
         match direction {
@@ -179,13 +179,13 @@ impl Controller {
     /// What the output stage does with the motor.
     #[must_use]
     pub fn motor(&self, now: Instant) -> Motor {
-        // Without torque, only a key has a job under way, and brakes it when it is let go.
+        // In a state without torque, only an operator key can start a job.
         let inching_by_key = self.motion.is_active(now);
         let arrived = matches!(self.motion.job(), Job::Positioning(_)) && !self.motion.is_active(now);
         if !self.is_powered() || !has_torque(self.state) && !inching_by_key {
             return Motor::Released;
         }
-        // Parameter 26.
+        // Parameter 26: what the motor does in position.
         match self.parameters.in_position_mode {
             1 if arrived => Motor::Shorted,
             2 if arrived => Motor::Released,
@@ -193,7 +193,7 @@ impl Controller {
         }
     }
 
-    /// Turns the shaft by hand, in no time. Returns whether it could be turned: a motor that is not released holds it.
+    /// Turns the shaft by hand, instantly. Returns whether it turned: a motor that is not released holds it.
     pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
         let turns =
             self.motor(now) == Motor::Released && !self.motion.is_moving(now) && self.inputs.shaft == Shaft::Free;
@@ -203,7 +203,7 @@ impl Controller {
         turns
     }
 
-    /// Takes what the objects hold now.
+    /// Takes new parameters from the objects.
     pub fn set_parameters(&mut self, now: Instant, parameters: Parameters) {
         let before = std::mem::replace(&mut self.parameters, parameters);
         if before.counts_down != parameters.counts_down {
@@ -219,12 +219,12 @@ impl Controller {
         self.settle(now);
     }
 
-    /// Makes `position` the actual position. The caller has made sure that nothing moves.
+    /// Makes `position` the actual position. The caller makes sure that nothing moves.
     pub fn calibrate(&mut self, now: Instant, position: i32) {
         self.motion.renumber(now, self.parameters.shaft(position));
     }
 
-    /// Lets the world change.
+    /// Follows a change of the inputs.
     pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
         let before = std::mem::replace(&mut self.inputs, inputs);
         if !self.is_powered() {
@@ -257,9 +257,9 @@ impl Controller {
     /// Follows the NMT state: outside OPERATIONAL the motor is released (7.2.2.3, 7.2.2.5).
     pub fn set_network(&mut self, now: Instant, network: Network) {
         let enters = std::mem::replace(&mut self.network, network) != network;
-        // A motor that another interface has in control is released: the bus finds it in SWITCH ON DISABLED.
+        // A motor that was controlled by another interface is released: the bus starts in SWITCH ON DISABLED.
         if network == Network::Operational && !(enters && has_torque(self.state)) {
-            // The keys are locked there (2.2.1.2).
+            // The keys are locked in OPERATIONAL (2.2.1.2).
             self.motion.stop_inching(now, self.parameters.inching().deceleration);
         } else {
             self.disable(now);
@@ -270,7 +270,7 @@ impl Controller {
     /// Goes to SWITCH ON DISABLED.
     fn disable(&mut self, now: Instant) {
         self.control_word = 0;
-        // A fault has stopped the motor and released it already.
+        // A fault has already stopped and released the motor.
         if self.state != State::Fault {
             self.state = State::SwitchOnDisabled;
             self.release(now);
@@ -283,7 +283,7 @@ impl Controller {
             return;
         }
         let previous = std::mem::replace(&mut self.control_word, word);
-        // Travel commands are those given in OPERATION ENABLED: a word that enables does not move as well.
+        // Travel commands count in OPERATION ENABLED only: a control word that enables does not start a motion as well.
         let was_enabled = self.state == State::OperationEnabled;
         if let Some(transition) = commanded(self.state, word, previous) {
             self.take(now, transition);
@@ -301,14 +301,14 @@ impl Controller {
         self.settle(now);
     }
 
-    /// Takes a control word whose target is out of range: it may stop, but starts nothing, since the target before is
-    /// none for a new order.
+    /// Takes a control word whose target is out of range: it may stop, but starts nothing, since the previous target
+    /// does not belong to it.
     pub fn control_without_target(&mut self, now: Instant, word: u16) {
         let stop = (word | self.control_word) & control::STOP;
         self.control(now, word & !control::NEW_SETPOINT | stop);
     }
 
-    /// Lets time pass: faults that need some of it.
+    /// Brings the controller to `now`: some faults take time.
     pub fn advance(&mut self, now: Instant) {
         self.settle(now);
     }
@@ -347,7 +347,7 @@ impl Controller {
         }
     }
 
-    /// What cannot be started is not: the only answer to a control word is the status word.
+    /// An order that cannot be started is ignored: a control word is answered by the status word only.
     fn start_positioning(&mut self, now: Instant, rising: u16) {
         let inching = INCHING_2.into_iter().filter(|(bit, _)| rising & bit != 0);
         let _started = if rising & control::NEW_SETPOINT != 0 {
@@ -360,7 +360,7 @@ impl Controller {
         };
     }
 
-    /// Travels to the target position, from within the limits and to within the limits.
+    /// Travels to the target position, if both it and the actual position are within the limits.
     pub(super) fn start_travel(&mut self, now: Instant) -> Result<(), Refused> {
         let Parameters { target_position, .. } = self.parameters;
         let shown = self.parameters.position(self.motion.state(now).position);
@@ -396,7 +396,7 @@ impl Controller {
         Ok(())
     }
 
-    /// From an active limit switch, at a limit and beyond it, inching leads back only (table 1).
+    /// From an active limit switch, or at or beyond a limit, inching only leads back (table 1).
     fn may_inch(&self, now: Instant, direction: Direction) -> Result<(), Refused> {
         require(!self.is_on_switch(direction), Refused::Switch(direction))?;
         let shown = self.parameters.position(self.motion.state(now).position);
@@ -428,12 +428,12 @@ impl Controller {
             && self.parameters.mode == Mode::Positioning
             && self.is_powered();
         if allowed && !self.motion.is_active(now) {
-            // At a limit the key does nothing.
+            // At a limit the key has no effect.
             let _ = self.start_inching(now, direction);
         }
     }
 
-    /// Takes the torque away. What moves, runs out, also if it was braking; what is finished, stays known as such.
+    /// Takes the torque away. A moving shaft coasts, even if it was braking; a finished job stays known as such.
     pub(super) fn release(&mut self, now: Instant) {
         self.running = false;
         if self.motion.is_active(now) || self.motion.is_moving(now) {
@@ -450,7 +450,7 @@ fn ceiling(inputs: &Inputs) -> f64 {
 const INCHING_2: [(u16, Direction); 2] =
     [(control::INCHING_2_POSITIVE, Direction::Positive), (control::INCHING_2_NEGATIVE, Direction::Negative)];
 
-/// Which bits of the control word have changed, and how.
+/// The bits of the control word that have changed.
 #[derive(Clone, Copy)]
 struct Edges {
     rising: u16,

@@ -1,4 +1,4 @@
-//! How the controller takes orders that do not come by control words: the same motion by another interface.
+//! Orders from other interfaces than control words, for the same controller.
 
 use lexican_runtime::Instant;
 
@@ -10,9 +10,9 @@ use crate::order::{Braking, Order, Refused};
 use crate::state::State;
 
 impl Controller {
-    /// Takes an order; the caller has authority.
+    /// Takes an order; the caller has checked that its interface has command.
     ///
-    /// Errors: the reason why nothing has changed.
+    /// Errors: the reason; nothing has changed then.
     pub fn order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
         let result = self.take_order(now, order);
         self.settle(now);
@@ -23,7 +23,7 @@ impl Controller {
         require(self.state != State::Fault || order == Order::ResetFault, Refused::Fault)?;
         match order {
             Order::Enable => {
-                // Without supply, no state is reached that operation can be enabled in (figure 13 of the AG02).
+                // Without supply, no state is reached in which operation can be enabled (figure 13 of the AG02).
                 require(self.inputs.supply_is_present(), Refused::NoPower)?;
                 self.state = State::OperationEnabled;
             }
@@ -84,7 +84,7 @@ impl Controller {
         require(self.parameters.mode == mode, Refused::Mode)?;
         require(self.state == State::OperationEnabled, Refused::NotEnabled)?;
         require(self.is_powered(), Refused::NoPower)?;
-        // In velocity mode a new start changes the velocity.
+        // In velocity mode, another start changes the velocity.
         require(mode == Mode::Velocity || !self.motion.is_active(now), Refused::Busy)
     }
 

@@ -1,4 +1,4 @@
-//! The simulated drive: what it is made of, and what one can see of it and do to it.
+//! The simulated drive, and its view from outside.
 
 use std::path::Path;
 
@@ -28,11 +28,11 @@ use crate::state::State;
 /// Whether the drive runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Power {
-    /// No supply of the control.
+    /// The control has no supply.
     Off,
     On,
-    /// It was switched on with the DIP switches set to restore factory settings: it has, says so, and does nothing
-    /// else until it is switched on again (2.4). That it is not on the bus meanwhile is an assumption: its
+    /// It was switched on with the DIP switches set to restore factory settings: it has restored them, shows that, and
+    /// does nothing else until it is switched on again (2.4). That it is not on the bus meanwhile is an assumption: its
     /// switches set no address.
     Restored,
 }
@@ -45,25 +45,24 @@ pub struct SimulatedDrive {
     pub(super) storage: Box<dyn Storage>,
     pub(super) controller: Controller,
     effects: Vec<Effect>,
-    /// Whether the objects may hold other parameters than the controller has: to read them all takes long.
+    /// Whether the parameters of the controller may be out of date. They are not read each time, since that takes long.
     pub(super) parameters_written: bool,
-    /// Whether an SDO is being served.
+    /// Whether an SDO request is being served.
     pub(super) by_sdo: bool,
-    /// Until when everything has been looked at: what changes by itself after it is still to be reported.
+    /// Up to when everything is up to date; what changes by itself after that is still to be reported.
     pub(super) settled: Instant,
     pub(super) power: Power,
-    /// What the LEDs show, and since when.
+    /// The signals of the LEDs, and since when they are shown.
     leds: ((StatusLed, Instant), (BusLed, Instant)),
-    /// Whether it has been switched off.
     pub(super) switched_off: bool,
-    /// In bit/s, as 2100h said at the last initialisation.
+    /// In bit/s, from 2100h at the last initialisation.
     pub(super) bit_rate: u32,
     pub(super) eeprom: Option<EepromFile<NonVolatile>>,
     pub(super) following: Following<Change>,
 }
 
 impl SimulatedDrive {
-    /// A new drive, powered on at the origin of time.
+    /// A new drive, powered on at time 0.
     #[must_use]
     pub fn new(model: &'static Model, node: NodeId) -> Self {
         SimulatedDrive::power_on(Instant::ZERO, Setup::new(model, node))
@@ -97,9 +96,9 @@ impl SimulatedDrive {
         drive
     }
 
-    /// A drive that is powered on at `now` and keeps what it keeps in the file at `path`: [`Setup::non_volatile`] is
-    /// what the file holds, and is as it was given when there is no such file yet. The file is
-    /// written whenever an entry of the EEPROM has changed, and with the position whenever the shaft has come to rest.
+    /// A drive that is powered on at `now`, with a file at `path` for its non-volatile data. The file, if there is one,
+    /// replaces [`Setup::non_volatile`]. It is written whenever an entry of the EEPROM has changed, and with the
+    /// position whenever the shaft has come to rest.
     ///
     /// ```
     /// # use lexican_runtime::{AbortCode, Instant, NodeId};
@@ -112,7 +111,7 @@ impl SimulatedDrive {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
-    /// Errors: the file cannot be read, is torn, or is something else.
+    /// Errors: the file cannot be read, is truncated, or is something else.
     pub fn with_eeprom(now: Instant, setup: Setup, path: impl AsRef<Path>) -> Result<Self, EepromError> {
         let (file, kept) = EepromFile::open(path.as_ref(), |text| NonVolatile::from_text(setup.model, text))?;
         let mut setup = setup;
@@ -129,7 +128,7 @@ impl SimulatedDrive {
         self.eeprom.as_ref()?.trouble()
     }
 
-    /// What would survive if power went off now.
+    /// The data that would survive if power went off now.
     #[must_use]
     pub fn non_volatile(&self, now: Instant) -> NonVolatile {
         let kept = self.setup.model.persistent.iter();
@@ -143,7 +142,7 @@ impl SimulatedDrive {
         self.device.node()
     }
 
-    /// The bit rate in bit/s: that of 2100h when the drive was initialised.
+    /// The bit rate in bit/s: 2100h at the last initialisation.
     #[must_use]
     pub fn bit_rate(&self) -> u32 {
         self.bit_rate
@@ -173,33 +172,33 @@ impl SimulatedDrive {
         self.setup.model
     }
 
-    /// An object as it is stored; live values are looked up only when the bus asks for them.
+    /// The stored value of an object; live values are calculated only when the bus reads them.
     #[must_use]
     pub fn stored<T: Value, A, M, D>(&self, object: Object<T, A, M, D>) -> T {
         self.storage.get(object)
     }
 
-    /// The parameters, as numbers.
+    /// The present parameters of the controller.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         Parameters::read(self.setup.model, &*self.storage, &self.setup.non_volatile)
     }
 
-    /// Sets parameter 25, for which the AG02 has no object: how inching operation 2 stops. Where there is an object, that
-    /// has it.
+    /// Sets parameter 25, how inching operation 2 stops, of the AG02, which has no object for it. In other drives the
+    /// object counts.
     pub fn set_inching_stop(&mut self, now: Instant, braking: Braking) {
         self.setup.non_volatile.inching_stop = u8::from(braking == Braking::Programmed);
         self.parameters_written = true;
         self.settle(now);
     }
 
-    /// The position as 6064h shows it. `now` is not before the last event; so it is with the others.
+    /// The position as in 6064h. `now` must not be before the last event; the same holds for the methods below.
     #[must_use]
     pub fn position(&self, now: Instant) -> i32 {
         self.controller.position(now)
     }
 
-    /// The velocity as 606Ch shows it, in rev/min.
+    /// The velocity as in 606Ch, in rev/min.
     #[must_use]
     pub fn velocity(&self, now: Instant) -> i32 {
         self.controller.velocity(now)
@@ -211,26 +210,26 @@ impl SimulatedDrive {
         self.controller.status_word(now)
     }
 
-    /// Position and velocity of the shaft as they are, without rounding: increments and increments/s.
+    /// Exact position and velocity of the shaft, in increments and increments/s.
     #[must_use]
     pub fn shaft(&self, now: Instant) -> trajectory::State {
         self.controller.motion().state(now)
     }
 
-    /// Turns the shaft by hand, in no time. Returns whether it could be turned: a motor that is not released holds it.
+    /// Turns the shaft by hand, instantly. Returns whether it turned: a motor that is not released holds it.
     pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
         let turned = self.controller.turn_shaft(now, increments);
         self.settle(now);
         turned
     }
 
-    /// The world around the drive.
+    /// The inputs of the drive.
     #[must_use]
     pub fn inputs(&self) -> &Inputs {
         &self.controller.inputs
     }
 
-    /// Lets the world change. Without its control supply, the drive is off.
+    /// Changes the inputs. Without its control supply, the drive is off.
     pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
         let mut inputs = *self.inputs();
         let before = inputs;
@@ -241,7 +240,7 @@ impl SimulatedDrive {
             self.controller.set_inputs(now, inputs);
         }
         self.follow_supply(now);
-        // Table 20: 8120h is not a fault, and over when the bus is well again.
+        // 8120h is not a fault, and ends when the bus has recovered (table 20).
         let was_reported = before.bus == BusState::Passive || before.bus_error.is_some();
         let recovered = was_reported && inputs.bus == BusState::Active && inputs.bus_error.is_none();
         if recovered && self.is_running() && self.controller.faults().is_empty() {
@@ -260,7 +259,7 @@ impl SimulatedDrive {
         self.setup.switches
     }
 
-    /// Sets the DIP switches; the drive looks at them when its supply is switched on (7.13).
+    /// Sets the DIP switches; the drive reads them when its supply is switched on (7.13).
     pub fn set_switches(&mut self, switches: DipSwitches) {
         self.setup.switches = switches;
     }
@@ -287,7 +286,7 @@ impl SimulatedDrive {
         }
     }
 
-    /// Which of the LEDs is lit at `now`. What blinks begins to when it is first shown.
+    /// Which LEDs are lit at `now`. Blinking starts when the signal is first shown.
     #[must_use]
     pub fn lights(&self, now: Instant) -> Lights {
         let ((status, status_since), (bus, bus_since)) = self.leds;
@@ -304,35 +303,36 @@ impl SimulatedDrive {
         }
     }
 
-    /// Lends `call` the dictionary with its live values, beside the bus: access rights are not enforced, everything
-    /// else is.
+    /// Gives `call` the dictionary with its live values, without the bus: access rights are not enforced, all other
+    /// checks are.
     pub fn with_dictionary<T>(&mut self, now: Instant, call: impl FnOnce(&mut dyn ObjectDictionary) -> T) -> T {
         let result = self.with_device(now, |_, od| call(od));
         self.settle(now);
         result
     }
 
-    /// Writes an object beside the bus: access rights are not enforced, everything else is, and what configures the
-    /// communication takes effect.
+    /// Writes an object without the bus: access rights are not enforced, all other checks are; communication settings
+    /// take effect.
     ///
-    /// Errors: the abort code that a client would get. Nothing has changed then.
+    /// Errors: the abort code that a client would get; nothing has changed then.
     pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         let result = self.with_device(now, |device, od| device.write(now, address, data, od));
         self.settle(now);
         result
     }
 
-    /// Takes an order beside the bus, as another interface of the drive gives it.
+    /// Takes an order without the bus, as from another interface of the drive.
     ///
-    /// Errors: why the drive does not follow it. A drive that is off is not enabled.
+    /// Errors: why the drive refuses. A drive that is off counts as not enabled.
     pub fn order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
         let result = if self.is_running() { self.controller.order(now, order) } else { Err(Refused::NotEnabled) };
         self.settle(now);
         result
     }
 
-    /// What another interface than CAN allows the drive: while it has control
-    /// ([`Operational`](Network::Operational)), the operator keys are locked, and when it loses it, the motor is released.
+    /// Sets what another interface than CAN allows the drive. While that interface has control
+    /// ([`Operational`](Network::Operational)), the operator keys are locked; when it loses control, the motor is
+    /// released.
     pub fn set_network(&mut self, now: Instant, network: Network) {
         self.controller.set_network(now, network);
         self.settle(now);
@@ -368,7 +368,7 @@ impl SimulatedDrive {
         self.show(now);
     }
 
-    /// The dictionary has refused part of what came with the control words.
+    /// Notes that the dictionary has refused a target that came with the control word.
     pub(super) fn miss_target(&mut self) {
         for effect in &mut self.effects {
             if let Effect::Control(word) = *effect {
@@ -377,7 +377,7 @@ impl SimulatedDrive {
         }
     }
 
-    /// Everything that follows from what just happened.
+    /// Follows up all effects of the last event.
     pub(super) fn settle(&mut self, now: Instant) {
         if self.is_running() {
             self.settle_running(now);

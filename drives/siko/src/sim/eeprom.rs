@@ -1,4 +1,4 @@
-//! What the drive keeps without power, as a text and as a file.
+//! The non-volatile data of the drive, as a text and as a file.
 
 use std::collections::BTreeMap;
 
@@ -14,20 +14,20 @@ fn has_inching_stop(model: &Model) -> bool {
     model.persistent.contains(&address::INCHING_STOP)
 }
 
-/// What survives without power: the EEPROM, and the absolute encoder with its battery.
+/// The data that survive without power: the EEPROM, and the absolute encoder with its battery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NonVolatile {
     /// The persistent entries, in wire form.
     pub eeprom: BTreeMap<Address, u64>,
-    /// The position as 6064h shows it.
+    /// In units of 6064h.
     pub position: i32,
-    /// Parameter 25 of a drive that has no object for it: how inching operation 2 stops, 0 with full deceleration, 1 with
-    /// its own.
+    /// Parameter 25 of a drive without an object for it: how inching operation 2 stops, 0 with full deceleration, 1
+    /// with the programmed one.
     pub inching_stop: u8,
 }
 
 impl NonVolatile {
-    /// As a text, which is what the file holds:
+    /// As the text of the file:
     ///
     /// ```text
     /// lexican siko/ag03-1 eeprom 1
@@ -36,10 +36,10 @@ impl NonVolatile {
     /// end 1 entries, crc32 3B0D4C1F
     /// ```
     ///
-    /// The first line says what the file is, and the last one that it is whole: a file that was cut off, edited without
-    /// the checksum, or written by something else is refused, and is never taken for a new drive.
+    /// The first line tells what the file is, and the last one that it is complete: a file that was truncated, edited
+    /// without updating the checksum, or written by something else is refused, and never taken for a new drive.
     ///
-    /// A drive without 2416h has a line `inching_stop 1` behind the position.
+    /// A drive without 2416h has a line `inching_stop 1` after the position.
     #[must_use]
     pub fn to_text(&self, model: &Model) -> String {
         let position = format!("position {}", self.position);
@@ -49,9 +49,9 @@ impl NonVolatile {
         model.eeprom.seal(&lines)
     }
 
-    /// What a text holds.
+    /// Reads the text of a file.
     ///
-    /// Errors: it is not the text of such a drive, or not whole.
+    /// Errors: the text is not that of such a drive, or is incomplete.
     pub fn from_text(model: &Model, text: &str) -> Result<Self, EepromError> {
         let mut kept = NonVolatile::default();
         format(model).read(text, |line| kept.take(model, line))?;
@@ -77,10 +77,10 @@ impl NonVolatile {
     }
 }
 
-/// What a line begins with that has parameter 25.
+/// The beginning of the line with parameter 25.
 const INCHING_STOP: &str = "inching_stop";
 
-/// The lines of a drive's file.
+/// The format of a drive's file.
 fn format(model: &Model) -> EepromFormat {
     let line = "`position -5000` nor an entry that the drive keeps, such as `2410:01 0x64`";
     EepromFormat { text: model.eeprom, device: model.name, line }

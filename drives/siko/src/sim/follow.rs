@@ -1,4 +1,4 @@
-//! How a drive follows its script.
+//! Running the drive's script.
 
 use lexican_runtime::Instant;
 use simulator::script::Following;
@@ -10,7 +10,7 @@ use crate::state::State;
 use crate::words::status;
 
 impl SimulatedDrive {
-    /// Lets `script` happen to the drive, beginning at `now`; another one that is not done is forgotten.
+    /// Runs `script` from `now` on, and drops one that still runs.
     pub fn follow(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);
@@ -22,7 +22,7 @@ impl SimulatedDrive {
         self.following.steps_left()
     }
 
-    /// Makes every step happen whose time has come.
+    /// Does every step whose time has come.
     pub(super) fn run_script(&mut self, now: Instant) {
         loop {
             let mut following = std::mem::take(&mut self.following);
@@ -33,13 +33,13 @@ impl SimulatedDrive {
         }
     }
 
-    /// When to look again whether the next step's time has come.
+    /// When to check the next step again.
     pub(super) fn next_step(&self) -> Option<Instant> {
         let is_so = |at, condition| self.is_so(at, condition);
         self.following.next_step(is_so, |at, condition| self.may_become_so(at, condition))
     }
 
-    /// Whether something is so.
+    /// Whether a condition holds.
     fn is_so(&self, now: Instant, condition: Condition) -> bool {
         let on = self.is_on();
         match condition {
@@ -57,7 +57,7 @@ impl SimulatedDrive {
         }
     }
 
-    /// When it may come true by itself, later than `now`, if nothing else happens before.
+    /// When the condition may come true by itself after `now`, if nothing else happens before.
     fn may_become_so(&self, now: Instant, condition: Condition) -> Option<Instant> {
         let (motion, parameters) = (self.controller.motion(), &self.controller.parameters);
         match condition {
@@ -69,12 +69,12 @@ impl SimulatedDrive {
             Condition::PositionBelow(position) => {
                 motion.next_change(now, |state| parameters.position(state.position) < position)
             }
-            // All else follows from frames, from steps, and from deadlines that the drive has anyway.
+            // The other conditions change by frames, by steps, and by deadlines that the drive has anyway.
             _ => None,
         }
     }
 
-    /// Lets one thing happen to the drive.
+    /// Makes one change to the drive.
     pub fn apply(&mut self, now: Instant, change: Change) {
         match change {
             Change::OutputStageSupply(supply) => {
@@ -87,7 +87,7 @@ impl SimulatedDrive {
             Change::Attainable(rpm) => self.set_inputs(now, |inputs| inputs.attainable_rpm = rpm),
             Change::Shaft(shaft) => self.set_inputs(now, |inputs| inputs.shaft = shaft),
             Change::Turn(increments) => {
-                // A motor that holds the shaft is not turned: that is the point of holding it.
+                // A motor that holds the shaft cannot be turned; that is not an error.
                 let _ = self.turn_shaft(now, increments);
             }
             Change::Bus(state) => self.set_inputs(now, |inputs| inputs.bus = state),

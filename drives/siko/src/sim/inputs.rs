@@ -1,9 +1,9 @@
-//! What the world does to the drive: supply, battery, temperature, load, bus, keys. Settable, so that every
-//! warning and every fault of chapter 5 can be provoked.
+//! The drive's surroundings: supply, battery, temperature, load, bus, keys. They can be set, so that every warning and
+//! every fault of chapter 5 can be provoked.
 
 use crate::fault::FaultKind;
 
-/// The world as the drive feels it.
+/// The surroundings of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs {
     /// Supply of the output stage, in 0.1 V.
@@ -14,37 +14,37 @@ pub struct Inputs {
     pub temperature_100mdegc: i16,
     /// Voltage of the battery of the absolute encoder, in 10 mV.
     pub battery_10mv: i16,
-    /// Current that the motor takes while it moves.
+    /// Current of the motor while it moves.
     pub load_ma: u16,
     /// Whether something holds the shaft.
     pub shaft: Shaft,
-    /// The velocity that the load allows, in rev/min, when that is less than was ordered: a lag error.
+    /// The velocity that the load allows, in rev/min; if less than ordered, there is a lag error. `None` is no limit.
     pub attainable_rpm: Option<u8>,
-    /// Whether the sine and cosine of the position sensor fit together.
+    /// Whether sine and cosine of the position sensor are inconsistent.
     pub sensor_fails: bool,
-    /// Whether the drive finds something wrong with itself.
+    /// Whether the drive detects an internal error.
     pub internal_error: bool,
     /// The state of the CAN controller.
     pub bus: BusState,
-    /// What the CAN controller has found wrong with a frame, which some drives report.
+    /// The error that the CAN controller has detected in a frame, which some drives report.
     pub bus_error: Option<BusError>,
-    /// The bit rate of the bus, in bit/s: a drive that has another one neither hears nor is heard. `None` for
-    /// whichever rate the drive has.
+    /// The bit rate of the bus, in bit/s: a drive with another one neither hears nor is heard. `None` is always the
+    /// drive's own.
     pub bus_bit_rate: Option<u32>,
-    /// Whether the input that enables the motor is active, in drives that have one.
+    /// Whether the enable input is active, in drives that have one.
     pub enable: bool,
-    /// Whether limit switches 1 and 2 are active, in drives that have them. Switch 1 is at the end where positions are
-    /// high; the manual does not say at which.
+    /// Whether limit switches 1 and 2 are active, in drives that have them. Switch 1 is taken to be at the high end of
+    /// positions; the manual does not say.
     pub limit_switches: [bool; 2],
-    /// Whether the switch that calibrates is active, in drives that have one.
+    /// Whether the calibration switch is active, in drives that have one.
     pub calibration_switch: bool,
     /// Which operator key is pressed.
     pub key: Option<Key>,
-    /// Faults whose cause is there independent of the other inputs, in the order of [`FaultKind`].
+    /// Faults whose cause is forced, independent of the other inputs, in the order of [`FaultKind`].
     pub forced: [bool; FaultKind::ALL.len()],
 }
 
-/// The operator keys (2.2.1.2). Which way the drive counts then depends on the sense of rotation (parameter 18).
+/// The operator keys (2.2.1.2). The sense of rotation (parameter 18) decides in which direction they count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
     /// Key 1: the shaft turns clockwise.
@@ -66,7 +66,7 @@ pub enum Shaft {
 /// Fault confinement of the CAN controller (ISO 11898-1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BusState {
-    /// Error active: all is well.
+    /// Error active: normal operation.
     #[default]
     Active,
     /// Error passive: the drive does not communicate any more (table 20).
@@ -75,21 +75,21 @@ pub enum BusState {
     Off,
 }
 
-/// What a CAN controller finds wrong with a frame (table 20 of the AG02).
+/// An error that a CAN controller detects in a frame (table 20 of the AG02).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError {
-    /// No other node has acknowledged it.
+    /// No other node has acknowledged the frame.
     Acknowledgement,
-    /// A part of it has the wrong form.
+    /// A field of fixed form is wrong.
     Form,
     /// Its checksum is wrong.
     Crc,
-    /// More than five equal bits follow each other where they may not.
+    /// More than five equal bits follow each other.
     Stuff,
 }
 
 impl BusError {
-    /// All of them with the names that scripts use.
+    /// All errors with their names in scripts.
     pub const ALL: &[(BusError, &str)] = &[
         (BusError::Acknowledgement, "acknowledgement"),
         (BusError::Form, "form"),
@@ -97,7 +97,7 @@ impl BusError {
         (BusError::Stuff, "stuff"),
     ];
 
-    /// The emergency code, if the drive has one for it.
+    /// The emergency code (table 20 of the AG02).
     #[must_use]
     pub const fn code(self) -> u16 {
         0x8001 + self as u16
@@ -130,7 +130,8 @@ impl Default for Inputs {
 }
 
 impl Inputs {
-    /// Below this the output stage, or the control, counts as not supplied. The manual gives no number: an assumption.
+    /// Below this voltage the output stage, or the control, counts as not supplied. The manual gives no number: an
+    /// assumption.
     pub const SUPPLY_PRESENT_100MV: u16 = 100;
     /// Fault A, together with a motor current above [`Inputs::UNDERVOLTAGE_CURRENT_MA`] (table 2).
     pub const UNDERVOLTAGE_100MV: u16 = 180;
@@ -146,18 +147,18 @@ impl Inputs {
     pub const BATTERY_LOW_10MV: i16 = 260;
     /// Warning above it, and fault C after four seconds (table 2).
     pub const OVERCURRENT_MA: u16 = 2400;
-    /// What torque deactivation counts as 100 %. The manual gives no number; with this one the largest
-    /// threshold, 124 %, is just above the current that is a fault anyway.
+    /// The current that torque deactivation counts as 100 %. The manual gives no number; with this one the largest
+    /// threshold, 124 %, is just above the current that causes a fault anyway.
     pub const RATED_CURRENT_MA: u16 = 2000;
-    /// What a motor takes that holds its position. The manual gives no number: an assumption.
+    /// The current of a motor that holds its position. The manual gives no number: an assumption.
     pub const HOLDING_CURRENT_MA: u16 = 50;
 
-    /// Makes the cause of a fault be there, so that it comes at once and cannot be reset.
+    /// Forces the cause of a fault, so that the fault comes at once and cannot be reset.
     pub fn force(&mut self, kind: FaultKind) {
         self.forced[kind as usize] = true;
     }
 
-    /// Takes the cause of a fault away, forced or not: what it comes from is as in [`Inputs::default`] again.
+    /// Removes the cause of a fault, forced or not: the inputs behind it are as in [`Inputs::default`] again.
     pub fn clear(&mut self, kind: FaultKind) {
         let well = Inputs::default();
         self.forced[kind as usize] = false;
@@ -175,7 +176,7 @@ impl Inputs {
         }
     }
 
-    /// Whether the control is supplied: without it, the drive is off.
+    /// Whether the control is supplied; otherwise the drive is off.
     #[must_use]
     pub const fn control_is_supplied(&self) -> bool {
         self.control_supply_100mv >= Self::SUPPLY_PRESENT_100MV
@@ -194,7 +195,7 @@ impl Inputs {
             && self.output_stage_supply_100mv <= Self::OVERVOLTAGE_100MV
     }
 
-    /// Whether the battery wants replacing (table 1, bit 12).
+    /// Whether the battery should be replaced (table 1, bit 12).
     #[must_use]
     pub const fn battery_is_low(&self) -> bool {
         self.battery_10mv < Self::BATTERY_LOW_10MV

@@ -1,9 +1,9 @@
-//! The two diagnosis LEDs (7.14), as functions of what the drive does and of the time.
+//! The two diagnosis LEDs (7.14), as functions of the drive's state and the time.
 //!
-//! The manual gives 2.5 Hz and a scan ratio of 1:5 for the bus LED, which are "blinking" and "single flash" of
-//! CiA 303-3: 200 ms on and 200 ms off, and 200 ms on and 1000 ms off. For the blink codes of table 2 it gives the
-//! number of blinks only; they are taken to be as the flashes of CiA 303-3: each 200 ms on, 200 ms between two of
-//! them, and 1000 ms before the first one comes again.
+//! The manual gives 2.5 Hz and a duty cycle of 1:5 for the bus LED, which are "blinking" and "single flash" of CiA
+//! 303-3: 200 ms on and 200 ms off, and 200 ms on and 1000 ms off. For the blink codes of table 2 it only gives the
+//! number of blinks; they are assumed to be the flashes of CiA 303-3: each 200 ms on, with 200 ms between them and a
+//! pause of 1000 ms.
 
 use lexican_runtime::Duration;
 use lexican_runtime::wire::nmt::NmtState;
@@ -13,9 +13,9 @@ use lexican_runtime::wire::nmt::NmtState;
 pub enum StatusLed {
     /// A supply is missing.
     Off,
-    /// The supplies are there.
+    /// Both supplies are present.
     On,
-    /// A fault, by the number of blinks (table 2).
+    /// There is a fault, shown by the number of blinks (table 2).
     Blinks(u8),
     /// Factory settings have been restored by DIP switches: lit when the bus LED is not (2.4).
     Alternates,
@@ -36,22 +36,22 @@ pub enum BusLed {
     Alternates,
 }
 
-/// What is lit.
+/// Which LEDs are lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lights {
-    /// The green one.
+    /// The green status LED.
     pub status: bool,
-    /// The orange one.
+    /// The orange bus LED.
     pub bus: bool,
 }
 
 /// A flash, and the gap between two flashes (CiA 303-3).
 pub const FLASH: Duration = Duration::from_millis(200);
-/// The pause behind the last flash (CiA 303-3).
+/// The pause after the last flash (CiA 303-3).
 pub const PAUSE: Duration = Duration::from_millis(1000);
 
 impl StatusLed {
-    /// Whether it is lit when it has shown this for `shown_for`.
+    /// Whether it is lit after it has shown this for `shown_for`.
     #[must_use]
     pub const fn is_lit(self, shown_for: Duration) -> bool {
         match self {
@@ -64,7 +64,7 @@ impl StatusLed {
 }
 
 impl BusLed {
-    /// What it shows of a state of NMT.
+    /// The signal for an NMT state.
     #[must_use]
     pub const fn of(state: NmtState) -> Self {
         match state {
@@ -75,7 +75,7 @@ impl BusLed {
         }
     }
 
-    /// Whether it is lit when it has shown this for `shown_for`.
+    /// Whether it is lit after it has shown this for `shown_for`.
     #[must_use]
     pub const fn is_lit(self, shown_for: Duration) -> bool {
         match self {
@@ -88,12 +88,13 @@ impl BusLed {
     }
 }
 
-/// On and off, equally long.
+/// Blinks: on and off, equally long.
 const fn blinks(shown_for: Duration) -> bool {
     (shown_for.as_micros() / FLASH.as_micros()).is_multiple_of(2)
 }
 
-/// So many flashes, each behind a gap, and the rest of the pause: so the first one is distinct from what was lit before.
+/// Flashes: each one after a gap, then the rest of the pause. It begins dark, to set the first flash off from what was
+/// lit before.
 const fn flashes(count: u8, shown_for: Duration) -> bool {
     let code = 2 * count as u64 * FLASH.as_micros();
     let at = shown_for.as_micros() % (code + PAUSE.as_micros() - FLASH.as_micros());

@@ -1,8 +1,8 @@
-//! A drive that exists only in software: it serves the dictionary generated from the data sheet, moves as chapter 2 of
-//! the manual says, and fails on demand as chapter 5 says. Which drive it is, is a [`Model`].
+//! The simulated drive: it serves the dictionary generated from the data sheet, moves as in chapter 2 of the manual,
+//! and fails on demand as in chapter 5. A [`Model`] says which drive it is.
 //!
-//! From the bottom up: [`trajectory`] solves ways in closed form, [`motion`] makes travel jobs of them,
-//! [`controller`] adds state machine, status and faults; [`SimulatedDrive`] puts all of it on a bus.
+//! From the bottom up: [`trajectory`] solves motion in closed form, [`motion`] makes travel jobs of it, [`controller`]
+//! adds state machine, status and faults, and [`SimulatedDrive`] puts all of it on a bus.
 
 mod address;
 pub mod controller;

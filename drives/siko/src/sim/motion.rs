@@ -1,8 +1,7 @@
-//! What the drive's shaft does: travel jobs, as chapter 2.2 of the manual describes them.
+//! The motion of the drive's shaft: travel jobs, as in chapter 2.2 of the manual.
 //!
-//! Pure motion: no objects, no units of the user, no clock. Positions are increments in the counting
-//! direction. Each job is a [`Trajectory`] from its first moment to its last, so every question can be
-//! asked for any time, in any order, and deadlines are exact.
+//! Only motion: no objects, no user units, no clock. Positions are increments in the counting direction. Each job is a
+//! [`Trajectory`] from start to end, so its state can be asked for at any time, in any order, and deadlines are exact.
 
 use lexican_driver::Direction;
 use lexican_runtime::Instant;
@@ -15,47 +14,47 @@ pub const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
 pub const FULL_ACCELERATION: f64 = 4.0 * INCREMENTS_PER_REVOLUTION;
 /// One rev/min, in increments/s.
 pub const REVOLUTION_PER_MINUTE: f64 = INCREMENTS_PER_REVOLUTION / 60.0;
-/// How a shaft without torque comes to rest. The manual says that it runs out without being braked
-/// (chapter 2.5), but not how fast; half the full deceleration is this simulator's assumption.
+/// The deceleration of a shaft without torque. The manual says that it coasts (chapter 2.5), but not how fast; half the
+/// full deceleration is an assumption.
 pub const RUN_OUT_DECELERATION: f64 = FULL_ACCELERATION / 2.0;
-/// Slower than 2 rev/min is standstill (table 1, bit 4), in increments/s.
+/// A shaft slower than 2 rev/min counts as standing (table 1, bit 4); in increments/s.
 pub const STANDSTILL: f64 = 2.0 * REVOLUTION_PER_MINUTE;
 
-/// Loop positioning (chapter 2.2.1.1): every target is approached in one direction.
+/// Loop positioning (chapter 2.2.1.1): every target is approached in the same direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// The direction of approach.
     pub approach: Direction,
-    /// By how much the drive travels beyond a target that lies against that direction, in increments.
+    /// How far the drive travels beyond a target that lies against that direction, in increments.
     pub length: f64,
 }
 
-/// What the drive is doing, or what it did last.
+/// The present job, or the last one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Job {
-    /// Nothing since power on, or the last job was cancelled.
+    /// None since power-on, or the last job was cancelled.
     None,
     /// Travelling to a position (chapter 2.2.1).
     Positioning(Travel),
     /// Inching operation 1: a step of a given width.
     Step {
-        /// Where the step leads, in increments.
+        /// The end of the step, in increments.
         target: f64,
     },
-    /// Inching operation 2: moving as long as it is commanded.
+    /// Inching operation 2: moving for as long as it is commanded.
     Inching(Direction),
-    /// Velocity mode: keeping a velocity, in increments/s.
+    /// Velocity mode: turning at a velocity, in increments/s.
     Velocity(f64),
 }
 
-/// One travel order, with the parameters that held when it started: later changes do not touch it.
+/// A travel order, with the parameters at its start: later changes do not affect it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
     /// Increments.
     pub target: f64,
     /// How to travel.
     pub profile: Profile,
-    /// Where to turn first, when the approach is to come from there.
+    /// Where to turn first, if the target is to be approached from there.
     turn: Option<f64>,
     interrupted: bool,
 }
@@ -78,23 +77,23 @@ impl Limits {
     }
 }
 
-/// The parameters that held when inching was started: later changes do not touch it.
+/// The parameters at the start of inching: later changes do not affect it.
 #[derive(Clone, Copy, Debug)]
 struct Inching {
     profile: Profile,
     limits: Option<Limits>,
 }
 
-/// The shaft: where it is, and the job that moves it.
+/// The position of the shaft, and the job that moves it.
 #[derive(Clone, Debug)]
 pub struct Motion {
     way: Trajectory,
     job: Job,
-    /// How inching, of which the job does not say it, travels.
+    /// The parameters of an inching job.
     inching: Inching,
-    /// Inching operation 2 is ordered to end.
+    /// Inching operation 2 has been ordered to end.
     ending: bool,
-    /// The shaft cannot follow: the way is at rest, though the job is not finished.
+    /// The shaft cannot follow: the trajectory is at rest, but the job is not finished.
     blocked: bool,
     /// The velocity that the load allows, in increments/s.
     ceiling: f64,
@@ -120,7 +119,7 @@ impl Motion {
         self.way.at(now)
     }
 
-    /// The job, also when it is finished.
+    /// The present job, or the last one if it is finished.
     #[must_use]
     pub fn job(&self) -> Job {
         self.job
@@ -132,8 +131,8 @@ impl Motion {
         self.way.end().is_none_or(|end| now < end)
     }
 
-    /// Whether a job is under way: a positioning until its target is reached, also while it is
-    /// interrupted; any other until the shaft rests.
+    /// Whether a job is under way: a positioning until its target is reached, also during an interruption; any other
+    /// job until the shaft rests.
     #[must_use]
     pub fn is_active(&self, now: Instant) -> bool {
         match self.job {
@@ -155,15 +154,15 @@ impl Motion {
         matches!(self.job, Job::Positioning(Travel { interrupted: true, .. }))
     }
 
-    /// Whether the drive travels away from the direction of its approach (table 1, bit 9).
+    /// Whether the drive travels against the direction of its approach (table 1, bit 9).
     #[must_use]
     pub fn is_before_turn(&self, now: Instant) -> bool {
         let Job::Positioning(Travel { turn: Some(turn), interrupted, .. }) = self.job else { return false };
-        // An interruption replaces the way: whether the turn was passed has been noted then.
+        // An interruption replaces the trajectory; whether the turn was already passed was noted before.
         interrupted || self.blocked || self.way.arrival_at(turn).is_some_and(|at| now < at)
     }
 
-    /// When the shaft comes to rest; `None` when it never does.
+    /// When the shaft comes to rest; `None` if it never does.
     #[must_use]
     pub fn rest_at(&self) -> Option<Instant> {
         self.way.end()
@@ -178,14 +177,14 @@ impl Motion {
         self.travel(now, Travel { target, profile, turn, interrupted: false });
     }
 
-    /// Stops a positioning with its own deceleration, to be resumed (control word bit 8).
+    /// Stops a positioning with the deceleration of its profile; it can be resumed (control word bit 8).
     pub fn interrupt(&mut self, now: Instant) {
         if let Job::Positioning(travel) = self.job {
             self.interrupt_braking(now, travel.profile.deceleration);
         }
     }
 
-    /// Stops a positioning with another deceleration, to be resumed: torque deactivation (chapter 2.3).
+    /// Stops a positioning with another deceleration; it can be resumed: torque deactivation (chapter 2.3).
     pub fn interrupt_braking(&mut self, now: Instant, deceleration: f64) {
         if let Job::Positioning(travel) = self.job
             && self.is_active(now)
@@ -197,7 +196,7 @@ impl Motion {
         }
     }
 
-    /// Goes on with an interrupted positioning.
+    /// Resumes an interrupted positioning.
     pub fn resume(&mut self, now: Instant) {
         if let Job::Positioning(travel) = self.job
             && travel.interrupted
@@ -206,13 +205,13 @@ impl Motion {
         }
     }
 
-    /// Inching operation 1: a step from here. It ends early behind a limit that lies ahead.
+    /// Inching operation 1: a step from the present position. A limit ahead ends it early.
     pub fn step(&mut self, now: Instant, width: f64, profile: Profile, limits: Option<Limits>) {
         self.inching = Inching { profile, limits };
         self.step_to(now, self.state(now).position + width);
     }
 
-    /// Inching operation 2: moves until [`Motion::stop_inching`], or until a limit that lies ahead is passed.
+    /// Inching operation 2: moves until [`Motion::stop_inching`], or until it passes a limit ahead.
     pub fn inch(&mut self, now: Instant, direction: Direction, profile: Profile, limits: Option<Limits>) {
         self.inching = Inching { profile, limits };
         self.keep_inching(now, direction);
@@ -226,19 +225,19 @@ impl Motion {
         }
     }
 
-    /// Velocity mode: speeds up or brakes to `velocity` from the present velocity.
+    /// Velocity mode: changes from the present velocity to `velocity`.
     pub fn run_at(&mut self, now: Instant, velocity: f64, acceleration: f64) {
         let attained = velocity.clamp(-self.ceiling, self.ceiling);
         self.begin(Job::Velocity(velocity), Trajectory::ramp(now, self.state(now), attained, acceleration));
     }
 
-    /// Brakes to a standstill and forgets the job.
+    /// Brakes to a standstill and drops the job.
     pub fn cancel(&mut self, now: Instant, deceleration: f64) {
         self.job = Job::None;
         self.brake(now, deceleration);
     }
 
-    /// Stands still at once, because the shaft is blocked. The job stays; a shaft without one only stands.
+    /// Stops the shaft at once, because it is blocked. The job stays, if there is one.
     pub fn block(&mut self, now: Instant) {
         if let Job::Positioning(travel) = self.job {
             self.job = Job::Positioning(self.ahead(now, travel));
@@ -253,7 +252,7 @@ impl Motion {
         self.blocked
     }
 
-    /// Goes on with the job that was blocked; inching is not taken up again.
+    /// Continues the job that was blocked, except inching.
     pub fn unblock(&mut self, now: Instant, acceleration: f64) {
         match self.job {
             Job::Positioning(travel) if !travel.interrupted => self.travel(now, self.ahead(now, travel)),
@@ -262,7 +261,7 @@ impl Motion {
         }
     }
 
-    /// Lets the load allow no more than `velocity`, in increments/s; the job goes on with that at once.
+    /// Limits the velocity to what the load allows, in increments/s; the job continues with that at once.
     pub fn set_ceiling(&mut self, now: Instant, velocity: f64, acceleration: f64) {
         self.ceiling = velocity;
         if !self.is_moving(now) || self.ending {
@@ -275,7 +274,7 @@ impl Motion {
         }
     }
 
-    /// Whether the shaft turns more slowly than ordered, because its load does not allow more.
+    /// Whether the shaft turns more slowly than ordered, because of its load.
     #[must_use]
     pub fn lags(&self, state: State) -> bool {
         let ordered = match self.job {
@@ -287,18 +286,18 @@ impl Motion {
         ordered > self.ceiling && state.velocity.abs() >= self.ceiling - TINY
     }
 
-    /// Takes another number for the position where the shaft is: calibration, or the other sense of rotation.
+    /// Gives the present position another number, for calibration or a change of the sense of rotation.
     pub fn renumber(&mut self, now: Instant, position: f64) {
         *self = Motion { ceiling: self.ceiling, ..Motion::at_rest(now, position) };
     }
 
-    /// Turns the shaft from outside, in no time; a job that is finished stays known.
+    /// Turns the shaft from outside, instantly; a finished job stays known.
     pub fn displace(&mut self, now: Instant, increments: f64) {
         self.way = Trajectory::rest(now, self.state(now).position + increments);
     }
 
-    /// The first time after `now` at which an observation changes: [`Trajectory::next_change`] says which
-    /// keys can be asked for; the beginning and the end of jobs are always among the changes.
+    /// The first time after `now` at which `key` of the state changes, with the keys that [`Trajectory::next_change`]
+    /// allows. The beginning and the end of jobs always count as changes.
     pub fn next_change<K: PartialEq>(&self, now: Instant, key: impl Fn(State) -> K) -> Option<Instant> {
         let turn = match self.job {
             Job::Positioning(Travel { turn: Some(turn), interrupted: false, .. }) => self.way.arrival_at(turn),
@@ -309,7 +308,7 @@ impl Motion {
         ends.chain(self.way.next_change(now, key)).min()
     }
 
-    /// What is left of a travel that is under way: a turn that was made is not made again.
+    /// The rest of a travel under way: a turn that was made is left out.
     fn ahead(&self, now: Instant, travel: Travel) -> Travel {
         Travel { turn: travel.turn.filter(|_| self.is_before_turn(now)), ..travel }
     }
@@ -338,7 +337,7 @@ impl Motion {
         self.begin(Job::Inching(direction), way);
     }
 
-    /// A limit that lies ahead ends the way. Back from beyond the other one, the way is free.
+    /// Ends the motion after a limit ahead. A limit behind the shaft does not matter.
     fn stopping_behind(&self, way: Trajectory, direction: Direction) -> Trajectory {
         let Inching { profile, limits } = self.inching;
         match limits {
@@ -361,7 +360,7 @@ impl Motion {
     }
 }
 
-/// In increments/s, far below what can be seen.
+/// In increments/s: a tolerance for rounding errors.
 const TINY: f64 = 1e-6;
 
 #[cfg(test)]

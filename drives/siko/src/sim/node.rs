@@ -39,7 +39,7 @@ impl Node for SimulatedDrive {
             if was != self.device.nmt_state() {
                 self.enter(now, self.device.nmt_state());
             }
-            // Error passive: "communication is no longer enabled", but the emergency says so.
+            // Error passive: "communication is no longer enabled", but an emergency message still says so.
             let is_emergency = frame.id() == CobId::from_parameter(emergency_parameter(&*self.storage));
             if is_switched_off(self.setup.model, &*self.storage, &frame) {
                 continue;
@@ -75,7 +75,7 @@ impl Node for SimulatedDrive {
 }
 
 impl SimulatedDrive {
-    /// Whether it can hear others, as far as it depends on supply and bit rate.
+    /// Whether it can take part in communication, judged by supply and bit rate.
     fn is_connected(&self) -> bool {
         self.is_running() && self.inputs().bus_bit_rate.is_none_or(|rate| rate == self.bit_rate)
     }
@@ -95,8 +95,8 @@ impl SimulatedDrive {
         self.settle(now);
     }
 
-    /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:
-    /// which ones a real drive sends then, the manual does not say.
+    /// The drive has eight abort codes (table 19). An abort code that it lacks is replaced by the nearest one; the
+    /// manual does not say which one a real drive sends.
     fn with_code_of_table_19(&self, frame: Frame) -> Frame {
         const ABORT: u8 = 0x80;
         let &[ABORT, index_low, index_high, sub, a, b, c, d] = frame.data() else { return frame };
@@ -107,7 +107,7 @@ impl SimulatedDrive {
         Frame::from_array(frame.id(), [ABORT, index_low, index_high, sub, a, b, c, d])
     }
 
-    /// When a TPDO that is sent on change will have something new.
+    /// When a TPDO that is sent on change has new contents.
     fn next_change(&self) -> Option<Instant> {
         let mut next = None;
         for tpdo in (1..=4).filter_map(|number| self.device.tpdo(number)) {
@@ -126,7 +126,7 @@ impl SimulatedDrive {
     }
 }
 
-/// The SDO server's identifiers less the node-ID; these drives cannot change them.
+/// COB-IDs of the SDO server, without the node-ID; these drives cannot change them.
 const SDO_REQUEST: u16 = 0x600;
 const SDO_ANSWER: u16 = 0x580;
 

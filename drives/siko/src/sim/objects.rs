@@ -1,5 +1,5 @@
-//! The dictionary as the simulated drive serves it: live values are looked up when they are read, and
-//! writes are refused as chapters 6 and 7.12 say.
+//! The dictionary of the simulated drive: live values are calculated when they are read, and writes are refused as
+//! chapters 6 and 7.12 say.
 
 use lexican_driver::ParameterSet;
 use lexican_runtime::abort::AbortCode;
@@ -14,24 +14,24 @@ use super::controller::Controller;
 use super::switches::Restore;
 use crate::model::Model;
 
-/// Storage and controller, lent to the device for one call.
+/// Storage and controller, borrowed by the device for one call.
 pub(super) struct Objects<'a> {
     pub(super) now: Instant,
     pub(super) model: &'static Model,
     pub(super) node: NodeId,
     pub(super) network: NmtState,
-    /// Whether an SDO is being served.
+    /// Whether an SDO request is being served.
     pub(super) by_sdo: bool,
     pub(super) storage: &'a mut dyn Storage,
-    /// Parameter 25, where no object holds it.
+    /// Parameter 25, if no object holds it.
     pub(super) inching_stop: &'a mut u8,
     pub(super) parameters_written: &'a mut bool,
     pub(super) controller: &'a Controller,
     pub(super) effects: &'a mut Vec<Effect>,
 }
 
-/// What follows from a write, once the frame has been dealt with: a PDO writes the control word before the
-/// target that it is about.
+/// An effect of a write, which takes place after the whole frame: a PDO writes the control word before the target that
+/// belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effect {
     /// A control word came.
@@ -59,7 +59,7 @@ impl<'a> Layer for Objects<'a> {
     }
 
     fn write_entry(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
-        // Text is no number, and nothing depends on it.
+        // A text is not a number, and nothing depends on it.
         let value = signed(entry.data_type, raw_of(data)).unwrap_or_default();
         self.check(entry, value)?;
         self.storage.write(entry, offset, data, last)?;
@@ -70,7 +70,7 @@ impl<'a> Layer for Objects<'a> {
 }
 
 impl Objects<'_> {
-    /// Puts what the drive measures into the storage, from where it is read.
+    /// Writes a measured value into the storage, from where it is read.
     fn look_up(&mut self, address: Address) {
         let (now, controller) = (self.now, self.controller);
         let inputs = &controller.inputs;
@@ -99,8 +99,8 @@ impl Objects<'_> {
         match address {
             // "The states can be set in OPERATIONAL only" (7.3).
             address::CONTROL_WORD => require(self.network == NmtState::Operational, AbortCode::DEVICE_STATE),
-            // What renumbers the positions under a running job is refused too; the manual says so of the
-            // calibration only.
+            // Changes that would renumber the positions during a job are refused too, although the manual says so only
+            // for the calibration.
             address::D_POS
             | address::SPINDLE_PITCH
             | address::MODE
@@ -117,7 +117,7 @@ impl Objects<'_> {
                 require(value == LOAD, AbortCode::INVALID_VALUE)?;
                 require(!travelling, AbortCode::DEVICE_STATE)
             }
-            // Reserved here; CiA 301 has it for "on request after a SYNC". 1800h to 19FFh are TPDOs.
+            // Reserved in these drives; CiA 301 has it for "on request after a SYNC". 1800h to 19FFh are TPDOs.
             _ if address.index() & !0x1FF == cia301::TPDO_1 && address.sub() == 2 => {
                 require(value != 252, AbortCode::INVALID_VALUE)
             }
@@ -130,13 +130,13 @@ impl Objects<'_> {
         let allowed = match self.network {
             NmtState::PreOperational => rule.pre_operational,
             NmtState::Operational => rule.operational,
-            // While it starts, the device itself writes.
+            // During initialisation, the device itself writes.
             _ => true,
         };
         require(allowed, AbortCode::DEVICE_STATE)
     }
 
-    /// Limits that depend on the gear.
+    /// Checks limits that depend on the gear.
     fn check_ranges(&self, entry: &Entry, value: i64) -> Result<(), AbortCode> {
         for range in self.model.ranges.iter().filter(|range| range.address == entry.address) {
             let low = signed(entry.data_type, range.limit.low);
@@ -148,7 +148,7 @@ impl Objects<'_> {
         Ok(())
     }
 
-    /// Limits 2 and 1.
+    /// Limits 2 and 1, in this order.
     fn limits(&self) -> [i64; 2] {
         [address::LIMIT_2, address::LIMIT_1].map(|limit| self.storage.number(limit).unwrap_or_default())
     }
@@ -172,14 +172,14 @@ impl Objects<'_> {
 
     fn restore(&mut self, which: Restore) {
         restore(self.model, self.node, self.storage, which);
-        // It is a standard parameter.
+        // Parameter 25 is a standard parameter.
         if which != Restore::Controller {
             *self.inching_stop = 0;
         }
     }
 }
 
-/// Parameters back to their factory settings; node-ID and bit rate stay, and so does the position (1011h).
+/// Restores parameters to factory settings; node-ID, bit rate and position stay (1011h).
 pub(super) fn restore(model: &Model, node: NodeId, storage: &mut dyn Storage, which: Restore) {
     let restored = |set| match which {
         Restore::All => true,
@@ -193,7 +193,7 @@ pub(super) fn restore(model: &Model, node: NodeId, storage: &mut dyn Storage, wh
     fit(model, storage);
 }
 
-/// Brings what is more than the gear allows down to that: one default serves all gears.
+/// Reduces values that are more than the gear allows, since one default serves all gears.
 pub(super) fn fit(model: &Model, storage: &mut dyn Storage) {
     for range in model.ranges {
         let Ok(entry) = storage.entry(range.address) else { continue };
@@ -205,7 +205,7 @@ pub(super) fn fit(model: &Model, storage: &mut dyn Storage) {
     }
 }
 
-/// The signature of 1011h.
+/// The value that restores when written to 1011h.
 const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 
 fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {

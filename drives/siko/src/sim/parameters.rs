@@ -1,4 +1,4 @@
-//! The parameters of chapter 6 as numbers, and what they mean for the motion.
+//! The parameters of chapter 6 as numbers, converted for the motion.
 
 use super::address;
 use super::eeprom::NonVolatile;
@@ -9,7 +9,7 @@ pub use crate::state::Mode;
 use lexican_driver::Direction;
 use simulator::Storage;
 
-/// The parameters, in the units of the objects; beside each, its number in the manual.
+/// The parameters in the units of their objects, each with its number in the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameters {
     /// 4: acceleration of positioning, in percent.
@@ -22,7 +22,7 @@ pub struct Parameters {
     pub a_inch: u8,
     /// 9: velocity of inching, in rev/min.
     pub v_inch: u8,
-    /// 10: window around the target, in units of positions, or in rev/min in velocity mode.
+    /// 10: window around the target, in units of position, or in rev/min in velocity mode.
     pub window: u16,
     /// 11: numerator of an external gear.
     pub numerator: u16,
@@ -30,7 +30,7 @@ pub struct Parameters {
     pub denominator: u16,
     /// 13: spindle pitch in 1/100 mm; 0 when positions are increments.
     pub spindle_pitch: u16,
-    /// 14: what the position becomes at calibration.
+    /// 14: the position after calibration.
     pub calibration_value: i32,
     /// 15 and 16, in any order.
     pub limits: [i32; 2],
@@ -46,7 +46,7 @@ pub struct Parameters {
     pub target_position: i32,
     /// 24 in velocity mode: 60FFh, in rev/min.
     pub target_velocity: i32,
-    /// 25: how inching operation 2 stops: 0 with full deceleration, 1 with its own.
+    /// 25: how inching operation 2 stops: 0 with full deceleration, 1 with that of inching.
     pub inching_stop: u8,
     /// 26: 0 holds the position, 1 shorts the windings, 2 releases the motor.
     pub in_position_mode: u8,
@@ -56,13 +56,13 @@ pub struct Parameters {
     pub torque_deactivation: u8,
     /// 30: velocity of inching operation 2, in percent of v-Inch.
     pub inching_2_offset: u8,
-    /// 31: deceleration of positioning in percent; 101 for that of a-Pos.
+    /// 31: deceleration of positioning in percent; 101 to use a-Pos.
     pub d_pos: u8,
 }
 
 impl Parameters {
-    /// What the objects of a drive hold. Where there is no object, the parameter is what is kept beside them, or has its
-    /// usual value.
+    /// Reads the parameters from the objects of a drive. If an object is missing, the parameter comes from `kept`, or
+    /// has its usual value.
     pub(super) fn read(model: &Model, storage: &dyn Storage, kept: &NonVolatile) -> Self {
         let usual = Parameters::default();
         macro_rules! number {
@@ -97,21 +97,21 @@ impl Parameters {
         }
     }
 
-    /// How positioning travels.
+    /// The profile of positioning.
     #[must_use]
     pub fn positioning(&self) -> Profile {
         let deceleration = if self.d_pos > 100 { self.a_pos } else { self.d_pos };
         Profile { speed: speed(self.v_pos), acceleration: percent(self.a_pos), deceleration: percent(deceleration) }
     }
 
-    /// How a step of inching operation 1 travels.
+    /// The profile of inching operation 1.
     #[must_use]
     pub fn step(&self) -> Profile {
         let acceleration = percent(self.a_inch);
         Profile { speed: speed(self.v_inch), acceleration, deceleration: acceleration }
     }
 
-    /// How inching operation 2 travels.
+    /// The profile of inching operation 2.
     #[must_use]
     pub fn inching(&self) -> Profile {
         let speed = speed(self.v_inch) * f64::from(self.inching_2_offset.max(1)) / 100.0;
@@ -131,7 +131,7 @@ impl Parameters {
         f64::from(self.target_velocity) * REVOLUTION_PER_MINUTE
     }
 
-    /// The loop, when positioning has one.
+    /// The loop; `None` for direct positioning.
     #[must_use]
     pub fn by_loop(&self) -> Option<Loop> {
         let approach = match self.positioning_type {
@@ -142,7 +142,7 @@ impl Parameters {
         Some(Loop { approach, length: f64::from(self.loop_length) / self.increments_per_shaft_increment() })
     }
 
-    /// The limits in units of positions, ascending; `None` when equal limits switch monitoring off.
+    /// The limits in units of position, ascending; `None` if both are equal, which disables monitoring.
     #[must_use]
     pub fn position_limits(&self) -> Option<(i32, i32)> {
         let [a, b] = self.limits;
@@ -156,14 +156,14 @@ impl Parameters {
         Some(Limits { low: self.shaft(low), high: self.shaft(high) })
     }
 
-    /// The position that the drive shows when its shaft is at `shaft` increments.
+    /// The value of 6064h for a shaft position in increments.
     #[must_use]
     pub fn position(&self, shaft: f64) -> i32 {
-        // Saturating: the manual does not say at which position the absolute encoder jumps.
+        // Saturating, since the manual does not say at which position the absolute encoder wraps around.
         (shaft * self.units_per_shaft_increment()).round() as i32
     }
 
-    /// Where the shaft is when the drive shows `position`, in increments.
+    /// The shaft position in increments for a value of 6064h.
     #[must_use]
     pub fn shaft(&self, position: i32) -> f64 {
         f64::from(position) / self.units_per_shaft_increment()
@@ -177,13 +177,13 @@ impl Parameters {
         self.increments_per_shaft_increment() * pitch
     }
 
-    /// A 5:1 reduction (5 and 1) turns the output once while the drive's shaft turns five times.
+    /// A 5:1 reduction (numerator 5, denominator 1): the output turns once for five turns of the drive's shaft.
     fn increments_per_shaft_increment(&self) -> f64 {
         f64::from(self.denominator.max(1)) / f64::from(self.numerator.max(1))
     }
 }
 
-/// As the drive leaves the factory.
+/// Factory settings.
 impl Default for Parameters {
     fn default() -> Self {
         Parameters {
@@ -214,7 +214,7 @@ impl Default for Parameters {
     }
 }
 
-// A zero would make a way that never ends; the objects do not allow it, and a table that does not say so must not hang us.
+// With 0 a motion would never end. The objects do not allow 0, but a table might.
 fn percent(percent: u8) -> f64 {
     FULL_ACCELERATION * f64::from(percent.max(1)) / 100.0
 }

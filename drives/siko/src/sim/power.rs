@@ -1,4 +1,4 @@
-//! Supply: switching on and off, resets, and what is kept meanwhile (2.4, 2.5, 7.2.2.2, 7.13).
+//! Supply: switching on and off, resets, and the data kept across them (2.4, 2.5, 7.2.2.2, 7.13).
 
 use lexican_runtime::{Instant, NodeId};
 
@@ -15,27 +15,27 @@ impl SimulatedDrive {
         self.power != Power::Off
     }
 
-    /// Switches the supply off: what moves runs out without being braked (2.5).
+    /// Switches the supply off: a moving shaft coasts (2.5).
     pub fn switch_off(&mut self, now: Instant) {
         self.switched_off = true;
         self.follow_supply(now);
         self.settle(now);
     }
 
-    /// Switches the supply on: the drive looks at its switches and boots.
+    /// Switches the supply on: the drive reads its switches and boots.
     pub fn switch_on(&mut self, now: Instant) {
         self.switched_off = false;
         self.follow_supply(now);
         self.settle(now);
     }
 
-    /// Power off and on again.
+    /// Switches the supply off and on again.
     pub fn power_cycle(&mut self, now: Instant) {
         self.switch_off(now);
         self.switch_on(now);
     }
 
-    /// Whether it does more than to wait for its next power-on.
+    /// Whether it operates, and does not only wait for its next power-on.
     pub(super) fn is_running(&self) -> bool {
         self.power == Power::On
     }
@@ -45,7 +45,7 @@ impl SimulatedDrive {
         match (self.is_on(), supplied) {
             (false, true) => self.begin(now),
             (true, false) => {
-                // What it has not reported yet is lost.
+                // Emergencies that are not reported yet are lost.
                 self.controller = self.controller.restarted(now, *self.inputs());
                 self.power = Power::Off;
             }
@@ -64,7 +64,7 @@ impl SimulatedDrive {
         self.initialise(now, self.setup.switches.node());
     }
 
-    /// INITIALISATION, to which power-on and both resets lead (7.2.2.2).
+    /// NMT INITIALISATION, entered at power-on and by both resets (7.2.2.2).
     pub(super) fn initialise(&mut self, now: Instant, switched: NodeId) {
         let kept = Setup { non_volatile: self.non_volatile(now), ..self.setup.clone() };
         let node = if self.setup.model.addressing == Addressing::Object { kept.node() } else { switched };
@@ -76,22 +76,22 @@ impl SimulatedDrive {
         self.with_device(now, |device, od| device.restart_as(node, now, od));
     }
 
-    /// Writes the file of the EEPROM, if there is one and something is new.
+    /// Writes the EEPROM file, if there is one and its content has changed.
     pub(super) fn save(&mut self, now: Instant) {
         let Some(mut file) = self.eeprom.take() else { return };
         let mut kept = self.non_volatile(now);
-        // The encoder knows better, but a file cannot be written at every increment.
+        // The encoder always knows the position, but a file cannot be written at every increment.
         if self.controller.motion().is_moving(now)
             && let Some(saved) = file.saved()
         {
             kept.position = saved.position;
         }
-        // `eeprom_trouble` has the error.
+        // `eeprom_trouble` reports the error.
         let _ = file.save(&kept, |kept| kept.to_text(self.setup.model));
         self.eeprom = Some(file);
     }
 
-    /// When [`SimulatedDrive::save`] has a position that it did not have before.
+    /// When [`SimulatedDrive::save`] will have a new position to write.
     pub(super) fn next_save(&self) -> Option<Instant> {
         self.eeprom.as_ref()?;
         self.controller.motion().rest_at().filter(|at| *at > self.settled)

@@ -1,4 +1,4 @@
-//! What an order needs.
+//! Conditions of an order.
 
 use crate::order::Refused;
 

@@ -1,6 +1,6 @@
-//! Scripts: what happens to a simulated drive, and when.
+//! Scripts for a simulated drive.
 //!
-//! [`simulator::script`] says what a script is; this is what one can do to a drive of SIKO.
+//! [`simulator::script`] explains scripts; this module has the changes of SIKO's drives.
 //!
 //! ```
 //! use lexican_runtime::host::VirtualBus;
@@ -94,27 +94,27 @@ pub enum Change {
     Attainable(Option<u8>),
     /// Whether the shaft can turn.
     Shaft(Shaft),
-    /// Somebody turns the shaft by so many increments, if it lets itself be turned.
+    /// Somebody turns the shaft by this many increments, if it is free to turn.
     Turn(i32),
     /// Fault confinement of the CAN controller.
     Bus(BusState),
-    /// What the CAN controller finds wrong with a frame, in drives that report it.
+    /// The error that the CAN controller has detected in a frame, in drives that report it.
     BusError(Option<BusError>),
     /// The bit rate of the bus, in bit/s.
     BusBitRate(Option<u32>),
-    /// The input that enables the motor, in drives that have one.
+    /// The enable input, in drives that have one.
     Enable(bool),
     /// Limit switches 1 and 2, in drives that have them.
     LimitSwitches([bool; 2]),
-    /// The switch that calibrates, in drives that have one.
+    /// The calibration switch, in drives that have one.
     CalibrationSwitch(bool),
     /// An operator key is pressed, or none.
     Key(Option<Key>),
-    /// A fault, whose cause stays.
+    /// A fault whose cause persists.
     Fault(FaultKind),
-    /// The cause of a fault goes.
+    /// The cause of a fault is removed.
     Clear(FaultKind),
-    /// All is well in the world.
+    /// The causes of all faults are removed.
     ClearAll,
     /// All DIP switches.
     Switches(DipSwitches),

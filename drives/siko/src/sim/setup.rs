@@ -1,4 +1,4 @@
-//! What a simulated drive is made of, and what it keeps without power.
+//! How a simulated drive is set up, and its non-volatile data.
 
 use lexican_runtime::NodeId;
 use lexican_runtime::device::Behaviour;
@@ -15,22 +15,22 @@ use crate::model::{Addressing, Model};
 pub const BIT_RATES: [u32; 12] =
     [15_625, 20_000, 25_000, 40_000, 50_000, 62_500, 100_000, 125_000, 200_000, 250_000, 500_000, 1_000_000];
 
-/// What the drive is made of, and how it differs from others.
+/// The configuration of one drive.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Which drive it is.
     pub model: &'static Model,
     /// The DIP switches, and with them the node-ID, if the drive has any.
     pub switches: DipSwitches,
-    /// The gear that is built in (2102h).
+    /// The built-in gear (2102h).
     pub gear: u8,
     /// 1018h:04.
     pub serial_number: u32,
-    /// 2500h, one decimal digit per four bits: day, month, year.
+    /// 2500h, with one decimal digit in each four bits: day, month, year.
     pub production_date: u32,
-    /// The world around the drive.
+    /// The surroundings of the drive.
     pub inputs: Inputs,
-    /// What is kept from the last time that power was on; nothing in a new drive.
+    /// The data kept from the last time that power was on; empty in a new drive.
     pub non_volatile: NonVolatile,
     /// How the drive deviates from CiA 301.
     pub behaviour: Behaviour,
@@ -65,13 +65,13 @@ impl Setup {
         }
     }
 
-    /// The dictionary of `node` after power-on: defaults, and over them what the EEPROM has kept.
+    /// The dictionary after power-on: the defaults for `node`, overwritten by the EEPROM.
     pub(super) fn storage(&self, node: NodeId) -> Box<dyn Storage> {
         let mut storage = (self.model.storage)(node);
         for (&address, raw) in &self.non_volatile.eeprom {
             if let Ok(entry) = storage.entry(address) {
                 let bytes = raw.to_le_bytes();
-                // A value that the dictionary does not take is that of another firmware: the default stays.
+                // A value that the dictionary refuses comes from another firmware: the default stays.
                 let _ = storage.write(&entry, 0, bytes.get(..usize::from(entry.capacity)).unwrap_or(&bytes), true);
             }
         }

@@ -1,5 +1,5 @@
-//! What the drive says about itself: 1002h, 6041h, 2420h, 2422h, positions and velocities, and when any of
-//! it changes.
+//! What the drive reports about itself: 1002h, 6041h, 2420h, 2422h, positions and velocities, and when any of them
+//! changes.
 
 use lexican_runtime::Instant;
 
@@ -11,8 +11,8 @@ use super::trajectory;
 use crate::state::State;
 use crate::words::{generic, status, system};
 
-/// What of position and velocity the words depend on. Each part is a comparison with a threshold, so that
-/// [`Motion::next_change`](super::motion::Motion::next_change) can look for its next change.
+/// What the words depend on, as far as it is position and velocity. Each field is a comparison with a threshold, so
+/// that [`Motion::next_change`](super::motion::Motion::next_change) can find its next change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Observation {
     moving: bool,
@@ -34,13 +34,13 @@ impl Observation {
 }
 
 impl Controller {
-    /// The position as 6064h has it.
+    /// The position as in 6064h.
     #[must_use]
     pub fn position(&self, now: Instant) -> i32 {
         self.parameters.position(self.motion.state(now).position)
     }
 
-    /// The velocity as 606Ch has it, in rev/min.
+    /// The velocity as in 606Ch, in rev/min.
     #[must_use]
     pub fn velocity(&self, now: Instant) -> i32 {
         revolutions_per_minute(self.motion.state(now)).round() as i32
@@ -121,7 +121,7 @@ impl Controller {
         motion.into_iter().chain(self.next_event()).min()
     }
 
-    /// The first time after `now` at which position or velocity show another number, or a word changes.
+    /// The first time after `now` at which the value of position or velocity, or one of the words, changes.
     #[must_use]
     pub fn next_reading(&self, now: Instant) -> Option<Instant> {
         let shown = |state: trajectory::State| {
@@ -130,14 +130,14 @@ impl Controller {
         self.motion.next_change(now, shown).into_iter().chain(self.next_change(now)).min()
     }
 
-    /// Whether the last positioning or step ended where it led to.
+    /// Whether the last positioning or step has ended at its target.
     fn has_arrived(&self, now: Instant) -> bool {
         matches!(self.motion.job(), Job::Positioning(_) | Job::Step { .. }) && !self.motion.is_active(now)
     }
 
     fn is_unready(&self, now: Instant, seen: Observation) -> bool {
         let on_switch = self.limit_switches() != [false; 2];
-        // Where the bus is not in command, a travel that is interrupted can be started again (AG02, figure 4).
+        // If the bus is not in command, an interrupted travel can be started again (AG02, figure 4).
         let waits = self.network == Network::PreOperational && self.motion.is_interrupted() && !seen.moving;
         self.motion.is_active(now) && !waits || !self.is_powered() || seen.beyond_limit() || on_switch
     }
@@ -146,7 +146,7 @@ impl Controller {
         self.current_ma(now) > Inputs::OVERCURRENT_MA
     }
 
-    /// Chapter 5.1.
+    /// Whether there is a warning (chapter 5.1).
     fn has_warning(&self, now: Instant, seen: Observation) -> bool {
         self.inputs.battery_is_low() || self.has_overcurrent(now) || seen.lags
     }
@@ -184,8 +184,8 @@ impl Controller {
         }
     }
 
-    /// The position that "in position" refers to: the target of the job, also when it is finished, or else
-    /// the target that is programmed.
+    /// The position that "in position" refers to: the target of the job, even if it is finished, or else the programmed
+    /// target.
     fn reference(&self) -> i32 {
         match self.motion.job() {
             Job::Positioning(travel) => self.parameters.position(travel.target),
@@ -195,7 +195,7 @@ impl Controller {
     }
 }
 
-/// In rev/min, far below the resolution of what is read.
+/// In rev/min: a tolerance far below the resolution of 606Ch.
 const ROUNDING: f64 = 1e-6;
 
 fn revolutions_per_minute(state: trajectory::State) -> f64 {

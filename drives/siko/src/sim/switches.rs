@@ -27,13 +27,13 @@ const RESTORE: u16 = 1 << 7;
 const TERMINATION: u16 = 0b11 << 8;
 
 impl DipSwitches {
-    /// The switches with these positions; what lies beyond SW10 is dropped.
+    /// The switches in these positions; bits beyond SW10 are ignored.
     #[must_use]
     pub const fn new(bits: u16) -> Self {
         DipSwitches(bits & (ADDRESS | RESTORE | TERMINATION))
     }
 
-    /// The address of `node`, and all else OFF.
+    /// The address of `node`; all other switches are OFF.
     #[must_use]
     pub const fn for_node(node: NodeId) -> Self {
         DipSwitches(node.get() as u16)
@@ -51,8 +51,8 @@ impl DipSwitches {
         DipSwitches(self.0 & !ADDRESS | node.get() as u16)
     }
 
-    /// The same set to restore factory settings, or, with `None`, with SW8 in its place: OFF. The address
-    /// must be set anew then (2.4, steps 5 and 6).
+    /// The same, set to restore factory settings; `None` switches SW8 OFF. The address must be set again afterwards
+    /// (2.4, steps 5 and 6).
     #[must_use]
     pub const fn with_restore(self, restore: Option<Restore>) -> Self {
         match restore {
@@ -61,7 +61,7 @@ impl DipSwitches {
         }
     }
 
-    /// The same with both switches of the termination ON, or both OFF.
+    /// The same with both termination switches ON, or both OFF.
     #[must_use]
     pub const fn with_termination(self, active: bool) -> Self {
         DipSwitches(if active { self.0 | TERMINATION } else { self.0 & !TERMINATION })
@@ -76,14 +76,14 @@ impl DipSwitches {
         }
     }
 
-    /// Which factory settings the drive restores when its supply is switched on (2.4).
+    /// The factory settings that the drive restores when its supply is switched on (2.4).
     #[must_use]
     pub fn restore(self) -> Option<Restore> {
         let asked = self.0 & RESTORE != 0;
         Restore::ALL.into_iter().find(|restore| asked && self.0 & ADDRESS == restore.switches())
     }
 
-    /// What SW9 and SW10 do with the bus (7.15).
+    /// The state of the bus termination (7.15).
     #[must_use]
     pub const fn termination(self) -> Termination {
         match self.0 & TERMINATION {
@@ -101,7 +101,7 @@ impl fmt::Display for DipSwitches {
     }
 }
 
-/// Ten digits, SW1 first; spaces between them do not matter.
+/// Ten digits, SW1 first; spaces are ignored.
 impl FromStr for DipSwitches {
     type Err = NotSwitches;
 
@@ -116,16 +116,15 @@ impl FromStr for DipSwitches {
     }
 }
 
-/// A text that is not the positions of ten switches.
+/// Why a text is not a set of ten switches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ten switches are ten digits, SW1 first, 1 for ON: `1010000 0 00` is node 5")]
 pub struct NotSwitches;
 
-/// Which parameters are set to their factory settings (2.4): the same three choices as those of 1011h.
+/// The parameters that get their factory settings (2.4), the same three choices as in 1011h.
 ///
-/// The manual shows the positions of SW1 to SW8 in pictures, which the text of it that this is made from does not
-/// have; that SW8 is ON follows from step 6. So the choice on SW1 to SW7 is an assumption: the number of the
-/// sub-index of 1011h that does the same.
+/// The manual shows the positions of SW1 to SW8 in pictures, which were not available for this simulator. That SW8 is
+/// ON follows from step 6. The choice on SW1 to SW7 is an assumption: the sub-index of 1011h that does the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Restore {
     /// All parameters, 1011h:01.
@@ -155,13 +154,13 @@ impl Restore {
     }
 }
 
-/// The resistor that ends the bus line (7.15).
+/// The terminating resistor of the bus (7.15).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Termination {
     /// SW9 and SW10 are OFF.
     Deactivated,
     /// SW9 and SW10 are ON.
     Active,
-    /// One is ON and one is OFF: both are needed for the termination to be right.
+    /// One is ON and one is OFF; a termination takes both.
     Incomplete,
 }

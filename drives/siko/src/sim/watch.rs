@@ -1,4 +1,4 @@
-//! What the controller watches: its shaft, its current, and the causes of faults (chapters 2.3 and 5).
+//! What the controller monitors: its shaft, its current, and the causes of faults (chapters 2.3 and 5).
 
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
@@ -9,7 +9,7 @@ use super::motion::{FULL_ACCELERATION, Job};
 use crate::fault::{Fault, FaultKind, NO_ERROR, register};
 use crate::state::State;
 
-/// Fault B comes when a blocked shaft has not turned for this long. The manual gives no number: an assumption.
+/// How long a blocked shaft stands before fault B. The manual gives no number: an assumption.
 const BLOCKED_FOR: Duration = Duration::from_millis(500);
 
 impl Controller {
@@ -18,12 +18,12 @@ impl Controller {
     pub fn next_event(&self) -> Option<Instant> {
         let overcurrent = self.overcurrent_since.map(|since| since + self.model.overcurrent_for);
         let blocked = self.blocked_since.map(|since| since + BLOCKED_FOR);
-        // At rest, the motor does not take that current any more; at a shaft that is blocked, it does.
+        // At rest the overcurrent ends, unless the shaft is blocked.
         let over = self.overcurrent_since.filter(|_| !self.motion.is_blocked()).and_then(|_| self.motion.rest_at());
         [overcurrent, blocked, over].into_iter().flatten().min()
     }
 
-    /// All that follows from inputs, motion and time, after any change.
+    /// Follows up changes of inputs, motion and time.
     pub(super) fn settle(&mut self, now: Instant) {
         self.hold_shaft(now);
         self.stop_on_switch(now);
@@ -46,8 +46,8 @@ impl Controller {
         self.blocked_since = self.motion.is_blocked().then(|| self.blocked_since.unwrap_or(now));
     }
 
-    /// On a limit switch nothing leads on but inching, and that towards the other switch only. How the drive brakes, the
-    /// manual does not say.
+    /// On a limit switch, only inching is possible, and only towards the other switch. The manual does not say how the
+    /// drive brakes.
     fn stop_on_switch(&mut self, now: Instant) {
         let stops = match self.motion.job() {
             Job::Positioning(_) => self.limit_switches() != [false; 2],
@@ -94,7 +94,7 @@ impl Controller {
             FaultKind::Sensor => inputs.sensor_fails,
             FaultKind::Internal => inputs.internal_error,
             FaultKind::Overvoltage => inputs.output_stage_supply_100mv > Inputs::OVERVOLTAGE_100MV,
-            // Raised when it happens, during a positioning; it goes with the bus.
+            // The fault is raised when it happens, during a positioning; its cause ends when the bus recovers.
             FaultKind::BusPassive => inputs.bus != BusState::Active && self.faults.contains(&fault),
             FaultKind::BusOff => inputs.bus == BusState::Off,
             FaultKind::Battery => inputs.battery_10mv < Inputs::BATTERY_EMPTY_10MV,
@@ -117,7 +117,7 @@ impl Controller {
         });
     }
 
-    /// Transition 14, on condition that no cause is left.
+    /// Transition 14, if no cause is left.
     pub(super) fn reset_fault(&mut self, now: Instant) {
         if !self.model.faults.iter().any(|fault| self.is_caused(now, *fault)) {
             self.faults.clear();
@@ -126,7 +126,7 @@ impl Controller {
         }
     }
 
-    /// Reports what is no fault, if the drive has a code for it.
+    /// Reports an emergency code that is not a fault, if the drive has it.
     pub(super) fn report(&mut self, code: u16) {
         if code != NO_ERROR && !self.model.notices.iter().any(|notice| notice.number == code) {
             return;

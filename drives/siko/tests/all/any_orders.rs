@@ -1,5 +1,5 @@
-//! For all orders of an application, in any sequence, and all that may happen to the drive meanwhile: a driver that is
-//! dropped leaves it standing, and so does every order that stops.
+//! Random orders of an application, and random events at the drive: a driver that is dropped leaves the drive standing,
+//! and so does every order that stops.
 
 use std::sync::{Arc, Mutex};
 

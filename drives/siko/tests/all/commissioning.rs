@@ -1,5 +1,4 @@
-//! What is set up and measured: approach, calibration, parameters, torque deactivation,
-//! temperature, battery, emergencies.
+//! Set-up and measurements: approach, calibration, parameters, torque deactivation, temperature, battery, emergencies.
 
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::service::sdo_client::SdoError;

@@ -1,4 +1,4 @@
-//! The simulated controller without a bus: what is not to be seen on one. All else is asked by `tests/verify`.
+//! The simulated controller without a bus: what cannot be seen on a bus. All else is tested by `tests/verify`.
 
 use lexican_runtime::{Duration, Instant};
 use siko_ag03_1::fault::{self, register};

@@ -1,4 +1,4 @@
-//! A drive that is described when the program runs is gone by as it is described, in each way to connect.
+//! A drive that is described at run time is driven by that description, in each way to connect.
 
 use lexican_driver::description::Description;
 use lexican_driver::sequence::Recovery;

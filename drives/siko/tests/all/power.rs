@@ -1,4 +1,4 @@
-//! The simulated drive's EEPROM as a file, and what its switches say to a link.
+//! The simulated drive's EEPROM as a file, and the effect of its switches on a link.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The sequences under another shell than the blocking one: two drives at once, from one thread.
+//! The sequences in a shell of the test: two drives at once, in one thread.
 
 use std::future::Future;
 use std::pin::{Pin, pin};

@@ -1,4 +1,4 @@
-//! Travels that SYNC releases (AG03/1: 7.2.6.2; AG02: 10.2.6.2), with both drives at once.
+//! Travels that start by SYNC (AG03/1: 7.2.6.2; AG02: 10.2.6.2), with both drives at once.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! The driver over the tokio shell: what the blocking one does, for several drives at once.
+//! The tokio driver: it does the same as the blocking one, for several drives at once.
 
 use std::future::{Future, poll_fn};
 use std::pin::pin;

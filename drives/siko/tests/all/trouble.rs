@@ -1,4 +1,4 @@
-//! The driver when things go wrong: a fault at every frame, a lost frame at every frame, any frame at all.
+//! The driver in trouble: a fault at every frame, a lost frame at every frame, random frames.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

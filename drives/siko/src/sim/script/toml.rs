@@ -11,7 +11,7 @@ use crate::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
 use crate::sim::setup::BIT_RATES;
 use crate::sim::switches::Restore;
 
-/// What can be done to a drive: one for each key of a step that means something to it.
+/// The inputs of a drive: one for each key of a step that applies to its model.
 #[must_use]
 pub fn inputs(drive: &SimulatedDrive) -> Vec<Input> {
     let (model, world) = (drive.model(), drive.inputs());
@@ -22,7 +22,7 @@ pub fn inputs(drive: &SimulatedDrive) -> Vec<Input> {
     ROWS.iter().filter_map(input).collect()
 }
 
-/// The letters of faults are those of the model.
+/// The letters of faults depend on the model.
 impl FromToml for Change {
     type Model = Model;
 
@@ -38,14 +38,14 @@ impl FromToml for Change {
     }
 }
 
-/// A key whose value makes changes.
+/// A key of a script.
 struct Row {
     name: &'static str,
     what: &'static str,
-    /// What it takes; `None` if it means nothing to drives of the model.
+    /// The values that it takes; `None` if it does not apply to the model.
     takes: fn(&Model) -> Option<Takes>,
     make: fn(&Model, &Reading<'_>) -> Result<Vec<Change>, ScriptError>,
-    /// What it is in a world, if it is something that lasts.
+    /// Its present value; `None` for a key that acts once.
     value: fn(&Inputs) -> Option<String>,
 }
 
@@ -57,7 +57,7 @@ const VELOCITY: Range = Range::new(1.0, 255.0, "rev/min");
 const TURN: Range = Range::new(-1e9, 1e9, "increments");
 const BIT_RATE: Range = Range::new(15.625, 1000.0, "kbit/s");
 const NODE: Range = Range::new(1.0, 127.0, "node-ID");
-/// What stands for no limit.
+/// The word for no limit.
 const ANY: &str = "any";
 
 type Words = &'static [(&'static str, Change)];
@@ -91,7 +91,7 @@ fn bus_errors() -> Vec<(&'static str, Change)> {
     errors.chain([("none", Change::BusError(None))]).collect()
 }
 
-/// All keys but those of the trigger. They take effect in this order: a drive is switched on after everything else.
+/// All keys but those of the trigger. They take effect in this order: the supply is switched after everything else.
 const ROWS: &[Row] = &[
     Row {
         name: "clear",
@@ -286,7 +286,7 @@ fn tenths(value: u16) -> Option<String> {
     text(f64::from(value) / 10.0)
 }
 
-/// The word for what is so.
+/// The word for the present value.
 fn word(words: &[(&'static str, Change)], now: Change) -> Option<String> {
     words.iter().find(|(_, change)| *change == now).and_then(|(word, _)| text(word))
 }
@@ -300,7 +300,6 @@ fn reports_bus_errors(model: &Model) -> bool {
     model.notices.iter().any(|notice| codes().any(|code| code == notice.number))
 }
 
-/// The names of the faults of a model.
 fn faults(model: &Model) -> impl Iterator<Item = &'static str> {
     model.faults.iter().map(|fault| named(fault.kind))
 }

@@ -1,4 +1,4 @@
-//! What is under way is cancelled from elsewhere: the drive stands then, and the operation says so.
+//! An operation is cancelled from elsewhere: the drive then stands, and the operation says so.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

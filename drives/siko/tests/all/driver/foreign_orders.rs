@@ -1,4 +1,4 @@
-//! Another manager, or another handle, orders something while the driver has something under way.
+//! Another manager, or another handle, orders something during an operation of the driver.
 
 use lexican_runtime::host::{Fate, Node};
 use lexican_runtime::{CobId, Duration, Frame, Instant};

@@ -1,5 +1,5 @@
-//! Inching of the simulated drive, where velocities and bits show little: slowly, in short steps, and with a shaft that
-//! somebody turns by hand.
+//! Inching of the simulated drive where velocities and bits show little: slowly, in short steps, and with a shaft that
+//! is turned by hand.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The drive watches over its manager: life guarding, armed and kept going by the driver.
+//! The drive monitors its manager: the driver arms life guarding, and sends the requests.
 
 use std::sync::{Arc, Mutex};
 

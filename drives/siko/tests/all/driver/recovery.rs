@@ -1,5 +1,5 @@
-//! A drive that has lost its power, its bus or its state at any point of an operation comes back, and does nothing that was not
-//! ordered again.
+//! A drive that loses its power, its bus or its state at any point of an operation is recovered, and does nothing that
+//! is not ordered again.
 
 use std::sync::{Arc, Mutex};
 

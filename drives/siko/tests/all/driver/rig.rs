@@ -1,4 +1,4 @@
-//! A simulated drive under the typed driver.
+//! A simulated drive with the typed driver.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! The gateway as a link and as a node: when the line is carried, and until when.
+//! The gateway as a link and as a node: when the line runs, and until when.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! The gateway with a door that does what the test says: frames become jobs, and reports become frames.
+//! The gateway with a scripted door: frames become jobs, and reports become frames.
 
 mod face;
 mod link;

@@ -1,4 +1,4 @@
-//! The node: what waits for the drive, what is forgotten when it is lost, and what its objects are.
+//! The node: what waits for the drive, what is dropped when the drive is lost, and its objects.
 
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;

@@ -1,4 +1,4 @@
-//! A gateway with a door that does what the test says.
+//! A gateway with a scripted door.
 
 use std::collections::VecDeque;
 
