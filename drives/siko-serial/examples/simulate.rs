@@ -12,7 +12,7 @@ fn main() -> Result<(), lexican_runtime::host::MainError> {
     use siko_serial::sim::SerialDrive;
     use siko_serial::{Line, Port};
 
-    // At least every 20 ms, the time is looked at; at most so long, a deadline of the drive is late.
+    // The clock is read at least every 20 ms, so a deadline of the drive is late by that at most.
     const READ: std::time::Duration = std::time::Duration::from_millis(1);
     const LOOK: Duration = Duration::from_millis(20);
 

@@ -3,10 +3,10 @@
 use crate::error::ErrorNumber;
 use crate::telegram::{self, Telegram};
 
-/// The form of the answer to a command that the drive carries out. Instead of each, `?`, two digits and CR can come.
+/// The form of the answer to an accepted command. A refusal, `?`, two digits and CR, can come instead of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// None at all.
+    /// No answer.
     None,
     /// `>` and CR.
     Done,
@@ -30,14 +30,14 @@ pub enum Reply {
     Binary,
 }
 
-/// What bytes are as an answer.
+/// How received bytes read as an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
-    /// The beginning of one.
+    /// The beginning of an answer.
     Begun,
-    /// A whole one.
+    /// A complete answer.
     Whole(Answer),
-    /// None, and they do not become one by more bytes.
+    /// No answer, whatever bytes follow.
     Foreign,
 }
 
@@ -56,7 +56,7 @@ pub enum Answer {
     Short(u32),
     /// To `J0`.
     Count(u8),
-    /// To `J1`: the letters of table 2 in the order in which the faults came, and `-` for none.
+    /// To `J1`: the letters of table 2 in the order in which the faults came, padded with `-`.
     Letters([u8; 10]),
     /// To `Q`; see [`Flags`].
     Flags(Flags),
@@ -84,7 +84,7 @@ impl Flags {
 }
 
 impl Answer {
-    /// The bytes that the drive sends; none when a number has too many digits for them, or when they would be read as a
+    /// The bytes that the drive sends; `None` if a number has too many digits, or if the bytes would be read as a
     /// refusal.
     #[must_use]
     pub fn encode(self) -> Option<Telegram> {
@@ -108,7 +108,7 @@ impl Answer {
         refusal(whole.as_bytes()).is_none().then_some(whole)
     }
 
-    /// What the drive has answered, unless it has refused.
+    /// The answer, or the number of a refusal.
     pub fn accepted(self) -> Result<Answer, ErrorNumber> {
         match self {
             Answer::Refused(number) => Err(number),
@@ -116,7 +116,7 @@ impl Answer {
         }
     }
 
-    /// The number in it: of `E`, `G`, `J0`, `V`, `W` and `Z`.
+    /// The number in the answer to `E`, `G`, `J0`, `V`, `W` or `Z`.
     #[must_use]
     pub fn number(self) -> Option<i32> {
         match self {
@@ -145,10 +145,10 @@ impl Reply {
         Reply::Binary,
     ];
 
-    /// The bytes of a refusal.
+    /// The length of a refusal in bytes.
     pub const REFUSAL: usize = PATTERN.len();
 
-    /// The bytes of the answer (table 3, column "Länge"; for `W` that column forgets the position).
+    /// The length of the answer in bytes (table 3, column "Länge"; for `W` that column omits the position).
     #[must_use]
     pub const fn len(self) -> usize {
         match self {
@@ -163,13 +163,13 @@ impl Reply {
         }
     }
 
-    /// Whether there is no answer.
+    /// Whether the command has no answer.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         matches!(self, Reply::None)
     }
 
-    /// What `bytes` are as an answer of this form.
+    /// Reads `bytes` as an answer of this form.
     #[must_use]
     pub fn read(self, bytes: &[u8]) -> Reading {
         if let Some(number) = refusal(bytes) {
@@ -183,7 +183,7 @@ impl Reply {
         if fits && bytes.len() == self.len() {
             return self.read_whole(bytes);
         }
-        // As far as they go: a whole refusal has been read above.
+        // Whether the bytes begin a refusal; a complete one has been handled above.
         let refuses = bytes.iter().zip(PATTERN).all(|(byte, like)| match like {
             b'0' => byte.is_ascii_digit(),
             _ => byte == like,
@@ -191,7 +191,7 @@ impl Reply {
         if fits || refuses { Reading::Begun } else { Reading::Foreign }
     }
 
-    /// Whether a byte may be at a place of the answer.
+    /// Whether the byte is possible at a place of the answer.
     fn fits(self, at: usize, byte: u8) -> bool {
         match (self, self.len() - at) {
             (Reply::Binary, 1) => byte == b'>',
@@ -233,7 +233,8 @@ impl Reply {
 /// A refusal, with any two digits.
 const PATTERN: &[u8; 4] = b"?00\r";
 
-/// The refusal with which bytes begin. A position of `W` that looks like one is a thousand million, which no drive has.
+/// The refusal at the beginning of the bytes. A position of `W` that looks like one would be about a thousand million,
+/// which no drive has.
 fn refusal(bytes: &[u8]) -> Option<ErrorNumber> {
     let &[b'?', ref digits @ .., b'\r'] = bytes.get(..Reply::REFUSAL)? else { return None };
     ErrorNumber::new(telegram::decimal(digits)?.try_into().ok()?)

@@ -1,14 +1,14 @@
-//! The computer's side of a line: one command at a time, its answer, and the way back after trouble.
+//! The computer's side of a line: one command at a time, its answer, and recovery after trouble.
 //!
-//! Telegrams have neither a beginning nor a checksum, commands have no end either, and the manual names no time after
-//! which a command that is not complete is forgotten. So after any trouble, and before the first command, the client
-//! does not know where the drive is: it may wait for the rest of a command, or a late answer may be on its way. It then
-//! sends `R`, the status, and listens for as long as an answer can take: while the drive waits for digits, the letter is
-//! not one, so that no command comes out of it that was not meant. When exactly the answer to one `R` has come, the next
-//! command is sent. The longest command has ten bytes, so after [`PROBES`] nothing answers.
+//! Telegrams have no start mark and no checksum, commands have no end mark, and the manual names no time after which
+//! the drive drops an incomplete command. So after any trouble, and before the first command, the client does not know
+//! the state of the drive: it may wait for the rest of a command, or a late answer may be on its way. The client then
+//! sends `R`, the status, and listens for as long as an answer can take. A drive that waits for digits refuses the
+//! letter, so that no unintended command results. Once exactly the answer to one `R` has come, the next command is
+//! sent. The longest command has ten bytes, so after [`PROBES`] attempts there is no drive.
 //!
-//! A damaged answer can be noticed; a digit that noise has made another digit cannot. Nor can a damaged command:
-//! read a setpoint back (`E0`) before `M`, where that matters.
+//! A damaged answer can be noticed, but not a digit that noise has turned into another digit, nor a damaged command:
+//! where that matters, read a set-point back (`E0`) before `M`.
 
 use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
@@ -17,21 +17,22 @@ use crate::answer::{Answer, Reading, Reply};
 use crate::command::Command;
 use crate::telegram::Telegram;
 
-/// How often the status is asked for before a drive counts as silent: once for each byte of the longest command, and
+/// How often the status is requested before the drive counts as silent: once for each byte of the longest command, and
 /// once more.
 pub const PROBES: u8 = 11;
 
-/// How often the character of inching operation 2 is sent. The drive stops after 100 ms without one.
+/// The period of the character of inching operation 2. The drive stops after 100 ms without one.
 pub const INCHING_PERIOD: Duration = Duration::from_millis(50);
 
-/// What a client has to know of its line.
+/// Properties of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Bits per second; a byte has ten: start, eight of data, stop.
+    /// Bits per second. A byte takes ten: start bit, eight data bits, stop bit.
     pub baud: u32,
-    /// The longest time in which the drive begins to answer, with the delays of the adapter. The manual has no number.
+    /// The longest time until the drive begins to answer, including the delays of the adapter. The manual gives no
+    /// number.
     pub reaction: Duration,
-    /// Whether what is sent comes back first, as by an RS-485 adapter with two wires that does not close its receiver.
+    /// Whether sent bytes are received again, as by a two-wire RS-485 adapter whose receiver stays on.
     pub echo: bool,
 }
 
@@ -43,13 +44,13 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// How long so many bytes take.
+    /// How long this many bytes take.
     #[must_use]
     pub fn on_line(&self, bytes: usize) -> Duration {
         Duration::from_micros(bytes as u64 * 10_000_000 / u64::from(self.baud.max(1)))
     }
 
-    /// How long after the first byte of a command its answer is complete, if there is one.
+    /// The longest time from the first byte of a command to the end of its answer, if there is one.
     #[must_use]
     pub fn exchange(&self, command: usize, reply: Reply) -> Duration {
         if reply.is_empty() {
@@ -60,21 +61,21 @@ impl Settings {
     }
 }
 
-/// What has become of a command.
+/// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// The drive has answered.
     Answered(Answer),
     /// A command without an answer has been sent.
     Sent,
-    /// There is no answer that could be trusted.
+    /// There is no trustworthy answer.
     Failed(Trouble),
 }
 
 /// Why there is no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trouble {
-    /// Nothing has come, or not all of it. Whether the drive has carried the command out is not known.
+    /// The answer is missing or incomplete. Whether the drive has carried the command out is not known.
     #[error("the drive has not answered in time")]
     TimedOut,
     /// Something else has come. Whether the drive has carried the command out is not known.
@@ -99,47 +100,46 @@ pub enum NotTaken {
 #[derive(Clone, Copy, Debug)]
 enum State {
     Idle,
-    /// To be sent, or sent and not yet answered.
+    /// A command is to be sent, or waits for its answer.
     Asking {
         until: Option<Instant>,
     },
-    /// The status is to be asked for, or was, before the command is sent.
+    /// The status is to be requested, or its answer is awaited, before the command is sent.
     Probing {
         left: u8,
         until: Option<Instant>,
     },
-    /// A refusal came, or another answer while its command was still on the line: it may be that to a part of the
-    /// command, whose other parts then have answers, too.
+    /// A refusal came, or any answer while the command was still being sent. It may answer a part of the command only,
+    /// and then answers to the other parts follow.
     Holding {
         answer: Answer,
         until: Instant,
     },
-    /// Something else came than an answer: until the line is quiet, or the answer would have come.
+    /// Something other than an answer came: waits until the line is quiet, or until the time for the answer is over.
     Discarding {
         quiet: Instant,
         until: Instant,
     },
 }
 
-/// The client, without I/O: bytes and the time go in, bytes and events come out.
+/// The client, without I/O: bytes and times go in, bytes and events come out.
 #[derive(Clone, Debug)]
 pub struct Client {
     settings: Settings,
     state: State,
-    /// The command that is under way.
+    /// The command under way.
     command: Command,
-    /// Its bytes.
     telegram: Telegram,
-    /// How many bytes of what was sent are still to come back.
+    /// How many sent bytes are still to be echoed.
     echo: usize,
-    /// What has come of the answer, or more than any answer has.
+    /// The answer so far; when it is too long, only its beginning.
     input: Telegram,
-    /// Until when the command itself is on the line: nothing can answer it before.
+    /// Until when the command itself is being sent: it cannot be answered before.
     sending: Instant,
     synchronised: bool,
     /// Inching operation 2, and when its next character is due.
     inching: Option<(Direction, Instant)>,
-    /// Whether that character is what is under way.
+    /// Whether that character is under way.
     inches: bool,
 }
 
@@ -161,7 +161,7 @@ impl Client {
         }
     }
 
-    /// What it knows of its line.
+    /// The properties of its line.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -185,8 +185,8 @@ impl Client {
         !matches!(self.state, State::Idle)
     }
 
-    /// Forgets the command that is under way. Its answer may still come, so the status is asked for before the next one;
-    /// not so after a character of inching, which has none.
+    /// Drops the command under way. Its answer may still come, so the status is requested before the next command,
+    /// except after a character of inching, which has no answer.
     pub fn abandon(&mut self) {
         if self.is_busy() {
             self.state = State::Idle;
@@ -194,13 +194,13 @@ impl Client {
         }
     }
 
-    /// Moves by inching operation 2 from `now` on, until [`Client::stop_inching`]: sends its character again and again,
-    /// between the commands. A command that is not answered therefore ends the motion; trouble does so, too.
+    /// Moves by inching operation 2 from `now` on, until [`Client::stop_inching`]: its character is sent periodically
+    /// between the commands. A command that is not answered therefore ends the motion, as any trouble does.
     pub fn start_inching(&mut self, now: Instant, direction: Direction) {
         self.inching = Some((direction, now));
     }
 
-    /// Sends no more characters, so that the drive stops within 100 ms.
+    /// Stops sending the character, so that the drive stops within 100 ms.
     pub fn stop_inching(&mut self) {
         self.inching = None;
     }
@@ -211,7 +211,7 @@ impl Client {
         self.inching.is_some()
     }
 
-    /// What to send next.
+    /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Telegram> {
         if let (State::Idle, Some((direction, due))) = (self.state, self.inching)
             && due <= now
@@ -238,7 +238,7 @@ impl Client {
 
     /// Takes bytes of the drive.
     pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) -> Option<Event> {
-        // A command has one event, and what comes after it is no part of its answer.
+        // A command has one event; bytes after it do not belong to its answer.
         bytes.iter().fold(None, |event, byte| {
             let next = self.handle_byte(now, *byte);
             event.or(next)
@@ -247,7 +247,7 @@ impl Client {
 
     fn handle_byte(&mut self, now: Instant, byte: u8) -> Option<Event> {
         match self.state {
-            // The manual contradicts itself about a CR behind the answer to `W`.
+            // The manual contradicts itself about a CR after the answer to `W`.
             State::Idle if byte != b'\r' => self.synchronised = false,
             State::Idle | State::Asking { until: None } | State::Probing { until: None, .. } => {}
             State::Holding { until, .. } | State::Discarding { until, .. } => self.discard(now, until),
@@ -277,12 +277,12 @@ impl Client {
         None
     }
 
-    /// What follows from the time.
+    /// To call once the time of [`Client::poll_timeout`] has come.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         match self.state {
             State::Asking { until: Some(until) } if until <= now => {
                 if self.command.reply().is_empty() {
-                    // A drive that restarts does not listen.
+                    // A restarting drive does not listen.
                     self.synchronised = self.command != Command::Restart;
                     return self.end(Event::Sent);
                 }
@@ -325,13 +325,13 @@ impl Client {
 
     fn send(&mut self, now: Instant, telegram: Telegram) -> Telegram {
         self.input.clear();
-        // Less the last byte, for the tolerance of clocks.
+        // One byte less, to allow for clock tolerance.
         self.sending = now + self.settings.on_line(telegram.as_bytes().len().saturating_sub(1));
         self.echo = if self.settings.echo { telegram.as_bytes().len() } else { 0 };
         telegram
     }
 
-    /// Whether a byte is the next one of what was sent, on its way back.
+    /// Whether a byte is the next one of the echo.
     fn is_echo(&mut self, byte: u8) -> bool {
         let probe = [b'R'];
         let sent = if matches!(self.state, State::Probing { .. }) { &probe[..] } else { self.telegram.as_bytes() };
@@ -340,12 +340,12 @@ impl Client {
         returns
     }
 
-    /// Something else than the answer has come.
+    /// Something other than the answer has come.
     fn discard(&mut self, now: Instant, until: Instant) {
         self.state = State::Discarding { quiet: now + self.settings.on_line(Telegram::MOST), until };
     }
 
-    /// The command is over. Trouble of a character of inching ends inching; its success is no event.
+    /// Ends the command. A failed character of inching ends inching; a sent one gives no event.
     fn end(&mut self, event: Event) -> Option<Event> {
         self.state = State::Idle;
         if let Event::Failed(_) = event {

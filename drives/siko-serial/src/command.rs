@@ -35,7 +35,7 @@ macro_rules! numbered {
 }
 
 numbered! {
-    /// What `A` reads: a text of eight characters, of which the manual does not say more.
+    /// What `A` reads: a text of eight characters, on which the manual says no more.
     Identity {
         Hardware = 0, "version of the hardware";
         Software = 1, "version of the software";
@@ -186,12 +186,12 @@ const PLAIN: [(u8, Command); 14] = [
 ];
 
 impl Command {
-    /// The longest number of `E` and `F`.
+    /// The largest absolute value of `E` and `F`.
     pub const LONG: i32 = 9_999_999;
-    /// The longest number of `G` and `H`.
+    /// The largest value of `G` and `H`.
     pub const SHORT: u32 = 99_999;
 
-    /// The bytes to send; none when a number has too many digits.
+    /// The bytes to send; `None` if a number has too many digits.
     #[must_use]
     pub fn encode(self) -> Option<Telegram> {
         let letter = |letter: u8| Telegram::default().push(&[letter]);
@@ -213,10 +213,10 @@ impl Command {
         })
     }
 
-    /// The command that bytes are. Small letters count as capital ones.
+    /// Parses a command; lower-case letters count as capitals.
     ///
-    /// Errors: with which error the drive answers: 01 if there is no such command or parameter, 02 for anything else.
-    /// The manual does not say more than that there is an error.
+    /// Errors: the drive's refusal, which is 01 if there is no such command or parameter, and else 02. The manual only
+    /// says that there is an error.
     pub fn parse(bytes: &[u8]) -> Result<Self, ErrorNumber> {
         let (&letter, rest) = bytes.split_first().ok_or(ErrorNumber::PARAMETER_NUMBER)?;
         let letter = letter.to_ascii_uppercase();
@@ -250,7 +250,7 @@ impl Command {
         }
     }
 
-    /// What the drive answers when it carries the command out.
+    /// The form of the answer if the drive carries the command out.
     #[must_use]
     pub const fn reply(self) -> Reply {
         match self {
@@ -268,14 +268,14 @@ impl Command {
         }
     }
 
-    /// Whether the command changes nothing, so that the drive takes it while the bus has control authority.
+    /// Whether the command only reads, so that the drive takes it even while the bus has control authority.
     #[must_use]
     pub const fn is_read(self) -> bool {
         !matches!(self.reply(), Reply::None | Reply::Done)
     }
 
-    /// Whether it comes to the same when the drive carries it out twice: what reads, sets or stops. What starts something
-    /// does not, nor does calibrating, since the shaft may turn in between.
+    /// Whether repeating the command makes no difference, as for those that read, set or stop. It does for those that
+    /// start something, and for calibrating, since the shaft may turn in between.
     #[must_use]
     pub const fn may_be_repeated(self) -> bool {
         !matches!(
@@ -285,7 +285,7 @@ impl Command {
     }
 }
 
-/// The bytes of a command with its letter and its parameters (table 3, column "Länge").
+/// The length of a command with this letter, in bytes (table 3, column "Länge").
 fn length(letter: u8) -> Option<usize> {
     match letter {
         b'A' | b'E' | b'J' | b'L' | b'T' | b'X' => Some(2),
@@ -301,7 +301,6 @@ fn plain(letter: u8) -> Option<Command> {
     PLAIN.iter().find(|(known, _)| *known == letter).map(|(_, command)| *command)
 }
 
-/// The parameter with a number.
 fn one_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumber> {
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::PARAMETER_NUMBER)
 }
@@ -310,11 +309,11 @@ fn value_of<T>(digits: &[u8], from: fn(u32) -> Option<T>) -> Result<T, ErrorNumb
     telegram::decimal(digits).and_then(from).ok_or(ErrorNumber::VALUE_RANGE)
 }
 
-/// The drive's side of a line: commands out of bytes.
+/// The drive's side of a line: makes commands of bytes.
 ///
-/// Commands have no end; their letter says how long they are. The manual does not say what ends one whose rest does not
-/// come, or is wrong. Here no time does, and the first byte that cannot belong to it does: the drive answers with an
-/// error, and the next byte begins another command. Between commands, line ends and spaces are left out.
+/// A command has no end mark; its letter determines its length. The manual does not say what happens if the rest is
+/// missing or wrong. Here the decoder waits without a limit, and the first impossible byte ends the command with an
+/// error; the next byte begins another command. Between commands, line ends and spaces are skipped.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decoder {
     begun: Telegram,
@@ -345,7 +344,7 @@ impl Decoder {
         Some(command)
     }
 
-    /// Forgets what has begun.
+    /// Drops an incomplete command.
     pub fn reset(&mut self) {
         self.begun.clear();
     }

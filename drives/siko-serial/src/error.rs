@@ -14,10 +14,10 @@ macro_rules! errors {
         impl ErrorNumber {
             $(#[doc = concat!(stringify!($number), ": ", $text, ".")] pub const $name: ErrorNumber = ErrorNumber($number);)*
 
-            /// Those of table 4.
+            /// All errors of table 4.
             pub const ALL: &[ErrorNumber] = &[$(ErrorNumber::$name),*];
 
-            /// What table 4 says of it; nothing for a number that is not there.
+            /// The text of table 4; `None` for a number that it does not have.
             #[must_use]
             pub const fn text(self) -> Option<&'static str> {
                 match self.0 {
@@ -44,7 +44,7 @@ errors! {
 }
 
 impl ErrorNumber {
-    /// The refusal with a number of two digits.
+    /// A refusal; `None` if the number has more than two digits.
     #[must_use]
     pub const fn new(number: u8) -> Option<Self> {
         if number < 100 { Some(ErrorNumber(number)) } else { None }

@@ -15,8 +15,8 @@
 //! ```
 //!
 //! - [`command`], [`answer`], [`error`], [`telegram`]: tables 3 and 4 as total functions, without allocation;
-//! - [`client`]: one command at a time, without I/O; how it finds its way back after noise and a cut line;
-//! - [`parameter`]: which parameter is which object of the CANopen dictionary, and how their numbers differ;
+//! - [`client`]: one command at a time, without I/O, with recovery after noise and a broken line;
+//! - [`parameter`]: the object of the CANopen dictionary for each parameter, and how their numbers differ;
 //! - [`gateway`]: the drive as a CANopen node on a [`Line`], such as a [`Port`], for all drivers and tools of CANopen;
 //! - [`sim`]: the simulated AG02 of [`siko_ag02::sim`] behind a line.
 //!
@@ -36,7 +36,7 @@ pub mod telegram;
 pub use client::{Client, Settings};
 pub use line::{Line, Port};
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

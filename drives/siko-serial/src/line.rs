@@ -1,36 +1,36 @@
-//! Lines that carry bytes. Time belongs to the line, so that a shell runs in real time on a port, and in virtual time on
-//! a simulated one.
+//! Lines that carry bytes. Each line has its own clock, so that the same code runs in real time on a port, and in
+//! virtual time on a simulated line.
 
 use std::io::{self, ErrorKind, Read, Write};
 
 use lexican_runtime::Instant;
 
-/// A serial line with the clock of its time.
+/// A serial line with its clock.
 pub trait Line {
-    /// The time.
+    /// The time on the line.
     fn now(&self) -> Instant;
 
     /// Sends bytes.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Waits for bytes, no longer than until `until`; returns how many have come.
+    /// Waits for bytes until `until`; returns how many have come.
     fn receive(&mut self, until: Instant, buffer: &mut [u8]) -> io::Result<usize>;
 
-    /// Whether time passes as on the wall.
+    /// Whether the clock runs in real time.
     fn is_real_time(&self) -> bool {
         true
     }
 
-    /// When the next thing happens on a simulated line.
+    /// The time of the next event on a simulated line.
     fn next_event(&self) -> Option<Instant> {
         None
     }
 }
 
-/// A line over anything that reads and writes, in the machine's time.
+/// A line over anything that reads and writes, in real time.
 ///
-/// A read has to end by itself, with [`ErrorKind::TimedOut`] or [`ErrorKind::WouldBlock`], after a few milliseconds
-/// without a byte: deadlines are looked at between reads.
+/// A read has to return after a few milliseconds without a byte, with [`ErrorKind::TimedOut`] or
+/// [`ErrorKind::WouldBlock`], since deadlines are checked between reads.
 #[derive(Debug)]
 pub struct Port<T> {
     stream: T,
@@ -38,13 +38,13 @@ pub struct Port<T> {
 }
 
 impl<T: Read + Write> Port<T> {
-    /// A line over `stream`, from now on.
+    /// A line over `stream`, whose clock starts at 0.
     #[expect(clippy::disallowed_methods, reason = "a line of a real port has the machine's time")]
     pub fn new(stream: T) -> Self {
         Port { stream, origin: std::time::Instant::now() }
     }
 
-    /// What the line goes over.
+    /// The stream below.
     pub fn stream(&mut self) -> &mut T {
         &mut self.stream
     }
@@ -52,8 +52,8 @@ impl<T: Read + Write> Port<T> {
 
 #[cfg(feature = "serialport")]
 impl Port<Box<dyn serialport::SerialPort>> {
-    /// Opens a port of the operating system, such as `/dev/ttyUSB0` or `COM3`: eight data bits, no parity, one stop bit,
-    /// no handshake (chapter 6). What an earlier program has left unread is dropped.
+    /// Opens a port of the operating system, such as `/dev/ttyUSB0` or `COM3`: eight data bits, no parity, one stop
+    /// bit, no handshake (chapter 6). Bytes from an earlier program are dropped.
     pub fn open(path: &str, baud: u32) -> io::Result<Self> {
         let port = serialport::new(path, baud).timeout(READ).open()?;
         port.clear(serialport::ClearBuffer::Input)?;
@@ -61,7 +61,7 @@ impl Port<Box<dyn serialport::SerialPort>> {
     }
 }
 
-/// How long a read of a port waits: about the time of five bytes, by which a deadline can be missed.
+/// How long a read of a port waits, and how late a deadline may be: about the time of five bytes.
 #[cfg(feature = "serialport")]
 const READ: std::time::Duration = std::time::Duration::from_millis(5);
 

@@ -1,7 +1,8 @@
-//! Parameters by the commands that read and write them: the rows of [`od::serial`](siko_ag02::od::serial), which the data sheet's overlay has.
+//! The commands of the parameters: the rows of [`od::serial`](siko_ag02::od::serial), from the overlay of the data
+//! sheet.
 //!
-//! A row's number is the command that reads it, as far as it names the parameter, and the one that writes it: `E1/F1`,
-//! `Q/X`, `T`.
+//! The number of a row consists of the command that reads it, as far as it names the parameter, and the command that
+//! writes it: `E1/F1`, `Q/X`, `T`.
 
 use lexican_runtime::object::{Address, ParameterRow};
 use siko_ag02::od::serial::{self, TABLE};
@@ -10,7 +11,7 @@ use crate::answer::{Answer, Flags};
 use crate::command::{Command, Long, Mode, PosType, Short, Turning};
 use crate::telegram;
 
-/// A row of the serial port's parameters.
+/// A parameter of the serial port.
 pub type Row = ParameterRow<&'static str>;
 
 /// Parameter 18.
@@ -24,14 +25,14 @@ const fn object(row: Row) -> Address {
     row.object.expect("the overlay has its object")
 }
 
-/// The command that reads a parameter; none of one that can only be written.
+/// The command that reads a parameter; `None` if it can only be written.
 #[must_use]
 pub fn reading(row: &Row) -> Option<Command> {
     let (read, _) = row.number.split_once('/')?;
     Command::parse(read.as_bytes()).ok()
 }
 
-/// The command that writes a number of the port to a parameter; none if it takes no such number.
+/// The command that writes a number of the port to a parameter; `None` if the parameter does not take it.
 #[must_use]
 pub fn writing(row: &Row, number: i64) -> Option<Command> {
     let write = row.number.split('/').next_back()?.as_bytes();
@@ -51,7 +52,7 @@ pub fn writing(row: &Row, number: i64) -> Option<Command> {
     }
 }
 
-/// The number of a parameter in the answer to the command that reads it. Three of them are bits of the flag register.
+/// The number of a parameter in the answer to its reading command. Three parameters are bits of the flag register.
 #[must_use]
 pub fn answered(row: &Row, answer: Answer) -> Option<i64> {
     let Answer::Flags(Flags(bits)) = answer else { return answer.number().map(i64::from) };
@@ -72,7 +73,7 @@ fn object_of(names: Command, mode: Mode) -> Address {
 }
 
 impl Long {
-    /// The object that has the same number in the same unit. Which one the setpoint is, depends on the mode.
+    /// The object with the same number in the same unit. That of the set-point depends on the mode.
     #[must_use]
     pub fn object(self, mode: Mode) -> Address {
         object_of(Command::ReadLong(self), mode)
@@ -80,14 +81,14 @@ impl Long {
 }
 
 impl Short {
-    /// The object that has the same number in the same unit.
+    /// The object with the same number in the same unit.
     #[must_use]
     pub fn object(self) -> Address {
         object_of(Command::ReadShort(self), Mode::Positioning)
     }
 }
 
-/// The number that the object has for one of the port.
+/// The number in the object for a number of the port.
 fn in_object(row: Row, number: u16) -> Option<u8> {
     row.in_object(number.into()).and_then(|number| number.try_into().ok())
 }
@@ -101,7 +102,7 @@ impl PosType {
 }
 
 impl Turning {
-    /// The number in [`SENSE_OF_ROTATION`], if it is about that. No object of the AG02 has parameter 25.
+    /// The number in [`SENSE_OF_ROTATION`]; `None` for parameter 25, for which the AG02 has no object.
     #[must_use]
     pub fn in_object(self) -> Option<u8> {
         let is_other = serial::STOP_MODE_INCHING_MODE_2.row().in_object(self.number().into()).is_some();

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// The bytes of a command or of an answer: 12 at most, which the answer to `J1` has.
+/// The bytes of a command or of an answer, at most 12, as in the answer to `J1`.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct Telegram {
     bytes: [u8; Telegram::MOST],
@@ -10,7 +10,7 @@ pub struct Telegram {
 }
 
 impl Telegram {
-    /// The bytes of the longest one.
+    /// The length of the longest telegram.
     pub const MOST: usize = 12;
 
     /// The bytes.
@@ -19,7 +19,7 @@ impl Telegram {
         self.bytes.get(..self.len).unwrap_or(&self.bytes)
     }
 
-    /// Adds bytes; those that there is no room for are dropped, which no telegram of the protocol has.
+    /// Appends bytes. Bytes beyond the capacity are dropped; no telegram of the protocol has them.
     pub(crate) fn push(mut self, bytes: &[u8]) -> Self {
         for byte in bytes {
             if let Some(place) = self.bytes.get_mut(self.len) {
@@ -30,18 +30,18 @@ impl Telegram {
         self
     }
 
-    /// Adds a number of so many decimal digits, of which higher ones are left out.
+    /// Appends a number with `width` decimal digits; higher digits are left out.
     pub(crate) fn digits(self, number: u32, width: u32) -> Self {
         let digit = |place| number / 10_u32.pow(place) % 10;
         (0..width).rev().fold(self, |telegram, place| telegram.push(&[b'0' + digit(place) as u8]))
     }
 
-    /// Adds a sign and so many decimal digits.
+    /// Appends a sign and `width` decimal digits.
     pub(crate) fn signed(self, number: i32, width: u32) -> Self {
         self.push(if number < 0 { b"-" } else { b"+" }).digits(number.unsigned_abs(), width)
     }
 
-    /// Adds a number of so many hexadecimal digits.
+    /// Appends a number with `width` hexadecimal digits.
     pub(crate) fn hex(self, number: u16, width: u32) -> Self {
         const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
         let digit = |place| DIGITS[usize::from(number >> (4 * place) & 0xF)];
@@ -59,17 +59,17 @@ impl fmt::Debug for Telegram {
     }
 }
 
-/// The number that decimal digits make; none if there is anything else among them.
+/// The number of decimal digits; `None` if there is any other character.
 pub(crate) fn decimal(digits: &[u8]) -> Option<u32> {
     number(digits, 10)
 }
 
-/// The number that hexadecimal digits make.
+/// The number of hexadecimal digits.
 pub(crate) fn hexadecimal(digits: &[u8]) -> Option<u16> {
     number(digits, 16).and_then(|number| number.try_into().ok())
 }
 
-/// The number that a sign and decimal digits make.
+/// The number of a sign and decimal digits.
 pub(crate) fn signed(text: &[u8]) -> Option<i32> {
     let (sign, digits) = text.split_first()?;
     let number = i32::try_from(decimal(digits)?).ok()?;

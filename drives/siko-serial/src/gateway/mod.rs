@@ -1,6 +1,6 @@
 //! The AG02 behind its serial port as a CANopen node: a [`Door`] of [`siko::gateway`].
 //!
-//! # What becomes of what
+//! # Translation
 //!
 //! | on CAN | on the line |
 //! |---|---|
@@ -17,14 +17,15 @@
 //! | 100Ah, 2102h | `A1`, `A3` |
 //! | EMCY | `J1` when bit 8 of `R` rises |
 //!
-//! Refusals 01, 02 and 09, 03, and all others are the abort codes 0602 0000h, 0609 0030h, 0800 0021h, 0800 0022h. What was not
-//! answered, or not read back as it was written, is 0606 0000h: it is not known whether the drive has done it.
+//! Refusals become abort codes: 01 is 0602 0000h, 02 and 09 are 0609 0030h, 03 is 0800 0021h, all others are 0800
+//! 0022h. A command that was not answered, or a value that was not read back as written, is 0606 0000h: it is not known
+//! whether the drive has carried it out.
 //!
 //! # Without a checksum
 //!
-//! A status word that differs from the one before counts when it has been read twice, a setpoint when it has been read
-//! back. Two things cannot be noticed: a position in which noise has made a digit another one, and noise that makes the
-//! letter of a command that of another command, which the drive then carries out.
+//! A changed status word counts once it has been read twice, a set-point once it has been read back. Two things cannot
+//! be noticed: noise that changes a digit of a position, and noise that turns the letter of a command into another one,
+//! which the drive then carries out.
 
 mod objects;
 
@@ -45,20 +46,20 @@ use crate::error::ErrorNumber;
 use crate::line::Line;
 use crate::telegram::Telegram;
 
-/// The node-ID that a new AG02 has on CAN; the line has none, so that any other does as well.
+/// The node-ID of a new AG02 on CAN. The line has no node-ID, so any other will do.
 pub const NODE: NodeId = NodeId::literal(127);
 
-/// How often the status is read while something moves, and otherwise.
+/// How often the status is read in motion, and at rest.
 const IN_MOTION: Duration = Duration::from_millis(20);
 const AT_REST: Duration = Duration::from_millis(100);
-/// How often position and velocity are read while something moves, and otherwise.
+/// How often position and velocity are read in motion, and at rest.
 const VALUES_IN_MOTION: Duration = Duration::from_millis(100);
 const VALUES_AT_REST: Duration = Duration::from_secs(1);
-/// How much later either is read even if there is something else to do.
+/// How much later either is read at the latest, whatever else there is to do.
 const OVERDUE: Duration = Duration::from_millis(500);
-/// How long a drive that does not answer is left alone between two attempts.
+/// The pause between two attempts to reach a drive that does not answer.
 const PAUSE: Duration = Duration::from_millis(500);
-/// How often in a row a command that may be repeated is sent.
+/// How often in a row a repeatable command is sent.
 const ATTEMPTS: u8 = 3;
 
 /// An AG02 behind its serial port, as a link.
@@ -66,13 +67,13 @@ pub type SerialLink<L> = GatewayLink<SerialDoor, Wire<L>>;
 /// An AG02 behind a simulated line, as a node of a virtual bus.
 pub type SerialNode<L> = GatewayNode<SerialDoor, Wire<L>>;
 
-/// A link to a drive at the end of a line. See [`NODE`] for the node-ID.
+/// A link to a drive at the end of a line, under any node-ID, such as [`NODE`].
 #[must_use]
 pub fn link<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialLink<L> {
     GatewayLink::new(Gateway::new(&MODEL, node, SerialDoor::new(settings)), Wire(line))
 }
 
-/// A node of a virtual bus that is a drive at the end of a simulated line.
+/// A drive at the end of a simulated line, as a node of a virtual bus.
 #[must_use]
 pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L> {
     GatewayNode::new(Gateway::new(&MODEL, node, SerialDoor::new(settings)), Wire(line))
@@ -88,7 +89,7 @@ pub fn open(
     Ok(link(crate::Port::open(path, settings.baud)?, settings, node))
 }
 
-/// A line, as the carrier of a door.
+/// The carrier of a [`SerialDoor`] over a line.
 #[derive(Clone, Debug)]
 pub struct Wire<L>(pub L);
 
@@ -118,39 +119,39 @@ impl<L: Line> Carrier<SerialDoor> for Wire<L> {
     }
 }
 
-/// The serial port, without I/O.
+/// The door to a serial port, without I/O.
 #[derive(Clone, Debug)]
 pub struct SerialDoor {
     client: Client,
     /// With the time of the status word; `None` while the drive does not answer.
     facts: Option<Measured<Facts>>,
-    /// When what it knows of position and velocity was asked for; `None` before: facts without them are not reported.
+    /// The time of position and velocity; `None` until both are known, and facts are not reported before.
     measured: Option<Instant>,
-    /// A status word that differs from the last one, and has been read once.
+    /// A changed status word that has been read once.
     candidate: Option<u16>,
     job: Option<Active>,
-    /// The command that is under way, and whether it is one of the job.
+    /// The command under way, and whether it belongs to the job.
     asked: Option<(Command, bool)>,
     sent: Instant,
     /// How often in a row it has been sent.
     attempts: u8,
-    /// When the status is due; not put off before it counts.
+    /// When the status is due; kept until a status word counts.
     next_status: Instant,
-    /// When position and velocity were to be read last.
+    /// When the last reading of position and velocity was due.
     values_since: Option<Instant>,
-    /// The commands that are still to be read.
+    /// The commands still to be sent for it.
     values: &'static [Command],
     reports: VecDeque<Report>,
 }
 
-/// A job, and what is left of it.
+/// A job, and its remaining commands.
 #[derive(Clone, Debug)]
 struct Active {
     job: Job,
     commands: VecDeque<Command>,
-    /// What its last command has to read.
+    /// The value that its last command should read.
     expected: Option<i64>,
-    /// The status is read before it is over.
+    /// Whether the status has to be read before the job ends.
     looks: bool,
     result: Result<i64, AbortCode>,
 }
@@ -200,9 +201,9 @@ impl SerialDoor {
         }
     }
 
-    /// The next command, and whether it is one of the job.
+    /// The next command, and whether it belongs to the job.
     fn next(&self, now: Instant) -> Option<(Command, bool)> {
-        // Jobs that come one behind the other must not keep it from looking how the drive is.
+        // A sequence of jobs must not keep it from reading the status.
         if self.next_status + OVERDUE <= now {
             return Some((Command::Status, false));
         }
@@ -227,7 +228,7 @@ impl SerialDoor {
 
     fn take(&mut self, now: Instant, event: Option<Event>) {
         let Some(event) = event else { return };
-        // Otherwise it is trouble of inching, which is over then; the facts will say so.
+        // Without a command it is trouble of inching, which ends then; the facts show it.
         let Some((command, of_job)) = self.asked.take() else { return };
         if let Event::Answered(_) = event {
             self.attempts = 0;
@@ -262,7 +263,7 @@ impl SerialDoor {
         }
     }
 
-    /// A command of the job has been answered.
+    /// Goes on with the job after one of its commands was answered.
     fn go_on(&mut self, now: Instant, command: Command, answer: Answer) {
         let Some(job) = &mut self.job else { return };
         let address = match job.job {
@@ -287,13 +288,13 @@ impl SerialDoor {
         }
         if job.commands.is_empty() && !job.looks {
             let result = job.result;
-            // What has been written may have moved the position, or the window around it.
+            // The write may have changed the position, or the window around it.
             self.next_status = self.next_status.min(now);
             self.end_job(result);
         }
     }
 
-    /// A command of the job has not been answered. What comes to the same when it is done twice is sent again.
+    /// Handles a command of the job that was not answered: a repeatable one is sent again.
     fn fail(&mut self, command: Command) {
         let Some(job) = &mut self.job else { return };
         if command.may_be_repeated() && self.attempts < ATTEMPTS {
@@ -314,7 +315,7 @@ impl SerialDoor {
         self.reports.push_back(Report::Done(result));
     }
 
-    /// The status word has been read. One that is new counts when it has been read twice.
+    /// Takes a status word. A changed one counts once it has been read twice.
     fn see(&mut self, now: Instant, word: u16) {
         let before = self.facts.map(|facts| facts.value.system);
         if before != Some(word) && self.candidate.replace(word) != Some(word) {
@@ -322,7 +323,7 @@ impl SerialDoor {
         }
         self.candidate = None;
         if word & !before.unwrap_or(word) & (system::FAULT | system::MOTOR_RELEASED) != 0 {
-            // Characters that go on would move the drive again once it can.
+            // If inching went on, the drive would move again as soon as it could.
             self.client.stop_inching();
         }
         let moves = word & (system::MOVING | system::POSITIONING) != 0 || self.client.is_inching();
@@ -342,7 +343,7 @@ impl SerialDoor {
         }
     }
 
-    /// Reports what is known, as old as the oldest of it.
+    /// Reports the facts, with the time of the oldest of them.
     fn report_facts(&mut self) {
         if let (Some(facts), Some(measured)) = (self.facts, self.measured) {
             self.reports.push_back(Report::Facts(Measured::new(facts.value, facts.at.min(measured))));
@@ -354,7 +355,7 @@ impl SerialDoor {
         self.client.settings().exchange(Telegram::MOST, Reply::Letters)
     }
 
-    /// The drive does not answer.
+    /// Gives up on a drive that does not answer.
     fn give_up(&mut self, now: Instant) {
         (self.job, self.candidate, self.attempts) = (None, None, 0);
         (self.values, self.values_since) = (&[], None);
@@ -366,7 +367,7 @@ impl SerialDoor {
     }
 
     fn order(&mut self, now: Instant, order: Order, target: i32) -> Vec<Command> {
-        // Its characters are orders, too.
+        // The characters of inching are orders, too.
         self.client.stop_inching();
         match order {
             Order::Enable | Order::StopInching => vec![],
@@ -390,7 +391,7 @@ impl SerialDoor {
     }
 }
 
-/// What is read beside the status.
+/// Read in addition to the status.
 const VALUES: &[Command] = &[Command::Position, Command::Velocity];
 
 impl Door for SerialDoor {
@@ -417,14 +418,14 @@ impl Door for SerialDoor {
         self.job = Some(Active { job, commands: commands.into(), expected, looks, result: Ok(0) });
     }
 
-    /// Position and velocity are due at rest with the next status, and read after a job, or before it when they are
-    /// overdue. When an answer is lost, the client first finds out where the drive is.
+    /// At rest, position and velocity are due with the next status; they are read after a job, or before it if they are
+    /// overdue. If an answer is lost, the client first has to recover.
     fn worst_cycle(&self) -> Duration {
         VALUES_AT_REST + AT_REST + OVERDUE.times(2) + self.worst_job() + self.exchange().times((PROBES + 3).into())
     }
 
-    /// Setpoint, setpoint read back, start, and the status, which counts when it has been read twice; and what is under way
-    /// when it begins.
+    /// A start takes four commands: set-point, reading it back, start, and the status, which has to be read twice.
+    /// Another command may be under way before.
     fn worst_job(&self) -> Duration {
         self.exchange().times(6)
     }
@@ -453,7 +454,7 @@ impl Door for SerialDoor {
     }
 }
 
-/// The abort code that is the same as a refusal of table 4.
+/// The abort code for a refusal of table 4.
 fn abort_code(number: ErrorNumber) -> AbortCode {
     match number {
         ErrorNumber::PARAMETER_NUMBER => AbortCode::NO_SUCH_OBJECT,

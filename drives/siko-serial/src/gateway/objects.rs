@@ -1,4 +1,4 @@
-//! Which object is which command, and what its answer means as a value of the object.
+//! The command for each object, and the value of the object in its answer.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, cia301};
@@ -10,7 +10,7 @@ use crate::answer::Answer;
 use crate::command::{Command, Identity, Setting};
 use crate::parameter::{self, Row};
 
-/// The code of a letter that table 2 does not have: 1000h is "generic error" in CiA 301.
+/// The code for a letter that is not in table 2: 1000h is "generic error" in CiA 301.
 const UNKNOWN_FAULT: u16 = 0x1000;
 
 const POSITION: Address = Address::new(0x6064, 0x00);
@@ -18,12 +18,11 @@ const VELOCITY: Address = Address::new(0x606C, 0x00);
 const SOFTWARE_VERSION: Address = Address::new(0x100A, 0x00);
 const GEAR: Address = od::GEAR_REDUCTION.address();
 
-/// The parameter that is an object. Which of the two setpoints counts is the gateway's to know.
+/// The parameter with this object. The gateway itself knows which of the two targets the set-point is.
 fn row(address: Address) -> Option<&'static Row> {
     TABLE.iter().find(|row| row.object == Some(address))
 }
 
-/// The command that reads an object.
 pub(super) fn read(address: Address) -> Option<Command> {
     match address {
         POSITION => Some(Command::Position),
@@ -40,7 +39,7 @@ pub(super) fn read(address: Address) -> Option<Command> {
 
 /// The command that writes an object.
 ///
-/// Errors: with which code a client's write is aborted; [`AbortCode::NO_SUCH_OBJECT`] for what the interface does not
+/// Errors: the abort code for the client; [`AbortCode::NO_SUCH_OBJECT`] for an object that the interface does not
 /// write.
 pub(super) fn write(address: Address, value: i64) -> Result<Command, AbortCode> {
     let settings =
@@ -65,13 +64,13 @@ pub(super) fn has(address: Address) -> bool {
     read(address).is_some() || write(address, LOAD) != Err(AbortCode::NO_SUCH_OBJECT)
 }
 
-/// The signature of 1011h.
+/// The value that restores when written to 1011h.
 const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 
-/// The value of an object in the answer to the command that reads it.
+/// The value of an object in the answer to its reading command.
 pub(super) fn value(address: Address, answer: Answer) -> Option<i64> {
     Some(match answer {
-        // The object has the newest one first.
+        // 1003h has the newest fault first.
         Answer::Letters(letters) => {
             let newest = letters.iter().rev().skip_while(|letter| **letter == b'-');
             newest.copied().nth(usize::from(address.sub()) - 1).map_or(0, code).into()
@@ -90,7 +89,7 @@ fn code(letter: u8) -> u16 {
     fault.map_or(UNKNOWN_FAULT, |fault| fault.code.number)
 }
 
-/// The manual does not say how the gear is written. The three gears differ in their number of turns.
+/// The manual does not say how the gear is written. The three gears are told apart by their number of turns.
 fn gear(text: &[u8]) -> i64 {
     let turns = str::from_utf8(text).unwrap_or_default().trim().split(':').next().unwrap_or_default();
     i64::from(match turns {
@@ -101,7 +100,7 @@ fn gear(text: &[u8]) -> i64 {
     })
 }
 
-/// 100Ah has four characters, and the first one in bits 31 to 24.
+/// 100Ah has four characters, the first one in bits 31 to 24.
 fn version(text: &[u8]) -> i64 {
     let text = text.trim_ascii();
     let text = text.strip_prefix(b"0").filter(|rest| rest.len() >= 4).unwrap_or(text);

@@ -1,4 +1,4 @@
-//! A line with a simulated drive at its end, in virtual time: bytes take as long as they do at their baud rate.
+//! A simulated drive at the end of a line, in virtual time: bytes take as long as their baud rate says.
 
 use std::collections::VecDeque;
 use std::io;
@@ -21,20 +21,20 @@ pub struct VirtualLine {
 }
 
 impl VirtualLine {
-    /// A line of 9600 baud without an echo.
+    /// A line at 9600 baud without an echo.
     #[must_use]
     pub fn new(drive: SerialDrive) -> Self {
         VirtualLine::with_settings(drive, Settings::default())
     }
 
-    /// A line of another baud rate, or one that returns what is sent.
+    /// A line at another baud rate, or with an echo.
     #[must_use]
     pub fn with_settings(drive: SerialDrive, settings: Settings) -> Self {
         let (now, reaction) = (Instant::ZERO, Duration::ZERO);
         VirtualLine { drive, settings, reaction, now, to_drive: VecDeque::new(), to_client: VecDeque::new() }
     }
 
-    /// A drive, or its adapter, that takes so long to begin its answers.
+    /// The drive, or its adapter, begins its answers after this time.
     #[must_use]
     pub fn with_reaction(self, reaction: Duration) -> Self {
         VirtualLine { reaction, ..self }
@@ -46,14 +46,14 @@ impl VirtualLine {
         &self.drive
     }
 
-    /// Lets something happen to the drive, now.
+    /// Acts on the drive, at the present time.
     pub fn with_drive<T>(&mut self, call: impl FnOnce(&mut SerialDrive, Instant) -> T) -> T {
         let result = call(&mut self.drive, self.now);
         self.answer();
         result
     }
 
-    /// Bytes on the line that the drive has not sent: noise, or another device's.
+    /// Adds bytes that the drive has not sent, such as noise.
     pub fn disturb(&mut self, bytes: &[u8]) {
         put(&mut self.to_client, self.now, &self.settings, bytes);
     }
@@ -65,7 +65,7 @@ impl VirtualLine {
     }
 }
 
-/// Puts bytes behind each other on a line.
+/// Puts bytes one after another on a line.
 fn put(line: &mut VecDeque<(Instant, u8)>, now: Instant, settings: &Settings, bytes: &[u8]) {
     let begin = line.back().map_or(now, |(last, _)| now.max(*last));
     line.extend(bytes.iter().enumerate().map(|(at, byte)| (begin + settings.on_line(at + 1), *byte)));
@@ -116,7 +116,7 @@ impl Line for VirtualLine {
     }
 }
 
-/// When the next byte is there.
+/// When the next byte has arrived.
 fn first(line: &VecDeque<(Instant, u8)>) -> Option<Instant> {
     line.front().map(|(at, _)| *at)
 }

@@ -1,6 +1,6 @@
 //! The simulated AG02 behind its serial port: the drive of [`siko_ag02::sim`], the same motion, the same parameters.
 //!
-//! # What the manual leaves open
+//! # Decisions where the manual is silent
 //!
 //! | Question | Here |
 //! |---|---|
@@ -20,7 +20,7 @@
 //! | what `S11103` says while the cause is still there | 10 |
 //! | CR behind the answer to `W` | does not come (chapter 6, "zur Ausgabe") |
 //! | the texts of `A` | `02.00   `, that of the software; `CAN     `, `55:1    `; the hardware is `01.00   ` |
-//! | the default of parameter 25 | 0: full deceleration, as the text has it |
+//! | the default of parameter 25 | 0: full deceleration, as in the text |
 
 mod line;
 
@@ -46,10 +46,10 @@ use crate::error::ErrorNumber;
 use crate::parameter;
 use crate::telegram::Telegram;
 
-/// Inching operation 2 ends when its character has not come for so long (chapter 2.2.1.2).
+/// The time without its character after which inching operation 2 ends (chapter 2.2.1.2).
 const INCHING_WITHOUT: Duration = Duration::from_millis(100);
 
-/// The signature of 1011h.
+/// The value that restores when written to 1011h.
 const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 
 /// A simulated drive behind its serial port.
@@ -62,7 +62,7 @@ pub struct SerialDrive {
     inching: Option<(Direction, Instant)>,
 }
 
-/// A new drive, powered on at the origin of time, on no bus.
+/// A new drive, powered on at time 0, on no bus.
 impl Default for SerialDrive {
     fn default() -> Self {
         SerialDrive::new(SimulatedDrive::new(&MODEL, NodeId::literal(127)))
@@ -82,7 +82,7 @@ impl SerialDrive {
         &self.drive
     }
 
-    /// The drive, for its inputs and for its bus.
+    /// The drive, to change its inputs and its bus.
     pub fn drive_mut(&mut self) -> &mut SimulatedDrive {
         &mut self.drive
     }
@@ -93,7 +93,7 @@ impl SerialDrive {
         self.drive
     }
 
-    /// Takes bytes of the line. A drive that is off takes none.
+    /// Takes bytes of the line. A drive that is off ignores them.
     pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
         for byte in bytes {
             if !self.drive.is_on() {
@@ -110,12 +110,12 @@ impl SerialDrive {
         }
     }
 
-    /// What it answers next.
+    /// The next answer.
     pub fn poll_transmit(&mut self) -> Option<Telegram> {
         self.answers.pop_front()
     }
 
-    /// Handles the deadline of [`SerialDrive::poll_timeout`], which has come.
+    /// To call once the time of [`SerialDrive::poll_timeout`] has come.
     pub fn handle_timeout(&mut self, now: Instant) {
         if self.inching.is_some_and(|(_, until)| until <= now) {
             self.end_inching(now);
@@ -132,7 +132,7 @@ impl SerialDrive {
     }
 
     fn carry_out(&mut self, now: Instant, command: Command) -> Option<Answer> {
-        // Chapter 6: with the bus in command, there is reading, `N` and `O`.
+        // While the bus is in command, only reading, `N` and `O` are allowed (chapter 6).
         let bus_commands = matches!(self.drive.nmt_state(), NmtState::Operational | NmtState::Stopped);
         let always = command.is_read() || matches!(command, Command::EmergencyStop | Command::Stop);
         let outcome = match command {
@@ -253,7 +253,7 @@ impl SerialDrive {
         self.order(now, if lags { Order::Release } else { Order::Interrupt(braking) })
     }
 
-    /// A character of inching operation 2, which is not answered.
+    /// Takes a character of inching operation 2, which is not answered.
     fn inch(&mut self, now: Instant, direction: Direction) {
         let until = now + INCHING_WITHOUT;
         match self.inching {
@@ -268,11 +268,11 @@ impl SerialDrive {
 
     fn end_inching(&mut self, now: Instant) {
         self.inching = None;
-        // A fault, or a bus that has taken command, has ended it already.
+        // A fault, or a bus that has taken command, may have ended it already.
         let _ = self.drive.order(now, Order::StopInching);
     }
 
-    /// Takes the motor into control for an order that moves; if it is refused, the motor is as before.
+    /// Takes the motor into control for an order that moves it; if the order is refused, restores the former state.
     fn in_control(&mut self, now: Instant, order: Order) -> Result<(), ErrorNumber> {
         let before = self.drive.state();
         self.order(now, Order::Enable)?;
@@ -294,7 +294,7 @@ impl SerialDrive {
         }
     }
 
-    /// The fault buffer, oldest first. The object has the newest first.
+    /// The fault buffer, oldest first; 1003h has the newest first.
     fn letters(&mut self, now: Instant) -> Result<[u8; 10], ErrorNumber> {
         let mut letters = [b'-'; 10];
         let count = self.value(now, Address::new(FAULTS, 0))? as u8;
@@ -333,7 +333,7 @@ impl SerialDrive {
     }
 }
 
-/// The error of table 4 that is the same as an abort of SDO.
+/// The error of table 4 for an SDO abort code.
 fn refusal(code: AbortCode) -> ErrorNumber {
     match code {
         AbortCode::DEVICE_STATE => ErrorNumber::OPERATING_STATE,

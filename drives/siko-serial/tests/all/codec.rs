@@ -1,4 +1,4 @@
-//! Commands and answers: each there and back, any bytes, and the time that bytes can take.
+//! Commands and answers: encoded and parsed again, random bytes, and the time that bytes can take.
 
 use super::random::Random;
 use super::serial_rig::Rig;

@@ -1,4 +1,4 @@
-//! The gateway's door by a script: what it sends, what the drive answers, and what it reports.
+//! The gateway's door against a script: its commands, the drive's answers, and its reports.
 
 use std::io;
 

@@ -1,5 +1,5 @@
-//! Figures 4 and 6 of the manual beyond the one way through their boxes that `tests/verify` goes, by the client over a line of
-//! 9600 baud in virtual time. F0 is the setpoint, H08 the velocity of inching, T3 and T4 are how inching operation 2 stops.
+//! Figures 4 and 6 of the manual, in the paths that `tests/verify` does not take, by the client over a line of 9600
+//! baud in virtual time. F0 is the set-point, H08 the velocity of inching, T3 and T4 are how inching operation 2 stops.
 
 use super::serial_rig::{Rig, is};
 use siko_serial::command::{Command, Long};

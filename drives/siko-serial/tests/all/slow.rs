@@ -1,4 +1,4 @@
-//! A drive that is slow to answer, through the whole stack: its time-outs come from its door.
+//! A drive that answers slowly, through the whole stack: the time-outs come from its door.
 
 use lexican_runtime::Duration;
 use lexican_runtime::host::{Link, VirtualBus};

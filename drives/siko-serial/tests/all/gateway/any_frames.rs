@@ -1,4 +1,4 @@
-//! Frames of any content: nothing panics, and the next access works.
+//! Random frames: nothing panics, and the next access works.
 
 use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Duration, Frame, Instant};

@@ -1,4 +1,4 @@
-//! The driver of the AG02 through its serial port: the tests that it has on CAN, and what the line can do to it.
+//! The driver of the AG02 through its serial port: the same tests as on CAN, and trouble on the line.
 
 mod any_frames;
 #[path = "../../../../siko-ag02/tests/driver/cases.rs"]

@@ -1,4 +1,4 @@
-//! Bytes that are lost or damaged, and a line that is cut: success or a named error, and no motion that is not ordered.
+//! Lost or damaged bytes, and a line that is cut: success or a named error, and no motion that was not ordered.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
