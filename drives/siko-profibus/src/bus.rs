@@ -21,7 +21,7 @@ pub fn attach(bus: &mut VirtualBus<ProfibusDrive>, model: &'static Model, addres
     bus.attach(slave, options(model), (PPO.len(), PPO.len()))
 }
 
-/// Attaches a drive that the master does not know yet.
+/// Attaches a drive that the master is not told of.
 pub fn attach_unknown(bus: &mut VirtualBus<ProfibusDrive>, model: &'static Model, address: u8) -> SlaveId {
     let slave = slave(bus, model, address);
     bus.attach_unknown(slave)
@@ -32,7 +32,7 @@ fn slave(bus: &VirtualBus<ProfibusDrive>, model: &'static Model, address: u8) ->
     Slave::new(drive.address(), model.identity, bus.bit_rate(), drive)
 }
 
-/// What a master has to know of a drive.
+/// The options of a drive for the master.
 #[must_use]
 pub fn options(model: &'static Model) -> PeripheralOptions<'static> {
     PeripheralOptions {
@@ -44,7 +44,7 @@ pub fn options(model: &'static Model) -> PeripheralOptions<'static> {
     }
 }
 
-/// Sets what goes to a drive besides the PKW.
+/// Sets the outputs of a drive other than the PKW.
 pub fn set(bus: &mut VirtualBus<ProfibusDrive>, drive: SlaveId, control: u16, target: i32) {
     if let Some(peripheral) = bus.peripheral(drive) {
         PPO.set_word(peripheral.pi_q_mut(), 0, control);
@@ -52,7 +52,7 @@ pub fn set(bus: &mut VirtualBus<ProfibusDrive>, drive: SlaveId, control: u16, ta
     }
 }
 
-/// The status word that came last, with the position in positioning mode, or the velocity in rev/min.
+/// The last status word, with the position in positioning mode, or the velocity in rev/min in velocity mode.
 pub fn get(bus: &mut VirtualBus<ProfibusDrive>, drive: SlaveId) -> Option<(u16, i32)> {
     let inputs = bus.peripheral(drive)?.pi_i();
     Some((PPO.word(inputs, 0)?, PPO.double_word(inputs, 1)?))

@@ -17,10 +17,10 @@ use crate::model::{Model, NODE, PPO};
 use crate::table::{self, Content};
 use crate::words::{BEYOND_LIMIT, INCHING_NEGATIVE, READY_TO_TRAVEL, control, status};
 
-/// A simulated drive that is ordered by control words of PROFIDRIVE, and whose parameters have PROFIBUS numbers. The
-/// motion, its parameters, faults and conditions are those behind CANopen.
+/// A simulated drive with control words of PROFIDRIVE, and with parameters by PROFIBUS number. Motion, parameters,
+/// faults and conditions are those of the same drive on CANopen.
 ///
-/// # What the manuals leave open
+/// # Decisions where the manuals are silent
 ///
 /// | Question | Here |
 /// |---|---|
@@ -38,7 +38,7 @@ use crate::words::{BEYOND_LIMIT, INCHING_NEGATIVE, READY_TO_TRAVEL, control, sta
 /// | a write that travelling does not allow | error 17 |
 /// | reading PNU 970 | error 18 |
 /// | the outputs when data exchange ends | zero, which is OFF 1 |
-/// | the drive between two telegrams | is looked at when the next one comes |
+/// | the drive between two telegrams | is brought up to date by the next one |
 #[derive(Clone, Debug)]
 pub struct ProfibusDrive {
     model: &'static Model,
@@ -47,28 +47,28 @@ pub struct ProfibusDrive {
     tasks: PkwServer,
     reply: Pkw,
     control: u16,
-    /// A fault has been acknowledged, and OFF 1 has not been given since.
+    /// A fault has been acknowledged, and no OFF 1 has come since.
     inhibited: bool,
     /// ZSW.12.
     acknowledged: bool,
-    /// Velocity mode: the setpoint is enabled.
+    /// Velocity mode: the set-point is enabled.
     turns: bool,
 }
 
 impl ProfibusDrive {
-    /// A drive that is switched on at `now`, whose switches, or parameter 22, set `address`.
+    /// A drive that is switched on at `now`, with `address` in its switches or its parameter 22.
     #[must_use]
     pub fn new(now: Instant, model: &'static Model, address: u8) -> Self {
         ProfibusDrive::power_on(now, model, Setup::new(model.drive, NODE), address)
     }
 
-    /// The same with a setup, which says what is in the EEPROM, which gear there is, and so on.
+    /// The same with a set-up: EEPROM, gear, and so on.
     #[must_use]
     pub fn power_on(now: Instant, model: &'static Model, setup: Setup, address: u8) -> Self {
         ProfibusDrive::of(now, model, SimulatedDrive::power_on(now, setup), address)
     }
 
-    /// The same of a drive that is there.
+    /// The same with an existing drive.
     #[must_use]
     pub fn of(now: Instant, model: &'static Model, drive: SimulatedDrive, address: u8) -> Self {
         let mut it = ProfibusDrive {
@@ -86,7 +86,7 @@ impl ProfibusDrive {
         it
     }
 
-    /// The address that it was switched on with.
+    /// The address at power-on.
     #[must_use]
     pub fn address(&self) -> u8 {
         self.address
@@ -98,7 +98,7 @@ impl ProfibusDrive {
         &self.drive
     }
 
-    /// The drive, to let the world around it change.
+    /// The drive, to change its inputs.
     pub fn drive_mut(&mut self) -> &mut SimulatedDrive {
         &mut self.drive
     }
@@ -149,18 +149,18 @@ impl ProfibusDrive {
         }
     }
 
-    /// Supply is applied (ZSW.0).
+    /// Whether the supply is applied (ZSW.0).
     fn is_ready(&self) -> bool {
         self.drive.is_on() && self.drive.inputs().supply_is_present()
     }
 
-    /// What has happened in the drive by itself. Its CAN side is not connected: what it sends is lost.
+    /// Brings the drive up to date. Its CAN side is not connected, so its frames are dropped.
     fn advance(&mut self, now: Instant) {
         self.drive.handle_timeout(now);
         while self.drive.poll_transmit(now).is_some() {}
     }
 
-    /// Whether the drive takes the target.
+    /// Sets the target; returns whether the drive takes it.
     fn take_target(&mut self, now: Instant, target: i32) -> bool {
         let object = match self.drive.parameters().mode {
             Mode::Positioning => TARGET_POSITION,
@@ -207,7 +207,7 @@ impl ProfibusDrive {
         }
     }
 
-    /// Table 11.
+    /// Follows the control word in positioning mode (table 11).
     fn control_positioning(&mut self, now: Instant, word: u16, (rising, falling): (u16, u16), target_is_valid: bool) {
         let motion = self.drive.controller().motion();
         let (is_positioning, is_interrupted) = (motion.is_positioning(now), motion.is_interrupted());
@@ -236,7 +236,7 @@ impl ProfibusDrive {
         }
     }
 
-    /// Table 13.
+    /// Follows the control word in velocity mode (table 13).
     fn control_velocity(&mut self, now: Instant, word: u16, target_is_valid: bool) {
         let enabled = word & control::ENABLE_SETPOINT != 0;
         if enabled && !self.turns && target_is_valid {
@@ -247,7 +247,7 @@ impl ProfibusDrive {
         }
     }
 
-    /// Whether the drive follows. What it does not follow shows in the status word, and nowhere else.
+    /// Gives an order; returns whether the drive takes it. A refusal shows only in the status word.
     fn order(&mut self, now: Instant, order: Order) -> bool {
         self.drive.order(now, order).is_ok()
     }
@@ -279,7 +279,7 @@ impl Application for ProfibusDrive {
     }
 }
 
-/// The parameters of a drive at one time.
+/// A drive at one time, as a table of parameters.
 struct Lent<'a> {
     drive: &'a mut ProfibusDrive,
     now: Instant,
@@ -297,7 +297,7 @@ impl ParameterTable for Lent<'_> {
             Content::Object(_) => {
                 let element = u8::try_from(index).ok().and_then(|index| row.parameter.object_at(index));
                 let number = read_object(drive, self.now, element.ok_or(Refusal::NO_SUCH_ELEMENT)?)?;
-                // A fault that does not come here has no number.
+                // A fault without a number on PROFIBUS is 0.
                 Ok(row.parameter.of_object(number.into()).unwrap_or(0) as u32)
             }
             Content::Address => Ok(self.drive.address.into()),
@@ -328,7 +328,7 @@ impl ParameterTable for Lent<'_> {
     }
 }
 
-/// PNU 970.
+/// Writes PNU 970.
 fn load(drive: &mut SimulatedDrive, now: Instant, what: u32) -> Result<(), Refusal> {
     let signature = i32::from_le_bytes(*b"load");
     let sub = match what {
@@ -363,7 +363,6 @@ fn write_object(drive: &mut SimulatedDrive, now: Instant, address: Address, valu
     })
 }
 
-/// What a refusal of the dictionary is here.
 fn refusal(code: AbortCode) -> Refusal {
     match code {
         AbortCode::INVALID_VALUE

@@ -1,4 +1,5 @@
-//! A drive behind PROFIBUS as a CANopen node: objects become parameters (PNU), orders become control words.
+//! A drive behind PROFIBUS as a CANopen node: objects are read and written as parameters (PNU), orders are sent as
+//! control words.
 
 use lexican_driver::ByteOrder;
 use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
@@ -12,7 +13,7 @@ use crate::master::{DriveMaster, Event, REACTION};
 use crate::model::Model;
 use crate::table::{Content, Row};
 
-/// How often facts are reported that have not changed, or in the position only.
+/// How often facts are reported if at most the position has changed.
 const REPORTS: Duration = Duration::from_millis(10);
 
 /// What is written to 1011h to restore parameters (CiA 301, 7.5.2.14).
@@ -26,7 +27,7 @@ const VELOCITY: Address = Address::new(0x606C, 0);
 const GENERIC_STATUS: Address = Address::new(0x2420, 0);
 const TORQUE_DEACTIVATION_STATE: Address = Address::new(0x2422, 0);
 
-/// The drive at the other end of a PROFIBUS, as a [`Gateway`](siko::gateway::Gateway) sees it.
+/// A drive on PROFIBUS, as the door of a [`Gateway`](siko::gateway::Gateway).
 ///
 /// | object | here |
 /// |---|---|
@@ -50,7 +51,7 @@ pub struct ProfibusDoor {
     shown: Option<Shown>,
 }
 
-/// What was reported last, and when.
+/// The last report.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
     at: Instant,
@@ -64,18 +65,18 @@ impl ProfibusDoor {
         ProfibusDoor { model, master: DriveMaster::new(), job: None, end: None, lost: false, shown: None }
     }
 
-    /// What goes over the bus.
+    /// The master's side of the drive.
     #[must_use]
     pub fn master(&self) -> &DriveMaster {
         &self.master
     }
 
-    /// The same, for what carries it.
+    /// The master's side of the drive, for its carrier.
     pub fn master_mut(&mut self) -> &mut DriveMaster {
         &mut self.master
     }
 
-    /// The parameter that holds an object, with its index.
+    /// The parameter that holds an object, and the index in it.
     fn row(&self, address: Address) -> Option<(&'static Row, u16)> {
         let object_or_part = if address == TORQUE_DEACTIVATION_STATE { GENERIC_STATUS } else { address };
         let holds = |row: &&Row| match row.content {
@@ -88,7 +89,7 @@ impl ProfibusDoor {
         Some((row, row.parameter.element_of(object_or_part).map_or(0, u16::from)))
     }
 
-    /// What the facts have for an object.
+    /// The value of an object that is among the facts.
     fn fact(&self, address: Address) -> Option<i64> {
         let facts = self.master.facts()?.value;
         match (address, facts.mode) {
@@ -116,11 +117,11 @@ impl ProfibusDoor {
     }
 
     fn write(&self, address: Address, value: i64) -> Result<Task, AbortCode> {
-        // PNU 952 counts the faults, and is cleared by another one.
+        // PNU 952 counts the faults, and is cleared by PNU 970.
         let load = match address.index() {
             FAULTS if address.sub() == 0 && value == 0 => Some(4),
             RESTORE if value == LOAD => Some(match address.sub() {
-                // Calibrating stands behind clearing the faults.
+                // Calibrating is number 5, after clearing the faults.
                 4 => 5,
                 set => u32::from(set),
             }),
@@ -150,7 +151,7 @@ impl ProfibusDoor {
         Ok(Task::Write { number: row.wire.number, value: value.map_err(|_| AbortCode::INVALID_VALUE)? })
     }
 
-    /// The value of an object, of what its parameter has answered.
+    /// The value of an object, from the value of its parameter.
     fn value(&self, address: Address, value: Value) -> i64 {
         let raw = value.number();
         let Some((row, _)) = self.row(address) else { return raw };
@@ -158,7 +159,7 @@ impl ProfibusDoor {
             Content::Object(_) if address == TORQUE_DEACTIVATION_STATE => {
                 i64::from(raw & i64::from(generic::TORQUE_DEACTIVATED) != 0)
             }
-            // A letter that means no fault counts as none.
+            // A letter that means no fault gives 0.
             Content::Object(_) => row.parameter.in_object(raw).unwrap_or(0),
             Content::Version => {
                 let mut text = [b'.'; 4];
@@ -187,7 +188,7 @@ impl ProfibusDoor {
             (Event::Looked, Some(Job::Read(address))) => self.fact(address).ok_or(AbortCode::HARDWARE_ERROR),
             (Event::Answered(Reply::Value(_)) | Event::Followed | Event::Looked, Some(_)) => Ok(0),
             (Event::Answered(reply), Some(_)) => Err(abort_of(reply)),
-            // The telegrams have arrived; the drive has no reason to give.
+            // The drive has received the telegrams, and gives no reason.
             (Event::NotFollowed, Some(_)) => Err(AbortCode::DEVICE_STATE),
             (Event::Silent, Some(_)) => Err(AbortCode::HARDWARE_ERROR),
             (_, None) => return,
@@ -195,7 +196,7 @@ impl ProfibusDoor {
         self.end = Some(result);
     }
 
-    /// The facts to be reported: at once when 1002h has changed or a job ends, else now and then.
+    /// The facts if they are to be reported: at once when 1002h has changed or a job ends, otherwise periodically.
     fn news(&self, now: Instant) -> Option<Measured<Facts>> {
         let facts = self.master.facts()?.map(|facts| Facts {
             system: facts.system,
@@ -209,7 +210,7 @@ impl ProfibusDoor {
 }
 
 enum Asked {
-    /// It is in the facts, once they have been measured anew.
+    /// The value is among the facts, once they have been measured anew.
     Fact,
     Task(Task),
 }
@@ -236,12 +237,12 @@ impl Door for ProfibusDoor {
         }
     }
 
-    /// One task of an application, and all that the master asks for itself: PNU 1020, the operating mode and the units.
+    /// Covers one task of an application, and all tasks of the master itself: PNU 1020, operating mode and units.
     fn worst_cycle(&self) -> Duration {
         REACTION.times(6)
     }
 
-    /// A job waits for a task of the master, and a reading of PNU 1020 follows.
+    /// Covers a task of the master, the job, and a reading of PNU 1020.
     fn worst_job(&self) -> Duration {
         REACTION.times(3)
     }
@@ -279,7 +280,7 @@ const fn digit(bcd: u8) -> u8 {
     b'0' + (bcd & 0x0F)
 }
 
-/// What an SDO client gets for a reply that is no value.
+/// The abort code for a reply without a value.
 fn abort_of(reply: Reply) -> AbortCode {
     match reply {
         Reply::Refused(Refusal::NO_SUCH_PARAMETER) => AbortCode::NO_SUCH_OBJECT,

@@ -1,12 +1,13 @@
 //! SIKO's positioning drives on PROFIBUS-DP.
 //!
-//! - [`table`]: the parameters of the AG03/1 (41) and the AG02 (27), each with the CANopen object that it equals;
-//! - [`words`]: what the bits of control and status word mean in which operating mode;
-//! - [`ProfibusDrive`]: a simulated drive behind a simulated slave: the same motion as behind CANopen;
-//! - [`master::DriveMaster`]: the master's side of one drive: orders become control words, status words become facts;
-//! - [`gateway::ProfibusDoor`]: the same as the door of a gateway, by which the drives' drivers work over PROFIBUS; with the
-//!   feature `master`, `line::link` is a link for them;
-//! - [`Model`]: what differs between the drives, as data.
+//! - [`table`]: the parameters of the AG03/1 (41) and the AG02 (27), each with its CANopen object;
+//! - [`words`]: the bits of control and status word in each operating mode;
+//! - [`ProfibusDrive`]: a simulated drive behind a simulated slave, with the same motion as on CANopen;
+//! - [`master::DriveMaster`]: the master's side of one drive, which makes control words of orders, and facts of status
+//!   words;
+//! - [`gateway::ProfibusDoor`]: the same as the door of a gateway, by which the drives' drivers work over PROFIBUS;
+//!   with the feature `master`, `line::link` is a link for them;
+//! - [`Model`]: the differences between the drives, as data.
 //!
 //! ```
 //! use lexican_profibus::pkw::{Reply, Task, Value};
@@ -32,7 +33,7 @@ pub mod words;
 pub use drive::ProfibusDrive;
 pub use model::{AG02, AG03_1, Model, PPO};
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(all(doctest, feature = "master"))]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! Gateways on a bus: what carries the telegrams of a [`ProfibusDoor`] (feature `master`).
+//! The carrier of a [`ProfibusDoor`] on a bus (feature `master`).
 
 use lexican_profibus::bus::{AddressError, Bus, Notice, Station};
 use lexican_profibus::master::Segment;
@@ -11,11 +11,11 @@ use crate::bus::options;
 use crate::gateway::ProfibusDoor;
 use crate::model::{Model, PPO};
 
-/// How often a node of a virtual CAN bus looks at its PROFIBUS: a cycle with one drive lasts a third of that at 1.5 Mbit/s.
+/// How often a node of a virtual CAN bus runs its PROFIBUS: a cycle with one drive takes a third of that at 1.5 Mbit/s.
 const LOOKS: Duration = Duration::from_millis(1);
 
-/// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address, up to 126. Further drives
-/// on the same bus have links of their own.
+/// A drive on a bus as a link with this drive as its only node. The node-ID is the PROFIBUS address, up to 126. Further
+/// drives on the same bus have their own links.
 pub fn link<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,
@@ -24,7 +24,7 @@ pub fn link<S: Segment>(
     link_with(bus, model, address, options(model))
 }
 
-/// The same with options of its own, such as those of its GSD file (`lexican_profibus::gsd`), whose configuration has to carry
+/// The same with other options, such as those of its GSD file (`lexican_profibus::gsd`), whose configuration has to fit
 /// the data of [`PPO`].
 pub fn link_with<S: Segment>(
     bus: &Bus<S>,
@@ -36,7 +36,7 @@ pub fn link_with<S: Segment>(
     Ok(GatewayLink::new(gateway, station))
 }
 
-/// The same as a node of a virtual CAN bus, beside others.
+/// The same as a node of a virtual CAN bus, next to others.
 pub fn node<S: Segment>(
     bus: &Bus<S>,
     model: &'static Model,
@@ -73,7 +73,7 @@ impl<S: Segment> Carrier<ProfibusDoor> for Station<S> {
             Some(Notice::Lost) => master.handle_offline(),
             None => {}
         }
-        // The next exchange carries what this one has led to.
+        // The next exchange carries the new outputs.
         self.set_outputs(&master.outputs());
         Ok(())
     }
@@ -83,7 +83,7 @@ impl<S: Segment> Carrier<ProfibusDoor> for Station<S> {
     }
 
     fn next_event(&self) -> Option<Instant> {
-        // Another node of the same segment may have let the time pass.
+        // Another node of the same segment may have advanced the time.
         Some(if self.has_notice() { self.now() } else { self.now() + LOOKS })
     }
 }

@@ -1,4 +1,4 @@
-//! The master's side of one drive, without I/O: what it sends in each telegram, and what it makes of what comes back.
+//! The master's side of one drive, without I/O: makes each telegram to the drive, and evaluates the answers.
 
 use std::collections::VecDeque;
 
@@ -15,10 +15,10 @@ use crate::words::{control, order as words, status};
 /// The cyclic data of one direction.
 pub type Telegram = [u8; PPO.len()];
 
-/// How long the drive may take to answer a task, and to follow an order.
+/// How long the drive may take to answer a task, or to follow an order.
 pub(crate) const REACTION: Duration = Duration::from_millis(400);
 
-/// Over how long velocities are measured in positioning mode: one rev/min is a count and a third in this time.
+/// The time over which velocities are measured in positioning mode: 1 rev/min makes a count and a third in this time.
 const MEASURED_OVER: Duration = Duration::from_millis(50);
 
 const MODE: u16 = 930;
@@ -28,40 +28,40 @@ const DENOMINATOR: u16 = 1011;
 const SPINDLE_PITCH: u16 = 1012;
 const SYSTEM_STATUS: u16 = 1020;
 
-/// One drive, as its master sees it. Orders become words and edges of STW, along figures 13 and 14 of the AG02's manual;
-/// what the drive is doing is read from ZSW, and from the system status word (PNU 1020), which is asked for whenever
+/// One drive, as its master sees it. Orders become words and edges of STW, as in figures 13 and 14 of the AG02's
+/// manual. The state of the drive is read from ZSW, and from the system status word (PNU 1020), which is read whenever
 /// no other task is under way.
 ///
-/// What is sent is [`DriveMaster::outputs`], in every telegram; each exchange of data goes to
-/// [`DriveMaster::handle_exchange`], and after everything that has happened, [`DriveMaster::poll`] says what is new.
+/// [`DriveMaster::outputs`] is sent in every telegram, and each exchange of data is passed to
+/// [`DriveMaster::handle_exchange`]. After each event, [`DriveMaster::poll`] returns what is new.
 ///
-/// A word is sent until an exchange has carried it, and the next one follows then; a target goes ahead of the edge
-/// that starts it. Nothing that was ordered outlives the loss of the drive: the words begin with OFF again.
+/// A word is sent until an exchange has carried it; then the next one follows. A target is sent before the edge that
+/// starts it. When the drive is lost, all orders are dropped, and the words begin with OFF again.
 #[derive(Clone, Debug)]
 pub struct DriveMaster {
     tasks: PkwMaster,
-    /// Whose task is under way; `None` while there is none.
+    /// Who has asked for the task under way; `None` while there is none.
     asks: Option<Asks>,
     asked: Option<Task>,
-    /// What goes out: STW with HSW.
+    /// The outputs: STW with HSW.
     word: u16,
     target: i32,
-    /// The words that follow.
+    /// The words to send next.
     plan: VecDeque<u16>,
-    /// The last word of the plan has been carried.
+    /// The last word of the plan has been sent.
     is_carried: bool,
     ordered: Option<Ordered>,
-    /// The number of the task from which on a reading of PNU 1020 is what [`DriveMaster::look`] waits for.
+    /// From which task on a reading of PNU 1020 ends [`DriveMaster::look`].
     look: Option<u64>,
     /// How many tasks have been begun.
     begun: u64,
-    /// The last one of these that has read PNU 1020.
+    /// The last task that has read PNU 1020.
     looked: u64,
     seen: Option<Seen>,
     known: Known,
-    /// When the task that is under way was begun.
+    /// When the task under way was begun.
     began: Instant,
-    /// What follows from both, as long as they fit each other.
+    /// The facts made of `seen` and `known`, as long as both match.
     facts: Option<Measured<Facts>>,
     trace: Option<Trace>,
     events: VecDeque<Event>,
@@ -70,18 +70,18 @@ pub struct DriveMaster {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asks {
     Application,
-    /// The master itself, to know the drive.
+    /// The master itself, to learn the set-up and the state of the drive.
     Master,
 }
 
-/// What has come in the last telegram.
+/// The inputs of the last telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Seen {
     status: u16,
     actual: i32,
 }
 
-/// What tasks of the master itself have read.
+/// The results of the master's own tasks.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     mode: Option<Mode>,
@@ -91,7 +91,7 @@ struct Known {
     system: Option<Measured<u16>>,
 }
 
-/// Where it was at a time, and how fast it came there.
+/// The position at a time, and the velocity just before.
 #[derive(Clone, Copy, Debug)]
 struct Trace {
     at: Instant,
@@ -99,7 +99,7 @@ struct Trace {
     velocity: i32,
 }
 
-/// An order that is under way.
+/// The order under way.
 #[derive(Clone, Copy, Debug)]
 struct Ordered {
     order: Order,
@@ -110,43 +110,43 @@ struct Ordered {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// Until the operating mode is known.
+    /// Waiting until the operating mode is known.
     Waits,
-    /// Its words are sent; ZSW.12 was so before.
+    /// Its words are being sent; with ZSW.12 before them.
     Sent(u16),
-    /// The drive has followed; a reading of PNU 1020 from the task with this number on shows what has become of it.
+    /// The drive has followed; a reading of PNU 1020 by the task with this number, or a later one, ends the order.
     Followed(u64),
 }
 
-/// What is known of a drive.
+/// The state of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
     /// ZSW.
     pub status: u16,
-    /// The system status word (PNU 1020), with the fault that ZSW shows earlier.
+    /// The system status word (PNU 1020), with the fault bit of ZSW, which shows a fault earlier.
     pub system: u16,
     /// The operating mode.
     pub mode: Mode,
-    /// HIW in positioning mode; in velocity mode, the position that was known last.
+    /// HIW in positioning mode; in velocity mode, the last known position.
     pub position: i32,
-    /// In rev/min: HIW in velocity mode; in positioning mode it is measured, over 50 ms.
+    /// In rev/min: HIW in velocity mode; in positioning mode it is measured over 50 ms.
     pub velocity: i32,
 }
 
 /// What is new.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The task of [`DriveMaster::ask`] is over.
+    /// The task of [`DriveMaster::ask`] has been answered.
     Answered(Reply),
-    /// What was asked for has not been answered in time. A task may have been carried out, and an order has been followed.
+    /// There was no answer in time. The task or order may have been carried out.
     Silent,
-    /// The drive has followed the order of [`DriveMaster::order`], and what it has shown since is known.
+    /// The drive has followed the order of [`DriveMaster::order`], and its facts since then are known.
     Followed,
     /// The drive does not follow the order.
     NotFollowed,
-    /// What [`DriveMaster::look`] has asked for is known.
+    /// The facts that [`DriveMaster::look`] has asked for are known.
     Looked,
-    /// The drive exchanges no data any more; what was under way is over.
+    /// The drive has stopped exchanging data; whatever was under way is over.
     Lost,
 }
 
@@ -157,7 +157,7 @@ impl Default for DriveMaster {
 }
 
 impl DriveMaster {
-    /// A drive that does not exchange data yet.
+    /// For a drive that does not exchange data yet.
     #[must_use]
     pub fn new() -> Self {
         DriveMaster {
@@ -181,7 +181,7 @@ impl DriveMaster {
         }
     }
 
-    /// What the next telegram carries.
+    /// The outputs for the next telegram.
     #[must_use]
     pub fn outputs(&self) -> Telegram {
         let mut data = [0; PPO.len()];
@@ -191,17 +191,17 @@ impl DriveMaster {
         data
     }
 
-    /// What is known of the drive, as old as the reading of PNU 1020 in it; `None` until all of it is. While the operating
-    /// mode is in question, what was known before.
+    /// The facts, with the time at which PNU 1020 was read; `None` until all of them are known. While the operating
+    /// mode is unknown, the previous facts.
     #[must_use]
     pub const fn facts(&self) -> Option<Measured<Facts>> {
         self.facts
     }
 
-    /// Asks for something that is in no telegram; [`Event::Answered`] or [`Event::Silent`] follows. One task at a time.
+    /// Starts a task of the application, one at a time; [`Event::Answered`] or [`Event::Silent`] follows.
     ///
-    /// While a travel is under way, the operating mode is not written: bit 6 of STW, whose edges start travels, lets the
-    /// drive turn in velocity mode.
+    /// While a travel is under way, a change of the operating mode is refused: bit 6 of STW, whose edges start travels,
+    /// would make the drive turn in velocity mode.
     pub fn ask(&mut self, task: Task) {
         if matches!(task, Task::Write { number: MODE, .. }) && self.keeps_enabled() {
             if self.known.system.is_none_or(|seen| seen.value & (system::POSITIONING | system::MOVING) != 0) {
@@ -213,19 +213,19 @@ impl DriveMaster {
         self.asked = Some(task);
     }
 
-    /// Gives an order; [`Event::Followed`] or [`Event::NotFollowed`] follows. One at a time. `target` is where
-    /// [`Order::Start`] leads, or how fast.
+    /// Gives an order, one at a time; [`Event::Followed`] or [`Event::NotFollowed`] follows. `target` is the position
+    /// or velocity for [`Order::Start`].
     pub fn order(&mut self, now: Instant, order: Order, target: i32) {
         self.ordered = Some(Ordered { order, target, due: now + REACTION, stage: Stage::Waits });
         self.go_on_with_order();
     }
 
-    /// Has the drive asked how it is; [`Event::Looked`] follows.
+    /// Reads the state of the drive anew; [`Event::Looked`] follows.
     pub fn look(&mut self) {
         self.look = Some(self.begun + 1);
     }
 
-    /// What is new; `None` when that is all.
+    /// The next event; `None` if there is no other.
     pub fn poll(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
@@ -236,7 +236,7 @@ impl DriveMaster {
         [self.tasks.poll_timeout(), self.ordered.map(|ordered| ordered.due)].into_iter().flatten().min()
     }
 
-    /// Takes note that a deadline has come.
+    /// To call once the time of [`DriveMaster::poll_timeout`] has come.
     pub fn handle_timeout(&mut self, now: Instant) {
         let unanswered = self.tasks.handle_timeout(now).and_then(|_| self.asks.take());
         if unanswered == Some(Asks::Application) || unanswered.is_some() && self.look.take().is_some() {
@@ -244,7 +244,7 @@ impl DriveMaster {
         }
         if let Some(ordered) = self.ordered.take_if(|ordered| ordered.due <= now) {
             let has_followed = matches!(ordered.stage, Stage::Followed(_));
-            // A word that enables holds as long as it is sent: the drive would follow once it can.
+            // The enabling word would be sent on, and the drive would follow it later.
             if !has_followed && ordered.order == Order::Enable {
                 self.send(&[words::OFF]);
             }
@@ -253,7 +253,7 @@ impl DriveMaster {
         self.go_on(now);
     }
 
-    /// Takes note of an exchange of data: `received` has answered `sent`.
+    /// Handles an exchange of data: `received` has answered `sent`.
     pub fn handle_exchange(&mut self, now: Instant, sent: &Telegram, received: &Telegram) {
         let (Some(status), Some(actual)) = (PPO.word(received, 0), PPO.double_word(received, 1)) else { return };
         let was_enabled = self.is_enabled();
@@ -265,7 +265,7 @@ impl DriveMaster {
                 None => self.is_carried = true,
             }
         }
-        // The drive has let go by itself: it is not to go on by itself either.
+        // The drive has disabled itself: it must not enable itself again.
         if was_enabled && !self.is_enabled() && self.ordered.is_none() {
             self.send(&[words::OFF]);
         }
@@ -277,7 +277,7 @@ impl DriveMaster {
         self.go_on(now);
     }
 
-    /// Takes note that the drive exchanges no data any more.
+    /// Handles that the drive has stopped exchanging data.
     pub fn handle_offline(&mut self) {
         let was_there = self.seen.is_some();
         *self = DriveMaster { events: core::mem::take(&mut self.events), ..DriveMaster::new() };
@@ -312,12 +312,12 @@ impl DriveMaster {
         self.seen.is_some_and(|seen| seen.status & status::OPERATION_ENABLED != 0)
     }
 
-    /// It is enabled, or about to be, and not only until the word that releases it has arrived.
+    /// Whether the word that is being sent keeps the drive enabled, or will enable it.
     fn keeps_enabled(&self) -> bool {
         self.word & control::ENABLE_OPERATION != 0
     }
 
-    /// How fast the actual value changes: in positioning mode, that is the velocity.
+    /// Measures the rate of change of the actual value, which is the velocity in positioning mode.
     fn measure(&mut self, now: Instant, actual: i32) {
         let began = *self.trace.get_or_insert(Trace { at: now, position: actual, velocity: 0 });
         let span = now.since(began.at);
@@ -327,12 +327,12 @@ impl DriveMaster {
         let counts = i64::from(actual) - i64::from(began.position);
         let turns = self.units().map_or(0.0, |units| units.shaft_revolutions(counts as i32));
         let per_minute = (turns * 60.0 / span.as_secs_f64()).round() as i32;
-        // What moves is not standing.
+        // A drive that moves must not seem to stand.
         let velocity = if per_minute == 0 { counts.signum() as i32 } else { per_minute };
         self.trace = Some(Trace { at: now, position: actual, velocity });
     }
 
-    /// Sends these words one after the other; the last one stays.
+    /// Sends these words one after another; the last one is kept.
     fn send(&mut self, words: &[u16]) {
         self.plan = words.iter().copied().collect();
         self.word = self.plan.pop_front().unwrap_or(self.word);
@@ -341,7 +341,7 @@ impl DriveMaster {
 
     fn take_reply(&mut self, task: Task, reply: Reply) {
         if self.asks.take() == Some(Asks::Application) {
-            // What it may have changed is asked for again, and positions may mean another place.
+            // A write may have changed values that were read, and the meaning of positions.
             if matches!(task, Task::Write { .. }) {
                 self.trace = None;
             }
@@ -369,7 +369,7 @@ impl DriveMaster {
         }
     }
 
-    /// What is sent while nothing is under way depends on the mode; one leads to the other without starting anything.
+    /// Adapts the idle control word to the mode, without starting anything.
     fn enter(&mut self, mode: Mode) {
         self.known.mode = Some(mode);
         if self.keeps_enabled() {
@@ -382,7 +382,7 @@ impl DriveMaster {
         }
     }
 
-    /// Does what has become due by a change.
+    /// Goes on after any change.
     fn go_on(&mut self, now: Instant) {
         self.go_on_with_order();
         self.begin_task(now);
@@ -430,11 +430,11 @@ impl DriveMaster {
         };
         self.begun += 1;
         self.began = now;
-        // It is not busy.
+        // The client is not busy here.
         let _ = self.tasks.start(now, task);
     }
 
-    /// What to ask for next.
+    /// The number of the parameter to read next.
     fn unknown(&self) -> u16 {
         let Known { mode, numerator, denominator, spindle_pitch, .. } = self.known;
         let unknown = [
@@ -447,8 +447,8 @@ impl DriveMaster {
     }
 }
 
-/// The words of an order, and how many they are. `edge` is the bit whose edges start travels, as it is: it stays so in
-/// all words but that of a start, as long as the drive is enabled.
+/// The words of an order, and their number. `edge` is the present state of the bit whose edges start travels: it is
+/// kept in all words but that of a start, as long as the drive is enabled.
 fn words_of(order: Order, mode: Mode, edge: u16) -> ([u16; 3], usize) {
     use words::{
         ACKNOWLEDGE, ENABLE, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, INTERMEDIATE_STOP, OFF, READY,
@@ -474,7 +474,7 @@ fn words_of(order: Order, mode: Mode, edge: u16) -> ([u16; 3], usize) {
     }
 }
 
-/// Whether the status word shows that the drive has followed; most orders show nowhere.
+/// Whether the status word shows that the drive has followed; for most orders it shows nothing.
 fn has_followed(order: Order, mode: Mode, seen: u16, acknowledged: u16) -> bool {
     let is_enabled = seen & status::OPERATION_ENABLED != 0;
     match (order, mode) {

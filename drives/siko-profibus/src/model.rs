@@ -1,4 +1,4 @@
-//! What differs between the drives on PROFIBUS.
+//! The differences between the drives on PROFIBUS.
 
 use lexican_driver::description::Description;
 use lexican_profibus::Identity;
@@ -7,7 +7,7 @@ use lexican_runtime::NodeId;
 
 use crate::table::{self, Row};
 
-/// A PPO type of their own: PKW, and three words of process data (figure 8).
+/// SIKO's own PPO type: PKW, and three words of process data (figure 8).
 pub const PPO: Ppo = Ppo { parameters: true, process_words: 3 };
 
 /// A drive on PROFIBUS.
@@ -15,21 +15,21 @@ pub const PPO: Ppo = Ppo { parameters: true, process_words: 3 };
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Model {
     pub name: &'static str,
-    /// What a driver has to know of it.
+    /// For the driver.
     pub description: &'static Description,
-    /// The drive behind the slave.
+    /// The simulated drive behind the slave.
     pub drive: &'static siko::model::Model,
     pub identity: Identity,
     pub table: &'static [Row],
     /// The version of the firmware, in BCD (PNU 965).
     pub version: u16,
-    /// Bit 14 of the status word in velocity mode, which says nothing: the manuals differ.
+    /// The constant value of bit 14 of the status word in velocity mode, in which the manuals differ.
     pub velocity_bit_14: bool,
 }
 
-/// What both have. The ident number is that of the name of the vendor's GSD file. The configuration bytes are an
-/// assumption, since the file was not at hand: four words and three words, each consistent and in both directions. So is
-/// that it synchronises and freezes, for which the diagnosis has bits.
+/// The identity of both drives. The ident number is that in the name of the vendor's GSD file. The configuration bytes
+/// are an assumption, since the file was not available: four words and three words, each consistent and in both
+/// directions. So is the support of sync and freeze, for which the diagnosis has bits.
 const fn identity(ident: u16) -> Identity {
     let len = PPO.len() as u8;
     Identity { ident, configuration: &[0xF3, 0xF2], inputs: len, outputs: len, sync: true, freeze: true }
@@ -58,7 +58,7 @@ pub static AG02: Model = Model {
 };
 
 impl Model {
-    /// The address that a drive takes when its switches, or its parameter 22, say `set`: there are addresses up to 126.
+    /// The address of a drive whose switches, or whose parameter 22, are set to `set`: at most 126.
     #[must_use]
     pub fn address(set: u8) -> u8 {
         set.min(126)

@@ -1,4 +1,4 @@
-//! Parameters by their PROFIBUS number (PNU, table 15): the rows of `od::profibus`, which the data sheets' overlays have.
+//! Parameters by PROFIBUS number (PNU, table 15): the rows of `od::profibus`, from the overlays of the data sheets.
 
 use lexican_profibus::pkw::Parameter;
 use lexican_runtime::object::{Address, ParameterRow};
@@ -8,24 +8,24 @@ use siko_ag03_1::od as ag03_1;
 /// A parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// How it goes through the PKW.
+    /// Its form in the PKW.
     pub wire: Parameter,
-    /// What the overlay says: name, object, numbers of its own.
+    /// Its row in the overlay: name, object, numbers.
     pub parameter: ParameterRow<u16>,
     /// What it holds.
     pub content: Content,
 }
 
-/// What a parameter holds.
+/// The content of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// What a CANopen object holds, or of an array its elements, with the numbers of [`Row::parameter`].
+    /// A CANopen object, or the elements of an array, with the numbers of [`Row::parameter`].
     Object(Address),
-    /// The address of the slave. 2101h is that of CAN.
+    /// The address of the slave, which is not that of CAN (2101h).
     Address,
-    /// The version of the firmware in BCD; that of PROFIBUS is another one than 100Ah.
+    /// The version of the PROFIBUS firmware in BCD, which is not that of 100Ah.
     Version,
-    /// What 1011h does with a signature, and clearing 1003h: by numbers.
+    /// Commands by number, which 1011h and clearing 1003h have on CANopen.
     Load,
     /// Parameter 25, for which the AG02 has no object.
     InchingStop,
@@ -42,7 +42,7 @@ impl Row {
             (None, number) if number == ag02::profibus::STOP_MODE_INCHING_MODE_2.number() => Content::InchingStop,
             (None, _) => panic!("a parameter without an object that this crate does not know"),
         };
-        // Table 15: "word*".
+        // Marked "word*" in table 15.
         let acknowledged_double = parameter.number == LOAD;
         Row { wire: Parameter { acknowledged_double, ..Parameter::of(&parameter) }, parameter, content }
     }

@@ -1,5 +1,5 @@
-//! Control word (STW) and status word (ZSW) as these drives have them (tables 11 to 14): the bits of PROFIDRIVE, less
-//! those that are not there, and more of their own.
+//! Control word (STW) and status word (ZSW) of these drives (tables 11 to 14): bits of PROFIDRIVE, some of which are
+//! missing, and bits of SIKO.
 
 pub use lexican_profibus::profidrive::{control, status};
 
@@ -10,7 +10,7 @@ pub const BEYOND_LIMIT: u16 = 1 << 14;
 /// Status word: ready to travel.
 pub const READY_TO_TRAVEL: u16 = 1 << 15;
 
-/// Control words of figures 13 and 14 (AG02), by what they do.
+/// The control words of figures 13 and 14 (AG02).
 pub mod order {
     /// OFF 1: the motor is released.
     pub const OFF: u16 = 0x0000;

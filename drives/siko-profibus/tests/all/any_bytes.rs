@@ -1,4 +1,4 @@
-//! A million bytes by chance and a hundred thousand altered telegrams: the drive behind its slave goes on.
+//! A million random bytes and a hundred thousand altered telegrams: the drive behind its slave goes on.
 
 use super::random::Random;
 use lexican_profibus::fdl::{Data, FrameCount, Function, Service, Telegram};

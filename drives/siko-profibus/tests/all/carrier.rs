@@ -1,4 +1,4 @@
-//! What carries the telegrams of a gateway on a bus, and what a test sets and gets on one.
+//! The carrier of a gateway on a bus, and the functions by which tests set outputs and get inputs.
 
 use lexican_profibus::bus::{Bus, Station};
 use lexican_profibus::virtual_bus::{SlaveId, VirtualBus};

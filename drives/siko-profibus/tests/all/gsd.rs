@@ -1,4 +1,4 @@
-//! The GSD files that were made for this project: a parser takes them, and they say what the simulated slaves are.
+//! The GSD files made for this project can be parsed, and match the simulated slaves.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! A drive that is asked telegram by telegram, without a bus, and what a test does with it.
+//! A drive that is called telegram by telegram, without a bus.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use lexican_profibus::pkw::{Event, Pkw, PkwMaster, Refusal, Reply, Task, Value};

@@ -1,4 +1,4 @@
-//! A simulated drive under the driver, behind PROFIBUS or CAN.
+//! A simulated drive with the driver, behind PROFIBUS or CAN.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! The same program over PROFIBUS and over CANopen: what it gets does not differ.
+//! The same program over PROFIBUS and over CANopen has the same results.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! What goes wrong on the line: nothing moves that was not ordered again, and the program learns of it.
+//! Trouble on the line: nothing moves that was not ordered again, and the program learns of it.
 
 use lexican_driver::{Drive, Error, Missing, Outcome, Refusal};
 use lexican_runtime::host::Link;

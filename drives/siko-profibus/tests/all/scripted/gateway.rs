@@ -1,4 +1,4 @@
-//! Objects become parameters, and what the master knows becomes reports.
+//! Objects are translated to parameters, and the master's facts to reports.
 
 use lexican_profibus::pkw::{Refusal, Task, Value};
 use lexican_runtime::object::Address;

@@ -1,4 +1,4 @@
-//! Orders become words, replies become facts.
+//! Orders are translated to words, and replies to facts.
 
 use lexican_driver::Direction;
 use lexican_profibus::pkw::{Refusal, Reply, Task, Value};

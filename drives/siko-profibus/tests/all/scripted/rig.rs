@@ -1,4 +1,4 @@
-//! A drive that does what the test says, as its master sees it.
+//! A scripted drive, as its master sees it.
 
 use std::collections::BTreeMap;
 
