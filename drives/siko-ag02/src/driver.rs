@@ -1,12 +1,12 @@
-//! The typed driver: what the drive can do, in its own words.
+//! The typed driver of the AG02.
 //!
-//! Its sequences and shells are those of all drives of its kind, [`lexican_driver`]; here stands what is particular
-//! to this one, as data ([`AG02`]), and its names.
+//! Sequences and shells are those of [`lexican_driver`]; this module has the drive's particulars as data ([`AG02`]),
+//! and its names.
 //!
-//! How a program ends, and what the drive does then, is in the table of
+//! What the drive does when a program ends is in the table of
 //! [`lexican_driver`](lexican_driver#how-a-program-ends-and-what-the-drive-does-then). A program that is killed sends
-//! nothing, and the drive goes on: [`Drive::connect_protected`](lexican_driver::Drive::connect_protected) arms life
-//! guarding (10.2.11), after which the drive goes to SWITCH ON DISABLED. None of this replaces an emergency stop.
+//! nothing, and the drive goes on, unless [`Drive::connect`](lexican_driver::Drive::connect) has armed life guarding
+//! (10.2.11), after which it goes to SWITCH ON DISABLED. None of this replaces an emergency stop.
 
 use lexican_driver::ByteOrder;
 pub use lexican_driver::description::{Approach, Description};
@@ -21,7 +21,7 @@ use siko::words::system;
 
 use crate::{fault, od};
 
-/// The SIKO AG02, as chapters 2, 8 and 10 of its manual have it.
+/// The SIKO AG02, by chapters 2, 8 and 10 of its manual.
 pub static AG02: Description = Description {
     name: "SIKO AG02",
     // There is no 1008h, unlike on the AG03/1. The first character of 100Ah is in bits 31 to 24 (10.12.2.6).
@@ -46,7 +46,7 @@ pub static AG02: Description = Description {
     ..SIKO
 };
 
-/// Bit 30 sends them when set; bit 31 is not used (10.12.2.10).
+/// Bit 30 switches them on; bit 31 is not used (10.12.2.10).
 const EMERGENCIES: EmergencySwitch =
     EmergencySwitch { object: Number::of(od::COB_ID_EMERGENCY_MESSAGE), bit: 1 << 30, on_when_set: true };
 
@@ -62,7 +62,8 @@ const CONDITIONS: &[Condition] = &[
         refuses: Orders::FROM_REST,
         missing: Missing::NoTravel,
     },
-    // The manual does not say which switch is at which end: the drive itself refuses to inch the wrong way.
+    // The manual does not say which switch is at which end, so refusing the wrong direction of inching is left to the
+    // drive.
     Condition {
         when: Test::of_system(system::LIMIT_SWITCH_1 as u32),
         refuses: Orders::TRAVEL,
@@ -93,7 +94,7 @@ impl Kind for Ag02 {
     const DESCRIPTION: &'static Description = &AG02;
 }
 
-/// An AG02 at the other end of a link. Every method blocks until its operation is over.
+/// An AG02 over a link. Every method blocks until its operation is over.
 pub type Drive<L> = lexican_driver::Drive<L, Ag02>;
 
 /// The driver over the runtime's tokio shell: the same operations, many drives at once on one network.
@@ -113,7 +114,7 @@ mod tests {
         assert_eq!((AG02.identity.vendor_ids, AG02.identity.profile), (&[od::VENDOR_ID][..], od::DEVICE_PROFILE));
     }
 
-    /// The numbers that all drives of SIKO share are entries of this one, with these types and limits.
+    /// The objects that all drives of SIKO share are entries of this dictionary, with these types and limits.
     #[test]
     fn the_objects_are_those_of_the_data_sheet() {
         siko::assert_describes!(AG02, od);

@@ -15,10 +15,10 @@ siko::faults! {
     BUS_OFF = BusOff, "F", 6, ERROR_PASSIVE, COMMUNICATION, "CAN controller bus off";
 }
 
-/// What the driver has to know of emergency codes.
+/// The emergency codes, for the driver.
 ///
 /// Fault F has no code of its own: table 20 names it beside 8120h, which is also sent when the controller becomes error
-/// passive, and then is no fault. So the driver takes 8120h for a notice, and the state for the rest.
+/// passive, which is not a fault. So the driver takes 8120h for a notice, and sees a fault by the state.
 pub const CODES: Codes = Codes {
     faults: {
         let [a, b, c, d, e, _] = Fault::codes(FAULTS);
@@ -31,7 +31,7 @@ pub const CODES: Codes = Codes {
         Code { number: 0x8004, label: "", text: "bus: stuff error" },
         Code { number: ERROR_PASSIVE, label: "", text: "CAN controller error passive, or bus off (fault F)" },
     ],
-    // The table calls byte 0 the high byte, which CiA 301 does not.
+    // The manual calls byte 0 the high byte, contrary to CiA 301.
     order: ByteOrder::Either,
 };
 

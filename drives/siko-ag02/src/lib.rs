@@ -1,4 +1,4 @@
-//! The SIKO AG02 positioning drive: a typed driver, and a drive that exists only in software.
+//! The SIKO AG02 positioning drive: a typed driver, and a simulated drive.
 //!
 //! ```
 //! use lexican_runtime::NodeId;
@@ -19,13 +19,13 @@
 //! ```
 //!
 //! - [`od`]: the dictionary, generated from the data sheet;
-//! - [`driver`]: what the drive can do, in its own words;
+//! - [`driver`]: the typed driver;
 //! - [`sim`]: the simulated drive, with faults on demand, in virtual time;
 //! - [`fault`]: its faults and emergency codes;
 //! - [`state`], [`words`], [`worked_examples`]: the tables that it shares with SIKO's other drives.
 //!
 //! Chapters and tables are those of the German manual of 02/2018, firmware 2.00 or higher. Where it contradicts itself
-//! or is silent, the choice is said where it is made.
+//! or is silent, a comment states the choice.
 
 pub mod driver;
 pub mod fault;
@@ -40,7 +40,7 @@ pub mod od {
     lexican_runtime::include_od!("siko_ag02");
 }
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! The AG02 as a [`Model`]: its dictionary, and what differs from SIKO's other drives.
+//! The AG02 as a [`Model`]: its dictionary, and the differences from SIKO's other drives.
 
 use lexican_runtime::Duration;
 use lexican_runtime::device::Behaviour;
@@ -41,7 +41,7 @@ pub static MODEL: Model = Model {
     loop_length: 800,
 };
 
-/// In what the AG02 deviates from CiA 301, or fills in what that leaves open.
+/// Where the AG02 deviates from CiA 301, or decides what that leaves open.
 const OWN_BEHAVIOUR: Behaviour = Behaviour {
     triggers_254: Triggers { start: false, change: true, timer: false, inhibit: false },
     // 1800h:02: 254 does what 255 does; "for TPDO3 and TPDO4 only" (10.2.5.4).

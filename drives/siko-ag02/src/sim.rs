@@ -1,8 +1,8 @@
-//! The simulated AG02, as a [`Model`] of [`siko::sim`]: its dictionary, and what differs from SIKO's other drives.
+//! The simulated AG02, as a [`Model`] of [`siko::sim`].
 //!
-//! # What the manual leaves open
+//! # Decisions where the manual is silent
 //!
-//! Where both manuals are silent, it does as the simulated AG03/1 does. Besides:
+//! Where both manuals are silent, it does the same as the simulated AG03/1. In addition:
 //!
 //! | Question | Here |
 //! |---|---|
@@ -13,7 +13,7 @@
 //! | 23h with a number that the object has no room for | 0601 0000h |
 //! | the code of fault F in 1003h (table 20 has none) | 8120h, beside which it names the fault |
 //! | 1001h after 8001h to 8004h | as after 8120h: bit 4, until the bus is said to be well, or a fault is reset |
-//! | which EMCY bytes are high (table 20) | as CiA 301 has it |
+//! | which EMCY bytes are high (table 20) | as in CiA 301 |
 //! | the default 50 of 2410h:05 and :09 with the gear 135:1, which allows 35 | 35 |
 //! | TPDO3 and TPDO4 of type 254 | are sent when anything in them changes, and not by the event timer, nor when OPERATIONAL begins |
 //! | parameter 25, which no object holds | 0: full deceleration |

@@ -1,4 +1,4 @@
-//! What the simulated AG02 does otherwise than SIKO's other drives.
+//! Where the simulated AG02 differs from SIKO's other drives.
 
 #[path = "../../siko/tests/all/support.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! What the driver can do, through whichever interface: the tests of the drive's other interfaces run these, too.
+//! The operations of the driver, over any interface: the tests of the drive's other interfaces run these, too.
 
 use lexican_runtime::service::sdo_client::SdoError;
 use siko_ag02::Direction;
