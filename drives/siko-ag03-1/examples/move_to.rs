@@ -1,5 +1,5 @@
-//! Table 25 of the manual through the typed driver, against the simulated drive: +5000, then -5000 with an
-//! intermediate stop. Virtual time, so that it takes no time; exits non-zero when anything differs.
+//! Table 25 of the manual through the typed driver, against the simulated drive: +5000, then -5000 with an intermediate
+//! stop. It runs in virtual time, so it takes no time; exits non-zero when anything differs.
 //!
 //! `cargo run -p lexican-siko-ag03-1 --example move_to`
 

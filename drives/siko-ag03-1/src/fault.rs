@@ -19,7 +19,7 @@ siko::faults! {
     BATTERY = Battery, "J", 10, 0xFF09, VOLTAGE, "battery voltage below 2.2 V";
 }
 
-/// What the driver has to know of emergency codes.
+/// The emergency codes, for the driver.
 pub const CODES: Codes = Codes {
     faults: &Fault::codes(FAULTS),
     notices: &[
@@ -29,7 +29,7 @@ pub const CODES: Codes = Codes {
     order: ByteOrder::Either,
 };
 
-/// What an emergency code, or an entry of 1003h, says; in whichever order its bytes came.
+/// The meaning of an emergency code, or of an entry of 1003h, in either byte order.
 #[must_use]
 pub fn cause_of(code: u16) -> Cause {
     CODES.cause(code)

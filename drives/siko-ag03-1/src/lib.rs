@@ -1,4 +1,4 @@
-//! The SIKO AG03/1 positioning drive: a typed driver, and a drive that exists only in software.
+//! The SIKO AG03/1 positioning drive: a typed driver, and a simulated drive.
 //!
 //! ```
 //! use lexican_runtime::NodeId;
@@ -21,13 +21,13 @@
 //! ```
 //!
 //! - [`od`]: the dictionary, generated from the data sheet;
-//! - [`driver`]: what the drive can do, in its own words;
+//! - [`driver`]: the typed driver;
 //! - [`sim`]: the simulated drive, with faults on demand, in virtual time;
-//! - [`state`], [`words`], [`fault`], [`parameter`], [`worked_examples`]: the manual's tables as data, which
-//!   driver and simulator share.
+//! - [`state`], [`words`], [`fault`], [`parameter`], [`worked_examples`]: tables of the manual as data, for driver and
+//!   simulator.
 //!
-//! Chapters, tables and figures are those of the English CANopen manual, firmware 4.01 or higher. Where it
-//! contradicts itself or is silent, the choice is said where it is made.
+//! Chapters, tables and figures are those of the English CANopen manual, firmware 4.01 or higher. Where it contradicts
+//! itself or is silent, a comment states the choice.
 
 pub mod driver;
 pub mod fault;
@@ -43,7 +43,7 @@ pub mod od {
     lexican_runtime::include_od!("siko_ag03_1");
 }
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! The AG03/1 as a [`Model`]: its dictionary, and what differs from SIKO's other drives.
+//! The AG03/1 as a [`Model`]: its dictionary, and the differences from SIKO's other drives.
 
 use lexican_runtime::Duration;
 use lexican_runtime::device::Behaviour;
@@ -40,11 +40,11 @@ pub static MODEL: Model = Model {
     enable_input: false,
     switches: false,
     keys: true,
-    // 2418h has it.
+    // 2418h holds it.
     loop_length: 0,
 };
 
-/// In what the AG03/1 deviates from CiA 301, or fills in what that leaves open.
+/// Where the AG03/1 deviates from CiA 301, or decides what that leaves open.
 const OWN_BEHAVIOUR: Behaviour = Behaviour {
     // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4). The inhibit time is for
     // this type alone.

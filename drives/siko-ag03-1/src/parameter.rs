@@ -1,11 +1,11 @@
-//! The parameters of chapter 6 (table 6): which object holds which, and to which set it belongs.
+//! The parameters of chapter 6 (table 6): the object and the set of each.
 
 pub use lexican_driver::{Parameter, ParameterSet};
 use lexican_runtime::object::DataType::{Unsigned8 as U8, Unsigned16 as U16};
 use siko::description::{parameters, row};
 
-/// All parameters, by number: those of all SIKO drives, and six more. The table points parameter 12 to 2410h:02, which is
-/// a misprint for 6091h:02. `*` in it is the set [`Controller`](ParameterSet::Controller) (1011h:03), `**` is
+/// All parameters, by number: those of all SIKO drives, and six more. The table refers parameter 12 to 2410h:02, a
+/// misprint for 6091h:02. `*` in it marks the set [`Controller`](ParameterSet::Controller) (1011h:03), `**` the set
 /// [`Standard`](ParameterSet::Standard) (1011h:02).
 pub const PARAMETERS: &[Parameter; 27] = &parameters(&[
     row(25, 0x2416, 0x00, U8, ParameterSet::Standard),

@@ -1,6 +1,6 @@
-//! The simulated AG03/1, as a [`Model`] of [`siko::sim`]: its dictionary, and what differs from SIKO's other drives.
+//! The simulated AG03/1, as a [`Model`] of [`siko::sim`].
 //!
-//! # What the manual leaves open
+//! # Decisions where the manual is silent
 //!
 //! | Question | Here |
 //! |---|---|
@@ -35,12 +35,12 @@
 //! | the target that "in position" refers to | that of the last travel, or else 607Ah |
 //! | 6040h by SDO outside OPERATIONAL | 0800 0022h |
 //! | 2412h, 6060h, 607Eh, 6091h and 1011h during a travel | 0800 0022h |
-//! | the order of the bytes of an EMCY code (table 20) | as CiA 301 has it |
+//! | the order of the bytes of an EMCY code (table 20) | as in CiA 301 |
 //! | where the absolute encoder jumps, and what a flat battery does to it | nowhere, and nothing |
 //! | "reaching the positioning window" (parameter 26) | the end of the travel |
 //! | shorted windings (parameter 26, mode 1) | hold against a hand, take no current, and do not show in 1002h, bit 7 |
 //! | parameters 1 to 3 (P, I, D) | are kept; the shaft follows its ramp exactly |
-//! | the NMT state after a missing guarding request (7.2.11) | PRE-OPERATIONAL, as CiA 301 has it |
+//! | the NMT state after a missing guarding request (7.2.11) | PRE-OPERATIONAL, as in CiA 301 |
 //! | the positions of SW1 to SW8 that restore factory settings (2.4) | see [`Restore`] |
 //! | the drive while it says that it has restored them | is not on the bus |
 //! | the status LED with one of the two supplies | off |

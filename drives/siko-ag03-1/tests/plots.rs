@@ -1,4 +1,4 @@
-//! The pictures in `docs/` are those that the example draws now. `LEXICAN_BLESS=1` takes them over.
+//! The pictures in `docs/` are those that the example draws now. `LEXICAN_BLESS=1` updates them.
 
 #[path = "../examples/motion_plots/runs.rs"]
 mod runs;

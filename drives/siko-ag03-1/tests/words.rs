@@ -1,4 +1,4 @@
-//! The bits that all drives of SIKO have in common are those of this drive's data sheet.
+//! The bits that all drives of SIKO share are those of this drive's data sheet.
 
 use lexican_runtime::object::{BitField, BitName};
 use siko_ag03_1::od;

@@ -1,4 +1,4 @@
-//! What the pictures show: runs of the simulated drive, frame by frame, and what a camera sees of them.
+//! The runs of the simulated drive for the pictures, frame by frame, and their samples.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -283,7 +283,6 @@ impl Stage {
         Ok(())
     }
 
-    /// Writes by SDO.
     fn write<T: Value, A: Writable, M, D>(&mut self, object: Object<T, A, M, D>, value: T) -> Outcome<()> {
         let address = object.address();
         let ([low, high], [a, b, c, d, ..]) = (address.index().to_le_bytes(), value.to_raw().to_le_bytes());

@@ -1,4 +1,4 @@
-//! What is particular to the AG03/1, as data.
+//! The AG03/1 as data for the driver.
 
 use lexican_driver::Missing;
 use lexican_driver::description::{
@@ -11,7 +11,7 @@ use crate::od;
 use crate::words::{status, system};
 use crate::{fault, parameter};
 
-/// The SIKO AG03/1, as its manual has it: tables 1, 6, 20 to 24, figures 17 to 22, and the examples of 7.8.
+/// The SIKO AG03/1, by its manual: tables 1, 6, 20 to 24, figures 17 to 22, and the examples of 7.8.
 pub static AG03_1: Description = Description {
     name: "SIKO AG03/1",
     // The AG02 has the same vendor and profile, but no device name.
@@ -28,7 +28,7 @@ pub static AG03_1: Description = Description {
         }),
         ..VELOCITIES
     }),
-    // "No active travel job" is a condition for readiness (table 21).
+    // "No active travel job" is a condition of the ready bit (table 21).
     inching: Some(Inching { busy: Some(Test::of_status(status::READY).clear()), ..INCHING }),
     torque_deactivation: Some(TorqueDeactivation {
         state: Number::of(od::TORQUE_DEACTIVATION_STATE),
@@ -41,20 +41,20 @@ pub static AG03_1: Description = Description {
     ..SIKO
 };
 
-/// Chapters 2.2.1, 2.2.1.2 and 2.2.2, by the bits of 1002h (table 1).
+/// From chapters 2.2.1, 2.2.1.2 and 2.2.2, with the bits of 1002h (table 1).
 const CONDITIONS: &[Condition] = &[
     Condition {
         when: Test::of_system(system::NO_SUPPLY as u32),
         refuses: Orders::MOVE.and(Orders::ENABLE),
         missing: Missing::Supply,
     },
-    // Inching shows as movement only.
+    // Inching shows by the moving bit only.
     Condition {
         when: Test::of_system((system::POSITIONING | system::MOVING) as u32),
         refuses: Orders::FROM_REST,
         missing: Missing::NoTravel,
     },
-    // Beyond a limit, inching leads back only, and nothing else leads anywhere.
+    // Beyond a limit, only inching back is possible.
     Condition {
         when: Test::of_system(system::ABOVE_UPPER_LIMIT as u32),
         refuses: Orders::TRAVEL.and(Orders::INCH_POSITIVE),
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(AG03_1.findings(), [""; 0]);
     }
 
-    /// The numbers that all drives of SIKO share are entries of this one, with these types and limits.
+    /// The objects that all drives of SIKO share are entries of this dictionary, with these types and limits.
     #[test]
     fn the_objects_are_those_of_the_data_sheet() {
         siko::assert_describes!(AG03_1, od);
