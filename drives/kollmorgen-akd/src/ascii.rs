@@ -1,4 +1,5 @@
-//! The drive's own commands, such as `DRV.FAULTS`: text through object 2026h, four characters at a time (6.2.2.3, 7.2.1.9).
+//! The drive's ASCII commands, such as `DRV.FAULTS`: text through object 2026h, four characters at a time (6.2.2.3,
+//! 7.2.1.9).
 //!
 //! [`ask`] is a sequence, and runs in either shell:
 //!
@@ -13,20 +14,20 @@
 //! # }
 //! ```
 //!
-//! A drive that is operated by its control word is not to be ordered to move by commands (6.4.1.2).
+//! While the drive is operated by its control word, ASCII commands must not order motion (6.4.1.2).
 
 use lexican_driver::{DriveContext, Error};
 use lexican_runtime::object::Address;
 
 use crate::od;
 
-/// How much of an answer is read at most.
+/// The longest answer that is read.
 const MOST: usize = 4096;
 
-/// What ends an answer: an empty line, behind a line that ends with or without a carriage return.
+/// The end of an answer: an empty line after the last line, whether or not that ends with a carriage return.
 const END: &str = "\n\r\n";
 
-/// Sends a command, and reads the answer: its lines, without the prompt and the end.
+/// Sends a command, and returns the lines of the answer, without the prompt and the end.
 pub async fn ask(drive: &DriveContext, command: &str) -> Result<String, Error> {
     let (to, from) = (od::ASCII_CHANNEL.command().address(), od::ASCII_CHANNEL.response().address());
     let line = format!("{command}\r\n");
@@ -44,7 +45,7 @@ pub async fn ask(drive: &DriveContext, command: &str) -> Result<String, Error> {
     Ok(answer.trim_start_matches(['-', '>']).trim().to_owned())
 }
 
-/// What the drive has to say next; nothing when it has nothing to say.
+/// The next characters of the answer; empty if there are none.
 async fn text(drive: &DriveContext, from: Address) -> Result<String, Error> {
     let characters = drive.read_bytes(from).await?;
     Ok(characters.into_iter().filter(|character| *character != 0).map(char::from).collect())

@@ -1,17 +1,18 @@
-//! The typed driver: what the drive can do, in its own words.
+//! The typed driver of the AKD.
 //!
-//! Its sequences and shells are those of all drives of its kind, [`lexican_driver`]; here stands what is particular
-//! to this one, as data ([`AKD`]), and its names.
+//! Sequences and shells are those of [`lexican_driver`]; this module has the drive's particulars as data ([`AKD`]), and
+//! its names.
 //!
-//! The drive leaves the factory with the PDOs of chapters 6.3.1.3 and 6.3.2.3, by which [`Drive`] talks to it. All of them
-//! can be mapped otherwise: [`FreeDrive`] goes by SDO alone, and leaves the PDOs to the application
+//! [`Drive`] uses the factory PDOs of chapters 6.3.1.3 and 6.3.2.3. All of them can be mapped differently:
+//! [`FreeDrive`] uses SDO alone, and leaves the PDOs to the application
 //! ([`configure_pdos`](lexican_driver::Drive::configure_pdos)).
 //!
-//! How a program ends, and what the drive does then, is in the table of
+//! What the drive does when a program ends is in the table of
 //! [`lexican_driver`](lexican_driver#how-a-program-ends-and-what-the-drive-does-then). A program that is killed sends
-//! nothing: [`Drive::connect`](lexican_driver::Drive::connect) arms the drive's heartbeat consumer (6.2.1.14), which leads to
-//! fault F129 and a stop; a drive of [`Drive::connect_unprotected`](lexican_driver::Drive::connect_unprotected) goes on.
-//! None of this replaces an emergency stop.
+//! nothing. [`Drive::connect`](lexican_driver::Drive::connect) arms the drive's heartbeat consumer (6.2.1.14), which
+//! then leads to fault F129 and a stop; a drive of
+//! [`Drive::connect_unprotected`](lexican_driver::Drive::connect_unprotected) goes on. None of this replaces an
+//! emergency stop.
 
 use lexican_driver::ByteOrder;
 use lexican_driver::description::{
@@ -29,7 +30,7 @@ use lexican_runtime::profile::cia402::{self, Modes, control};
 
 use crate::{fault, od};
 
-/// The Kollmorgen AKD, as its manual has it.
+/// The Kollmorgen AKD, by its manual.
 pub static AKD: Description = Description {
     name: "Kollmorgen AKD",
     identity: Identity {
@@ -41,34 +42,34 @@ pub static AKD: Description = Description {
     },
     objects: Objects {
         system_word: Some(Number::of(od::MANUFACTURER_STATUS_REGISTER)),
-        // MT.TPOSWND: there is no 6067h.
+        // MT.TPOSWND; there is no 6067h.
         position_window: Some(Number::of(od::IN_POSITION_WINDOW)),
         ..Objects::CIA_402
     },
-    // 606Ch counts 1/1000 (7.1.4); a servo never stands quite still.
+    // 606Ch is in 1/1000 rev/min (7.1.4); a servo never stands completely still.
     status: StatusBits { standing: 100, velocity_unit: "1/1000 rev/min", ..Description::CIA_402.status },
     conditions: CONDITIONS,
     codes: fault::CODES,
     modes: ModeObjects { codes: MODES, ..Description::CIA_402.modes },
-    // Bit 10 of the status word is not described for this mode, bit 9 of 1002h is.
+    // The manual does not describe bit 10 of the status word for this mode, but bit 9 of 1002h.
     velocity: Some(Velocities { reached: Test::of_system(system::TARGET_VELOCITY_REACHED), ..Velocities::CIA_402 }),
     homing: Some(Homing { methods: METHODS, ..Homing::CIA_402 }),
     calibration: Some(Calibration::Homing(od::HomingMethod::PRESENT_POSITION.0)),
-    // Bit 5 does what bit 9 does in CiA 402: the target before is passed, not given up (6.11.2.6).
+    // Bit 5 does what bit 9 does in CiA 402: the previous target is passed, not dropped (6.11.2.6).
     set_points: Some(SetPoints {
         relative: Some(control::RELATIVE),
         blended: Some(control::CHANGE_IMMEDIATELY),
         at_once: None,
     }),
     latches: Some(LATCHES),
-    // 605Ah to 605Eh do not exist; DRV.DISMODE (35FFh) and CS.DEC (3440h) are for the application.
+    // 605Ah to 605Eh do not exist; DRV.DISMODE (35FFh) and CS.DEC (3440h) are left to the application.
     reactions: &[],
     store: Some(Store::CIA_301),
     referenced: Some(Test::of_system(system::HOMING_FINISHED)),
     ..Description::CIA_402
 };
 
-/// The same drive, with everything by SDO: its PDOs are the application's.
+/// The same drive by SDO only, with its PDOs left to the application.
 pub static AKD_BY_SDO: Description = Description { outputs: Outputs::BY_SDO, inputs: &[], ..AKD };
 
 /// Bits of 1002h (6.2.1.3).
@@ -91,7 +92,7 @@ const CONDITIONS: &[Condition] = &[
         refuses: Orders::MOVE.and(Orders::ENABLE),
         missing: Missing::SafetyReleased,
     },
-    // Transition 3 needs it (6.4.1.2).
+    // Transition 3 takes the hardware enable (6.4.1.2).
     Condition {
         when: Test::of_system(system::HARDWARE_ENABLE).clear(),
         refuses: Orders::MOVE.and(Orders::ENABLE),
@@ -109,7 +110,7 @@ pub(crate) const MODES: Modes = Modes(&[
     (od::OperatingMode::CYCLIC_SYNCHRONOUS_POSITION.0, cia402::Mode::CyclicPosition),
 ]);
 
-/// Those of the data sheet (6.10.2.2).
+/// The methods of the data sheet (6.10.2.2).
 pub(crate) const METHODS: &[i8] = &{
     const NAMES: &[lexican_runtime::object::ValueName<'static>] = od::HomingMethod::NAMES;
     let mut methods = [0; NAMES.len()];
@@ -121,8 +122,8 @@ pub(crate) const METHODS: &[i8] = &{
     methods
 };
 
-/// Capture engines 0 and 1, and the index pulse, which comes in the object of engine 0 (6.2.2.4 to 6.2.2.9). What an engine
-/// listens to, CAP0.TRIGGER and CAP1.TRIGGER say (3460h).
+/// Capture engines 0 and 1, and the index pulse, whose position comes in the object of engine 0 (6.2.2.4 to 6.2.2.9).
+/// CAP0.TRIGGER and CAP1.TRIGGER choose the input of an engine (3460h).
 const LATCHES: Latches = Latches {
     control: Number::of(od::LATCH_CONTROL_REGISTER),
     status: Number::of(od::LATCH_STATUS_REGISTER),
@@ -135,12 +136,12 @@ const LATCHES: Latches = Latches {
     ],
 };
 
-/// The bits that arm a latch and say that it is valid have the same place.
+/// The bit that arms a latch and the bit that says that it is valid are at the same place.
 const fn latch(trigger: Trigger, bit: u8, position: Number) -> Latch {
     Latch { trigger, enable: 1 << bit, valid: 1 << bit, position }
 }
 
-/// The AKD with the PDOs that it leaves the factory with, as a kind of drive.
+/// The AKD with its factory PDOs, as a kind of drive.
 #[derive(Clone, Copy, Debug)]
 pub enum Akd {}
 
@@ -148,7 +149,7 @@ impl Kind for Akd {
     const DESCRIPTION: &'static Description = &AKD;
 }
 
-/// The AKD by SDO, as a kind of drive.
+/// The AKD by SDO only, as a kind of drive.
 #[derive(Clone, Copy, Debug)]
 pub enum AkdBySdo {}
 
@@ -156,10 +157,10 @@ impl Kind for AkdBySdo {
     const DESCRIPTION: &'static Description = &AKD_BY_SDO;
 }
 
-/// An AKD at the other end of a link. Every method blocks until its operation is over.
+/// An AKD over a link. Every method blocks until its operation is over.
 pub type Drive<L> = lexican_driver::Drive<L, Akd>;
 
-/// An AKD whose PDOs are the application's.
+/// An AKD whose PDOs are left to the application.
 pub type FreeDrive<L> = lexican_driver::Drive<L, AkdBySdo>;
 
 /// The driver over the runtime's tokio shell: the same operations, many drives at once on one network.
@@ -168,7 +169,7 @@ pub mod tokio {
     /// An AKD on a network.
     pub type Drive = lexican_driver::tokio::Drive<super::Akd>;
 
-    /// An AKD on a network, whose PDOs are the application's.
+    /// An AKD on a network, whose PDOs are left to the application.
     pub type FreeDrive = lexican_driver::tokio::Drive<super::AkdBySdo>;
 }
 
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!((AKD.findings(), AKD_BY_SDO.findings()), (Vec::new(), Vec::new()));
     }
 
-    /// What CiA 402 has, is there with these types.
+    /// The objects of CiA 402 are in the data sheet, with these types.
     #[test]
     fn the_objects_are_those_of_the_data_sheet() {
         let Objects { control_word, status_word, actual_position, actual_velocity, target_position, .. } = AKD.objects;
@@ -215,7 +216,7 @@ mod tests {
         assert_eq!(homing.methods, [1, 2, 8, 12, 17, 18, 24, 28, 33, 34, 35]);
     }
 
-    /// The PDOs that the driver goes by are those of chapters 6.3.1.3 and 6.3.2.3.
+    /// The PDOs that the driver uses are those of chapters 6.3.1.3 and 6.3.2.3.
     #[test]
     fn the_pdos_are_those_of_the_data_sheet() {
         let Outputs { control, position, velocity } = AKD.outputs;

@@ -1,5 +1,5 @@
-//! The faults and warnings of chapter 6.1. They are what the data sheet names the emergency codes: a letter and a number,
-//! and a text; `F` is a fault, `n` a warning.
+//! The faults and warnings of chapter 6.1, from the names of the emergency codes in the data sheet: a letter, a number
+//! and a text. `F` is a fault, `n` a warning.
 
 pub use lexican_driver::Cause;
 use lexican_driver::{ByteOrder, Code, Codes};
@@ -7,7 +7,7 @@ use lexican_runtime::object::{Enumeration, ValueName};
 
 use crate::od::EmergencyCode;
 
-/// What an emergency code is.
+/// The kind of an emergency code.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// 0000h.
@@ -25,10 +25,10 @@ pub const FAULTS: &[Code] = &codes::<{ count(Kind::Fault) }>(Kind::Fault);
 /// The warnings, and the codes that the manual reserves.
 pub const NOTICES: &[Code] = &codes::<{ count(Kind::Notice) }>(Kind::Notice);
 
-/// What the driver has to know of emergency codes.
+/// The emergency codes, for the driver.
 pub const CODES: Codes = Codes { faults: FAULTS, notices: NOTICES, order: ByteOrder::LowFirst };
 
-/// The fault or warning of this label, such as "F439" or "n125". The first one, where two codes have the same label.
+/// The fault or warning with this label, such as "F439" or "n125"; the first one if two codes have the same label.
 #[must_use]
 pub fn find(label: &str) -> Option<&'static Code> {
     FAULTS.iter().chain(NOTICES).find(|code| code.label == label)
@@ -73,13 +73,13 @@ const fn code(name: &ValueName<'static>) -> Code {
     let (label, text) = name.name.split_at(label_len(name.name.as_bytes()));
     match text.as_bytes() {
         [b' ', ..] => Code { number, label, text: text.split_at(1).1 },
-        // Eight have no text in the manual.
+        // Eight codes have no text in the manual.
         [] => Code { number, label, text: "without a description" },
         _ => Code { number, label, text },
     }
 }
 
-/// How long the label is: a letter and three digits, or nothing.
+/// The length of the label: a letter and three digits, or nothing.
 const fn label_len(name: &[u8]) -> usize {
     match name {
         [b'F' | b'n', b'0'..=b'9', b'0'..=b'9', b'0'..=b'9', ..] => 4,

@@ -1,4 +1,4 @@
-//! The simulated AKD, as a model of the servo of [`simulator`]: its dictionary, and what differs from CiA 402.
+//! The simulated AKD, as a model of the servo of [`simulator`].
 //!
 //! ```
 //! use kollmorgen_akd::driver::{Drive, Outcome};
@@ -17,7 +17,7 @@
 //! # Ok::<(), kollmorgen_akd::driver::Error>(())
 //! ```
 //!
-//! # What the manual leaves open
+//! # Decisions where the manual is silent
 //!
 //! | Question | Here |
 //! |---|---|
@@ -57,7 +57,7 @@ pub static MODEL: ServoModel = ServoModel {
     obeys_supported_modes: false,
     at_once: 0,
     on_set_point: lexican_runtime::profile::cia402::control::CHANGE_IMMEDIATELY,
-    // "Drive has torque" behind transition 3 (6.4.1.2).
+    // It says "drive has torque" after transition 3 (6.4.1.2).
     holds_when_switched_on: true,
     // 0240h and 0250h (7.2.1.2, 7.2.1.7).
     left_open: &[(State::SwitchOnDisabled, status::QUICK_STOP)],
