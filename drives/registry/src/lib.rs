@@ -1,4 +1,4 @@
-//! The drives that lexican knows better than their data sheets, one row each.
+//! The drives that lexican knows beyond their data sheets, one row each.
 
 use lexican_driver::Description;
 use lexican_runtime::Duration;
@@ -10,18 +10,18 @@ pub use {kollmorgen_akd, siko_ag02, siko_ag03_1};
 /// A drive of the library.
 #[derive(Clone, Copy)]
 pub struct KnownDrive {
-    /// Its name there.
+    /// The name in the library, such as "siko/ag02".
     pub library: &'static str,
-    /// How it is moved.
+    /// For the driver.
     pub description: &'static Description,
-    /// How it is simulated.
+    /// For the simulator.
     pub model: DriveModel,
-    /// Within which time it stands when its program is gone: protected as `Drive::connect` has it, in the middle of a travel.
-    /// `drives/README.md` shows it; `simulation/tests/all/dead_man.rs` measures it.
+    /// How long it may take to stand after its program dies in the middle of a travel, with the protection of
+    /// `Drive::connect`. `drives/README.md` shows it; `simulation/tests/all/dead_man.rs` measures it.
     pub stands_within: Duration,
 }
 
-/// What a simulated drive is made of.
+/// The model of a simulated drive.
 #[derive(Clone, Copy)]
 pub enum DriveModel {
     /// A positioning drive of SIKO.
@@ -58,7 +58,7 @@ pub fn find(library: &str) -> Option<&'static KnownDrive> {
     DRIVES.iter().find(|drive| drive.library == library)
 }
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
