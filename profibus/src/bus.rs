@@ -1,4 +1,4 @@
-//! A segment shared by those who exchange data with its slaves: each has a [`Station`], and time passes for all of them.
+//! A segment shared by several users, each of whom exchanges data with one slave through a [`Station`].
 
 use std::io;
 use std::io::ErrorKind;
@@ -14,7 +14,7 @@ use crate::fdl::BROADCAST;
 use crate::master::Segment;
 use crate::trouble::Trouble;
 
-/// A segment; clones are handles of the same.
+/// A shared segment; clones are handles of the same.
 #[derive(Debug)]
 pub struct Bus<S>(Arc<Shared<S>>);
 
@@ -27,7 +27,7 @@ impl<S> Clone for Bus<S> {
 #[derive(Debug)]
 struct Shared<S> {
     state: Mutex<State<S>>,
-    /// A station has a notice.
+    /// Signals that a station has a notice.
     changed: Condvar,
 }
 
@@ -37,16 +37,16 @@ struct State<S> {
     places: Vec<Place>,
 }
 
-/// An address that no slave has: there are 0 to 126, and 127 is that of all stations.
+/// The address is not one of a slave: those are 0 to 126, and 127 is broadcast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0} is no address of a slave: that is 0 to 126, and all of them listen to 127")]
 pub struct AddressError(pub u8);
 
-/// What is between the master and one slave.
+/// The state between the master and one slave.
 #[derive(Debug)]
 struct Place {
     handle: PeripheralHandle,
-    /// What the next exchange carries.
+    /// The outputs of the next exchange.
     sends: Vec<u8>,
     wanted: Vec<u8>,
     /// An exchange has just ended, and the next one has not begun.
@@ -55,7 +55,7 @@ struct Place {
     is_there: bool,
     lost: bool,
     exchanged: Option<Exchange>,
-    /// What the slave has said of itself last; none while it exchanges data.
+    /// Why the slave exchanges no data, as last seen; `None` while it does.
     trouble: Option<Measured<Trouble>>,
 }
 
@@ -68,13 +68,13 @@ pub struct Exchange {
     pub received: Vec<u8>,
 }
 
-/// What a station hears of its slave.
+/// What a station learns of its slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Notice {
-    /// Data has been exchanged: the last time, if that has happened more often since the last call.
+    /// Data has been exchanged. If that has happened several times since the last call, this is the last one.
     Exchanged(Exchange),
-    /// The slave exchanges no data any more, or has had to be parameterised again. Outputs are zero until the station sets
-    /// others.
+    /// The slave exchanges no data any more, or has had to be parameterised again. Outputs are zero until the station
+    /// sets them again.
     Lost,
 }
 
@@ -85,7 +85,7 @@ impl<S: Segment> Bus<S> {
         Bus(Arc::new(Shared { state, changed: Condvar::new() }))
     }
 
-    /// The side of the master of one slave, with outputs of zero.
+    /// The station for one slave, with outputs of zero.
     pub fn station(
         &self,
         address: u8,
@@ -112,15 +112,15 @@ impl<S: Segment> Bus<S> {
         Ok(Station { bus: self.clone(), place: state.places.len() - 1 })
     }
 
-    /// Looks at the segment, or changes it.
+    /// Gives access to the segment.
     pub fn with<T>(&self, call: impl FnOnce(&mut S) -> T) -> T {
         call(&mut self.0.lock().segment)
     }
 }
 
 impl<S: Segment + Send + 'static> Bus<S> {
-    /// Has a thread poll the segment, also while no station waits, until the bus and all its stations are dropped. Without
-    /// that, time passes in [`Station::wait`] only, and slaves give the master up in between.
+    /// Starts a thread that polls the segment until the bus and all its stations are dropped. Without it, time passes
+    /// in [`Station::wait`] only, and in between slaves lose their master by the watchdog.
     pub fn keep(&self, every: Duration) -> io::Result<()> {
         let shared = Arc::downgrade(&self.0);
         std::thread::Builder::new().spawn(move || keep(&shared, every)).map(drop)
@@ -149,14 +149,14 @@ impl<S> Shared<S> {
 }
 
 impl<S: Segment> State<S> {
-    /// One event of the segment, not later than `now`; whether there was one.
+    /// Handles one event of the segment, not later than `now`; returns whether there was one.
     fn poll(&mut self, now: Instant) -> bool {
         self.places.iter_mut().for_each(|place| place.is_between = false);
         let Some((handle, event)) = self.segment.poll(now) else { return false };
         let Some(place) = self.places.iter_mut().find(|place| place.handle == handle) else { return true };
         let at = self.segment.now();
         let peripheral = self.segment.peripheral(handle);
-        // Who is refused is given up, too, before it is asked again.
+        // A refused slave is reported offline as well, before it is asked again.
         if event != PeripheralEvent::Offline {
             place.trouble = Trouble::of(peripheral, event).map(|trouble| Measured::new(trouble, at));
         }
@@ -167,7 +167,7 @@ impl<S: Segment> State<S> {
             place.exchanges += 1;
             (place.is_there, place.is_between) = (true, true);
         } else if event != PeripheralEvent::Diagnostics && core::mem::take(&mut place.is_there) {
-            // What was ordered does not outlive the exchange of data.
+            // Outputs must not outlive the exchange of data.
             place.lost = true;
             place.wanted.fill(0);
             place.sends.fill(0);
@@ -198,7 +198,7 @@ impl<S: Segment> State<S> {
     }
 }
 
-/// The side of the master of one slave.
+/// The master's side of one slave.
 #[derive(Debug)]
 pub struct Station<S> {
     bus: Bus<S>,
@@ -226,7 +226,7 @@ impl<S: Segment> Station<S> {
         self.bus.0.lock().places.get(self.place).map_or(0, |place| place.exchanges)
     }
 
-    /// Why no data is exchanged; `None` when it is.
+    /// Why no data is exchanged; `None` while it is.
     pub fn trouble(&self) -> Option<Trouble> {
         let mut state = self.bus.0.lock();
         let state = &mut *state;
@@ -235,24 +235,24 @@ impl<S: Segment> Station<S> {
         if peripheral.is_running() {
             return None;
         }
-        // A slave that is refused again and again shows that as often; one that is gone shows nothing.
+        // A slave that is refused repeatedly shows that repeatedly; one that is gone shows nothing.
         let noticed = place.trouble.filter(|noticed| peripheral.is_live() || noticed.fresh(now, NOTICED).is_some());
         Some(noticed.map_or(Trouble::Silent { address: peripheral.address() }, |noticed| noticed.value))
     }
 
-    /// Whether [`Station::wait`] has something new at once.
+    /// Whether [`Station::wait`] would return a notice at once.
     pub fn has_notice(&self) -> bool {
         let state = self.bus.0.lock();
         state.places.get(self.place).is_some_and(|place| place.lost || place.exchanged.is_some())
     }
 
-    /// Sets the outputs: the next exchange that begins carries them, or, if another one is under way, the one after that.
-    /// Does nothing before a loss of the slave has been noticed.
+    /// Sets the outputs of the next exchange that begins; one under way is not affected. Does nothing until a loss of
+    /// the slave has been noticed.
     pub fn set_outputs(&mut self, outputs: &[u8]) {
         self.bus.0.lock().set(self.place, outputs);
     }
 
-    /// Waits for what is new, no longer than `until`.
+    /// Waits for a notice, at most until `until`.
     pub fn wait(&mut self, until: Instant) -> Result<Option<Notice>, ErrorKind> {
         let shared = &self.bus.0;
         let mut state = shared.lock();
@@ -273,8 +273,8 @@ impl<S: Segment> Station<S> {
     }
 }
 
-/// How long what a slave was refused for counts.
+/// How long the reason of a refusal counts.
 const NOTICED: Duration = Duration::from_secs(1);
 
-/// How often a wait in real time looks whether the segment has failed.
+/// How often a wait in real time checks whether the segment has failed.
 const TURN: Duration = Duration::from_millis(50);

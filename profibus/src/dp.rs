@@ -12,7 +12,7 @@ pub mod sap {
     pub const READ_OUTPUTS: u8 = 57;
     /// Global_Control: to all slaves at once, not answered.
     pub const GLOBAL_CONTROL: u8 = 58;
-    /// Get_Cfg: the configuration that the slave has.
+    /// Get_Cfg: the present configuration.
     pub const GET_CONFIGURATION: u8 = 59;
     /// Slave_Diag.
     pub const DIAGNOSIS: u8 = 60;
@@ -24,7 +24,7 @@ pub mod sap {
     pub const MASTER: u8 = 62;
 }
 
-/// What Set_Prm brings.
+/// The data of Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameters<'a> {
     /// The master takes the slave for itself.
@@ -35,20 +35,20 @@ pub struct Parameters<'a> {
     pub sync: bool,
     /// Freeze mode will be used.
     pub freeze: bool,
-    /// The two factors of the watchdog, whose time is their product times 10 ms; none if it is off.
+    /// The two factors of the watchdog, whose time is their product times 10 ms; `None` if it is off.
     pub watchdog: Option<(u8, u8)>,
-    /// The shortest time before an answer, in bits; 0 leaves it as it is.
+    /// The shortest time before an answer (minimum T_SDR), in bits; 0 leaves it unchanged.
     pub min_tsdr_bits: u8,
     /// The ident number that the slave is expected to have.
     pub ident: u16,
     /// The groups for Global_Control, one per bit.
     pub groups: u8,
-    /// What is particular to the slave.
+    /// User parameters, particular to the slave.
     pub user: &'a [u8],
 }
 
 impl<'a> Parameters<'a> {
-    /// Reads the data of Set_Prm; none when it has fewer than seven bytes.
+    /// Reads the data of Set_Prm; `None` if they have fewer than seven bytes.
     #[must_use]
     pub fn parse(payload: &'a [u8]) -> Option<Self> {
         let (&[status, factor_1, factor_2, min_tsdr_bits, high, low, groups], user) =
@@ -81,25 +81,25 @@ impl<'a> Parameters<'a> {
     }
 }
 
-/// What Global_Control orders.
+/// The command of Global_Control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GlobalControl {
-    /// Outputs are zero from now on.
+    /// Sets outputs to zero.
     pub clear: bool,
-    /// Inputs follow again.
+    /// Inputs are updated again.
     pub unfreeze: bool,
-    /// Inputs stay as they are now, until the next one.
+    /// Inputs stay as they are now, until the next freeze.
     pub freeze: bool,
-    /// Outputs follow again.
+    /// Outputs are updated again.
     pub unsync: bool,
-    /// Outputs become those that came last, and stay so until the next one.
+    /// Outputs become the last ones received, and stay so until the next sync.
     pub sync: bool,
-    /// The groups that are meant; 0 for all slaves.
+    /// The groups that are addressed; 0 for all slaves.
     pub groups: u8,
 }
 
 impl GlobalControl {
-    /// Reads its data; none when there are not two bytes.
+    /// Reads the data of Global_Control; `None` if they have fewer than two bytes.
     #[must_use]
     pub fn parse(payload: &[u8]) -> Option<Self> {
         let &[command, groups] = payload.first_chunk()?;
@@ -123,7 +123,7 @@ macro_rules! diagnosis_bits {
             $(#[doc = concat!("Byte ", $byte, ", bit ", $bit, ": ", $text, ".")]
             pub const $name: u32 = 1 << (8 * ($byte - 1) + $bit);)*
 
-            /// Each bit with what it says.
+            /// The text of each bit.
             pub const TEXTS: &[(u32, &str)] = &[$(($name, $text)),*];
         }
     };
@@ -148,7 +148,7 @@ diagnosis_bits! {
     OVERFLOW = 3, 7, "more diagnosis than there is room for";
 }
 
-/// The six bytes that Slave_Diag answers.
+/// The first six bytes of the answer to Slave_Diag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Diagnosis {
     /// Bytes 1 to 3, see [`diagnosis`].
@@ -160,7 +160,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Reads six bytes, or the first six of more; none when there are fewer.
+    /// Reads the first six bytes; `None` if there are fewer.
     #[must_use]
     pub fn parse(payload: &[u8]) -> Option<Self> {
         let &[a, b, c, master, high, low] = payload.first_chunk()?;
@@ -176,7 +176,7 @@ impl Diagnosis {
         [a, b, c, self.master.unwrap_or(0xFF), high, low]
     }
 
-    /// What its bits say, one after the other.
+    /// The texts of the bits that are set.
     pub fn texts(&self) -> impl Iterator<Item = &'static str> + use<> {
         let bits = self.bits & !diagnosis::ALWAYS;
         diagnosis::TEXTS.iter().filter(move |(bit, _)| bits & bit != 0).map(|(_, text)| *text)
@@ -198,10 +198,11 @@ impl fmt::Display for Diagnosis {
     }
 }
 
-/// How many bytes of inputs and outputs a configuration has; none when it ends in the middle of an identifier, or has no data.
+/// The length of inputs and outputs in a configuration; `None` if it ends in the middle of an identifier, or has no
+/// data.
 ///
-/// An identifier in the compact format says all in one byte. In the special format (bits 5 and 4 are 0), bytes of lengths
-/// follow, those of the outputs first, and then as many bytes of the maker as bits 3 to 0 say.
+/// An identifier in the compact format is one byte. In the special format (bits 5 and 4 are 0), length bytes follow,
+/// first that of the outputs, and then as many manufacturer bytes as bits 3 to 0 say.
 #[must_use]
 pub fn lengths(configuration: &[u8]) -> Option<Lengths> {
     let bytes = |length: u8| (if length & 0x40 != 0 { 2 } else { 1 }) * (usize::from(length & 0x3F) + 1);

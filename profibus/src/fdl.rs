@@ -13,21 +13,21 @@
 //! FCS is the sum of DA to data, modulo 256. With bit 7 of an address set, its service access point (SAP) is the first
 //! byte of the data.
 //!
-//! `profirust`, the master, has the same telegrams, but keeps their types to itself, and its functions assert. The slave must
-//! take any bytes, has no std, and is there without the feature `master`; with its master's own codec it would prove that codec
-//! by itself.
+//! `profirust`, the master, has the same telegrams, but its types are private, and its functions assert. The slave has
+//! to accept any bytes, needs no std, and exists without the feature `master`. With the master's own codec, tests could
+//! not find errors in it.
 
 use core::ops::Deref;
 
-/// The address that all stations listen to.
+/// The broadcast address, to which all stations listen.
 pub const BROADCAST: u8 = 127;
 /// The bits of one character on the line.
 pub const CHARACTER_BITS: u32 = 11;
-/// The bits of silence before a request: who has lost the thread finds it there (T_SYN).
+/// The idle time before a request, in bits, by which stations find the beginning of a telegram (T_SYN).
 pub const IDLE_BITS: u32 = 33;
-/// The most bytes that a telegram has.
+/// The longest telegram, in bytes.
 pub const MAX_LEN: usize = 255;
-/// The most bytes of data that a telegram without SAPs has.
+/// The longest data of a telegram without SAPs, in bytes.
 pub const MAX_PAYLOAD: usize = 246;
 
 const SD1: u8 = 0x10;
@@ -43,11 +43,11 @@ const EXTENDED: u8 = 0x80;
 pub enum Telegram<'a> {
     /// SC: a request without data to return was taken.
     Acknowledgement,
-    /// SD4: the right to send goes from one master to another.
+    /// SD4: the right to send passes from one master to another.
     Token {
-        /// The address of the station that gets it.
+        /// The station that gets the token.
         to: u8,
-        /// The address of the station that had it.
+        /// The station that had the token.
         from: u8,
     },
     /// SD1, SD2 or SD3.
@@ -67,7 +67,7 @@ pub struct Data<'a> {
     pub from_sap: Option<u8>,
     /// FC.
     pub function: Function,
-    /// What comes after the SAPs.
+    /// The data after the SAPs.
     pub payload: &'a [u8],
 }
 
@@ -76,7 +76,7 @@ pub struct Data<'a> {
 pub enum Function {
     /// Bit 6 is set.
     Request {
-        /// What is asked for.
+        /// The requested service.
         service: Service,
         /// Bits 5 and 4.
         count: FrameCount,
@@ -90,12 +90,12 @@ pub enum Function {
     },
 }
 
-/// The frame count bit and whether it counts. A request that is repeated has the bit of the one before.
+/// The frame count bit (FCB) and whether it is valid. A repeated request has the same bit as the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameCount {
     /// FCB, bit 5.
     pub bit: bool,
-    /// FCV, bit 4: without it, a set FCB begins anew.
+    /// FCV, bit 4: if it is clear, a set FCB starts anew.
     pub valid: bool,
 }
 
@@ -122,7 +122,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// What a request asks for.
+    /// The service of a request.
     Service {
         /// Send data, acknowledged, with low priority.
         SdaLow = 3,
@@ -132,23 +132,23 @@ codes! {
         SdaHigh = 5,
         /// Send data, not acknowledged, with high priority.
         SdnHigh = 6,
-        /// Who is there?
+        /// Is there a station?
         FdlStatus = 9,
         /// Send and request data, with low priority.
         SrdLow = 12,
         /// Send and request data, with high priority.
         SrdHigh = 13,
-        /// The name of the station.
+        /// The identity of the station.
         Ident = 14,
-        /// What a service access point can do.
+        /// The capabilities of a service access point.
         LsapStatus = 15,
     }
 }
 
 codes! {
-    /// What a response says.
+    /// The status of a response.
     Status {
-        /// Taken.
+        /// Accepted.
         Ok = 0,
         /// UE: the user of the data link layer failed.
         UserError = 1,
@@ -162,9 +162,9 @@ codes! {
         NoData = 9,
         /// DH: data, and diagnosis is waiting.
         DataHigh = 10,
-        /// RDL: not taken, but data.
+        /// RDL: not accepted; data.
         NotTakenDataLow = 12,
-        /// RDH: not taken, but data, and diagnosis is waiting.
+        /// RDH: not accepted; data, and diagnosis is waiting.
         NotTakenDataHigh = 13,
     }
 }
@@ -192,18 +192,18 @@ impl Function {
     }
 }
 
-/// What the first bytes of a stream are.
+/// The result of decoding the beginning of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decoded<'a> {
-    /// A telegram of this many bytes.
+    /// A telegram, and its length in bytes.
     Complete(Telegram<'a>, usize),
     /// The beginning of a telegram.
     Incomplete,
-    /// No telegram.
+    /// Not a telegram.
     Invalid,
 }
 
-/// What `bytes` begin with.
+/// Decodes the beginning of `bytes`.
 #[must_use]
 pub fn decode(bytes: &[u8]) -> Decoded<'_> {
     match *bytes {
@@ -222,7 +222,7 @@ pub fn decode(bytes: &[u8]) -> Decoded<'_> {
     }
 }
 
-/// `len` bytes from DA to the data, FCS and the end, after a header that was taken off.
+/// Decodes `len` bytes from DA to the data, FCS and the end, after a header of `header` bytes.
 fn framed(bytes: &[u8], len: usize, header: usize) -> Decoded<'_> {
     let Some((content, [sum, end])) = bytes.get(..len + 2).and_then(<[u8]>::split_last_chunk::<2>) else {
         return Decoded::Incomplete;
@@ -255,7 +255,7 @@ fn checksum(bytes: &[u8]) -> u8 {
 }
 
 impl Telegram<'_> {
-    /// Its bytes; none when an address is above 127 or the data is longer than a telegram.
+    /// Encodes it; `None` if an address is above 127 or the data are too long for a telegram.
     #[must_use]
     pub fn encode(&self) -> Option<Wire> {
         let mut wire = Wire::EMPTY;
@@ -272,7 +272,7 @@ impl Telegram<'_> {
 impl Data<'_> {
     fn encode(&self, wire: &mut Wire) -> Option<()> {
         let saps = usize::from(self.to_sap.is_some()) + usize::from(self.from_sap.is_some());
-        // With more than 249 bytes, `wire` is too short.
+        // More than 249 bytes would not fit into `wire`.
         let len = u8::try_from(3 + saps + self.payload.len()).ok()?;
         match len {
             3 => wire.push(&[SD1])?,
@@ -302,7 +302,7 @@ impl Wire {
     /// No bytes.
     pub const EMPTY: Wire = Wire { bytes: [0; MAX_LEN], len: 0 };
 
-    /// Adds bytes; none and nothing when there is no room for them.
+    /// Appends bytes; `None`, and no change, if there is no room.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Option<()> {
         let begin = usize::from(self.len);
         let end = begin + bytes.len();
@@ -311,7 +311,7 @@ impl Wire {
         Some(())
     }
 
-    /// Takes the first bytes away; there are as many.
+    /// Removes the first bytes, of which there must be `count`.
     pub(crate) fn drop_first(&mut self, count: usize) {
         self.bytes.copy_within(count..self.len.into(), 0);
         self.len -= count as u8;

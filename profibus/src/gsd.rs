@@ -1,4 +1,4 @@
-//! What a master sends to a slave before data is exchanged, from the slave's GSD file.
+//! The start-up data of a slave, from its GSD file.
 
 use std::format;
 use std::panic::catch_unwind;
@@ -13,25 +13,25 @@ use profirust::dp::PeripheralOptions;
 
 use crate::dp::{Lengths, lengths};
 
-/// What separates the modules of a modular slave.
+/// Separates the names of a modular slave's modules.
 pub const SEPARATOR: char = '|';
 
-/// What a GSD file says of a slave with the modules that are plugged in.
+/// The data of a GSD file for a slave with certain modules.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Configuration {
     /// The name of the slave.
     pub model: String,
     /// The ident number.
     pub ident: u16,
-    /// What Chk_Cfg brings.
+    /// The data of Chk_Cfg.
     pub configuration: Vec<u8>,
-    /// What Set_Prm brings after its first seven bytes.
+    /// The data of Set_Prm after the first seven bytes.
     pub parameters: Vec<u8>,
-    /// The longest time before an answer, in bits, at the bit rate that was asked for.
+    /// The longest time before an answer (maximum T_SDR) at the given bit rate, in bits.
     pub max_tsdr: u16,
 }
 
-/// Why a GSD file says nothing of use.
+/// Why a GSD file gives no configuration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
@@ -40,18 +40,18 @@ pub enum GsdError {
     #[error("{}: {reason}", path.display())]
     File {
         path: PathBuf,
-        /// Of the operating system, or where the file is no GSD file.
+        /// From the operating system, or where the file is not valid.
         reason: String,
     },
     /// There is no such module.
     #[error("{}: there is no module {wanted:?}; there is {}", path.display(), list(known))]
     NoModule {
         path: PathBuf,
-        /// What was asked for.
+        /// The name that was asked for.
         wanted: String,
         known: Vec<String>,
     },
-    /// Several modules, or none, carry the data that is expected.
+    /// Several modules, or none, carry the expected data.
     #[error("{}: which module carries {} bytes of inputs and {} of outputs? There is {}", path.display(),
         expected.inputs, expected.outputs, list(known))]
     WhichModule { path: PathBuf, expected: Lengths, known: Vec<String> },
@@ -61,7 +61,7 @@ pub enum GsdError {
     OtherLengths {
         path: PathBuf,
         modules: String,
-        /// What they carry, if that can be read.
+        /// The data that they carry, if that can be read.
         found: Option<Lengths>,
         expected: Lengths,
     },
@@ -77,12 +77,12 @@ fn said(lengths: Option<Lengths>) -> String {
 }
 
 impl Configuration {
-    /// Reads a GSD file. `modules` names those that are plugged in, with [`SEPARATOR`] between them; `None` takes the only one
-    /// that carries as much data as is `expected`.
+    /// Reads a GSD file. `modules` names the modules of the slave, separated by [`SEPARATOR`]; `None` takes the only
+    /// one that carries as much data as `expected`.
     pub fn read(path: &Path, modules: Option<&str>, expected: Lengths, bit_rate: Baudrate) -> Result<Self, GsdError> {
         let file = |reason: String| GsdError::File { path: path.into(), reason };
         let bytes = std::fs::read(path).map_err(|error| file(error.to_string()))?;
-        // The parser panics where the file refers to something that it does not define.
+        // The parser panics if the file refers to something that it does not define.
         let parsed = catch_unwind(|| {
             let parsed = parser::parse(path, &String::from_utf8_lossy(&bytes));
             parsed.map_err(|error| format!("no GSD file, {} at {:?}", error.variant.message(), error.line().trim()))
@@ -128,7 +128,7 @@ impl Configuration {
         })
     }
 
-    /// The same for the master, which keeps it until the program ends.
+    /// As options of the master; the memory is kept until the program ends.
     #[must_use]
     pub fn into_options(self) -> PeripheralOptions<'static> {
         PeripheralOptions {

@@ -1,20 +1,20 @@
-//! PROFIBUS-DP for drives, without I/O: what goes over the bus, the state machines that it belongs to, and a slave that
-//! exists only in software.
+//! PROFIBUS-DP for drives, without I/O: telegrams and their state machines, and a simulated slave.
 //!
 //! - [`pkw`]: reading and writing the parameters of a drive in its cyclic data (PROFIDRIVE version 2): the
 //!   [master's side](pkw::PkwMaster) and the [slave's](pkw::PkwServer);
-//! - [`profidrive`]: bits of control and status words, and where the words lie;
+//! - [`profidrive`]: bits of control and status words, and the places of the words;
 //! - [`dp`]: the services of DP-V0: parameterisation, configuration, diagnosis in words, global control;
 //! - [`fdl`]: telegrams of the data link layer;
-//! - [`Slave`]: a DP-V0 slave: give it the bytes of the bus and an [`Application`], and it answers as a slave does;
+//! - [`Slave`]: a DP-V0 slave, which takes bytes of the bus, works with an [`Application`], and returns the bytes of
+//!   its answers;
 //! - with the feature `master`: the master of the crate `profirust` on a line (`master`), with simulated slaves in virtual
 //!   time (`virtual_bus`, `virtual_line`), or at a serial port (`serial_line`);
-//! - with the feature `gsd`: what a GSD file says of a slave (`gsd`).
+//! - with the feature `gsd`: start-up data from a slave's GSD file (`gsd`).
 //!
-//! The master is always `profirust`; this crate has none of its own.
+//! The master is always `profirust`; this crate has no other.
 //!
-//! Clauses are those of EN 50170-2 (PROFIBUS) and of the PROFIDRIVE profile, version 2, as far as public texts and the
-//! manuals of drives cite them. The standards themselves were not at hand: where a choice rests on an assumption, its
+//! Clauses are those of EN 50170-2 (PROFIBUS) and of the PROFIDRIVE profile, version 2, as cited by public texts and
+//! the manuals of drives. The standards themselves were not available: where a choice is an assumption, its
 //! documentation says so.
 #![no_std]
 
@@ -45,7 +45,7 @@ pub use slave::{Application, BitRate, Identity, Slave, State};
 #[cfg(feature = "master")]
 pub use trouble::Trouble;
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(all(doctest, feature = "master"))]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

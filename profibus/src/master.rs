@@ -1,4 +1,4 @@
-//! The master of `profirust` on a line, and segments: lines with their master, whose time passes in polls.
+//! The master of `profirust` on a line, and segments: lines with a master and a clock.
 
 use std::io::ErrorKind;
 use std::vec;
@@ -12,7 +12,7 @@ use profirust::time;
 
 use crate::dp::Lengths;
 
-/// The address of the master, unless its parameters have another one: 0, so that a drive may have any node-ID as its address.
+/// The default address of the master: 0, so that any node-ID can be the address of a drive.
 pub const MASTER: u8 = 0;
 
 /// The master on its line.
@@ -41,7 +41,7 @@ impl<P: ProfibusPhy> Master<P> {
         Master { fdl, peripherals: Peripherals(peripherals), line }
     }
 
-    /// Adds a slave that the master is to exchange data with.
+    /// Adds a slave to exchange data with.
     pub fn add(&mut self, address: u8, options: PeripheralOptions<'static>, lengths: Lengths) -> PeripheralHandle {
         let (inputs, outputs) = (vec![0; lengths.inputs], vec![0; lengths.outputs]);
         self.peripherals.0.add(Peripheral::new(address, options, inputs, outputs))
@@ -52,7 +52,7 @@ impl<P: ProfibusPhy> Master<P> {
         self.peripherals.0.get_mut(handle)
     }
 
-    /// Lets the master leave the line, or come back.
+    /// Makes the master leave the line, or come back.
     pub fn set_online(&mut self, is_online: bool) {
         if is_online { self.fdl.set_online() } else { self.fdl.set_offline() }
     }
@@ -62,8 +62,7 @@ impl<P: ProfibusPhy> Master<P> {
         &self.line
     }
 
-    /// Lets the master do what is due; what it has noticed of a slave. To be called at least as often as the slot time is
-    /// long.
+    /// Runs the master; returns an event of a slave, if any. To be called at least once in each slot time.
     pub fn poll(&mut self, now: time::Instant) -> Option<(PeripheralHandle, PeripheralEvent)> {
         self.fdl.poll(now, &mut self.line, &mut self.peripherals.0);
         self.peripherals.0.take_last_events().peripheral
@@ -75,22 +74,22 @@ pub trait Segment {
     /// The time on it.
     fn now(&self) -> Instant;
 
-    /// Whether it runs in real time, and so has to be polled without pause.
+    /// Whether it runs in real time, so that it has to be polled without a pause.
     fn is_real_time(&self) -> bool;
 
-    /// What has ended it.
+    /// The error that has ended it.
     fn failed(&self) -> Option<ErrorKind> {
         None
     }
 
-    /// Adds a slave that the master is to exchange data with.
+    /// Adds a slave to exchange data with.
     fn add(&mut self, address: u8, options: PeripheralOptions<'static>, lengths: Lengths) -> PeripheralHandle;
 
     /// The master's view of a slave.
     fn peripheral(&mut self, handle: PeripheralHandle) -> &mut Peripheral<'static>;
 
-    /// Lets the master do what is due; what it has noticed of a slave next. `None` when it has noticed nothing until `now`.
-    /// What is set as outputs after an exchange is what the next one carries.
+    /// Runs the master until its next event of a slave; `None` if there is none until `now`. Outputs set after an
+    /// exchange go into the next one.
     fn poll(&mut self, now: Instant) -> Option<(PeripheralHandle, PeripheralEvent)>;
 }
 

@@ -1,7 +1,7 @@
 //! The words of PROFIDRIVE version 2 (PNO 3.071): control word, status word, and the telegrams (PPO) they lie in.
 //!
-//! Names are those of the profile; what a drive makes of a bit, and which bits it leaves out, stands in its own crate.
-//! In words of two bytes and values of four the high byte comes first.
+//! Names are those of the profile; the crate of a drive says what its bits mean, and which ones it lacks. Words and
+//! values are big-endian.
 
 use crate::dp::Lengths;
 use crate::pkw::Pkw;
@@ -16,7 +16,7 @@ pub mod control {
     /// Cleared is OFF 3: quick stop.
     pub const NO_OFF_3: u16 = 1 << 2;
     pub const ENABLE_OPERATION: u16 = 1 << 3;
-    /// Positioning: cleared stops, and the travel order is discarded.
+    /// Positioning: cleared stops and drops the travel order.
     pub const NO_STOP: u16 = 1 << 4;
     /// Velocity: enables the ramp generator.
     pub const ENABLE_RAMP: u16 = 1 << 4;
@@ -65,7 +65,7 @@ pub mod status {
     pub const STANDSTILL: u16 = 1 << 13;
 }
 
-/// A kind of telegram: whether parameters (PKW, four words) come first, and how many words of process data (PZD) follow.
+/// A telegram type: whether parameters (PKW, four words) come first, and how many words of process data (PZD) follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ppo {
     /// Whether the first four words are a PKW.
@@ -78,7 +78,7 @@ impl Ppo {
     /// The five types of the profile.
     pub const TYPES: [Ppo; 5] = [ppo(true, 2), ppo(true, 6), ppo(false, 2), ppo(false, 6), ppo(true, 10)];
 
-    /// Bytes in each direction.
+    /// The length in each direction, in bytes.
     #[must_use]
     pub const fn len(self) -> usize {
         (if self.parameters { Pkw::LEN } else { 0 }) + 2 * self.process_words as usize
@@ -90,7 +90,7 @@ impl Ppo {
         self.len() == 0
     }
 
-    /// The same as lengths of cyclic data.
+    /// The length in both directions.
     #[must_use]
     pub const fn lengths(self) -> Lengths {
         Lengths { inputs: self.len(), outputs: self.len() }
@@ -121,14 +121,14 @@ impl Ppo {
         }
     }
 
-    /// Sets a word of the process data; does nothing where there is none.
+    /// Sets a word of the process data; does nothing if it does not exist.
     pub fn set_word(self, data: &mut [u8], number: usize, word: u16) {
         if let Some(place) = self.process_mut(data, 2 * number).and_then(<[u8]>::first_chunk_mut) {
             *place = word.to_be_bytes();
         }
     }
 
-    /// Sets two words of the process data; does nothing where there are none.
+    /// Sets two words of the process data; does nothing if they do not exist.
     pub fn set_double_word(self, data: &mut [u8], number: usize, value: i32) {
         if let Some(place) = self.process_mut(data, 2 * number).and_then(<[u8]>::first_chunk_mut) {
             *place = value.to_be_bytes();

@@ -1,4 +1,4 @@
-//! Masters and slaves at a serial port, or at anything else that bytes can be read from and written to, in real time.
+//! Masters and slaves at a serial port, or at any other byte stream, in real time.
 
 #[cfg(feature = "serialport")]
 use std::boxed::Box;
@@ -18,11 +18,12 @@ use crate::fdl::CHARACTER_BITS;
 use crate::master::{MASTER, Master, Segment};
 use crate::slave::{Application, Slave};
 
-/// A line of `profirust` at a port, which is set up for its bit rate, with eight data bits, even parity and one stop bit. A
-/// read returns what has come, or [`ErrorKind::WouldBlock`] or [`ErrorKind::TimedOut`] at once.
+/// A line of `profirust` at a port that is set to its bit rate, with eight data bits, even parity and one stop bit. A
+/// read has to return at once, with the bytes that have come, or with [`ErrorKind::WouldBlock`] or
+/// [`ErrorKind::TimedOut`].
 ///
-/// A telegram counts as sent when its bits have had the time for it: what waits in an adapter is not asked for, since
-/// not every driver knows it. The slot time has to cover what adapter and operating system add.
+/// A telegram counts as sent when its bits have had time for it. The fill level of the adapter is not asked for, since
+/// not every driver knows it. The slot time has to cover the delays of adapter and operating system.
 #[derive(Debug)]
 pub struct SerialLine<T> {
     port: T,
@@ -38,7 +39,7 @@ impl<T: Read + Write> SerialLine<T> {
         SerialLine { port, bit_rate, received: Vec::new(), sent: time::Instant::ZERO, failed: None }
     }
 
-    /// What ended the port, such as an adapter that has been unplugged. The line is silent since.
+    /// The error that ended the port, such as an unplugged adapter; the line is then silent.
     pub fn failed(&self) -> Option<ErrorKind> {
         self.failed
     }
@@ -62,7 +63,7 @@ impl<T: Read + Write> ProfibusPhy for SerialLine<T> {
         let mut buffer = [0; 256];
         let (len, result) = write(&mut buffer);
         if len > 0 {
-            // A telegram that the port does not take is lost on the line.
+            // A telegram that the port does not take counts as lost on the line.
             if let Err(error) = self.port.write_all(&buffer[..len]) {
                 self.fail(&error);
             }
@@ -86,7 +87,7 @@ impl<T: Read + Write> ProfibusPhy for SerialLine<T> {
     }
 }
 
-/// A master at a port, in real time: it goes by the machine's clock, whatever time it is polled at.
+/// A master at a port, in real time, whatever time it is polled with.
 #[derive(Debug)]
 pub struct SerialSegment<T> {
     master: Master<SerialLine<T>>,
@@ -102,8 +103,8 @@ impl<T: Read + Write> SerialSegment<T> {
     }
 }
 
-/// Parameters for a master at a USB adapter: a slot of 8 ms, or of 30 ms up to 19.2 kbit/s, as `profirust` recommends for
-/// them, three retries, and slaves that give up a master after half a second of silence. Up to 500 kbit/s.
+/// Parameters for a master at a USB adapter: a slot of 8 ms, or of 30 ms up to 19.2 kbit/s, as `profirust` recommends;
+/// three retries; and slaves that give the master up after half a second of silence. For up to 500 kbit/s.
 #[must_use]
 pub fn parameters(bit_rate: Baudrate) -> Parameters {
     let slot = Duration::from_millis(if bit_rate.to_rate() <= 19_200 { 30 } else { 8 });
@@ -125,8 +126,8 @@ impl SerialSegment<Box<dyn serialport::SerialPort>> {
     }
 }
 
-/// Lets a slave answer at a port in real time, while `goes_on`. The port's time-out is how long it waits at most before
-/// it looks at its deadlines.
+/// Runs a slave at a port in real time, while `goes_on` returns true. The port's time-out limits how late its deadlines
+/// are handled.
 #[expect(clippy::disallowed_methods, reason = "a port is in real time")]
 pub fn serve<T: Read + Write, A: Application>(
     slave: &mut Slave<A>,

@@ -5,38 +5,38 @@ use lexican_runtime::{Duration, Instant};
 use crate::dp::{self, Diagnosis, GlobalControl, Parameters, diagnosis, sap};
 use crate::fdl::{BROADCAST, Data, Decoded, FrameCount, Function, IDLE_BITS, Service, Status, Telegram, Wire, decode};
 
-/// What is behind a slave.
+/// The application behind a slave.
 pub trait Application {
-    /// Outputs have come. When the master is lost, or clears its outputs, they are zero.
+    /// Takes new outputs. They are zero when the master is lost, or clears them.
     fn take_outputs(&mut self, now: Instant, outputs: &[u8]);
 
-    /// Writes the inputs to answer with; the length is that of the slave's identity.
+    /// Writes the inputs for the answer; their length is that of the slave's identity.
     fn write_inputs(&mut self, now: Instant, inputs: &mut [u8]);
 
-    /// The slave is in another state.
+    /// The slave has changed to another state.
     fn enter(&mut self, now: Instant, state: State) {
         let _ = (now, state);
     }
 }
 
-/// What a slave is, as its GSD file has it.
+/// The properties of a slave in its GSD file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// The ident number.
     pub ident: u16,
-    /// The configuration that Chk_Cfg has to bring.
+    /// The configuration that Chk_Cfg has to carry.
     pub configuration: &'static [u8],
-    /// Bytes of inputs, up to 244.
+    /// Length of the inputs in bytes, up to 244.
     pub inputs: u8,
-    /// Bytes of outputs, up to 244.
+    /// Length of the outputs in bytes, up to 244.
     pub outputs: u8,
-    /// Whether it can synchronise its outputs.
+    /// Whether it supports Sync.
     pub sync: bool,
-    /// Whether it can freeze its inputs.
+    /// Whether it supports Freeze.
     pub freeze: bool,
 }
 
-/// Bits per second. A real slave finds out by itself.
+/// In bits per second. A real slave detects it by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BitRate(pub u32);
 
@@ -55,7 +55,7 @@ impl BitRate {
         BitRate(12_000_000),
     ];
 
-    /// How long some bits take, rounded up to microseconds.
+    /// The duration of some bits, rounded up to microseconds.
     #[must_use]
     pub const fn bits(self, bits: u32) -> Duration {
         let rate = if self.0 == 0 { 1 } else { self.0 as u64 };
@@ -63,7 +63,7 @@ impl BitRate {
     }
 }
 
-/// Where a slave is between power-on and data exchange.
+/// The state of a slave between power-on and data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// It waits for Set_Prm.
@@ -77,9 +77,9 @@ pub enum State {
 /// The most bytes of cyclic data in one direction.
 const MOST: usize = 244;
 
-/// A slave: bytes of the bus in, bytes of its answers out.
+/// A slave, which takes bytes of the bus and returns the bytes of its answers.
 ///
-/// # What the standards leave open, or were not at hand for
+/// # Decisions where the standards are silent or were not available
 ///
 /// | question | here |
 /// |---|---|
@@ -97,15 +97,15 @@ pub struct Slave<A> {
     idle: Duration,
     application: A,
     state: State,
-    /// The master that has the slave, from Set_Prm on.
+    /// The master that has parameterised the slave, from Set_Prm on.
     master: Option<u8>,
     groups: u8,
     min_tsdr_bits: u8,
-    /// Bits of the diagnosis that stay until the next Set_Prm.
+    /// Bits of the diagnosis that stay set until the next Set_Prm.
     faults: u32,
     watchdog: Option<Duration>,
     watchdog_due: Option<Instant>,
-    /// The last outputs, and whether they wait for Sync.
+    /// The last outputs; `synchronised` is whether they wait for Sync.
     outputs: [u8; MOST],
     synchronised: bool,
     inputs: [u8; MOST],
@@ -113,7 +113,7 @@ pub struct Slave<A> {
     diagnosis_waits: bool,
     received: Wire,
     received_at: Instant,
-    /// Who sent the last request, to which SAP, with which frame count bit; `None` if that bit does not count.
+    /// Source, SAP and frame count bit of the last request; `None` if the bit was not valid.
     counted: Option<(u8, Option<u8>, bool)>,
     answer: Wire,
     answer_due: Option<Instant>,
@@ -149,8 +149,8 @@ impl<A: Application> Slave<A> {
         }
     }
 
-    /// The same, with another silence between telegrams than 33 bits: bytes that come through an operating system come in
-    /// pieces, with pauses in between.
+    /// With another idle time before telegrams than 33 bits: through an operating system, bytes come in pieces, with
+    /// pauses in between.
     #[must_use]
     pub fn with_idle(self, idle: Duration) -> Self {
         Slave { idle, ..self }
@@ -179,7 +179,7 @@ impl<A: Application> Slave<A> {
         &mut self.application
     }
 
-    /// What Slave_Diag answers now.
+    /// The present answer to Slave_Diag.
     #[must_use]
     pub fn diagnosis(&self) -> Diagnosis {
         let bit = |set: bool, bit: u32| if set { bit } else { 0 };
@@ -193,27 +193,27 @@ impl<A: Application> Slave<A> {
         Diagnosis { bits, master: self.master, ident: self.identity.ident }
     }
 
-    /// Lets the next answer of data exchange say that there is a diagnosis to fetch.
+    /// Makes the next answer of data exchange announce a diagnosis.
     pub fn announce_diagnosis(&mut self) {
         self.diagnosis_waits = true;
     }
 
-    /// Power off and on again, with another address. The application has its own supply, and keeps its state.
+    /// Switches the slave off and on, with another address. The application has its own supply, and keeps its state.
     pub fn restart(&mut self, now: Instant, address: u8) {
         self.leave(now, 0);
         self.address = address;
         (self.counted, self.answer_due, self.received) = (None, None, Wire::EMPTY);
     }
 
-    /// Takes bytes that have come by `now`. What is no telegram is passed over; after a silence of 33 bits, what comes is
-    /// the beginning of a telegram.
+    /// Handles bytes that have come by `now`. Bytes that are no telegram are skipped; after an idle time of 33 bits, a
+    /// telegram begins.
     pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
         if now.since(self.received_at) > self.idle {
             self.received = Wire::EMPTY;
         }
         self.received_at = now;
         for byte in bytes {
-            // There is room: what begins no telegram is dropped, and a telegram fits.
+            // There is room: bytes that begin no telegram have been dropped, and a telegram fits.
             let _ = self.received.push(&[*byte]);
             self.take_telegrams(now);
         }
@@ -225,14 +225,14 @@ impl<A: Application> Slave<A> {
         [self.answer_due, self.watchdog_due].into_iter().flatten().min()
     }
 
-    /// The watchdog.
+    /// Handles the watchdog.
     pub fn handle_timeout(&mut self, now: Instant) {
         if self.watchdog_due.is_some_and(|due| due <= now) {
             self.leave(now, 0);
         }
     }
 
-    /// The answer, once the bus has been silent for T_SDR. The line may be used for that long after the last byte.
+    /// The answer, once the bus has been silent for T_SDR after the request.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<&[u8]> {
         self.answer_due.take_if(|due| *due <= now)?;
         Some(&self.answer)
@@ -255,7 +255,7 @@ impl<A: Application> Slave<A> {
     }
 
     fn handle_data(&mut self, now: Instant, data: Data<'_>) {
-        // Someone has gone on: an answer to what came before would be in the way.
+        // Another station goes on: a late answer would disturb it.
         self.answer_due = None;
         let Function::Request { service, count } = data.function else { return };
         if matches!(service, Service::SdnLow | Service::SdnHigh) && (data.to == BROADCAST || data.to == self.address) {
@@ -279,7 +279,7 @@ impl<A: Application> Slave<A> {
         };
         self.feed_watchdog(now, data.from);
         let function = Function::Response { station: 0, status };
-        // Data exchange has no SAPs; a service answers from its own to that of the master.
+        // Data exchange has no SAPs; the answer of a service goes from its SAP to the master's.
         let response = Data {
             to: data.from,
             from: self.address,
@@ -293,8 +293,8 @@ impl<A: Application> Slave<A> {
         self.answer = telegram.encode().unwrap_or(Wire::EMPTY);
     }
 
-    /// A request that is repeated has the frame count bit of the one before: the answer has been lost. After a request
-    /// without that bit there is no answer to repeat.
+    /// A repeated request, whose answer has been lost, has the same frame count bit as the previous one. If that bit
+    /// was not valid, there is no answer to repeat.
     fn is_repeated(&mut self, data: &Data<'_>, count: FrameCount) -> bool {
         let counted = count.valid.then_some((data.from, data.to_sap, count.bit));
         let before = core::mem::replace(&mut self.counted, counted);
@@ -405,7 +405,7 @@ impl<A: Application> Slave<A> {
             self.outputs = [0; MOST];
             self.application.take_outputs(now, &self.outputs[..outputs]);
         }
-        // A command that takes back goes before the one that gives.
+        // Unsync and unfreeze take precedence over sync and freeze.
         if command.unsync || command.sync && self.identity.sync {
             self.synchronised = !command.unsync;
             self.application.take_outputs(now, &self.outputs[..outputs]);
@@ -423,7 +423,7 @@ impl<A: Application> Slave<A> {
         }
     }
 
-    /// Back to the beginning, with what was wrong.
+    /// Returns to the initial state, with these faults in the diagnosis.
     fn leave(&mut self, now: Instant, faults: u32) {
         self.faults = faults;
         (self.master, self.groups, self.watchdog, self.watchdog_due) = (None, 0, None, None);
@@ -449,13 +449,13 @@ fn refused() -> (Status, Wire) {
 
 fn wire(bytes: &[u8]) -> Wire {
     let mut wire = Wire::EMPTY;
-    // Not more than 244 bytes.
+    // At most 244 bytes, so they fit.
     let _ = wire.push(bytes);
     wire
 }
 
 impl Identity {
-    /// Whether the configuration has as many bytes as the identity says.
+    /// Whether lengths and configuration match.
     #[must_use]
     pub fn is_consistent(&self) -> bool {
         dp::lengths(self.configuration).is_some_and(|lengths| {

@@ -1,4 +1,4 @@
-//! Why a slave exchanges no data, in words.
+//! Why a slave exchanges no data.
 
 use core::fmt;
 use std::format;
@@ -8,33 +8,33 @@ use profirust::dp::{DiagnosticFlags, Peripheral, PeripheralEvent};
 
 use crate::master::MASTER;
 
-/// Why a slave exchanges no data, by what the master has noticed last.
+/// Why a slave exchanges no data, as the master has last noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Trouble {
     /// Nothing answers at its address.
     Silent { address: u8 },
-    /// It is another kind of slave.
+    /// The slave is of another kind.
     Ident {
         address: u8,
         /// The ident number that the master expects.
         expected: u16,
-        /// That of the slave.
+        /// The ident number of the slave.
         found: u16,
     },
-    /// It refuses what Set_Prm brings.
+    /// The slave refuses the data of Set_Prm.
     Parameters { address: u8 },
-    /// It refuses what Chk_Cfg brings.
+    /// The slave refuses the data of Chk_Cfg.
     Configuration { address: u8 },
-    /// Another master has it.
+    /// Another master has parameterised the slave.
     OtherMaster { address: u8, master: u8 },
-    /// It answers, and not with the data that is expected.
+    /// The slave answers, but not with the expected data.
     Data { address: u8 },
 }
 
 impl Trouble {
-    /// What follows from what a slave that has just answered says of itself; `None` when it exchanges data.
+    /// The trouble that the last diagnosis of a slave shows; `None` while it exchanges data.
     pub(crate) fn of(peripheral: &Peripheral<'_>, event: PeripheralEvent) -> Option<Self> {
         if matches!(event, PeripheralEvent::DataExchanged | PeripheralEvent::Diagnostics) {
             return None;
@@ -51,7 +51,7 @@ impl Trouble {
         })
     }
 
-    /// What to do about it.
+    /// What to check, in words.
     #[must_use]
     pub fn remedy(&self) -> String {
         match self {

@@ -37,12 +37,12 @@ struct Station<A> {
     events: Vec<PeripheralEvent>,
     exchanges: u64,
     tasks: PkwMaster,
-    /// Of the answers to come, counted from 0.
+    /// Which of the next answers are lost, counted from 0.
     lost_answers: Range<u32>,
     is_on: bool,
 }
 
-/// Which slave, in the order in which they were attached.
+/// A slave, by the order of attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SlaveId(usize);
 
@@ -59,7 +59,7 @@ impl<A: Application> VirtualBus<A> {
         VirtualBus::with_parameters(builder.build())
     }
 
-    /// A bus with the parameters of `profirust`.
+    /// A bus with these parameters of `profirust`.
     #[must_use]
     pub fn with_parameters(parameters: Parameters) -> Self {
         let line = VirtualLine::new(parameters.baudrate);
@@ -68,13 +68,13 @@ impl<A: Application> VirtualBus<A> {
         VirtualBus { master: Master::new(parameters, line), stations: Vec::new(), bit_rate, step }
     }
 
-    /// The bit rate that slaves have to have.
+    /// The bit rate of the bus.
     #[must_use]
     pub fn bit_rate(&self) -> BitRate {
         self.bit_rate
     }
 
-    /// Attaches a slave that the master is to exchange data with, as `options` say. `inputs` and `outputs` are bytes.
+    /// Attaches a slave, which the master exchanges data with by `options`. `inputs` and `outputs` are in bytes.
     pub fn attach(
         &mut self,
         slave: Slave<A>,
@@ -85,7 +85,7 @@ impl<A: Application> VirtualBus<A> {
         self.join(slave, Some(handle))
     }
 
-    /// Attaches a slave that the master does not know, unless [`Segment::add`] makes it known.
+    /// Attaches a slave that the master is not told of, unless by [`Segment::add`].
     pub fn attach_unknown(&mut self, slave: Slave<A>) -> SlaveId {
         self.join(slave, None)
     }
@@ -120,7 +120,7 @@ impl<A: Application> VirtualBus<A> {
         Some(self.master.peripheral(self.stations[id.0].handle?))
     }
 
-    /// What the master has noticed of a slave since the last call, without the exchanges of data.
+    /// The events of a slave since the last call, except exchanges of data.
     pub fn events(&mut self, id: SlaveId) -> Vec<PeripheralEvent> {
         core::mem::take(&mut self.stations[id.0].events)
     }
@@ -131,17 +131,17 @@ impl<A: Application> VirtualBus<A> {
         self.stations[id.0].exchanges
     }
 
-    /// These answers of a slave get lost: the next one is number 0.
+    /// Loses these answers of a slave: number 0 is the next one.
     pub fn lose_answers(&mut self, id: SlaveId, numbers: Range<u32>) {
         self.stations[id.0].lost_answers = numbers;
     }
 
-    /// Cuts a slave off, or connects it again.
+    /// Disconnects a slave, or connects it again.
     pub fn set_connected(&mut self, id: SlaveId, is_connected: bool) {
         self.stations[id.0].is_on = is_connected;
     }
 
-    /// Lets the master leave the bus, or come back.
+    /// Makes the master leave the bus, or come back.
     pub fn set_master_online(&mut self, is_online: bool) {
         self.master.set_online(is_online);
     }
@@ -154,7 +154,7 @@ impl<A: Application> VirtualBus<A> {
         }
     }
 
-    /// Lets time pass until something holds. Returns whether it does, after at most `span`.
+    /// Runs until something holds, but no longer than `span`. Returns whether it holds.
     pub fn run_until(&mut self, span: Duration, mut holds: impl FnMut(&mut Self) -> bool) -> bool {
         let until = self.now() + span;
         while !holds(self) {
@@ -166,15 +166,15 @@ impl<A: Application> VirtualBus<A> {
         true
     }
 
-    /// Lets time pass until data has been exchanged twice, so that the inputs are an answer to the outputs set now. Returns
+    /// Runs until data has been exchanged twice, so that the inputs are an answer to the present outputs. Returns
     /// whether that took less than a second.
     pub fn exchange(&mut self, id: SlaveId) -> bool {
         let before = self.exchanges(id);
         self.run_until(Duration::from_secs(1), |bus| bus.exchanges(id) >= before + 2)
     }
 
-    /// Reads or writes a parameter through the PKW, which are the first eight bytes in both directions. None when there is
-    /// no answer.
+    /// Reads or writes a parameter through the PKW, which is the first eight bytes in both directions. `None` if there
+    /// is no answer.
     pub fn ask(&mut self, id: SlaveId, task: Task) -> Option<Reply> {
         let now = self.now();
         if !self.stations[id.0].tasks.start(now, task) {
@@ -199,7 +199,7 @@ impl<A: Application> VirtualBus<A> {
         }
     }
 
-    /// Three characters on the line: as long as the silence before a request.
+    /// Runs for three characters on the line, which is the idle time before a request.
     fn turn(&mut self) -> Option<(PeripheralHandle, PeripheralEvent)> {
         self.master.line().advance(self.step);
         let at = self.master.line().now();

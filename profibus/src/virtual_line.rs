@@ -14,7 +14,7 @@ use crate::fdl::CHARACTER_BITS;
 pub struct VirtualLine {
     shared: Arc<Mutex<Shared>>,
     station: usize,
-    /// What has come, and has not been taken.
+    /// Bytes that have come and have not been taken.
     received: Vec<u8>,
 }
 
@@ -25,7 +25,7 @@ struct Shared {
     stations: Vec<End>,
 }
 
-/// What is on its way to a station and from it.
+/// The bytes on their way to a station.
 #[derive(Debug)]
 struct End {
     /// Bytes, each with the time when it is complete.
@@ -80,7 +80,7 @@ impl Shared {
             let begins = core::mem::replace(&mut at, character(number));
             for (number, end) in self.stations.iter_mut().enumerate().filter(|(number, _)| *number != from) {
                 let collides = ends.iter().enumerate().any(|(other, until)| other != number && *until > begins);
-                // The bits of others that are on the line meanwhile suffer, too.
+                // The bytes of others that are on the line at the same time are garbled, too.
                 let meets = |(complete, _): &&mut (time::Instant, u8)| *complete > begins && *complete <= at;
                 end.arriving.iter_mut().filter(|_| collides).filter(meets).for_each(|(_, byte)| *byte = !*byte);
                 end.arriving.push_back((at, if collides { !*byte } else { *byte }));
@@ -158,7 +158,7 @@ mod tests {
         one.advance(time::Duration::from_micros(22));
         assert!(!one.poll_transmission(now));
         assert_eq!([takes(&mut two), takes(&mut three)], [vec![3], vec![1, 2, 3]]);
-        // What is not taken stays.
+        // Bytes that are not taken stay.
         sends(&mut two, &[4, 5]);
         one.advance(time::Duration::from_micros(44));
         assert_eq!(one.receive_data(now, |bytes| (1, bytes.len())), 2);

@@ -4,11 +4,11 @@ use lexican_runtime::{Duration, Instant};
 
 use super::{Pkw, Reply, Task};
 
-/// Reads and writes parameters through the PKW of a slave: [`PkwMaster::output`] goes into every telegram, and
-/// [`PkwMaster::handle_input`] takes the PKW of every answer.
+/// Reads and writes parameters through the PKW of a slave. [`PkwMaster::output`] goes into every telegram, and the PKW
+/// of every answer goes to [`PkwMaster::handle_input`].
 ///
-/// The slave repeats its reply until the task changes, so a reply could be that to the task before. Between two tasks
-/// the master sends "no task" until the slave answers "no reply": what comes then belongs to the new task.
+/// The slave repeats its reply until the task changes, so a reply might belong to the previous task. Therefore the
+/// master sends "no task" between two tasks until the slave answers "no reply": the next reply belongs to the new task.
 #[derive(Clone, Debug)]
 pub struct PkwMaster {
     state: State,
@@ -17,9 +17,9 @@ pub struct PkwMaster {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// "No task" is sent, and the slave has not yet answered it. The task that waits for that, if any, and its deadline.
+    /// "No task" is being sent, and is not answered yet. The task that waits for the answer, if any, and its deadline.
     Clearing(Option<(Task, Instant)>),
-    /// "No task" is sent and answered.
+    /// "No task" has been answered.
     Idle,
     /// A task is sent, with its deadline.
     Asking(Task, Instant),
@@ -31,15 +31,15 @@ enum State {
 pub enum Event {
     Answered {
         task: Task,
-        /// Its reply; a refusal, too.
+        /// A refusal is a reply, too.
         reply: Reply,
     },
-    /// The slave has not answered in time. It may have carried out the task, and may still do so.
+    /// The slave has not answered in time. It may have carried the task out, or may still do so.
     TimedOut { task: Task },
 }
 
 impl PkwMaster {
-    /// A master that waits for each answer for so long.
+    /// `patience` is how long to wait for each answer.
     #[must_use]
     pub const fn new(patience: Duration) -> Self {
         PkwMaster { state: State::Clearing(None), patience }
@@ -51,7 +51,7 @@ impl PkwMaster {
         matches!(self.state, State::Clearing(Some(_)) | State::Asking(..))
     }
 
-    /// Begins a task. Returns whether it has begun: not while another one is under way.
+    /// Begins a task; returns `false` if another one is under way.
     #[must_use = "a task is not begun while another one is under way"]
     pub fn start(&mut self, now: Instant, task: Task) -> bool {
         let due = now + self.patience;
@@ -63,7 +63,7 @@ impl PkwMaster {
         true
     }
 
-    /// What goes out in the next telegram.
+    /// The PKW for the next telegram.
     #[must_use]
     pub fn output(&self) -> Pkw {
         match self.state {
@@ -72,7 +72,7 @@ impl PkwMaster {
         }
     }
 
-    /// Takes what came in a telegram. A reply that does not fit the task is ignored.
+    /// Handles the PKW of an answer. A reply that does not fit the task is ignored.
     pub fn handle_input(&mut self, pkw: Pkw) -> Option<Event> {
         match self.state {
             State::Clearing(waiting) if pkw.identifier == 0 => {
@@ -108,13 +108,13 @@ impl PkwMaster {
         }
     }
 
-    /// Forgets the task, as when the slave has left data exchange.
+    /// Drops the task, as when the slave has left data exchange.
     pub fn reset(&mut self) {
         self.state = State::Clearing(None);
     }
 }
 
-/// Whether a reply can be one to the task. A word may be answered as a double word: some drives do so for single
+/// Whether the reply can belong to the task. A word may be answered as a double word, as some drives do for certain
 /// parameters.
 fn fits(task: Task, reply: Reply, pkw: Pkw) -> bool {
     let kind = match (task, reply) {

@@ -1,8 +1,8 @@
-//! Parameters in cyclic data (PKW): one task at a time, repeated until it is answered, and answered until there is
-//! another one.
+//! Parameters in cyclic data (PKW). The master repeats one task until it is answered, and the slave repeats the answer
+//! until there is another task.
 //!
-//! A PKW has four words: PKE (identifier, and number of the parameter), IND (index of an element), and PWE (the value,
-//! a single word in the second of the two).
+//! A PKW has four words: PKE (identifier, and number of the parameter), IND (index of an element), and PWE (the value;
+//! a single word is in the second of the two).
 
 mod master;
 mod server;
@@ -27,10 +27,10 @@ pub struct Pkw {
 }
 
 impl Pkw {
-    /// Bytes.
+    /// In bytes.
     pub const LEN: usize = 8;
 
-    /// Reads the first eight bytes; none when there are fewer.
+    /// Reads the first eight bytes; `None` if there are fewer.
     #[must_use]
     pub fn parse(data: &[u8]) -> Option<Self> {
         let &[a, b, c, d, e, f, g, h] = data.first_chunk()?;
@@ -61,27 +61,27 @@ impl fmt::Display for Pkw {
     }
 }
 
-/// What a master asks for.
+/// A task of the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Task {
-    /// 1: the value of a parameter.
+    /// 1: reads a parameter.
     Read { number: u16 },
-    /// 2 and 3: another value for a parameter.
+    /// 2 and 3: writes a parameter.
     Write { number: u16, value: Value },
-    /// 4: an element of the description of a parameter.
+    /// 4: reads an element of the description of a parameter.
     ReadDescription { number: u16, index: u16 },
-    /// 5: another description.
+    /// 5: writes an element of the description.
     WriteDescription { number: u16, index: u16, value: u32 },
-    /// 6: an element of an array.
+    /// 6: reads an element of an array.
     ReadElement { number: u16, index: u16 },
-    /// 7 and 8: another value for an element of an array.
+    /// 7 and 8: writes an element of an array.
     WriteElement { number: u16, index: u16, value: Value },
-    /// 9: how many elements an array has.
+    /// 9: reads the number of elements of an array.
     CountElements { number: u16 },
 }
 
-/// A value as it is carried.
+/// A value with its width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
     /// In one word.
@@ -91,7 +91,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Without its width.
+    /// The value without its width.
     #[must_use]
     pub const fn raw(self) -> u32 {
         match self {
@@ -112,7 +112,7 @@ impl Value {
 impl Task {
     /// The task of a PKW: `Ok(None)` for no task (0).
     ///
-    /// Errors: the identifier, when it is none of a task.
+    /// Errors: the identifier, if it is not one of a task.
     pub fn parse(pkw: Pkw) -> Result<Option<Self>, u8> {
         let Pkw { identifier, number, index, value } = pkw;
         Ok(Some(match identifier {
@@ -152,7 +152,7 @@ impl Task {
     }
 }
 
-/// What a slave answers.
+/// A reply of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
     /// 1 and 2: the value of a parameter.
@@ -170,12 +170,12 @@ pub enum Reply {
 }
 
 impl Reply {
-    /// The reply of a PKW: `Ok(None)` for none (0).
+    /// The reply of a PKW: `Ok(None)` for no reply (0).
     ///
-    /// The number of a refusal is in the second word of PWE, as the rule for single words has it. The manuals do not say
-    /// so of numbers of errors; one in the first word is understood as well.
+    /// The error number of a refusal is in the second word of PWE, as a single word is. The manuals do not confirm this
+    /// for error numbers, so one in the first word is understood as well.
     ///
-    /// Errors: the identifier, when it is none of a reply.
+    /// Errors: the identifier, if it is not one of a reply.
     pub fn parse(pkw: Pkw) -> Result<Option<Self>, u8> {
         Ok(Some(match pkw.identifier {
             0 => return Ok(None),
@@ -191,7 +191,7 @@ impl Reply {
         }))
     }
 
-    /// The PKW that answers a task so.
+    /// The PKW of this reply to `task`.
     #[must_use]
     pub fn pkw(self, task: Pkw) -> Pkw {
         let (identifier, value) = match self {
@@ -216,7 +216,7 @@ macro_rules! refusals {
             $(#[doc = concat!($number, ": ", $text, ".")]
             pub const $name: Refusal = Refusal($number);)*
 
-            /// All numbers of the profile, with what they say.
+            /// All numbers of the profile, with their texts.
             pub const TEXTS: &'static [(Refusal, &'static str)] = &[$((Refusal::$name, $text)),*];
         }
     };
@@ -259,7 +259,7 @@ mod tests {
 
     use super::*;
 
-    /// The telegrams that two manuals print, the same in both.
+    /// The telegrams printed in two manuals, the same in both.
     #[test]
     fn the_printed_telegrams_are_read_and_written() {
         let read = Task::Read { number: 1018 };

@@ -1,19 +1,19 @@
-//! The slave's side: carries out each task once, and answers it until there is another one.
+//! The slave's side: carries out each task once, and repeats the answer until there is another task.
 
 use super::{Pkw, Refusal, Reply, Task, Value};
 
-/// What a slave knows of a parameter before it looks at its value.
+/// The properties of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// PNU.
     pub number: u16,
     /// What a master may do with it.
     pub access: Access,
-    /// How wide it is, and whether there are several.
+    /// Its width, and the number of elements of an array.
     pub format: Format,
-    /// The lowest and the highest value, as a signed number; none where every number fits.
+    /// The lowest and the highest value, as a signed number; `None` if every number is allowed.
     pub range: Option<(i32, i32)>,
-    /// A write of a word is answered as a double word.
+    /// Whether writing a word is answered by a double word.
     pub acknowledged_double: bool,
 }
 
@@ -26,21 +26,21 @@ pub enum Access {
     ReadWrite,
 }
 
-/// How wide a parameter is.
+/// The format of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// One word, unsigned.
     Word,
     /// Two words, signed.
     DoubleWord,
-    /// So many words, by index from 0.
+    /// This many words, by index from 0.
     Words(u16),
-    /// So many double words, by index from 0.
+    /// This many double words, by index from 0.
     DoubleWords(u16),
 }
 
 impl Format {
-    /// How many elements it has, if it is an array.
+    /// The number of elements of an array; `None` if it is not an array.
     #[must_use]
     pub const fn elements(self) -> Option<u16> {
         match self {
@@ -54,18 +54,18 @@ impl Format {
     }
 }
 
-/// The parameters of a slave, lent at each task.
+/// The parameters of a slave, borrowed for each task.
 pub trait ParameterTable {
     /// The parameter with a number.
     fn parameter(&self, number: u16) -> Option<Parameter>;
 
-    /// The value of a parameter, or of one element: index and access have been looked at.
+    /// Reads a parameter or an element. Index and access have been checked.
     fn read(&mut self, number: u16, index: u16) -> Result<u32, Refusal>;
 
-    /// Takes a value: index, access, width and range have been looked at. Returns what the reply shows.
+    /// Writes a value, and returns the value for the reply. Index, access, width and range have been checked.
     fn write(&mut self, number: u16, index: u16, value: u32) -> Result<u32, Refusal>;
 
-    /// Whether the master has the parameters, and no other interface.
+    /// Whether the master, and no other interface, has control of the parameters.
     fn is_authorised(&self) -> bool {
         true
     }
@@ -86,8 +86,8 @@ impl PkwServer {
         PkwServer { task: NONE, reply: NONE }
     }
 
-    /// Takes the PKW of a telegram and returns the one to answer with. A task that is repeated is carried out once; what
-    /// is read, is read anew.
+    /// Handles the PKW of a telegram and returns the answer. A repeated task is carried out once, but a reading task
+    /// reads the value anew.
     pub fn handle(&mut self, pkw: Pkw, table: &mut impl ParameterTable) -> Pkw {
         let reads = matches!(pkw.identifier, 1 | 6);
         if pkw != self.task || reads {
@@ -102,7 +102,7 @@ impl PkwServer {
         self.reply
     }
 
-    /// Forgets the task, as when data exchange ends: the next one is new.
+    /// Drops the task, as when data exchange ends: the next one counts as new.
     pub fn reset(&mut self) {
         *self = PkwServer::new();
     }
@@ -114,7 +114,7 @@ fn carry_out(task: Task, table: &mut impl ParameterTable) -> Result<Reply, Refus
     let value = |raw| Value::of(parameter.format.is_double(), raw);
     match task {
         Task::Read { .. } => {
-            // Not in the manuals: an array read without an index has the wrong type.
+            // An assumption: an array read without an index has the wrong type.
             require(parameter.format.elements().is_none(), Refusal::WRONG_TYPE)?;
             require(parameter.access != Access::Write, Refusal::OTHER)?;
             Ok(Reply::Value(value(table.read(number, 0)?)))
@@ -137,7 +137,7 @@ fn carry_out(task: Task, table: &mut impl ParameterTable) -> Result<Reply, Refus
             Ok(Reply::Element(value(table.write(number, index, new.raw())?)))
         }
         Task::CountElements { .. } => parameter.format.elements().map(Reply::Count).ok_or(Refusal::NO_ARRAY),
-        // The drives' manuals have the tasks, but no descriptions.
+        // The drives' manuals list these tasks, but no descriptions.
         Task::ReadDescription { .. } => Err(Refusal::NO_DESCRIPTION),
         Task::WriteDescription { .. } => Err(Refusal::DESCRIPTION_READ_ONLY),
     }

@@ -1,4 +1,4 @@
-//! Tasks and replies by the handles and rows that a data sheet's overlay makes of parameters (`[interface.…]`).
+//! Tasks and replies with the handles and rows that are generated from an overlay's parameters (`[interface.…]`).
 
 use lexican_runtime::object::{self, ParameterRow, Readable, Writable};
 
@@ -15,7 +15,8 @@ impl Task {
         }
     }
 
-    /// Writes a parameter, or the element of an array; none if the value is out of range, or has no number here.
+    /// Writes a parameter, or the element of an array; `None` if the value is out of range, or has no number on this
+    /// interface.
     #[must_use]
     pub fn write<T: object::Value, A: Writable>(parameter: object::Parameter<T, A, u16>, value: T) -> Option<Self> {
         let (number, row) = (parameter.number(), parameter.row());
@@ -29,7 +30,7 @@ impl Task {
 }
 
 impl Reply {
-    /// The value of the parameter that was read; none of another reply, and of a number that means nothing.
+    /// The value of the parameter; `None` for another kind of reply, or for a number without a meaning.
     #[must_use]
     pub fn value_of<T: object::Value, A: Readable>(self, parameter: object::Parameter<T, A, u16>) -> Option<T> {
         match self {
@@ -40,7 +41,7 @@ impl Reply {
 }
 
 impl Value {
-    /// As a number: a double word is signed, a word is not.
+    /// As a number: double words are signed, words are not.
     #[must_use]
     pub fn number(self) -> i64 {
         match self {
@@ -51,7 +52,7 @@ impl Value {
 }
 
 impl Format {
-    /// What carries a parameter: a word, unless its data type needs two.
+    /// The format of a parameter: a word, unless its data type needs two.
     #[must_use]
     pub const fn of(row: &ParameterRow<u16>) -> Self {
         let is_double = matches!(row.data_type.bits(), Some(17..));
@@ -65,7 +66,7 @@ impl Format {
 }
 
 impl Parameter {
-    /// What a slave with such a parameter knows of it.
+    /// The properties of a parameter in the overlay.
     #[must_use]
     pub const fn of(row: &ParameterRow<u16>) -> Self {
         let access = match row.access {

@@ -1,4 +1,4 @@
-//! No bytes on the line stop a slave or a codec, and the next request is answered.
+//! Random bytes on the line stop neither a slave nor a codec, and the next request is answered.
 
 use super::random::Random;
 use super::support::{self, Answer, Rig, data};

@@ -1,4 +1,4 @@
-//! PROFIBUS without I/O: slave, master, stations, GSD. Apart from `pseudo_terminal`, which takes real time.
+//! PROFIBUS without I/O: slave, master, stations, GSD. `pseudo_terminal` is apart, since it takes real time.
 
 mod any_bytes;
 mod gsd;

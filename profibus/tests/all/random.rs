@@ -1,4 +1,4 @@
-//! Bytes by chance: the same in every run.
+//! Pseudo-random bytes, the same in every run.
 
 /// xorshift64*: the same bytes in every run.
 pub(crate) struct Random(pub(crate) u64);

@@ -1,4 +1,4 @@
-//! Stations of a segment on which happens what the test says.
+//! Stations of a scripted segment.
 
 use std::cell::Cell;
 use std::collections::VecDeque;

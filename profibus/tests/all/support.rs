@@ -1,4 +1,4 @@
-//! A slave with an application that notes what comes and answers with its complement, as the slaves of test benches do.
+//! A slave whose application records its outputs and answers with their complement, as the slaves of test benches do.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use lexican_profibus::dp::{Parameters, sap};
