@@ -1,24 +1,24 @@
 //! The abort codes by which a device may refuse, as data: each set with its source.
 //!
-//! A refusal with a code of the set is right. With one that only stacks in use send, where CiA 301 names none, it is right as
-//! well, and stands in the report as an observation. Any other code fails the case.
+//! A code of the set is right. Where CiA 301 names none, codes that only stacks in use send are accepted as well, and
+//! the report notes them as an observation. Any other code fails the case.
 
 use std::fmt::{self, Display};
 
 use lexican_runtime::AbortCode;
 
-/// The codes that answer one kind of mistake.
+/// The abort codes for one kind of mistake.
 #[derive(Debug)]
 pub(crate) struct Accepted {
     pub(crate) codes: &'static [AbortCode],
-    /// What stacks answer where CiA 301 leaves it open.
+    /// Codes that stacks in use send, where CiA 301 leaves it open.
     pub(crate) observed: &'static [AbortCode],
-    /// Where the codes come from. CCT is CiA's conformance test 3.0.3.10, by the number of its plan.
+    /// The source of the codes. CCT is CiA's conformance test 3.0.3.10, with the number in its plan.
     pub(crate) source: &'static str,
 }
 
 impl Accepted {
-    /// Whether a code is in the set, or among those that stacks send.
+    /// Whether a code is accepted, as right or as an observation.
     pub(crate) fn takes(&self, code: AbortCode) -> bool {
         self.codes.contains(&code) || self.observed.contains(&code)
     }
@@ -58,17 +58,17 @@ accepted! {
     BLOCK_SIZE, "CCT 2.26", [AbortCode::INVALID_BLOCK_SIZE, AbortCode::UNKNOWN_COMMAND, GENERAL];
     SEQUENCE, "CCT 2.27", [AbortCode::INVALID_SEQUENCE_NUMBER, AbortCode::UNKNOWN_COMMAND, GENERAL];
     CHECKSUM, "CiA 301, 7.2.4.3.17", [AbortCode::CRC_ERROR, GENERAL];
-    /// A mapping changes while it counts, or while its PDO exists.
+    /// A mapping is changed while it is active, or while its PDO exists.
     MAPPED, "CCT 3.23, 3.24; lely-core: 0609 0030h", [ACCESS, AbortCode::NOT_MAPPABLE, GENERAL], observed [VALUE, STATE];
-    /// More is mapped than there is room for.
+    /// More is mapped than fits.
     NO_ROOM, "CCT 3.25, 3.26",
         [AbortCode::PDO_LENGTH_EXCEEDED, AbortCode::NOT_MAPPABLE, AbortCode::NO_SUCH_OBJECT, ACCESS],
         observed [VALUE, AbortCode::VALUE_TOO_HIGH, GENERAL];
-    /// What cannot be mapped at all, or not in this direction.
+    /// An object that cannot be mapped at all, or not in this direction.
     NOT_MAPPABLE, "CCT 3.28, 3.29, 3.31, 3.32; lely-core: 0601 0001h and 0601 0002h",
         [AbortCode::NOT_MAPPABLE, AbortCode::NO_SUCH_OBJECT],
         observed [VALUE, AbortCode::READ_ONLY, AbortCode::WRITE_ONLY, GENERAL];
-    /// A parameter of a PDO changes while the PDO exists.
+    /// A parameter of a PDO is changed while the PDO exists.
     WHILE_IT_EXISTS, "CiA 301, 7.5.2.37, which names no code",
         [VALUE, ACCESS, STATE, AbortCode::CANNOT_TRANSFER, GENERAL];
     TRANSMISSION_TYPE, "CiA 301, 7.5.2.37; codes of limits are those of data sheets that have some",

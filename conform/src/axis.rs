@@ -1,5 +1,5 @@
-//! A drive of CiA 402 as cases know it: what is ordered of it, and what it shows. Its orders come by the RPDO that has the
-//! control word and nothing else, as controllers send them; without one, by SDO.
+//! A drive of CiA 402 for the cases: orders and reports. Orders are sent by the RPDO that has only the control word, as
+//! controllers do, or else by SDO.
 
 use lexican_eds::model::{Direction, Value};
 use lexican_eds::types::DataType;
@@ -11,23 +11,23 @@ use crate::sdo;
 use crate::tester::{Motion, Tester};
 use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
-/// How long a change of the state may take, switching power on included.
+/// How long a change of state may take, including switching the power on.
 const REACTION: Duration = Duration::from_secs(3);
 
 /// How long a motion may take.
 const TRAVEL: Duration = Duration::from_secs(10);
 
-/// How often the drive is looked at: often at first, and less often when it takes longer.
+/// How often the drive is read: first often, later less.
 const LOOK_MS: u64 = 5;
 const LATER_MS: u64 = 50;
 
-/// For how long a state has to last, to be one that the drive stays in.
+/// How long a state has to last to count as one that the drive stays in.
 const STAYS_MS: u64 = 150;
 
-/// A drive that takes longer for a fiftieth of its travel is too slow for the test.
+/// A drive that takes longer for 1/50 of its travel is too slow for the test.
 const SLOW: Duration = Duration::from_millis(500);
 
-/// Without a change of the position for so long, the drive stands.
+/// After this time without a change of position, the drive stands.
 const QUIET: Duration = Duration::from_millis(100);
 
 pub(crate) const PROFILE_POSITION: i8 = 1;
@@ -40,18 +40,18 @@ pub(crate) const CYCLIC_VELOCITY: i8 = 9;
 /// Bits 0 to 3 of "enable operation".
 pub(crate) const ENABLE: u16 = 0x0F;
 
-/// The drive under test. It is OPERATIONAL.
+/// The drive under test, in NMT OPERATIONAL.
 pub(crate) struct Axis<'t, 'a> {
     pub(crate) t: &'t mut Tester<'a>,
-    /// The RPDO that has the control word and nothing else.
+    /// The RPDO that has only the control word.
     control: Option<CobId>,
     pub(crate) motion: Motion,
-    /// Where the drive stood when it was first to travel.
+    /// The position before the first travel.
     start: Option<i64>,
 }
 
 impl<'t, 'a> Axis<'t, 'a> {
-    /// The drive, which stays where it is when it is enabled, in whichever mode.
+    /// The drive, with targets by which it stays in place when it is enabled in any mode.
     pub(crate) fn of(t: &'t mut Tester<'a>) -> Outcome<Self> {
         t.has(&[0x6040, 0x6041])?;
         let control = control_pdo(t);
@@ -61,7 +61,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         for target in [0x6042, 0x6071, 0x60FF] {
             axis.set_if_it_can(target, 0)?;
         }
-        // A cyclic mode follows its target at once.
+        // A cyclic mode follows its target at once, so that is set to the present position.
         if axis.t.has(&[0x6064, 0x607A]).is_ok() {
             let here = axis.position()?;
             axis.set_if_it_can(0x607A, here)?;
@@ -69,8 +69,8 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(axis)
     }
 
-    /// Whether 1000h names the kind of the drive. Without a kind, a device has the number of the profile, and follows it in
-    /// part.
+    /// Checks that 1000h names the kind of drive. A device without a kind has the number of the profile, but follows
+    /// only parts of it.
     pub(crate) fn names_its_kind(&mut self) -> Outcome {
         let device_type = self.t.read(0x1000, 0)?;
         if device_type >> 16 & 0xFF == 0 {
@@ -81,7 +81,7 @@ impl<'t, 'a> Axis<'t, 'a> {
 
     // Objects.
 
-    /// The number in an object, with its sign.
+    /// The number in an object, signed if its type is.
     pub(crate) fn number(&mut self, index: u16, sub: u8) -> Outcome<i64> {
         let bytes = self.t.read_bytes(index, sub)?;
         let raw = sdo::number(&bytes);
@@ -96,13 +96,13 @@ impl<'t, 'a> Axis<'t, 'a> {
         self.t.write(index, sub, value as u32)
     }
 
-    /// Writes a value if the object exists and takes it. Returns whether it did.
+    /// Writes a value if the object exists. Returns whether the device took it.
     pub(crate) fn set_if_it_can(&mut self, index: u16, value: i64) -> Outcome<bool> {
         let writable = self.t.entry(index, 0).is_ok_and(|entry| entry.access.writable());
         Ok(writable && self.t.try_write(index, 0, value as u32)?.is_ok())
     }
 
-    /// The values of an option code that the drive takes.
+    /// The values of an option code that the drive accepts.
     pub(crate) fn options(&mut self, index: u16, codes: std::ops::RangeInclusive<i64>) -> Outcome<Vec<i64>> {
         self.t.has(&[index])?;
         let mut taken = Vec::new();
@@ -120,7 +120,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         match self.control {
             Some(id) => {
                 self.t.send(id, &word.to_le_bytes())?;
-                // No SDO overtakes it.
+                // Waits, so that no SDO overtakes it.
                 self.t.hear_ms(2).map(|_| ())
             }
             None => self.order_by_sdo(word),
@@ -131,7 +131,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         self.t.write(0x6040, 0, word.into())
     }
 
-    /// The RPDO that orders come by.
+    /// Checks that there is an RPDO for orders.
     pub(crate) fn has_control_pdo(&self) -> Outcome {
         let lacks = || not_applicable("no RPDO has the control word and nothing else, and takes effect at once");
         self.control.map(|_| ()).ok_or_else(lacks)
@@ -146,7 +146,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         State::from_status_word(word).ok_or_else(|| failed(format!("status word {word:04X}h is that of no state")))
     }
 
-    /// Looks at the drive until something holds.
+    /// Reads the drive until something holds.
     pub(crate) fn until(
         &mut self,
         within: Duration,
@@ -175,7 +175,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(reached)
     }
 
-    /// A control word leads to one of these states.
+    /// Checks that a control word leads to one of these states.
     pub(crate) fn leads_to(&mut self, word: u16, states: &[State]) -> Outcome<State> {
         let from = self.state()?;
         self.order(word)?;
@@ -185,7 +185,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         })
     }
 
-    /// The drive stays in a state.
+    /// Checks that the drive stays in a state.
     pub(crate) fn stays(&mut self, state: State, after: &str) -> Outcome {
         let end = self.t.now() + Duration::from_millis(STAYS_MS);
         while self.t.now() < end {
@@ -196,20 +196,20 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(())
     }
 
-    /// A control word leads nowhere.
+    /// Checks that a control word leads nowhere.
     pub(crate) fn ignores(&mut self, word: u16, state: State) -> Outcome {
         self.order(word)?;
         self.stays(state, &format!("control word {word:04X}h"))
     }
 
-    /// Leads the drive into a state, by the commands of the standard's figure.
+    /// Leads the drive into a state by commands of CiA 402-2.
     pub(crate) fn bring(&mut self, target: State) -> Outcome {
         loop {
             let state = self.state()?;
             if state == target {
                 return Ok(());
             }
-            // Not every drive goes on after a quick stop.
+            // Not every drive can go on after a quick stop, except to SWITCH ON DISABLED.
             let leaves = state == State::QuickStopActive;
             let next = Transitions::CIA_402.next(state, target);
             match next.map(|arrow| (arrow.to, arrow.cause)) {
@@ -226,7 +226,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         }
     }
 
-    /// QUICK STOP ACTIVE, and that it lasts; by 605Ah, if the drive has a choice.
+    /// Leads the drive to a QUICK STOP ACTIVE that lasts; chooses that by 605Ah, if the drive has it.
     pub(crate) fn bring_to_quick_stop(&mut self) -> Outcome {
         let stays = self.set_if_it_can(0x605A, 6)? || self.set_if_it_can(0x605A, 5)?;
         self.enable()?;
@@ -244,7 +244,7 @@ impl<'t, 'a> Axis<'t, 'a> {
 
     // Modes.
 
-    /// Chooses a mode that has these objects.
+    /// Chooses a mode, if the device has these objects.
     pub(crate) fn mode(&mut self, mode: i8, objects: &[u16]) -> Outcome {
         self.t.has(&[0x6060, 0x6061])?;
         self.t.has(objects)?;
@@ -264,7 +264,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         self.until(REACTION, &format!("mode {mode} in 6061h"), shows)
     }
 
-    /// The modes of 6502h, if the drive says them.
+    /// The modes in 6502h, if the drive lists any.
     pub(crate) fn modes(&mut self) -> Outcome<Option<u64>> {
         if self.t.has(&[0x6502]).is_err() {
             return Ok(None);
@@ -272,7 +272,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(Some(self.t.read(0x6502, 0)?).filter(|modes| *modes != 0))
     }
 
-    /// OPERATION ENABLED in a mode in which nothing has been ordered, where it can be chosen.
+    /// Leads the drive to OPERATION ENABLED, in a mode that starts nothing by itself, if it has one.
     pub(crate) fn enable(&mut self) -> Outcome {
         for mode in [PROFILE_POSITION, PROFILE_VELOCITY] {
             match self.mode(mode, &[]) {
@@ -293,12 +293,12 @@ impl<'t, 'a> Axis<'t, 'a> {
         self.number(0x6064, 0)
     }
 
-    /// By so much the position of a drive that stands may change.
+    /// How much the position of a standing drive may vary.
     pub(crate) fn noise(&self) -> i64 {
         (self.motion.travel / 50).max(1)
     }
 
-    /// By so much a drive that has arrived may be away from its target.
+    /// How far from its target the drive may be when it has arrived.
     pub(crate) fn window(&mut self) -> Outcome<i64> {
         let window = if self.t.has(&[0x6067]).is_ok() { self.number(0x6067, 0)? } else { 0 };
         // FFFF FFFFh switches the window off.
@@ -312,7 +312,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         ensure(right, || format!("{what}: the position is {position}, {target} was expected, give or take {window}"))
     }
 
-    /// Waits until the position does not change any more. Returns since when.
+    /// Waits until the position does not change any more, and returns since when.
     pub(crate) fn comes_to_rest(&mut self) -> Outcome<Instant> {
         let (mut at, mut since) = (self.position()?, self.t.now());
         let noise = self.noise();
@@ -333,7 +333,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         ensure((after - before).abs() <= noise, || format!("the drive moves {when}: from {before} to {after}"))
     }
 
-    /// Waits until the drive has moved in a direction by `by`.
+    /// Waits until the drive has moved by `by` in a direction.
     pub(crate) fn moves(&mut self, direction: i64, by: i64) -> Outcome {
         let (before, by) = (self.position()?, by.max(self.noise() + 1));
         let way = if direction < 0 { "a move in negative direction" } else { "a move in positive direction" };
@@ -342,7 +342,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         if self.t.now().since(begun) > SLOW { Err(self.is_too_slow()) } else { Ok(()) }
     }
 
-    /// What is measured of such a motion means nothing.
+    /// Measurements of such a slow motion mean nothing.
     pub(crate) fn is_too_slow(&self) -> Verdict {
         let Motion { travel, velocity } = self.motion;
         not_applicable(format!(
@@ -350,14 +350,14 @@ impl<'t, 'a> Axis<'t, 'a> {
         ))
     }
 
-    /// Whether the position changes in a direction, if only a little.
+    /// Whether the position changes in a direction, even if slowly.
     pub(crate) fn creeps(&mut self, direction: i64) -> Outcome<bool> {
         let before = self.position()?;
         self.t.hear(SLOW.times(4))?;
         Ok((self.position()? - before) * direction > 0)
     }
 
-    /// Profile position mode, enabled, with the velocity of the test.
+    /// Enters profile position mode, enabled, with the velocity of the test.
     pub(crate) fn positions(&mut self) -> Outcome {
         self.mode(PROFILE_POSITION, &[0x6064, 0x607A])?;
         self.set_if_it_can(0x6081, self.motion.velocity)?;
@@ -368,7 +368,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(())
     }
 
-    /// Runs `check` in profile position mode, and moves back to where the drive stood.
+    /// Runs `check` in profile position mode, and moves back to the start.
     pub(crate) fn positioning(t: &'t mut Tester<'a>, check: impl FnOnce(&mut Self, i64) -> Outcome) -> Outcome {
         let mut axis = Axis::of(t)?;
         axis.positions()?;
@@ -379,14 +379,15 @@ impl<'t, 'a> Axis<'t, 'a> {
         axis.goes_to(start)
     }
 
-    /// A set-point by its handshake: bit 4 rises, bit 12 follows; bit 4 falls, bit 12 follows. `bits` are those of the mode.
+    /// Gives a set-point by its handshake: bit 4 is set, bit 12 follows; bit 4 is cleared, bit 12 follows. `bits` are
+    /// further bits of the control word.
     pub(crate) fn set_point(&mut self, target: i64, bits: u16) -> Outcome {
         self.begin_set_point(target, bits)?;
         self.order(ENABLE | bits)?;
         self.until(REACTION, "the end of the set-point acknowledge", |axis| Ok(!axis.acknowledges()?))
     }
 
-    /// The first half of the handshake.
+    /// Does the first half of the handshake.
     pub(crate) fn begin_set_point(&mut self, target: i64, bits: u16) -> Outcome {
         self.set(0x607A, 0, target)?;
         self.order(ENABLE | bits)?;
@@ -402,12 +403,12 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(self.status()? & bits == bits)
     }
 
-    /// Waits for bit 10.
+    /// Waits for bit 10, target reached.
     pub(crate) fn arrives(&mut self, target: i64) -> Outcome {
         self.travels_to(target).map(|_| ())
     }
 
-    /// Waits for bit 10. Returns how far the drive was beyond its target at most. One that runs on is not waited for.
+    /// Waits for bit 10, and returns the largest distance beyond the target. Ends early if the drive runs on.
     pub(crate) fn travels_to(&mut self, target: i64) -> Outcome<i64> {
         let way = target - self.position()?;
         let too_far = self.motion.travel.max(way.abs()) + self.window()?;
@@ -421,7 +422,7 @@ impl<'t, 'a> Axis<'t, 'a> {
             format!("the drive runs on: the position is {}, the target {target}", target - left)
         })?;
         match arrived {
-            // Before its target, and on its way to it.
+            // The drive is still on its way to the target.
             Err(Verdict::Failed(_)) if left * way > 0 && self.creeps(way)? => Err(self.is_too_slow()),
             other => other.map(|()| beyond),
         }
@@ -434,7 +435,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         self.is_near(target, "after a travel")
     }
 
-    /// Begins to move, away from and back to where the case began. Returns the target, and whether there is one.
+    /// Starts a motion, away from or back to where the case began. Returns the target, if there is one.
     pub(crate) fn sets_off(&mut self) -> Outcome<Option<i64>> {
         match self.positions_from_here() {
             Err(Verdict::NotApplicable(_)) => {}
@@ -458,7 +459,8 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(target)
     }
 
-    /// Stops the drive while it moves: it comes to rest short of its target. Returns how long that took.
+    /// Stops the drive while it moves, and checks that it comes to rest short of its target. Returns how long that
+    /// took.
     pub(crate) fn stops(&mut self, stop: impl FnOnce(&mut Self) -> Outcome) -> Outcome<Duration> {
         let target = self.sets_off()?;
         let begun = self.t.now();
@@ -474,7 +476,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(since.since(begun))
     }
 
-    /// The ramp that a stop is to have: 6084h, without one 6083h; or 6085h.
+    /// Checks which ramp a stop has: 6084h, or 6083h without it; or 6085h.
     pub(crate) fn brakes_with(&mut self, ramp: Ramp, mut stop: impl FnMut(&mut Self) -> Outcome) -> Outcome {
         let slow_down = if self.t.has(&[0x6084]).is_ok() { 0x6084 } else { 0x6083 };
         let (own, other) = match ramp {
@@ -482,7 +484,7 @@ impl<'t, 'a> Axis<'t, 'a> {
             Ramp::QuickStop => (0x6085, slow_down),
         };
         let mut took = [Duration::ZERO; 2];
-        // Half a second and a twentieth of one, if velocities and accelerations have one unit.
+        // They take half a second and a twentieth of one, if velocities and accelerations have the same unit.
         let [gentle, hard] = self.two_ramps(own, 2)?;
         let others = self.two_ramps(other, 2).unwrap_or([hard, gentle]);
         for (took, (own_ramp, other_ramp)) in took.iter_mut().zip([(gentle, others[1]), (hard, others[0])]) {
@@ -498,8 +500,8 @@ impl<'t, 'a> Axis<'t, 'a> {
         })
     }
 
-    /// A small value of a ramp, which brings the drive to rest within a second divided by `steepness`, and a large one: as
-    /// far as the limits of the data sheet go.
+    /// Two values of a ramp, as far as the limits of the data sheet allow: a small one, which brings the drive to rest
+    /// within a second divided by `steepness`, and a large one.
     pub(crate) fn two_ramps(&self, index: u16, steepness: i64) -> Outcome<[i64; 2]> {
         let entry = self.t.entry(index, 0)?;
         let limit = |value: &Option<Value>, otherwise| {
@@ -513,14 +515,13 @@ impl<'t, 'a> Axis<'t, 'a> {
     }
 }
 
-/// A ramp by which a drive stops.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ramp {
     SlowDown,
     QuickStop,
 }
 
-/// The RPDO of the data sheet that has the control word and nothing else, and takes effect at once.
+/// The RPDO of the data sheet that has only the control word, and takes effect at once.
 fn control_pdo(t: &Tester<'_>) -> Option<CobId> {
     let is_it = |pdo: &&lexican_eds::model::Pdo| {
         let mapped: Vec<_> = pdo.mapping.iter().map(|mapped| (mapped.index, mapped.sub)).collect();
@@ -536,7 +537,7 @@ fn control_pdo(t: &Tester<'_>) -> Option<CobId> {
 
 /// Disables a drive, and waits until it stands.
 pub(crate) fn make_safe(t: &mut Tester<'_>) -> Result<(), String> {
-    // Without an answer at first: it may be booting.
+    // Repeated, since the drive may be booting and not answer yet.
     let mut last = String::new();
     for _ in 0..5 {
         match disables(t) {
@@ -556,7 +557,7 @@ fn disables(t: &mut Tester<'_>) -> Outcome {
     let mut axis = Axis { t, control, motion, start: None };
     axis.order(0)?;
     if control.is_some() && axis.t.entry(0x6040, 0).is_ok_and(|entry| entry.access.writable()) {
-        // Whether it is taken, the state says.
+        // The state shows whether it was taken.
         let _ = axis.t.try_write(0x6040, 0, 0)?;
     }
     axis.until(REACTION, "a state without torque", |axis| {

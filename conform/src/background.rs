@@ -1,4 +1,4 @@
-//! A test in a thread of its own, for programs that ask for one case after the other.
+//! A test in its own thread, for programs that wait for one case after another.
 
 use std::io;
 use std::sync::Arc;
@@ -13,25 +13,25 @@ use crate::sheet::Sheet;
 use crate::suite::{CaseReport, Observer, Report, run};
 use crate::tester::Settings;
 
-/// A test that has begun. Each case waits until the end of the one before was taken.
+/// A running test. Each case waits until the end of the previous one has been taken.
 #[derive(Debug)]
 pub struct Running {
     ends: Receiver<End>,
     cancelled: Arc<AtomicBool>,
 }
 
-/// What has ended.
+/// The end of a case or of the test.
 #[derive(Debug)]
 pub enum End {
     /// A case.
     Case(Box<CaseReport>),
-    /// The test: nothing comes after it.
+    /// The whole test: nothing comes after it.
     Test(Box<Report>),
 }
 
 impl Running {
-    /// Begins with cases in this order, as [`run`] does. What is `beside` the link, such as devices that it simulates, lasts as long as the
-    /// test.
+    /// Starts the cases in this order, as [`run`] does. `beside` is kept as long as the test, such as simulated devices
+    /// on the link.
     pub fn begin<L: Link + Send + 'static>(
         mut link: L,
         beside: impl Send + 'static,
@@ -44,7 +44,7 @@ impl Running {
         let is_cancelled = Arc::clone(&cancelled);
         let test = move || {
             let report = run(&mut link, &sheet, &settings, &cases, &is_cancelled, &mut Passing(&sender));
-            // Nobody may wait for it.
+            // The receiver may be gone.
             let _ = sender.send(End::Test(Box::new(report)));
             drop(beside);
         };
@@ -52,25 +52,25 @@ impl Running {
         Ok(Running { ends, cancelled })
     }
 
-    /// Waits for what ends next. Errors: nothing has within this time; or nothing does any more.
+    /// Waits for the next end. Errors: nothing has ended within this time, or the test is over.
     pub fn next(&self, within: Duration) -> Result<End, RecvTimeoutError> {
         self.ends.recv_timeout(within)
     }
 
-    /// Ends it, when all is put back; [`next`](Running::next) still has what ends until then.
+    /// Ends the test once everything is put back; [`next`](Running::next) still returns the ends until then.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 }
 
-/// Passes on how cases have ended.
+/// Sends the ends of cases.
 struct Passing<'a>(&'a SyncSender<End>);
 
 impl Observer for Passing<'_> {
     fn begins(&mut self, _: usize, _: usize, _: &Case) {}
 
     fn ended(&mut self, report: &CaseReport) {
-        // Nobody may wait for it.
+        // The receiver may be gone.
         let _ = self.0.send(End::Case(Box::new(report.clone())));
     }
 }

@@ -1,4 +1,4 @@
-//! Cases.
+//! What a case is.
 
 use lexican_runtime::wire::nmt::NmtCommand;
 
@@ -6,7 +6,7 @@ use crate::hazard::Hazard;
 use crate::tester::Tester;
 use crate::verdict::{Ended, Level, Outcome, Verdict, not_applicable};
 
-/// What a case is about.
+/// What a case needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
     /// The data sheet alone: nothing is sent.
@@ -24,13 +24,13 @@ pub struct Case {
     pub id: &'static str,
     /// The number in CiA's test plan (CCT 3.0.3.10), such as `2.17`; empty for a case that the plan does not have.
     pub plan: &'static str,
-    /// What has to hold.
+    /// What has to hold, in a few words.
     pub title: &'static str,
-    /// What the clause asks for, in one sentence of ours.
+    /// The requirement of the clause, in one sentence of ours.
     pub requirement: &'static str,
     /// Whether it has to hold, or only should.
     pub level: Level,
-    /// What the case does in any case that needs to be allowed.
+    /// The hazards that have to be allowed for the case.
     pub needs: &'static [Hazard],
     pub(crate) scope: Scope,
     pub(crate) run: fn(&mut Tester<'_>) -> Outcome,
@@ -45,13 +45,14 @@ pub(crate) const fn case(
     Case { id, plan, title, requirement: "", level: Level::Must, needs: &[], scope: Scope::Device, run }
 }
 
-/// A case of a drive, which moves.
+/// A case of a drive, which may move.
 pub(crate) const fn drive(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
     case(id, "", title, run).needs(&[Hazard::Motion])
 }
 
 impl Case {
-    /// A case that something else than the tester judges, for a report like the tester's. It is kept until the program ends.
+    /// A case that something other than the tester judges, to be reported in the same way. It is kept until the program
+    /// ends.
     #[must_use]
     pub fn judged_elsewhere(id: String, title: String, requirement: &'static str, level: Level) -> &'static Self {
         let case = case(id.leak(), "", title.leak(), |_| Ok(()));
@@ -74,15 +75,15 @@ impl Case {
         Case { needs, ..self }
     }
 
-    /// The device profile that the case is about, such as 402, by the standard that its id begins with. A case of a profile
-    /// does not apply to devices of another; the other cases are for every device.
+    /// The device profile of the case, such as 402, from the standard in its id. A case of a profile does not apply to
+    /// devices of another one; cases without a profile are for every device.
     #[must_use]
     pub fn profile(&self) -> Option<u16> {
         let standard = self.id.split('/').next()?.parse().ok();
         standard.filter(|standard| (400..500).contains(standard))
     }
 
-    /// The standard and the clause, or the object, that the case is about: `CiA 301, 7.2.4.3.7`; empty for a case of no standard.
+    /// The standard and the clause or object of the case: `CiA 301, 7.2.4.3.7`; empty for a case without a standard.
     #[must_use]
     pub fn clause(&self) -> String {
         let clause = self.id.rsplit_once('/').map_or(self.id, |(clause, _)| clause);
@@ -98,8 +99,8 @@ impl Case {
         clause.match_indices('.').nth(2).map_or(clause, |(end, _)| &clause[..end])
     }
 
-    /// Whether the case is meant by a name: its id or its number in the plan, a chapter or another beginning of either that
-    /// ends before a dot or a slash.
+    /// Whether a name means the case: its id, its number in the plan, or a beginning of either that ends before a dot
+    /// or a slash.
     #[must_use]
     pub fn is_meant_by(&self, name: &str) -> bool {
         let begins =
@@ -109,7 +110,7 @@ impl Case {
 }
 
 impl Tester<'_> {
-    /// Runs one case on a device that has its defaults.
+    /// Runs one case on a device with default values.
     pub fn run(&mut self, case: &Case) -> Outcome {
         self.begin();
         let profile = self.sheet.device.profile;

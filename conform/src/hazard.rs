@@ -1,25 +1,25 @@
-//! What a test does only if it is allowed to: what may move a machine, or outlast the test.
+//! What a test does only if it is allowed, since it may move a machine, or outlast the test.
 
 use lexican_eds::model::{AccessType, Device};
 
 /// Something that a test may do to a device only if it is allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Hazard {
-    /// Orders of a drive: control word, operating mode, targets (CiA 402).
+    /// Gives a drive orders: control word, operating mode, targets (CiA 402).
     Motion,
-    /// Process outputs: what an RPDO may be mapped to, in 6000h to 9FFFh.
+    /// Sets process outputs: objects in 6000h to 9FFFh that an RPDO may map.
     Outputs,
-    /// Objects of the manufacturer that can be written, 2000h to 5FFFh: what they do, only the manual says.
+    /// Writes manufacturer objects, 2000h to 5FFFh, whose effect is described only in the manual.
     Manufacturer,
-    /// Parameters are stored (1010h).
+    /// Stores parameters (1010h).
     Store,
-    /// Parameters are restored (1011h).
+    /// Restores parameters (1011h).
     Restore,
-    /// The node-ID or the bit rate changes.
+    /// Changes the node-ID or the bit rate.
     NodeId,
 }
 
-/// What CiA 402-2 has orders in, relative to the first object of an axis.
+/// The objects of CiA 402-2 with orders, as in the first axis.
 const ORDERS: [u16; 10] = [0x6040, 0x6042, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60C1, 0x60FF];
 
 impl Hazard {
@@ -40,7 +40,7 @@ impl Hazard {
         }
     }
 
-    /// What is done, in words.
+    /// What the test would do, in words.
     #[must_use]
     pub const fn what(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl Hazard {
         }
     }
 
-    /// What writing an object does that has to be allowed.
+    /// The hazard of writing an object, if there is one.
     #[must_use]
     pub fn of_write(device: &Device, index: u16) -> Option<Hazard> {
         // Objects of the profile repeat every 800h, for up to eight axes or units.
@@ -72,7 +72,7 @@ impl Hazard {
     }
 }
 
-/// Whether the name of an object says that it is the node-ID or the bit rate.
+/// Whether an object is the node-ID or the bit rate, judged by its name.
 fn is_about_identity(device: &Device, index: u16) -> bool {
     let name = device.object(index).map(|object| object.name.to_ascii_lowercase()).unwrap_or_default();
     ["node id", "node-id", "nodeid", "node address", "baud", "bit rate", "bitrate"]

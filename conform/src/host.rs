@@ -1,4 +1,4 @@
-//! How late this computer is with all that it runs: the tester, and a device that runs on it as well.
+//! How late this computer runs its threads: the tester's, and those of a device that is simulated on it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use lexican_runtime::Duration;
 
-/// How often this computer is asked to wake somebody.
+/// How often the thread that measures asks to be woken.
 const NAP: std::time::Duration = std::time::Duration::from_millis(1);
 
-/// By how much this computer wakes others too late, at most. A device that runs on it is as late, and not by its own fault.
+/// How late this computer has woken its threads, at most. A device simulated on it is as late, which is not its fault.
 #[derive(Clone, Debug, Default)]
 pub struct HostLateness(Arc<AtomicU64>);
 
 impl HostLateness {
-    /// Watches this computer, as long as a clone of it is left.
+    /// Measures this computer as long as a clone exists.
     ///
-    /// A thread that wants to be woken each millisecond: on a quiet computer it is late by less than that, which excuses no
+    /// A thread asks to be woken each millisecond. On a quiet computer it is late by less than that, which excuses no
     /// device.
     #[expect(clippy::disallowed_methods, reason = "how late a thread wakes is what is measured")]
     #[must_use]
@@ -35,12 +35,12 @@ impl HostLateness {
         lateness
     }
 
-    /// Somebody was woken too late by so much.
+    /// Notes that a thread was woken late by this time.
     pub fn saw(&self, late: Duration) {
         self.0.fetch_max(late.as_micros(), Ordering::Relaxed);
     }
 
-    /// The most since it was forgotten.
+    /// The largest delay since [`HostLateness::forget`].
     pub(crate) fn most(&self) -> Duration {
         Duration::from_micros(self.0.load(Ordering::Relaxed))
     }

@@ -1,17 +1,17 @@
-//! In what a device is known to deviate.
+//! Known deviations of a device.
 
-/// A case that a device is known to fail: what is seen then, and why it may.
+/// A case that a device is known to fail: with which reason, and why it may.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Known {
-    /// The [reason](crate::Verdict::reason) of the failure, in which `*` stands for any text. A case that fails with another
-    /// reason has failed.
+    /// The [reason](crate::Verdict::reason) of the failure; `*` stands for any text. A case that fails for another
+    /// reason counts as failed.
     pub seen: String,
-    /// Why the device may deviate: where its manual says so.
+    /// Why the device may deviate, such as a place in its manual.
     pub why: String,
 }
 
 impl Known {
-    /// Whether a failure is the one that is known.
+    /// Whether a reason is the known one.
     #[must_use]
     pub fn is_seen_in(&self, reason: &str) -> bool {
         let mut parts = self.seen.split('*');

@@ -1,9 +1,9 @@
-//! An open conformance test of CANopen devices: the cases of CiA's test plan (CCT 3.0.3.10) and more, against anybody's device,
-//! by frames alone.
+//! An open conformance test for any CANopen device, by frames alone: the cases of CiA's test plan (CCT 3.0.3.10) and
+//! more.
 //!
-//! A [`Case`] judges frames: it reaches the device through a [`Tester`], which sends, hears and waits, and knows the data
-//! [`Sheet`]. What a data sheet lacks makes a case not applicable. What may move a machine or outlast the test is a
-//! [`Hazard`], and done only if it is [allowed](Settings::allow).
+//! A [`Case`] judges frames: it reaches the device through a [`Tester`], which sends, receives and waits, and knows the
+//! data [`Sheet`]. A case about something that the data sheet lacks does not apply. Anything that may move a machine or
+//! outlast the test is a [`Hazard`], and is done only if it is [allowed](Settings::allow).
 
 mod answers;
 mod axis;
@@ -36,7 +36,7 @@ pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Stimuli, Tester
 pub use trace::{Asked, ChapterReport, Row, Step, StepReport, Trace, TraceReport, ask, run_trace};
 pub use verdict::{Ended, Level, Outcome, Verdict};
 
-/// The README, so that what it shows compiles.
+/// The README, so that its examples are compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! SDO as the tester speaks it, byte by byte: some cases break the protocol on purpose.
+//! SDO in the tester, byte by byte, since some cases break the protocol on purpose.
 
 use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::DataType;
@@ -9,10 +9,10 @@ use crate::answers::Accepted;
 use crate::tester::{Tester, Write};
 use crate::verdict::{Outcome, Verdict, ensure, failed, not_applicable};
 
-/// What the server says to a whole transfer.
+/// The answer of the server to a whole transfer.
 pub(crate) type Answer<T = ()> = Result<T, AbortCode>;
 
-/// In the first byte of a block transfer: the sender of it has a checksum.
+/// A bit in the first byte of a block transfer: its sender supports a checksum.
 const CRC: u8 = 1 << 2;
 
 /// The eight bytes of a request or an answer.
@@ -34,7 +34,7 @@ impl Tester<'_> {
         (CobId::of_node(0x600, self.node), CobId::of_node(0x580, self.node))
     }
 
-    /// Sends a request that is answered by one message.
+    /// Sends a request, and returns its answer.
     pub(crate) fn request(&mut self, request: Message) -> Outcome<Message> {
         self.send_request(request)?;
         let answer = self.answer()?;
@@ -44,8 +44,8 @@ impl Tester<'_> {
         Ok(answer)
     }
 
-    /// Blocks are optional (CiA 301, 7.2.4.1): where one was refused as unknown, the case does not apply if that of another
-    /// entry is too, be it with a checksum or without.
+    /// Block transfers are optional (CiA 301, 7.2.4.1): if one was refused as unknown, and that of another entry is as
+    /// well, with or without checksum, the case does not apply.
     fn has_blocks(&mut self, refused: Message) -> Outcome {
         let is_download = begins_download(refused[0]);
         let is_other = |entry: &Entry| initiate(refused[0], (entry.index, entry.sub), &[])[1..4] != refused[1..4];
@@ -64,12 +64,11 @@ impl Tester<'_> {
         self.abort(at)
     }
 
-    /// Ends a transfer.
     pub(crate) fn abort(&mut self, at: (u16, u8)) -> Outcome {
         self.send_request(initiate(0x80, at, &AbortCode::GENERAL.0.to_le_bytes()))
     }
 
-    /// Sends a request without looking for an answer.
+    /// Sends a request without waiting for the answer.
     pub(crate) fn send_request(&mut self, request: Message) -> Outcome {
         if begins_download(request[0]) {
             self.writes(u16::from_le_bytes([request[1], request[2]]), request[3])?;
@@ -88,21 +87,21 @@ impl Tester<'_> {
         frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO")))
     }
 
-    /// An answer that is an abort, or names the entry that was asked for.
+    /// Returns the answer, which has to be an abort, or name the requested entry.
     fn initiated(&mut self, request: Message) -> Outcome<Answer<Message>> {
         let answer = self.request(request)?;
         ensure(answer[1..4] == request[1..4], || format!("{answer:02X?} answers {request:02X?}"))?;
         Ok(abort_of(&answer).map_or(Ok(answer), Err))
     }
 
-    /// Reads an entry, in one message or in segments, as the server likes.
+    /// Reads an entry, in one message or in segments, as the server chooses.
     pub(crate) fn upload(&mut self, index: u16, sub: u8) -> Outcome<Answer<Vec<u8>>> {
         let answer = match self.initiated(initiate(0x40, (index, sub), &[]))? {
             Ok(answer) => answer,
             Err(code) => return Ok(Err(code)),
         };
         match answer[0] {
-            // Without a size: the data sheet has it.
+            // The answer has no size, so that of the data sheet is taken.
             0x42 => {
                 let size = self.entry(index, sub).ok().and_then(|entry| self.size(&entry)).unwrap_or(4).min(4);
                 return Ok(Ok(answer[4..4 + size].to_vec()));
@@ -114,7 +113,7 @@ impl Tester<'_> {
         self.upload_segments(&answer)
     }
 
-    /// Reads the segments of an upload that has begun with this answer.
+    /// Reads the segments of an upload that this answer has begun.
     pub(crate) fn upload_segments(&mut self, begun: &Message) -> Outcome<Answer<Vec<u8>>> {
         let mut bytes = Vec::new();
         for toggle in [0, 0x10].into_iter().cycle() {
@@ -135,7 +134,7 @@ impl Tester<'_> {
         Ok(Ok(bytes))
     }
 
-    /// Writes an entry: in one message if it fits.
+    /// Writes an entry, in one message if it fits.
     pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Outcome<Answer> {
         if data.is_empty() || data.len() > 4 {
             return self.download_segments((index, sub), data);
@@ -168,7 +167,7 @@ impl Tester<'_> {
         self.download_block_without(at, data, with_crc, 0)
     }
 
-    /// Writes bytes as one block, of which the first `lost` segments come only when the server asks for them.
+    /// Writes bytes as one block; the first `lost` segments are sent only when the server asks for them.
     pub(crate) fn download_block_without(
         &mut self,
         at: (u16, u8),
@@ -178,7 +177,7 @@ impl Tester<'_> {
     ) -> Outcome {
         let size = (data.len() as u32).to_le_bytes();
         let answer = self.initiated(initiate(0xC2 | u8::from(with_crc) << 2, at, &size))?.map_err(refused)?;
-        // Whether the server could make a checksum, it says in any case.
+        // The server states whether it supports a checksum, whatever the client does.
         expect(&answer, 0xA0 | if with_crc { CRC } else { answer[0] & CRC })?;
         let segments = data.chunks(7).count();
         let room = usize::from(answer[4]);
@@ -198,19 +197,19 @@ impl Tester<'_> {
         expect(&answer, 0xA1)
     }
 
-    /// Sends the segments of a block from one on.
+    /// Sends the segments of a block, from number `first` on.
     fn send_segments(&mut self, data: &[u8], first: usize) -> Outcome {
         let last = data.chunks(7).count() - 1;
         for (number, chunk) in data.chunks(7).enumerate().skip(first) {
             let end = u8::from(number == last) << 7;
-            // No request by the number of a segment: nothing begins by it.
+            // Not by `send_request`, since the number of a segment is not a command.
             self.send(self.sdo_ids().0, &message(&[end | (number + 1) as u8], chunk))?;
         }
         Ok(())
     }
 
-    /// The confirmation of a block that begins with another segment than the first. A server may wait for that one until its
-    /// own time is over, for which CiA 301 has no value.
+    /// The confirmation of a block that does not begin with its first segment. A server may wait for that segment until
+    /// its own time-out, for which CiA 301 has no value.
     pub(crate) fn answer_of_block(&mut self) -> Outcome<Message> {
         match self.next(self.sdo_ids().1, self.settings.answer + self.settings.answer)? {
             Some(frame) => frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO"))),
@@ -249,14 +248,14 @@ impl Tester<'_> {
         Ok(bytes)
     }
 
-    // What cases mostly want.
+    // Frequent operations.
 
-    /// The bytes of an entry that can be read.
+    /// The bytes of an entry; an abort fails the case.
     pub(crate) fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
         self.upload(index, sub)?.map_err(|code| failed(format!("reading {index:04X}:{sub:02X}: {code}")))
     }
 
-    /// The number in an entry that can be read.
+    /// The number in an entry; an abort fails the case.
     pub(crate) fn read(&mut self, index: u16, sub: u8) -> Outcome<u64> {
         Ok(number(&self.read_bytes(index, sub)?))
     }
@@ -270,12 +269,12 @@ impl Tester<'_> {
         })
     }
 
-    /// The value is the default of the data sheet, if it has one.
+    /// Checks that the value is the default of the data sheet, if it has one.
     pub(crate) fn is_default(&mut self, entry: &Entry) -> Outcome {
         let (index, sub) = (entry.index, entry.sub);
         let bytes = self.read_bytes(index, sub)?;
         let default = self.power_on_value(entry).unwrap_or(bytes.clone());
-        // A device may have strings of a fixed length.
+        // A device may pad strings to a fixed length.
         let fills = entry.data_type == DataType::OctetString
             && bytes.strip_prefix(&default[..]).is_some_and(|rest| rest.iter().all(|&byte| byte == 0));
         ensure(fills || bytes == default, || {
@@ -284,20 +283,20 @@ impl Tester<'_> {
         })
     }
 
-    /// How many bytes a number is written with: its own, or four where the device takes nothing else.
+    /// The size with which a number is written: its own, or four bytes if the device takes nothing else.
     fn written_size(&self, index: u16, sub: u8) -> Outcome<usize> {
         let entry = self.entry(index, sub)?;
         let own = self.size(&entry).unwrap_or(4).min(4);
         Ok(if self.sheet.device.sdo_writes_four_bytes { 4 } else { own })
     }
 
-    /// Writes a number with the size that the data sheet gives it.
+    /// Writes a number in the size of the data sheet.
     pub(crate) fn try_write(&mut self, index: u16, sub: u8, value: u32) -> Outcome<Answer> {
         let size = self.written_size(index, sub)?;
         self.download(index, sub, &value.to_le_bytes()[..size])
     }
 
-    /// Writes what was read before.
+    /// Writes a value that was read before.
     pub(crate) fn write_back(&mut self, entry: &Entry, bytes: &[u8]) -> Outcome<Answer> {
         let mut padded = bytes.to_vec();
         if self.sheet.device.sdo_writes_four_bytes && bytes.len() < 4 {
@@ -306,7 +305,7 @@ impl Tester<'_> {
         self.download(entry.index, entry.sub, &padded)
     }
 
-    /// Writes a number that the data sheet allows; the case does not apply to a device that has no such number.
+    /// Writes a number within the limits of the data sheet; if it is outside, the case does not apply.
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
         let shown = self.shown((index, sub), &value.to_le_bytes()[..self.written_size(index, sub)?]);
         if !self.has_value(index, sub, value) {
@@ -318,7 +317,7 @@ impl Tester<'_> {
 
     /// Whether a number is within the limits of the data sheet.
     pub(crate) fn has_value(&self, index: u16, sub: u8, value: u32) -> bool {
-        // A signature is a command: limits are those of what is read.
+        // A signature is a command; the limits apply to the value that is read.
         if matches!(index, 0x1010 | 0x1011) {
             return true;
         }
@@ -332,14 +331,14 @@ impl Tester<'_> {
         self.write(write.index, write.sub, write.value)
     }
 
-    /// Writes without waiting for the answer, where something else is to be heard first.
+    /// Writes without waiting for the answer, for cases that first wait for something else.
     pub(crate) fn send_write(&mut self, write: Write) -> Outcome {
         let size = self.written_size(write.index, write.sub)?;
         let command = 0x23 | (4 - size as u8) << 2;
         self.send_request(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
     }
 
-    /// A write that is to be refused, and changes nothing.
+    /// Checks that a write is refused, and changes nothing.
     pub(crate) fn refuses(&mut self, index: u16, sub: u8, value: u32, accepted: &Accepted) -> Outcome {
         let size = self.written_size(index, sub)?;
         self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], accepted)
@@ -360,7 +359,7 @@ impl Tester<'_> {
         self.is_refused(answer.map(|_| ()), accepted, &format!("reading {index:04X}:{sub:02X}"))
     }
 
-    /// A message that breaks the protocol is aborted, and the server is ready again.
+    /// Checks that a message that breaks the protocol is aborted, and that the server is ready afterwards.
     pub(crate) fn aborts(&mut self, request: Message, accepted: &Accepted) -> Outcome {
         let answer = self.request(request)?;
         let got = abort_of(&answer).map_or(Ok(()), Err);
@@ -368,7 +367,7 @@ impl Tester<'_> {
         self.read(0x1000, 0).map(|_| ())
     }
 
-    /// Whether something was refused by a code that is accepted; one that is only observed stands in the report.
+    /// Checks that something was refused with an accepted code; one that is only observed is noted in the report.
     pub(crate) fn is_refused(&mut self, answer: Answer, accepted: &Accepted, what: &str) -> Outcome {
         self.expect_one_of(accepted.to_string());
         match answer {
@@ -387,17 +386,16 @@ impl Tester<'_> {
     }
 }
 
-/// The number that SDO carries.
+/// The little-endian number of an SDO's data.
 pub(crate) fn number(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
 
-/// Whether a command begins to write an object: at once, in segments or in blocks.
+/// Whether a command begins a download: expedited, in segments or in blocks.
 const fn begins_download(command: u8) -> bool {
     command >> 5 == 1 || command >> 5 == 6 && command & 1 == 0
 }
 
-/// Whether a command begins a transfer in blocks.
 const fn begins_block(command: u8) -> bool {
     command >> 5 == 6 && command & 1 == 0 || command >> 5 == 5 && command & 3 == 0
 }

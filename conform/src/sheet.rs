@@ -1,4 +1,4 @@
-//! The data sheet that a device is tested by.
+//! The data sheet of the device under test.
 
 use std::cmp::Reverse;
 use std::fmt::{self, Display};
@@ -7,28 +7,29 @@ use lexican_eds::model::Device;
 use lexican_eds::{Input, Severity, Source, load};
 use sha2::{Digest, Sha256};
 
-/// So many findings are named; `lexican eds lint` has all of them.
+/// How many findings are named; `lexican eds lint` shows all.
 const NAMED: usize = 10;
 
 /// The data sheet of the device, and what the linter finds in it.
 #[derive(Debug)]
 pub struct Sheet {
-    /// What the data sheet says.
+    /// The content of the data sheet.
     pub device: Device,
     /// Errors and warnings of the linter, with their places.
     pub findings: Findings,
-    /// Nothing correct can be made of the data sheet, so that a test by it would mean nothing.
+    /// Whether the data sheet is so wrong that a test would mean nothing.
     pub is_unfit: bool,
-    /// The file and its overlays: the name of each, and the SHA-256 of its bytes as `sha256sum` prints it.
+    /// The file and its overlays: the name and the SHA-256 of each, as `sha256sum` prints it.
     pub checksums: Vec<(String, String)>,
 }
 
-/// What the linter finds in a data sheet, a line each, errors first. As text they are the first ten, and how to see the others.
+/// The findings of the linter, a line each, errors first. `Display` shows the first ten, and the command that shows
+/// all.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// All of them.
+    /// All findings.
     pub lines: Vec<String>,
-    /// What `lexican eds lint` needs to find them.
+    /// The arguments for `lexican eds lint`.
     files: String,
 }
 
@@ -37,7 +38,7 @@ impl Sheet {
     #[must_use]
     pub fn of(input: &Input) -> Self {
         let (mut device, diagnostics) = load(input);
-        // Some drives say what they are in 1000h, and their data sheets do not.
+        // Some data sheets of drives have no device type; the device has it in 1000h.
         let is_drive = [0x6040, 0x6041, 0x6060].iter().all(|index| device.object(*index).is_some());
         if device.profile.is_none() && is_drive {
             device.profile = Some(402);
@@ -62,7 +63,7 @@ fn checksum(source: &Source) -> String {
 }
 
 impl Findings {
-    /// The command that shows all of them with what to do about each.
+    /// The command that shows all findings with their remedies.
     #[must_use]
     pub fn command(&self) -> String {
         format!("lexican eds lint {}", self.files)

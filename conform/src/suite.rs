@@ -1,4 +1,4 @@
-//! A whole test: which cases, in which order, and what is left of them in the device.
+//! A whole test: the order of its cases, and putting back what they change.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +19,7 @@ use crate::sheet::Sheet;
 use crate::tester::{Record, Settings, Tester, uncancelled};
 use crate::verdict::{Ended, Level, Outcome, Verdict};
 
-/// What a device says that it is.
+/// The entries by which a device identifies itself.
 const IDENTITY: [((u16, u8), &str); 7] = [
     ((0x1018, 1), "vendor-ID"),
     ((0x1018, 2), "product code"),
@@ -30,10 +30,10 @@ const IDENTITY: [((u16, u8), &str); 7] = [
     ((0x100A, 0), "software version"),
 ];
 
-/// For how long others on the bus are listened to before the test.
+/// How long other nodes on the bus are listened to before the test.
 const OTHERS: Duration = Duration::from_secs(2);
 
-/// What one case has led to.
+/// The result of a case.
 #[derive(Clone, Debug)]
 pub struct CaseReport {
     /// The case.
@@ -44,28 +44,28 @@ pub struct CaseReport {
     pub took: Duration,
     /// Its frames.
     pub frames: Vec<Record>,
-    /// Why it may fail as it does, where that is [known](Settings::known).
+    /// Why the failure is accepted, if it is [known](Settings::known).
     pub known: Option<String>,
-    /// The sets of answers that are right, where there are several.
+    /// The accepted answers, if there are several.
     pub expected: Vec<String>,
-    /// What was measured or observed, beside what is allowed.
+    /// Measurements and observations, with the allowed values.
     pub measured: Vec<String>,
-    /// What has happened beside it: the case was run again and why, or something could not be put back yet.
+    /// Other events: why the case was run again, or what could not be put back yet.
     pub notes: Vec<String>,
 }
 
-/// What a test has led to.
+/// The result of a test.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// The cases that were run, in their order.
+    /// The cases that were run, in this order.
     pub cases: Vec<CaseReport>,
     /// Why the test ended before its last case.
     pub ended_early: Option<Ended>,
-    /// What is not as it was before the test, or not known to be: a sentence for each entry.
+    /// A sentence for each entry that is not, or may not be, as it was before the test.
     pub not_put_back: Vec<String>,
-    /// What has become of the device beside that: it did not come back, or its storage has grown. A sentence for each.
+    /// A sentence for each other effect on the device: it did not come back, or its storage has grown.
     pub findings: Vec<String>,
-    /// What the device says that it is, before the first case: the name of each entry, and its value.
+    /// The identity of the device before the first case: the name and the value of each entry.
     pub identity: Vec<(String, String)>,
     /// How long the test took.
     pub took: Duration,
@@ -84,11 +84,13 @@ impl Observer for () {
     fn ended(&mut self, _: &CaseReport) {}
 }
 
-/// Runs cases one after the other. What they have written is put back after each, also if the test is cancelled.
+/// Runs cases one after another. The entries that a case has written are put back after it, even if the test is
+/// cancelled.
 ///
-/// A drive is disabled after each case that may have given it orders, also after Ctrl-C; the test goes on only if it stands.
+/// A drive is disabled after each case that may have given it orders, even after Ctrl-C; the test goes on only if it
+/// stands.
 ///
-/// By a data sheet of which [nothing correct can be made](Sheet::is_unfit), only the cases about data sheets are run.
+/// If the data sheet is [unfit](Sheet::is_unfit), only the cases about data sheets are run.
 pub fn run(
     link: &mut dyn Link,
     sheet: &Sheet,
@@ -142,30 +144,30 @@ pub fn run(
     report
 }
 
-/// How long a step may take that is no case.
+/// How long a step outside the cases may take.
 pub(crate) const STEP: Duration = Duration::from_secs(120);
 
-/// Written by the cases, and what was there before.
+/// Entries that cases may write, with the values before the test.
 type Before = BTreeMap<(u16, u8), Vec<u8>>;
 
-/// How often a lost bus is tried.
+/// How often a lost bus is tried again.
 const RETRY: Duration = Duration::from_millis(50);
 
-/// Whether the device answers.
+/// Whether the device answers, and how it came back.
 enum Presence {
     Here,
-    /// Not at first.
+    /// Only after a while.
     Back,
-    /// Not before this reset.
+    /// Only after this reset.
     Reset(NmtCommand),
     Gone(Ended),
 }
 
-/// A device that does not come back.
+/// A device that has not come back.
 struct Gone {
-    /// The case that it was gone after.
+    /// The case after which it was gone.
     by: &'static str,
-    /// The chapters in which it was looked for in vain.
+    /// The chapters in which it has been searched for in vain.
     chapters: BTreeSet<&'static str>,
 }
 
@@ -173,25 +175,25 @@ struct Suite<'a> {
     tester: Tester<'a>,
     cancelled: &'a AtomicBool,
     before: Before,
-    /// What cases have written, and is not known to be as it was before.
+    /// The entries that cases have written, and that may not have their former values yet.
     changed: BTreeSet<(u16, u8)>,
-    /// A case has stored parameters.
+    /// Whether a case has stored parameters.
     stores: bool,
-    /// The old values were stored again: the storage holds entries that it did not hold before.
+    /// Whether the former values were stored again, so that the storage holds entries that it did not hold before.
     has_grown: bool,
-    /// Whether cases that were run have failed.
+    /// The cases that were run, and whether they have failed.
     failed: BTreeMap<&'static str, bool>,
-    /// The drive may move, and could not be stopped: why that is not known better.
+    /// Why the drive may still move and could not be stopped, as far as that is known.
     moving: Option<String>,
     gone: Option<Gone>,
-    /// What has become of the device.
+    /// Effects on the device that remain, for the report.
     findings: Vec<String>,
-    /// What the device says that it is.
+    /// The identity of the device before the first case.
     identity: Vec<(String, String)>,
 }
 
 impl Suite<'_> {
-    /// Looks at what the cases might change, while nothing has been changed.
+    /// Records what the cases might change, before the first one.
     fn prepare(&mut self) -> Result<(), Ended> {
         self.tester.limit(OTHERS + STEP);
         let heard = match self.tester.hear(OTHERS) {
@@ -214,12 +216,12 @@ impl Suite<'_> {
                 self.identity.push((format!("{name} ({index:04X}h:{sub:02X})"), value));
             }
         }
-        // The error history is what happened, and nothing to be put back.
+        // The error history is a record, and is not put back.
         let kept = |entry: &Entry| entry.access.readable() && entry.access.writable() && entry.index != 0x1003;
         let writable = self.tester.entries(kept);
         for entry in writable {
             self.tester.limit(STEP);
-            // What a device does not let be read, a case will say.
+            // A case reports entries that cannot be read.
             if let Ok(Ok(bytes)) = self.tester.upload(entry.index, entry.sub) {
                 self.before.insert((entry.index, entry.sub), bytes);
             }
@@ -229,11 +231,11 @@ impl Suite<'_> {
         Ok(())
     }
 
-    /// The identifiers of what the device may send: the predefined ones of its node-ID, and those that it has been given.
+    /// The COB-IDs that the device may send: the predefined ones of its node-ID, and those configured in it.
     fn own_identifiers(&self) -> BTreeSet<CobId> {
         let predefined = (0x080..0x800).step_by(0x80).map(|base| CobId::of_node(base, self.tester.node));
         let sends = |&&(index, sub): &&(u16, u8)| match index {
-            // Bit 30 makes a producer of SYNC and TIME.
+            // Bit 30 makes the device a producer of SYNC or TIME.
             0x1005 | 0x1012 => self.number(index, sub) >> 30 & 1 != 0,
             0x1014 => true,
             _ => (0x1800..0x1A00).contains(&index) && sub == 1,
@@ -242,7 +244,8 @@ impl Suite<'_> {
         predefined.chain(given.map(CobId::from_parameter)).collect()
     }
 
-    /// Runs a case, again if it may have failed without the device being wrong; and why the test ends with it.
+    /// Runs a case, again if it may have failed without fault of the device; returns why the test ends with it, if it
+    /// does.
     fn run(&mut self, case: &'static Case) -> (CaseReport, Option<Ended>) {
         let begun = self.tester.now();
         if case.scope != Scope::DataSheet
@@ -327,12 +330,12 @@ impl Suite<'_> {
             _ => {}
         }
         end = self.moving.take().map(Ended::Moving).or(end);
-        // The report of the whole test says what stays as it is.
+        // The report of the whole test says what stays changed.
         notes.extend(if self.gone.is_some() { self.left() } else { self.put_back() });
         (CaseReport { case, outcome, took, frames, known, expected, measured, notes }, end)
     }
 
-    /// Whether a case fails. It is run now if it was not yet.
+    /// Whether a case fails; runs it if it has not been run yet.
     fn has_failed(&mut self, id: &'static str) -> bool {
         if let Some(failed) = self.failed.get(id) {
             return *failed;
@@ -343,7 +346,8 @@ impl Suite<'_> {
         failed
     }
 
-    /// Runs a case, and has the device answer at its node-ID again: the outcome, and the frames of the case.
+    /// Runs a case, and makes the device reachable at its node-ID again; returns the outcome, and the frames of the
+    /// case.
     fn once(&mut self, case: &'static Case) -> (Outcome, Vec<Record>) {
         let outcome = self.tester.run(case);
         let frames = self.tester.frames().to_vec();
@@ -353,7 +357,7 @@ impl Suite<'_> {
         self.undo(|suite| lss::put_back(&mut suite.tester));
         let written = self.tester.written();
         self.stores |= written.iter().any(|&(index, _)| index == 0x1010);
-        // What was not known before is nothing to be put back.
+        // Entries whose former value is unknown cannot be put back.
         self.changed.extend(written.into_iter().filter(|at| self.before.contains_key(at)));
         (outcome, frames)
     }
@@ -367,10 +371,10 @@ impl Suite<'_> {
         allowed && (asks || self.tester.written().into_iter().any(is_order))
     }
 
-    /// Whether the device answers, and if not, whether it does so again within some time.
+    /// Whether the device answers, or comes back within some time.
     fn looks_for_device(&mut self, within: Duration) -> Presence {
         let (until, mut presence) = (self.tester.now() + within, Presence::Here);
-        // In STOPPED a device does not answer SDO, though it is there.
+        // In STOPPED a device does not answer SDO requests, though it is there.
         let mut wakes = Some(NmtCommand::EnterPreOperational);
         loop {
             self.tester.limit(STEP);
@@ -392,11 +396,12 @@ impl Suite<'_> {
         }
     }
 
-    /// What no longer serves SDO may still obey a reset: of the node, or of its communication alone.
+    /// Tries to bring a device back that no longer answers SDO, by a reset of the node, or of its communication.
     fn is_back_by_reset(&mut self) -> Result<NmtCommand, Ended> {
         for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
             self.tester.limit(STEP);
-            // In STOPPED, what does not obey a reset serves no SDO. Whether it has booted is not asked: it answers.
+            // A device that does not obey the reset may be in STOPPED, in which there is no SDO. The upload shows
+            // whether it is back, so its boot-up message is not needed.
             let _: Outcome = self.tester.reset(command);
             let entered = self.tester.enter(NmtState::PreOperational);
             match entered.and_then(|()| self.tester.upload(0x1000, 0)) {
@@ -408,7 +413,7 @@ impl Suite<'_> {
         Err(Ended::Silent(self.tester.node))
     }
 
-    /// Of a device that is gone: the verdict on a case, unless it is there again. It is looked for once in each chapter.
+    /// The verdict on a case while the device is gone; `None` if it is back. It is searched for once in each chapter.
     fn is_without_device(&mut self, case: &Case) -> Option<(Verdict, Option<Ended>)> {
         let mut gone = self.gone.take()?;
         let verdict = Verdict::Blocked(gone.by, "the device has not come back since".to_owned());
@@ -428,7 +433,7 @@ impl Suite<'_> {
         Some((verdict, None))
     }
 
-    /// Undoes what cases have done, also after Ctrl-C.
+    /// Undoes effects of cases, even after Ctrl-C.
     fn undo<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         uncancelled(self.cancelled, || {
             self.tester.limit(STEP);
@@ -436,7 +441,7 @@ impl Suite<'_> {
         })
     }
 
-    /// Brings back what was there before the test, if a reset does not: a sentence for each thing that is not known to be as
+    /// Restores the state before the test, by a reset or else by writing: a sentence for each entry that may not be as
     /// it was.
     fn put_back(&mut self) -> Vec<String> {
         let by_lss = self.undo(|suite| lss::put_back(&mut suite.tester));
@@ -451,7 +456,7 @@ impl Suite<'_> {
         by_lss.into_iter().chain(self.left()).collect()
     }
 
-    /// What may not have its old value: a sentence for each entry.
+    /// A sentence for each entry that may not have its former value.
     fn left(&self) -> Vec<String> {
         let was = |&(index, sub): &(u16, u8)| {
             let before = self.tester.shown((index, sub), &self.before[&(index, sub)]);
@@ -460,7 +465,7 @@ impl Suite<'_> {
         self.changed.iter().map(was).collect()
     }
 
-    /// What has become of the device by the test, beside entries that are not as they were.
+    /// Effects of the test on the device, other than entries that are not as they were.
     fn what_has_become(&mut self) -> Vec<String> {
         let gone = self.gone.take().map(|Gone { by, .. }| {
             format!("after {by} the device did not come back: switch it off and on, and run the cases that are blocked by it")
@@ -481,7 +486,7 @@ impl Suite<'_> {
             self.write_back(at);
         }
         if self.stores && !order.is_empty() {
-            // What has been stored comes back with each reset.
+            // Stored values come back with each reset, so the former ones are stored.
             let stored = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
             self.has_grown |= matches!(stored, Ok(Ok(_)));
         }
@@ -505,7 +510,7 @@ impl Suite<'_> {
 
     fn write_back(&mut self, at: (u16, u8)) {
         if let (Some(bytes), Ok(entry)) = (self.before.get(&at), self.tester.entry(at.0, at.1)) {
-            // Whether it was taken is read.
+            // Whether it was accepted is read afterwards.
             let _: Outcome<Result<(), AbortCode>> = self.tester.write_back(&entry, bytes);
         }
     }

@@ -1,5 +1,5 @@
-//! The tester: it sends frames, hears frames and waits. Of the device under test it knows the data sheet, the
-//! node-ID, and what makes it do the things that no CANopen service can ask for.
+//! The tester, which sends frames, receives frames and waits. It knows the data sheet and the node-ID of the device
+//! under test, and the stimuli for what no CANopen service can request.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,14 +18,14 @@ use crate::lss::Changes;
 use crate::sheet::Sheet;
 use crate::verdict::{Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
 
-/// For how long the tester listens for what is to come at once.
+/// How long the tester waits for an immediate reaction.
 pub(crate) const PATIENCE_MS: u64 = 100;
 pub(crate) const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
 
-/// So many frames of a case are kept.
+/// How many frames of a case are kept.
 const FRAMES: usize = 4096;
 
-/// Does what has to be done also after Ctrl-C, such as putting back what was written.
+/// Does what has to be done even after Ctrl-C, such as putting back what was written.
 pub(crate) fn uncancelled<T>(cancelled: &AtomicBool, work: impl FnOnce() -> T) -> T {
     let was = cancelled.swap(false, Ordering::Relaxed);
     let done = work();
@@ -33,14 +33,14 @@ pub(crate) fn uncancelled<T>(cancelled: &AtomicBool, work: impl FnOnce() -> T) -
     done
 }
 
-/// How often it is looked whether the test has been cancelled, and whether this computer is late: who waits longer does not
-/// notice that it was not woken for the frame in between.
+/// How often cancellation and the lateness of this computer are checked. A longer wait would not notice that it was
+/// woken late for a frame.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// What is judged by time, and fails, is tried again on a computer that was so late: as long as the shortest period of a case.
+/// If this computer was late by more than this, the shortest period of a case, a failure judged by time is tried again.
 const VERY_LATE: Duration = Duration::from_millis(10);
 
-/// The case that is about answers to guarding.
+/// The id of the case about answers to guarding.
 pub(crate) const GUARDING: &str = "301/7.2.8.3.2.1/1";
 
 /// How a device is tested.
@@ -48,7 +48,7 @@ pub(crate) const GUARDING: &str = "301/7.2.8.3.2.1/1";
 pub struct Settings {
     /// The node-ID of the device.
     pub node: NodeId,
-    /// What the test may do beyond what is always harmless.
+    /// The hazards that are allowed.
     pub allow: BTreeSet<Hazard>,
     /// How long an answer to an SDO request may take.
     pub answer: Duration,
@@ -56,26 +56,26 @@ pub struct Settings {
     pub boot: Duration,
     /// How long one case may take.
     pub case: Duration,
-    /// How long a bus is waited for that was lost.
+    /// How long to wait for the bus after it was lost.
     pub bus: Duration,
-    /// The test ends with the first case that fails: of what is required, or also of what is recommended.
+    /// If set, the test ends at the first failed case: of a requirement, or also of a recommendation.
     pub fail_fast: Option<Level>,
-    /// The bit rate of the bus in kbit/s. Without it no device is given a bit rate: it could not be put back.
+    /// The bit rate of the bus in kbit/s. Without it, no device is given a bit rate, since it could not be put back.
     pub bit_rate_kbit: Option<u16>,
-    /// What makes the device do what no service can ask for.
+    /// How to make the device do what no service can request.
     pub stimuli: Stimuli,
-    /// In what the device is known to deviate: the [id](crate::Case::id) of a case that fails, and how.
+    /// The known deviations of the device, by the [id](crate::Case::id) of the case that fails.
     pub known: BTreeMap<String, Known>,
-    /// How far a drive may travel (6064h), if not what [`Settings::motion`] finds.
+    /// How far a drive travels (6064h); `None` lets [`Settings::motion`] choose.
     pub travel: Option<u32>,
-    /// How fast a drive may travel (6081h, 60FFh), if not what [`Settings::motion`] finds.
+    /// How fast a drive travels (6081h, 60FFh); `None` lets [`Settings::motion`] choose.
     pub velocity: Option<u32>,
-    /// How late the computer is that the test runs on, if something watches it: in real time.
+    /// The lateness of this computer, if it is measured, in real time.
     pub host: HostLateness,
 }
 
 impl Settings {
-    /// Settings that fit most devices: nothing is allowed that may be dangerous, and nothing stimulates the device.
+    /// Settings for most devices: no hazard is allowed, and there are no stimuli.
     #[must_use]
     pub fn new(node: NodeId) -> Self {
         Settings {
@@ -95,9 +95,9 @@ impl Settings {
         }
     }
 
-    /// How far and how fast a drive travels in the test. Where it is not set: a tenth of the profile velocity (6081h), between
-    /// 100 and 1000, and within the limits of 6081h and 60FFh; as far as that is in a second, and no further than a quarter of the
-    /// range of 607Dh.
+    /// How far and how fast a drive travels in the test. By default, the velocity is a tenth of the profile velocity
+    /// (6081h), between 100 and 1000, and within the limits of 6081h and 60FFh. The travel is that of one second, at
+    /// most a quarter of the range of 607Dh.
     #[must_use]
     pub fn motion(&self, sheet: &Sheet) -> Motion {
         let entry = |index, sub| sheet.device.entry(index, sub);
@@ -115,7 +115,7 @@ impl Settings {
     }
 }
 
-/// How far and how fast a drive travels in the test.
+/// Distance and velocity of a drive's travel in the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Motion {
     /// In the units of 6064h.
@@ -135,34 +135,34 @@ pub struct Write {
     pub value: u32,
 }
 
-/// What the tester has the device do beyond CANopen: for each kind of device another. Cases without their stimulus do not
-/// apply.
+/// How the tester makes the device do things beyond CANopen, which differs between devices. Cases without their
+/// stimulus do not apply.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stimuli {
-    /// Lets the device send an emergency.
+    /// Makes the device send an emergency.
     pub emergency: Option<Write>,
-    /// Lets an input change again and again.
+    /// Makes an input change periodically.
     pub input: Option<InputStimulus>,
 }
 
-/// Lets an input change again and again, faster than every 20 ms; an object that TPDOs map shows it.
+/// Makes an input change at least every 20 ms; TPDOs map an object that shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct InputStimulus {
-    /// What begins it.
+    /// The write that starts it.
     pub starts: Write,
-    /// What ends it.
+    /// The write that stops it.
     pub stops: Write,
-    /// The object and sub-index that show the input.
+    /// The entry that shows the input.
     pub shown_by: (u16, u8),
 }
 
-/// A frame that was heard.
+/// A received frame and its time.
 pub type Heard = (Instant, Frame);
 
 /// A frame of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// When it was sent or heard.
+    /// When it was sent or received.
     pub at: Instant,
     /// The frame.
     pub frame: Frame,
@@ -170,41 +170,40 @@ pub struct Record {
     pub sent: bool,
 }
 
-/// The tester, on one device.
+/// The tester of one device.
 pub struct Tester<'a> {
     pub(crate) sheet: &'a Sheet,
     pub(crate) settings: &'a Settings,
     pub(crate) node: NodeId,
     link: &'a mut dyn Link,
     cancelled: &'a AtomicBool,
-    /// Identifiers of others on the bus.
+    /// COB-IDs of other nodes on the bus.
     others: BTreeSet<CobId>,
     /// When the case has to be over.
     deadline: Instant,
     frames: Vec<Record>,
-    /// What has been written by SDO in this case.
+    /// The entries that this case has written by SDO.
     written: BTreeSet<(u16, u8)>,
-    /// What has been measured in this case.
     measured: Vec<String>,
-    /// The sets that answers of this case have to be in.
+    /// The sets of accepted answers of this case.
     expected: Vec<String>,
-    /// What LSS has changed, and is not put back.
+    /// Changes by LSS that have not been undone.
     pub(crate) lss: Changes,
-    /// What 1014h has been read to say in this case.
+    /// The COB-ID read from 1014h in this case.
     pub(crate) emergency: Option<CobId>,
-    /// The frames that this computer has missed in this case.
+    /// How many frames this computer has missed in this case.
     missed: u32,
-    /// By how much this computer was late in this case, at most.
+    /// How late this computer was in this case, at most.
     late: Duration,
-    /// When it had the link's answer last.
+    /// When the link last returned.
     returned: Option<Instant>,
-    /// By how much it may be late with what was heard last, before that decides the case.
+    /// How late this computer may be before that affects the present judgement; `None` if no time is judged.
     margin: Option<Duration>,
-    /// The case that is about the step which failed last.
+    /// The id of the case that checks the step which failed last.
     pub(crate) missing: Option<&'static str>,
-    /// The device may boot: a reset was commanded, and it has not booted since.
+    /// A reset was sent, and the device has not booted since.
     may_boot: bool,
-    /// The device has booted in this case without being reset.
+    /// The device has booted in this case without a reset.
     has_booted: bool,
 }
 
@@ -239,7 +238,7 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// Forgets what happened in the last case.
+    /// Resets the records for a new case.
     pub(crate) fn begin(&mut self) {
         self.frames.clear();
         self.written.clear();
@@ -251,53 +250,52 @@ impl<'a> Tester<'a> {
         self.limit(self.settings.case);
     }
 
-    /// The frames of the last case, the first ones if there were very many.
+    /// The frames of the last case; only the first ones if there were very many.
     #[must_use]
     pub fn frames(&self) -> &[Record] {
         &self.frames
     }
 
-    /// What has been measured or observed in the last case, beside what was allowed.
+    /// The measurements of the last case with the allowed values, and its observations.
     #[must_use]
     pub fn measured(&self) -> &[String] {
         &self.measured
     }
 
-    /// What the report says of a case beside its verdict. Once, however often it is seen.
+    /// Notes an observation for the report, once.
     pub(crate) fn observe(&mut self, sentence: String) {
         if !self.measured.contains(&sentence) {
             self.measured.push(sentence);
         }
     }
 
-    /// The sets that answers of the last case have to be in, each once.
+    /// The sets of accepted answers of the last case.
     pub(crate) fn expected(&self) -> &[String] {
         &self.expected
     }
 
-    /// The report says what the answer has to be, whatever it is.
+    /// Notes the accepted answers for the report.
     pub(crate) fn expect_one_of(&mut self, set: String) {
         if !self.expected.contains(&set) {
             self.expected.push(set);
         }
     }
 
-    /// Resets the device, waits until it has booted, and lets it be PRE-OPERATIONAL. Whether it boots as it should is for some
-    /// of the cases to judge.
+    /// Resets the device, waits until it has booted, and enters PRE-OPERATIONAL. Other cases judge how it boots.
     pub(crate) fn reset(&mut self, command: NmtCommand) -> Outcome {
         self.nmt(command)?;
         self.boot_up()?;
         self.hear(PATIENCE)?;
-        // Some go on to OPERATIONAL by themselves.
+        // Some devices enter OPERATIONAL by themselves.
         self.enter(NmtState::PreOperational)
     }
 
-    /// From now on, what is done may take so long.
+    /// Sets how long the following steps may take in all.
     pub(crate) fn limit(&mut self, span: Duration) {
         self.deadline = self.now() + span;
     }
 
-    /// What has happened in the last case that it may have failed by, without the device being wrong.
+    /// An event in the last case that may have made it fail without fault of the device.
     pub(crate) fn disturbance(&self) -> Option<String> {
         if self.has_booted {
             return Some("the device has booted without being reset".to_owned());
@@ -305,13 +303,13 @@ impl<'a> Tester<'a> {
         if self.missed > 0 {
             return Some(format!("this computer has missed {} frames", self.missed));
         }
-        // It may have been later than what was measured of it.
+        // The computer may have been later than what was measured.
         let late = self.lateness();
         let counts = self.margin.is_some() && late > VERY_LATE;
         counts.then(|| format!("this computer was late by up to {} ms", ms(late.as_micros())))
     }
 
-    /// Lets time pass, whatever comes. `false` if the link has ended, or the test is cancelled.
+    /// Waits, and ignores all frames. Returns `false` if the link has ended, or the test is cancelled.
     pub(crate) fn wait(&mut self, span: Duration) -> bool {
         let until = self.now() + span;
         self.returned = None;
@@ -323,17 +321,17 @@ impl<'a> Tester<'a> {
         true
     }
 
-    /// From now on, ignores what others send, who are not tested.
+    /// From now on, ignores the frames of other nodes.
     pub(crate) fn ignore(&mut self, others: BTreeSet<CobId>) {
         self.others = others;
     }
 
-    /// Whether an identifier is of another node on the bus.
+    /// Whether a COB-ID belongs to another node on the bus.
     pub(crate) fn is_of_others(&self, id: CobId) -> bool {
         self.others.contains(&id)
     }
 
-    /// Whether writing an object has been allowed.
+    /// Checks that writing an object is harmless or allowed.
     pub(crate) fn allows(&self, index: u16) -> Outcome {
         match Hazard::of_write(&self.sheet.device, index) {
             Some(hazard) if !self.settings.allow.contains(&hazard) => Err(Verdict::NotAllowed(hazard)),
@@ -341,24 +339,24 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// What may be written without being allowed, or has been.
+    /// Whether writing an entry is harmless or allowed.
     pub(crate) fn may_write(&self, entry: &Entry) -> bool {
         self.allows(entry.index).is_ok()
     }
 
-    /// An object is about to be written.
+    /// Notes that an entry is about to be written, if that is allowed.
     pub(crate) fn writes(&mut self, index: u16, sub: u8) -> Outcome {
         self.allows(index)?;
         self.written.insert((index, sub));
         Ok(())
     }
 
-    /// What the last case has written by SDO.
+    /// The entries that the last case has written by SDO.
     pub(crate) fn written(&self) -> Vec<(u16, u8)> {
         self.written.iter().copied().collect()
     }
 
-    // What is sent.
+    // Sending.
 
     pub(crate) fn send(&mut self, id: CobId, data: &[u8]) -> Outcome {
         self.put(&Frame::new(id, data).expect("cases send frames of up to eight bytes"))
@@ -379,7 +377,7 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// The next frame of the device, no later than `until`.
+    /// The next frame of the device, at the latest at `until`.
     pub(crate) fn receive(&mut self, until: Instant) -> Outcome<Option<Frame>> {
         loop {
             if self.cancelled.load(Ordering::Relaxed) {
@@ -420,7 +418,7 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// A command to this device.
+    /// Sends an NMT command to the device.
     pub(crate) fn nmt(&mut self, command: NmtCommand) -> Outcome {
         self.nmt_to(command, self.node.get())
     }
@@ -430,7 +428,7 @@ impl<'a> Tester<'a> {
         self.send(CobId::NMT, &[command.code(), node])
     }
 
-    /// Commands the state, and lets pass what comes of it.
+    /// Commands an NMT state, and waits for its effects.
     pub(crate) fn enter(&mut self, state: NmtState) -> Outcome {
         self.nmt(match state {
             NmtState::Operational => NmtCommand::Start,
@@ -441,19 +439,19 @@ impl<'a> Tester<'a> {
         Ok(())
     }
 
-    /// A SYNC, with a counter if the device expects one.
+    /// Sends a SYNC, with a counter if the device expects one.
     pub(crate) fn sync(&mut self, counter: Option<u8>) -> Outcome {
         let data = counter.map(|counter| [counter]);
         self.send(CobId::SYNC, data.as_ref().map_or(&[], |data| data))
     }
 
-    // What is heard.
+    // Receiving.
 
     pub(crate) fn now(&self) -> Instant {
         self.link.now()
     }
 
-    /// All that is heard within `span`.
+    /// All frames received within `span`.
     pub(crate) fn hear(&mut self, span: Duration) -> Outcome<Vec<Heard>> {
         let (end, mut heard) = (self.now() + span, Vec::new());
         while let Some(frame) = self.receive(end)? {
@@ -466,34 +464,34 @@ impl<'a> Tester<'a> {
         self.hear(Duration::from_millis(ms))
     }
 
-    /// The frames of one identifier within `ms`.
+    /// The frames with one COB-ID within `ms`.
     pub(crate) fn hear_id(&mut self, id: CobId, ms: u64) -> Outcome<Vec<Heard>> {
         let heard = self.hear_ms(ms)?;
         self.depends_on(Duration::from_micros(ms * 500));
         Ok(heard.into_iter().filter(|(_, frame)| frame.id() == id).collect())
     }
 
-    /// What is judged now would be judged otherwise if this computer were late by so much.
+    /// Notes that the present judgement would be different if this computer were late by `margin`.
     pub(crate) fn depends_on(&mut self, margin: Duration) {
         self.margin = Some(margin);
     }
 
-    /// Nothing is judged by time, until something is heard for a while again.
+    /// Notes that no time is judged until the next reception.
     pub(crate) fn depends_on_no_time(&mut self) {
         self.margin = None;
     }
 
-    /// By how much a frame was late by this computer in the last case, at most: it waits for the device, where that runs here as
-    /// well, for what carries it, and for the tester.
+    /// How late a frame was because of this computer in the last case, at most: a simulated device, the carrier of its
+    /// frames, and the tester all wait for it.
     fn lateness(&self) -> Duration {
         self.late + self.settings.host.most().times(2)
     }
 
-    /// What a failure is worth: nothing is decided by what this computer's own lateness explains.
+    /// Makes a failure undecidable if the lateness of this computer may explain it.
     pub(crate) fn decided(&self, outcome: Outcome) -> Outcome {
         let late = self.lateness();
         match (outcome, self.margin) {
-            // It is noticed from one look to the next.
+            // The lateness is measured with the resolution of a look.
             (Err(Verdict::Failed(why)), Some(margin)) if !late.is_zero() && late + LOOK > margin => {
                 let [late, margin] = [late, margin].map(|span| ms(span.as_micros()));
                 Err(Verdict::NotDecidable(format!(
@@ -504,13 +502,13 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// The outcome of a step that is a case of its own: when that case fails too, this one is blocked by it.
+    /// The outcome of a step that is also a case: if that case fails too, it blocks the present one.
     pub(crate) fn needs<T>(&mut self, id: &'static str, outcome: Outcome<T>) -> Outcome<T> {
         self.missing = matches!(outcome, Err(Verdict::Failed(_))).then_some(id);
         outcome
     }
 
-    /// The next frame of one identifier.
+    /// The next frame with one COB-ID.
     pub(crate) fn next(&mut self, id: CobId, within: Duration) -> Outcome<Option<Frame>> {
         let end = self.now() + within;
         while let Some(frame) = self.receive(end)? {
@@ -521,13 +519,13 @@ impl<'a> Tester<'a> {
         Ok(None)
     }
 
-    /// No frame of an identifier comes for so long.
+    /// Checks that no frame with a COB-ID comes within this time.
     pub(crate) fn silence_of(&mut self, id: CobId, ms: u64) -> Outcome {
         let heard = self.hear_id(id, ms)?;
         ensure(heard.is_empty(), || format!("silence of {id} was expected, {} came", text(&heard)))
     }
 
-    /// Whether the boot-up message comes. A heartbeat may have been on its way before it.
+    /// Whether the boot-up message comes. A heartbeat that was sent before the reset may precede it.
     pub(crate) fn boot_up(&mut self) -> Outcome<bool> {
         let end = self.now() + self.settings.boot;
         while let Some(frame) = self.receive(end)? {
@@ -538,8 +536,8 @@ impl<'a> Tester<'a> {
         Ok(false)
     }
 
-    /// The identifier of emergencies: what 1014h says, where it was not read what its data sheet says, and without it that of
-    /// the predefined connection set.
+    /// The COB-ID of emergencies: that read from 1014h, or else that of the data sheet, or else that of the predefined
+    /// connection set.
     pub(crate) fn emergency_id(&self) -> CobId {
         let described = || {
             let entry = self.entry(0x1014, 0).ok()?;
@@ -548,23 +546,23 @@ impl<'a> Tester<'a> {
         self.emergency.or_else(described).unwrap_or(CobId::of_node(0x80, self.node))
     }
 
-    /// The emergencies of a code that come within `ms`.
+    /// The emergencies with an error code that come within `ms`.
     pub(crate) fn emergencies(&mut self, code: u16, ms: u64) -> Outcome<Vec<Heard>> {
         let mut heard = self.hear_id(self.emergency_id(), ms)?;
         heard.retain(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
         Ok(heard)
     }
 
-    /// Exactly this frame comes, and no other of its identifier.
+    /// Checks that exactly this frame comes, and no other with its COB-ID.
     pub(crate) fn hears_once(&mut self, id: CobId, data: &[u8], ms: u64) -> Outcome {
         let heard = self.hear_id(id, ms)?;
         let is_it = matches!(&heard[..], [(_, frame)] if frame.data() == data && !frame.is_remote());
         ensure(is_it, || format!("{id}#{data:02X?} was expected once, {} came", text(&heard)))
     }
 
-    /// The frames of `id` come every `period_ms`, for `periods` of them.
+    /// Checks that frames with `id` come every `period_ms`, for this many periods.
     pub(crate) fn hears_every(&mut self, id: CobId, period_ms: u64, periods: u64) -> Outcome<Vec<Heard>> {
-        // Beginning with the first, so that its phase does not matter.
+        // Measured from the first frame on, since its phase does not matter.
         let first = self.next(id, Duration::from_millis(2 * period_ms))?;
         ensure(first.is_some(), || format!("{id} does not come"))?;
         let begun = self.now();
@@ -578,7 +576,7 @@ impl<'a> Tester<'a> {
         Ok(heard)
     }
 
-    /// The frames of `id` come every `period_ms` in the mean, to one percent: what is slow or fast adds up.
+    /// Checks the mean period of the frames with `id` to 1 %, since a small error adds up.
     pub(crate) fn hears_in_the_mean(&mut self, id: CobId, period_ms: u64, periods: u64) -> Outcome {
         let heard = self.hears_every(id, period_ms, periods)?;
         let (Some((first, _)), Some((last, _))) = (heard.first(), heard.last()) else { return Ok(()) };
@@ -591,20 +589,20 @@ impl<'a> Tester<'a> {
             ms(high)
         );
         self.measured.push(measured.clone());
-        // One late frame at either end moves the mean by its part.
+        // One late frame at either end changes the mean by its share.
         let beyond = low.saturating_sub(mean).max(mean.saturating_sub(high));
         self.depends_on(Duration::from_micros(beyond * (periods - 1)));
         ensure(beyond == 0, || measured)
     }
 
-    /// The frames come at least `span_ms` after each other.
+    /// Checks that the frames come at least `span_ms` apart, less 10 %.
     pub(crate) fn are_apart(&mut self, id: CobId, heard: &[Heard], span_ms: u64) -> Outcome {
         let times: Vec<Instant> = heard.iter().map(|(at, _)| *at).collect();
-        // A computer that is late with one frame brings the next too early.
+        // A computer that is late with one frame makes the next one seem early.
         self.gaps_are(&format!("{id} at least {span_ms} ms apart"), &times, span_ms * 900, None)
     }
 
-    /// Measures what lies between moments, in microseconds. The figures become part of the case's report.
+    /// Measures the gaps between times, in microseconds. The figures become part of the case's report.
     fn gaps_are(&mut self, what: &str, times: &[Instant], low: u64, high: Option<u64>) -> Outcome {
         let gaps = times.windows(2).map(|two| two[1].since(two[0]).as_micros());
         let (Some(least), Some(most)) = (gaps.clone().min(), gaps.max()) else { return Ok(()) };
@@ -618,14 +616,14 @@ impl<'a> Tester<'a> {
         ensure(beyond == 0, || measured)
     }
 
-    // Identifiers that cannot be configured.
+    // COB-IDs that cannot be configured.
 
-    /// Error control: boot-up, heartbeat and the answers to guarding.
+    /// Error control: boot-up, heartbeat and answers to guarding.
     pub(crate) fn error_control(&self) -> CobId {
         CobId::of_node(0x700, self.node)
     }
 
-    /// What the next error control message says: a heartbeat, or the answer to a guarding request.
+    /// The state in the next error control message, a heartbeat or the answer to a guarding request.
     pub(crate) fn state(&mut self, within_ms: u64) -> Outcome<u8> {
         let message = self.next(self.error_control(), Duration::from_millis(within_ms))?;
         self.depends_on(Duration::from_micros(within_ms * 500));
@@ -636,7 +634,7 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// The state that the device says it is in, asked for by guarding.
+    /// The state of the device, read by guarding.
     pub(crate) fn guarded_state(&mut self) -> Outcome<u8> {
         self.send_remote(self.error_control(), 1)?;
         let state = self.state(PATIENCE_MS);
@@ -648,7 +646,7 @@ impl<'a> Tester<'a> {
         ensure(reported == state.code(), || format!("the device says {reported:02X}, and should be {state}"))
     }
 
-    // What the data sheet says.
+    // The data sheet.
 
     pub(crate) fn has(&self, indices: &[u16]) -> Outcome {
         match indices.iter().find(|&&index| self.sheet.device.object(index).is_none()) {
@@ -657,18 +655,18 @@ impl<'a> Tester<'a> {
         }
     }
 
-    /// All entries, cloned: cases talk to the device meanwhile.
+    /// All wanted entries, cloned, since cases use the tester meanwhile.
     pub(crate) fn entries(&self, wanted: impl Fn(&Entry) -> bool) -> Vec<Entry> {
         self.sheet.device.entries().filter(|entry| wanted(entry)).cloned().collect()
     }
 
-    /// The entries that are wanted; not applicable if there is none.
+    /// The wanted entries; the case does not apply if there is none.
     pub(crate) fn some(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
         let entries = self.entries(wanted);
         if entries.is_empty() { Err(not_applicable(format!("no entry {what}"))) } else { Ok(entries) }
     }
 
-    /// The entries that are written, of which there must be one; those that may not be written are left out.
+    /// The wanted entries that may be written; if none may, the case is not allowed.
     pub(crate) fn some_to_write(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
         let mut entries = self.some(what, wanted)?;
         let first = entries.first().map_or(Ok(()), |entry| self.allows(entry.index));
@@ -685,12 +683,12 @@ impl<'a> Tester<'a> {
         self.sheet.device.bits(entry.data_type)
     }
 
-    /// The number of bytes, of an entry of a fixed size.
+    /// The size of an entry in bytes; `None` if it is not fixed.
     pub(crate) fn size(&self, entry: &Entry) -> Option<usize> {
         self.bits(entry).map(|bits| usize::from(bits.div_ceil(8)))
     }
 
-    /// A value of the data sheet, as SDO carries it.
+    /// The SDO data of a value in the data sheet.
     pub(crate) fn bytes_of(&self, entry: &Entry, value: &Value) -> Option<Vec<u8>> {
         let number = match value {
             Value::Integer(number) => *number,
@@ -705,18 +703,18 @@ impl<'a> Tester<'a> {
         Some(number.to_le_bytes()[..self.size(entry)?].to_vec())
     }
 
-    /// What a device has after power-on: what a DCF configures, else the default.
+    /// The value after power-on: that of the DCF, or else the default.
     pub(crate) fn power_on_value(&self, entry: &Entry) -> Option<Vec<u8>> {
         self.bytes_of(entry, entry.configured.as_ref().or(entry.default.as_ref())?)
     }
 
-    /// Whether a scan may read the entry and a download may write it (`ObjFlags`, CiA 306-1, 6.5.2).
+    /// The `ObjFlags` of the object, which forbid writing on download, or reading on scan (CiA 306-1, 6.5.2).
     pub(crate) fn flags(&self, entry: &Entry) -> u32 {
         self.sheet.device.object(entry.index).map_or(0, |object| object.flags)
     }
 }
 
-/// Microseconds, as milliseconds.
+/// Microseconds as a text in milliseconds.
 fn ms(us: u64) -> String {
     format!("{}.{:02}", us / 1000, us % 1000 / 10)
 }
@@ -725,7 +723,7 @@ fn lost(error: LinkError) -> Verdict {
     Verdict::Unfinished(Ended::BusLost(error.to_string()))
 }
 
-/// Frames as candump writes them.
+/// Frames in the format of candump.
 pub(crate) fn text(heard: &[Heard]) -> String {
     let frames: Vec<String> = heard.iter().take(8).map(|(_, frame)| frame.to_string()).collect();
     if frames.is_empty() { "nothing".to_owned() } else { frames.join(" ") }

@@ -1,4 +1,4 @@
-//! Values of entries, as reports show them.
+//! Values of entries in reports.
 
 use lexican_eds::types::{Class, DataType};
 
@@ -6,14 +6,14 @@ use crate::sdo;
 use crate::tester::Tester;
 
 impl Tester<'_> {
-    /// A value of an entry in words, by the data type that the data sheet names.
+    /// A value of an entry in words, by the data type of the data sheet.
     pub(crate) fn shown(&self, (index, sub): (u16, u8), bytes: &[u8]) -> String {
         let entry = self.sheet.device.entry(index, sub);
         shown(entry.map_or(DataType::Domain, |entry| entry.data_type), bytes)
     }
 }
 
-/// A value in words: `4096 (1000h)`, `"LXC"`. Bytes where the type is one of bytes, or has another length.
+/// A value in words: `4096 (1000h)`, `"LXC"`; as bytes if the type is one of bytes, or has another length.
 fn shown(data_type: DataType, bytes: &[u8]) -> String {
     let has_length = data_type.bits().is_none_or(|bits| usize::from(bits.div_ceil(8)) == bytes.len());
     let raw = sdo::number(bytes);
@@ -34,7 +34,7 @@ fn shown(data_type: DataType, bytes: &[u8]) -> String {
     }
 }
 
-/// A number, and how it looks in hexadecimal where that is different.
+/// A number, also in hexadecimal where that differs.
 fn number(number: i128, raw: u64) -> String {
     if (0..10).contains(&number) { number.to_string() } else { format!("{number} ({raw:X}h)") }
 }

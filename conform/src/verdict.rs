@@ -1,4 +1,4 @@
-//! What cases lead to.
+//! Verdicts on cases.
 
 use std::fmt::{self, Display};
 
@@ -10,34 +10,34 @@ use crate::sheet::Findings;
 /// Why a case was not passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The data sheet says that the device lacks what the case is about.
+    /// The device lacks the subject of the case, by its data sheet.
     NotApplicable(String),
-    /// The case would do something that has not been [allowed](crate::Settings::allow).
+    /// The case needs a hazard that is not [allowed](crate::Settings::allow).
     NotAllowed(Hazard),
-    /// The device does something else.
+    /// The device does not do what is required: what was seen.
     Failed(String),
-    /// A step failed that is a case of its own, and that case fails as well: its id, and what was seen.
+    /// A step failed that is also a case, and that case fails too: its id, and what was seen.
     Blocked(&'static str, String),
     /// This computer was too late to judge the device: what was seen, with figures.
     NotDecidable(String),
-    /// The case was not finished: it was [cancelled](Ended::Cancelled), or the [bus is gone](Ended::BusLost).
+    /// The case was not finished: it was [cancelled](Ended::Cancelled), or the [bus was lost](Ended::BusLost).
     Unfinished(Ended),
 }
 
 /// Why a test, or a case of it, ended early.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// By this data sheet no device can be tested: what the linter finds in it.
+    /// No device can be tested by this data sheet: the findings of the linter.
     Unfit(Findings),
-    /// The device does not answer, or not any more.
+    /// The device does not answer, or has stopped answering.
     Silent(NodeId),
-    /// A case failed, and the test was to end [then](crate::Settings::fail_fast).
+    /// A case failed, and [`fail_fast`](crate::Settings::fail_fast) is set.
     AtFailure,
     /// The test was cancelled.
     Cancelled,
-    /// The bus was lost, and not back in [time](crate::Settings::bus): what the link says.
+    /// The bus was lost, and not back in [time](crate::Settings::bus): the error of the link.
     BusLost(String),
-    /// A drive may still move, and could not be stopped: what is known of it.
+    /// A drive may still move, and could not be stopped: why.
     Moving(String),
 }
 
@@ -59,7 +59,7 @@ impl Display for Ended {
 /// The result of a case, or of a step of it.
 pub type Outcome<T = ()> = Result<T, Verdict>;
 
-/// How much a standard asks for what a case is about.
+/// How strongly a standard asks for the subject of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Required.
@@ -69,7 +69,7 @@ pub enum Level {
 }
 
 impl Verdict {
-    /// Why, without the verdict itself.
+    /// The reason, without the verdict itself.
     #[must_use]
     pub fn reason(&self) -> String {
         match self {

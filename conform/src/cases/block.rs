@@ -1,4 +1,4 @@
-//! Beyond the plan: blocks of SDO whose segments are lost, or come one by one.
+//! Beyond the plan: SDO block transfers with lost segments, or with segments one by one.
 
 use lexican_eds::model::Entry;
 
@@ -17,7 +17,7 @@ pub(crate) const CASES: &[Case] = &[
         for _ in 0..segments {
             t.answer()?;
         }
-        // Only the first one has come, and of one none.
+        // Confirms the first segment only, or none if there is only one.
         let arrived = usize::from(segments > 1);
         t.send_request(message(&[0xA2, arrived as u8, 127], &[]))?;
         for (number, rest) in (1..).zip(default.chunks(7).skip(arrived)) {
@@ -75,7 +75,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("A server takes the segments of a block in sequence only."),
 ];
 
-/// A value of several segments that can be written, and what it is.
+/// A writable entry whose value takes several segments, with that value.
 pub(crate) fn long_to_write(t: &mut Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
     let entries = t.some_to_write("of more than four bytes can be written", |entry| {
         entry.access.readable() && entry.access.writable() && t.bits(entry).is_none_or(|bits| bits > 56)

@@ -46,7 +46,7 @@ pub(crate) const CASES: &[Case] = &[
             let element = object.entry(1).map_or(0, |element| element.data_type.code());
             let structure = t.read(entry.index, 0xFF)?;
             ensure(structure & 0xFF == u64::from(kind.code()), || format!("{structure:08X}h is no {}", kind.name()))?;
-            // Elements of a record differ; those of an array are of one type.
+            // Elements of a record may differ; those of an array have one type.
             let right = kind != ObjectKind::Array || structure >> 8 == u64::from(element);
             ensure(right, || format!("{structure:08X}h, the elements are of type {element:04X}h"))?;
         }
@@ -69,7 +69,7 @@ pub(crate) const CASES: &[Case] = &[
             if high < last {
                 t.refuses(index, sub, (high + 1) as u32, &answers::TOO_HIGH)?;
             }
-            // One limit may depend on another value, such as an event timer on the inhibit time.
+            // A limit may depend on another value, such as that of the event timer on the inhibit time.
             t.write_back(&entry, &before)?.ok();
         }
         Ok(())
@@ -104,12 +104,12 @@ pub(crate) const CASES: &[Case] = &[
         let mut values = BTreeMap::new();
         for entry in t.some_to_write("can be read and written", both)? {
             let (index, sub) = (entry.index, entry.sub);
-            // 1003h takes nothing but 0, and 1010h and 1011h want a signature.
+            // 1003h takes only 0, and 1010h and 1011h need a signature.
             if t.flags(&entry) & NO_WRITE_ON_DOWNLOAD != 0 || matches!(index, 0x1003 | 0x1010 | 0x1011) {
                 continue;
             }
             let before = t.read_bytes(index, sub)?;
-            // What is no identifier need not be taken for one.
+            // A value that cannot be an identifier need not be accepted as one.
             let identifier =
                 <[u8; 4]>::try_from(&before[..]).map(|bytes| CobId::from_parameter(u32::from_le_bytes(bytes)));
             if !is_identifier(&entry) || !identifier.is_ok_and(CobId::is_restricted) {
@@ -119,7 +119,7 @@ pub(crate) const CASES: &[Case] = &[
         for at @ (index, sub) in pdo_mapping::writing_order(t, values.keys().copied())? {
             let Some((entry, before)) = values.remove(&at) else { continue };
             let answer = t.write_back(&entry, &before)?;
-            // In another state, perhaps.
+            // It may be writable in another state.
             if answer == Err(AbortCode::DEVICE_STATE) {
                 continue;
             }
@@ -178,12 +178,13 @@ pub(crate) const CASES: &[Case] = &[
     .requires("An entry with the access type const never changes, nor does a communication parameter that is ro."),
 ];
 
-/// Behind each object and each highest sub-index, where the data sheet has nothing; and how reading there is refused.
+/// Addresses after each object and each highest sub-index that the data sheet does not have, and the codes for reading
+/// there.
 fn missing(t: &Tester<'_>) -> Vec<(u16, u8, &'static Accepted)> {
     let device = &t.sheet.device;
     let mut missing = Vec::new();
     for object in &device.objects {
-        // FFh describes the structure of an object, and need not be in a data sheet.
+        // FFh describes the structure of an object, and may be missing in the data sheet.
         let highest = object.entries.iter().map(|entry| entry.sub).filter(|&sub| sub != 0xFF).max();
         if let Some(sub) = highest.filter(|&sub| sub < 0xFE) {
             missing.push((object.index, sub + 1, &answers::NO_SUB_INDEX));
@@ -201,7 +202,7 @@ const NO_READ_ON_SCAN: u32 = 2;
 
 fn is_read(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
     let (index, sub) = (entry.index, entry.sub);
-    // Of errors that have not occurred there is nothing to read.
+    // An error field that has had no error may be empty.
     let may_be_empty = index == 0x1003 && sub > 0;
     match t.upload(index, sub)? {
         Ok(bytes) => {
@@ -223,14 +224,14 @@ fn is_not_written(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
     t.refuses_bytes(entry.index, entry.sub, data, &answers::READ_ONLY)
 }
 
-/// Names all entries that differ, so that a known deviation does not hide others.
+/// Reports all entries that differ, so that a known deviation does not hide others.
 fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
     let mut differ = Vec::new();
     for entry in t.entries(|entry| entry.access.readable()) {
         let (index, sub) = (entry.index, entry.sub);
-        // 1003h is empty, 1010h and 1011h read as what they can do, and a node-ID is what it has been set to.
+        // 1003h is empty, 1010h and 1011h read as capabilities, and a node-ID is the one that was set.
         let of_node = Hazard::of_write(&t.sheet.device, index) == Some(Hazard::NodeId);
-        // What a process gives has the value of now.
+        // A process value has its present value.
         let is_measured = entry.pdo_mapping && !entry.access.writable();
         let has_other = matches!((index, sub), (0x1003, _) | (0x1010 | 0x1011, 1..));
         if of_node || is_measured || has_other || !wanted(t.flags(&entry)) {
@@ -244,7 +245,7 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
     ensure(differ.is_empty(), || differ.join("; "))
 }
 
-/// Whether an entry holds the identifier of a service.
+/// Whether an entry holds the COB-ID of a service.
 fn is_identifier(entry: &Entry) -> bool {
     match entry.index {
         0x1005 | 0x1012 | 0x1014 => true,
@@ -254,21 +255,20 @@ fn is_identifier(entry: &Entry) -> bool {
     }
 }
 
-/// The highest number that the type of an entry has.
 pub(crate) fn highest(t: &Tester<'_>, entry: &Entry) -> i128 {
     let of_bits = (1 << t.bits(entry).unwrap_or(0)) - 1;
     entry.data_type.range().map_or(of_bits, |(_, highest)| highest)
 }
 
-/// The entries with limits that can be written in one message, with the limits.
+/// The writable entries of at most four bytes that have limits, with these limits.
 pub(crate) fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
     let number = |value: &Option<Value>| value.as_ref().and_then(Value::as_integer);
     let limits = |entry: &Entry| {
         let (low, high) = (number(&entry.low)?, number(&entry.high)?);
         let can_be_tried =
             entry.access.writable() && entry.access.readable() && t.bits(entry).is_some_and(|bits| bits <= 32);
-        // With another node-ID it would not be found again; 1003h:00 counts errors, 1010h takes a signature; and in
-        // mappings, in 1016h and in identifiers not every number between two has a meaning.
+        // With another node-ID the device would not be found again; 1003h:00 counts errors; 1010h takes a signature;
+        // and mappings, 1016h and COB-IDs have fields, so that not every number within limits has a meaning.
         let is_node_id = Hazard::of_write(&t.sheet.device, entry.index) == Some(Hazard::NodeId);
         let counts =
             matches!((entry.index, entry.sub), (0x1003, 0) | (0x1010 | 0x1011 | 0x1600..=0x17FF | 0x1A00..=0x1BFF, _));

@@ -14,7 +14,7 @@ mod velocity;
 
 use crate::case::Case;
 
-/// All of them.
+/// All cases of drives.
 pub(crate) fn cases() -> impl Iterator<Item = &'static Case> {
     let chapters = [
         states::CASES,

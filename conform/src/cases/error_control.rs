@@ -1,4 +1,4 @@
-//! 7: guarding, heartbeat, and one against the other.
+//! 7: guarding and heartbeat, each alone and against the other.
 
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration};
@@ -31,7 +31,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires(GUARDING),
     case("301/7.2.8.3.2.1/2", "7.3", "the toggle bit begins with 0, and toggles", |t| {
-        // Again after a reset, in the midst of the sequence.
+        // The second time comes after a reset, in the middle of the sequence.
         for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
             is_guarded(t)?;
             for answer in answers {
@@ -64,7 +64,7 @@ pub(crate) const CASES: &[Case] = &[
         has_emergency(t)?;
         is_silent(t)?;
         guard(t)?;
-        // It begins with the first request, and is content with requests in time.
+        // Monitoring begins with the first request; requests in time cause no error.
         none_lost(t, 500)?;
         for _ in 0..5 {
             t.send_remote(t.error_control(), 1)?;
@@ -98,7 +98,7 @@ pub(crate) const CASES: &[Case] = &[
         t.entry(0x1016, 2)?;
         t.write(0x1016, 1, WATCH)?;
         t.refuses(0x1016, 2, WATCH, &answers::CONSUMED_TWICE)?;
-        // The same again is no second one.
+        // Writing the same entry again is not a second one.
         t.write(0x1016, 1, WATCH)
     })
     .requires("A node is monitored by one entry of 1016h; a second one with it is refused."),
@@ -114,7 +114,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
         has_emergency(t)?;
         watch(t)?;
-        // The first one begins it.
+        // Monitoring begins with the first heartbeat.
         none_lost(t, 300)?;
         beat(t, 0x05)?;
         none_lost_before(t, 90)?;
@@ -234,17 +234,17 @@ pub(crate) const CASES: &[Case] = &[
     .recommended(),
 ];
 
-/// The case that is about heartbeats.
+/// The id of the case about heartbeats.
 pub(crate) const BEATS: &str = "301/7.2.8.3.2.2/1";
 
-/// 1016h: node 16, within 100 ms.
+/// The value of 1016h: node 16, within 100 ms.
 const WATCH: u32 = 16 << 16 | 100;
 
 fn guarded(t: &Tester<'_>) -> Outcome {
     t.has(&[0x100C, 0x100D])
 }
 
-/// The device's own heartbeat would be taken for an answer, and disturb what is to be silence.
+/// Switches the device's own heartbeat off: it would be taken for an answer, and would disturb silence.
 fn is_silent(t: &mut Tester<'_>) -> Outcome {
     match t.entry(0x1017, 0) {
         Ok(entry) if t.read(0x1017, 0)? != 0 => {
@@ -257,7 +257,7 @@ fn is_silent(t: &mut Tester<'_>) -> Outcome {
     }
 }
 
-/// Lets the device be guarded: one that has a heartbeat as well need not answer before guarding is configured.
+/// Configures guarding: a device that also has a heartbeat need not answer before that.
 pub(crate) fn is_guarded(t: &mut Tester<'_>) -> Outcome {
     guarded(t)?;
     is_silent(t)?;
@@ -265,7 +265,7 @@ pub(crate) fn is_guarded(t: &mut Tester<'_>) -> Outcome {
     if [0x100C, 0x100D].into_iter().all(settable) { guard(t) } else { Ok(()) }
 }
 
-/// Emergencies are optional: a device without 1014h, or with none in it, sends none.
+/// Emergencies are optional: a device without 1014h, or with an invalid COB-ID in it, sends none.
 pub(crate) fn has_emergency(t: &mut Tester<'_>) -> Outcome {
     t.has(&[0x1014])?;
     let cob_id = t.read(0x1014, 0)? as u32;
@@ -280,7 +280,7 @@ fn both(t: &Tester<'_>) -> Outcome {
     t.has(&[0x100C, 0x100D, 0x1017])
 }
 
-/// A device may refuse to have both at a time (CiA 301, 7.2.8.2.2), and then there is nothing to be judged.
+/// A device may refuse to have both at a time (CiA 301, 7.2.8.2.2); the case then does not apply.
 fn both_on(t: &mut Tester<'_>) -> Outcome {
     both(t)?;
     guard(t)?;
@@ -290,7 +290,7 @@ fn both_on(t: &mut Tester<'_>) -> Outcome {
     }
 }
 
-/// A life time of 200 ms.
+/// Configures a life time of 200 ms.
 pub(crate) fn guard(t: &mut Tester<'_>) -> Outcome {
     guarded(t)?;
     t.write(0x100C, 0, 100)?;
@@ -308,12 +308,12 @@ pub(crate) fn watch(t: &mut Tester<'_>) -> Outcome {
     t.write(0x1016, 1, WATCH)
 }
 
-/// A heartbeat of the node that is watched.
+/// Sends a heartbeat of the monitored node.
 pub(crate) fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
     t.send(CobId::standard(0x700 | (WATCH >> 16) as u16).unwrap_or(CobId::SYNC), &[state])
 }
 
-/// The emergency of a life guard or heartbeat error comes within so long, once.
+/// Checks that the emergency of a life guard or heartbeat error comes within this time, once.
 fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
     let heard = t.emergencies(LOST, within_ms)?;
     let right = matches!(&heard[..], [(_, frame)] if frame.data().len() == 8);
@@ -329,7 +329,7 @@ fn is_one_emergency(heard: &[Heard], code: u16) -> Outcome {
 /// The error code of a life guard or heartbeat error.
 const LOST: u16 = 0x8130;
 
-/// The same, where the next heartbeat has to come after 100 ms.
+/// The same, before the next heartbeat, which has to come after 100 ms.
 fn none_lost_before(t: &mut Tester<'_>, ms: u64) -> Outcome {
     let heard = none_lost(t, ms);
     t.depends_on(Duration::from_millis(100 - ms));
@@ -341,7 +341,7 @@ fn none_lost(t: &mut Tester<'_>, ms: u64) -> Outcome {
     ensure(heard.is_empty(), || format!("no emergency 8130h was expected, {} came", text(&heard)))
 }
 
-/// Between heartbeats, a request gets no answer.
+/// Checks that a request between heartbeats gets no answer.
 fn unanswered(t: &mut Tester<'_>) -> Outcome {
     for _ in 0..3 {
         t.state(150)?;

@@ -1,7 +1,7 @@
 //! CiA 305: LSS. The clauses are those of version 3.0.0.
 //!
-//! Only the device under test is configured: it is selected by its identity. What cases give it they note, so that
-//! [`put_back`] takes it away, however a case ends.
+//! Only the device under test is configured: it is selected by its identity. Cases note what they change in it, so that
+//! [`put_back`] can undo that, however a case ends.
 
 use lexican_runtime::wire::lss::{self, BIT_TIMING_TABLE, Bound, Identity, LssRequest, LssResponse, LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
@@ -19,7 +19,7 @@ const STORE: &[Hazard] = &[Hazard::Store];
 /// How long a device may take to store its configuration.
 const STORING: Duration = Duration::from_secs(3);
 
-/// The indices of CiA 305, table 1, but for that of automatic detection.
+/// The indices of CiA 305, table 1, except that of automatic detection.
 const INDICES: std::ops::Range<u8> = 0..BIT_TIMING_TABLE.len() as u8;
 
 const fn lss(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
@@ -90,7 +90,7 @@ pub(crate) const CASES: &[Case] = &[
         begin(t)?;
         select(t)?;
         for node in [0, 128, 200, 254] {
-            // A device that takes it is given its own again.
+            // If the device takes it, `put_back` restores its own.
             t.lss.node = Some(None);
             let request = Frame::from_array(lss::REQUEST, [0x11, node, 0, 0, 0, 0, 0, 0]);
             is_answered(t, request, LssResponse::ConfigureNode { error: 1, specific: 0 })?;
@@ -101,7 +101,7 @@ pub(crate) const CASES: &[Case] = &[
     .needs(NODE_ID),
     lss("305/6.4.2/3", "configuring and inquiring are left unanswered in LSS waiting", |t| {
         let lss = begin(t)?;
-        // These change nothing, even if they are carried out.
+        // These change nothing, even if the device carries them out.
         let own = LssRequest::ConfigureNode(Some(lss.node));
         let none = LssRequest::ConfigureBitTiming { table: 0, index: 255 };
         let inquiries = Part::ALL.map(LssRequest::Inquire);
@@ -146,7 +146,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("Bit rates and tables that the device does not support are refused with error code 1.")
     .needs(NODE_ID),
     lss("305/6.4.5/1", "store configuration succeeds, or says that it is not supported", |t| {
-        // What is stored is what the device has.
+        // The present configuration is stored, so nothing changes.
         begin(t)?;
         select(t)?;
         match ask_within(t, LssRequest::Store.frame(), STORING)? {
@@ -228,7 +228,7 @@ pub(crate) const CASES: &[Case] = &[
         for part in Part::ALL {
             let number = lss.identity.part(part);
             for bit in (0..32).rev() {
-                // The bits above are right; this one is 0, and so are those below.
+                // The bits above `bit` are right; `bit` itself is 0, and so are those below.
                 let value = number >> bit >> 1 << 1 << bit;
                 let step = LssRequest::Fastscan { value, bits_left: bit, part, next: part };
                 match number >> bit & 1 {
@@ -266,10 +266,10 @@ pub(crate) const CASES: &[Case] = &[
     .requires(FASTSCAN),
 ];
 
-/// Begins a fastscan, whatever was scanned before.
+/// Begins a fastscan anew.
 const RESTART: LssRequest = LssRequest::Fastscan { value: 0, bits_left: 0x80, part: Part::Vendor, next: Part::Vendor };
 
-/// All devices are in LSS waiting; the device under test is addressed by what it has in 1018h.
+/// Puts all devices into LSS waiting. The device under test is addressed by its 1018h.
 fn begin(t: &mut Tester<'_>) -> Outcome<Addressed> {
     let mut identity = Identity::default();
     for part in Part::ALL {
@@ -284,7 +284,7 @@ fn begin(t: &mut Tester<'_>) -> Outcome<Addressed> {
     Ok(device)
 }
 
-/// Takes the node-ID away from the device, if there is no other device without one.
+/// Removes the node-ID of the device, if no other device is without one.
 fn lose_node_id(t: &mut Tester<'_>) -> Outcome<Addressed> {
     let lss = begin(t)?;
     if ask(t, LssRequest::IdentifyUnconfigured.frame())?.is_some() {
@@ -298,7 +298,6 @@ fn lose_node_id(t: &mut Tester<'_>) -> Outcome<Addressed> {
     Ok(lss)
 }
 
-/// A node-ID that no node has.
 fn free_node(t: &mut Tester<'_>) -> Outcome<NodeId> {
     let own = t.node;
     for node in (1..=127).rev().filter_map(NodeId::new).filter(|&node| node != own) {
@@ -309,13 +308,13 @@ fn free_node(t: &mut Tester<'_>) -> Outcome<NodeId> {
     Err(not_applicable("no node-ID is free"))
 }
 
-/// Whether a node answers SDO.
+/// Whether a node answers SDO requests.
 fn is_there(t: &mut Tester<'_>, node: NodeId) -> Outcome<bool> {
     t.send(CobId::of_node(0x600, node), &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
     Ok(t.next(CobId::of_node(0x580, node), PATIENCE)?.is_some())
 }
 
-/// The index of the bit rate that the bus has.
+/// The index of the bit rate of the bus.
 fn own_rate(t: &Tester<'_>) -> Outcome<u8> {
     let rate = t.settings.bit_rate_kbit.ok_or_else(|| {
         not_applicable("the bit rate of the bus is not given, and a device cannot be asked which one it has")
@@ -324,7 +323,7 @@ fn own_rate(t: &Tester<'_>) -> Outcome<u8> {
     index.ok_or_else(|| not_applicable(format!("CiA 305 has no bit rate of {rate} kbit/s")))
 }
 
-/// Whether the device has the bit rate of an index, by its data sheet.
+/// Whether the data sheet lists the bit rate of an index.
 fn supports(t: &Tester<'_>, index: u8) -> bool {
     let rate = BIT_TIMING_TABLE.get(usize::from(index)).copied().flatten();
     rate.is_some_and(|rate| t.sheet.device.info.bit_rates_kbit.contains(&rate))
@@ -354,7 +353,7 @@ fn configure_bit_timing(t: &mut Tester<'_>, index: u8, error: u8) -> Outcome {
     answers(t, request, LssResponse::ConfigureBitTiming { error, specific: 0 })
 }
 
-/// Asks whether there is a device from `low` to a serial number, with the same major revision number.
+/// Asks whether there is a device with a serial number from `low` to `serial_high`, and the same major revision number.
 fn identify(t: &mut Tester<'_>, low: Identity, serial_high: u32) -> Outcome<Option<Frame>> {
     for (bound, value) in [
         (Bound::Vendor, low.vendor),
@@ -368,7 +367,7 @@ fn identify(t: &mut Tester<'_>, low: Identity, serial_high: u32) -> Outcome<Opti
     ask(t, LssRequest::Identify(Bound::SerialHigh, serial_high).frame())
 }
 
-/// The whole number of a part is confirmed, and the scan goes on with the next.
+/// Confirms the whole number of a part, after which the scan goes on with the next part.
 fn confirm(t: &mut Tester<'_>, identity: Identity, part: Part) -> Outcome {
     let step = LssRequest::Fastscan { value: identity.part(part), bits_left: 0, part, next: part.next() };
     answers(t, step, LssResponse::Identified)
@@ -390,7 +389,7 @@ fn is_silent(t: &mut Tester<'_>, request: Frame) -> Outcome {
     ensure(answer.is_none(), || format!("{request} is answered by {}, and should not be", text(answer)))
 }
 
-/// Sends a request; returns the response, if one comes at once.
+/// Sends a request; returns the response, if one comes in time.
 fn ask(t: &mut Tester<'_>, request: Frame) -> Outcome<Option<Frame>> {
     ask_within(t, request, PATIENCE)
 }
@@ -404,7 +403,7 @@ fn text(answer: Option<Frame>) -> String {
     answer.map_or_else(|| "nothing".to_owned(), |frame| frame.to_string())
 }
 
-/// Gives the device what it had before the case; returns a sentence if that was not possible.
+/// Gives the device what it had before the case; returns a sentence if that failed.
 pub(crate) fn put_back(t: &mut Tester<'_>) -> Option<String> {
     let changes = t.lss;
     let device = changes.device?;
@@ -435,14 +434,14 @@ fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome
         let own = LssRequest::ConfigureNode(Some(device.node));
         answers(t, own, LssResponse::ConfigureNode { error: 0, specific: 0 })?;
     }
-    // A device without node-ID boots with its new one at once; one that has a node-ID takes the new one at a reset.
+    // A device without node-ID boots with its new one at once; one with a node-ID takes the new one at a reset.
     switch(t, LssState::Waiting)?;
     if let Some(other) = changes.node.flatten() {
         t.nmt_to(NmtCommand::ResetCommunication, other.get())?;
     }
     t.hear(PATIENCE)?;
     if !is_there(t, device.node)? {
-        // Some take it with a reset of the communication alone.
+        // Some devices take it only by a reset of their own communication.
         t.nmt(NmtCommand::ResetCommunication)?;
     }
     let end = t.now() + t.settings.boot;

@@ -54,11 +54,11 @@ pub(crate) const CASES: &[Case] = &[
         t.has(&[0x1003])?;
         let mut errors = vec![emergency(t)?];
         match emergency(t) {
-            // An error that lasts need not be sent again.
+            // A persisting error need not be sent again.
             Err(Verdict::NotApplicable(_)) => {}
             error => errors.push(error?),
         }
-        // As many as there is room for; the newest comes first.
+        // As many as fit are kept, the newest first.
         let room = t.entries(|entry| entry.index == 0x1003).len() - 1;
         let kept = room.min(errors.len());
         t.reads(0x1003, 0, kept as u64)?;
@@ -76,7 +76,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         emergency(t)?;
         let trouble = trouble(t)?;
-        // An error that lasts is not sent again, and one that is over may come again.
+        // A persisting error is not sent again, but may be once it has ended.
         trouble.ends(t)?;
         t.hear_ms(20)?;
         let cob_id = t.read(0x1014, 0)? as u32;
@@ -92,7 +92,7 @@ pub(crate) const CASES: &[Case] = &[
         t.write(0x1015, 0, INHIBIT_MS as u32 * 10)?;
         let (trouble, id) = (trouble(t)?, t.emergency_id());
         let mut heard = Vec::new();
-        // A device that looks at its RPDOs now and then has to see each of them.
+        // Waits in between: a device that polls its RPDOs has to see each of them.
         for step in [Trouble::makes, Trouble::ends] {
             step(&trouble, t)?;
             heard.extend(t.hear_id(id, 50)?);
@@ -176,7 +176,7 @@ pub(crate) const CASES: &[Case] = &[
         counts(t, 3)?;
         let syncs = t.hears_every(CobId::SYNC, 10, 7);
         let syncs = t.needs(PRODUCED, syncs)?;
-        // Whichever was the first to be heard.
+        // The first counter value heard may be any.
         let counts = |two: &[Heard]| matches!([two[0].1.data(), two[1].1.data()], [&[one @ 1..=3], &[next]] if next == one % 3 + 1);
         ensure(syncs.windows(2).all(counts), || text(&syncs))
     })
@@ -214,10 +214,10 @@ pub(crate) const CASES: &[Case] = &[
     .needs(BOTH),
 ];
 
-/// What lets a device send an emergency.
+/// Something that makes a device send an emergency.
 enum Trouble {
     Stimulus(Write),
-    /// An RPDO without bytes (8210h), which every device can be sent; and what it should have.
+    /// An RPDO without bytes (8210h), which works with every device that has one; and its proper content.
     ShortRpdo(CobId, Vec<u8>),
 }
 
@@ -229,7 +229,7 @@ impl Trouble {
         }
     }
 
-    /// The error is over, where that is known of it.
+    /// Ends the error, if it is known how.
     fn ends(&self, t: &mut Tester<'_>) -> Outcome {
         match self {
             Trouble::Stimulus(_) => Ok(()),
@@ -249,13 +249,14 @@ fn trouble(t: &mut Tester<'_>) -> Outcome<Trouble> {
     Ok(Trouble::ShortRpdo(id, whole))
 }
 
-/// A field of 1003h has an error code. What it has besides is the manufacturer's, and not what the emergency has.
+/// Checks the error code in a field of 1003h. The rest of the field is the manufacturer's, and need not be that of the
+/// emergency.
 fn is_kept(t: &mut Tester<'_>, sub: u8, code: u16) -> Outcome {
     let is = t.read(0x1003, sub)? & 0xFFFF;
     ensure(is == u64::from(code), || format!("1003:{sub:02X} has {is:04X}h, {code:04X}h was sent"))
 }
 
-/// Has the device send an emergency: the eight bytes of it.
+/// Makes the device send an emergency, and returns its eight bytes.
 fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
     let trouble = trouble(t)?;
     trouble.makes(t)?;

@@ -1,6 +1,6 @@
-//! The cases of CiA's conformance test plan (CCT 3.0.3.10), cases beyond it, and those of device profiles. The numbers are
-//! those of the plan; what a case asks is said in our words. A case reaches the device by its
-//! [`Tester`](crate::tester::Tester) and by nothing else.
+//! The cases of CiA's conformance test plan (CCT 3.0.3.10), cases beyond it, and those of device profiles. The numbers
+//! are those of the plan, the words are ours. A case has access to the device only through its
+//! [`Tester`](crate::tester::Tester).
 
 mod block;
 mod dictionary;
@@ -40,7 +40,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
     chapters.into_iter().flatten()
 }
 
-/// The cases of device profiles: each is for devices of [its profile](Case::profile).
+/// The cases of device profiles, each for devices of [its profile](Case::profile).
 pub fn profile_cases() -> impl Iterator<Item = &'static Case> {
     drive::cases()
 }

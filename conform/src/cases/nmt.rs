@@ -1,4 +1,4 @@
-//! 9 and 10: the NMT states, and the ways from one to the other.
+//! 9 and 10: the NMT states and their transitions.
 
 use lexican_eds::model::{Direction, Mapped, Pdo};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
@@ -37,7 +37,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.3.2.2.5/1", "9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         boots(t)?;
-        // Unless it is there already: 10.1 has that.
+        // If the device is not there already, which case 10.1 checks.
         t.enter(NmtState::PreOperational)?;
         has_services(t, NmtState::PreOperational)
     })
@@ -85,7 +85,7 @@ pub(crate) const CASES: &[Case] = &[
             ensure(!booted, || "a reset of another node is obeyed")?;
         }
         t.reset(NmtCommand::ResetNode)?;
-        // A reset of the communication leaves the parameters of the application alone.
+        // A reset of the communication does not change application parameters.
         let Ok(limited) = super::dictionary::limited(t) else { return Ok(()) };
         let Some((entry, low, _)) = limited.into_iter().find(|(entry, ..)| entry.index >= 0x2000) else {
             return Ok(());
@@ -94,7 +94,7 @@ pub(crate) const CASES: &[Case] = &[
         t.write(entry.index, entry.sub, low as u32)?;
         t.reset(NmtCommand::ResetCommunication)?;
         t.reads(entry.index, entry.sub, low as u64)?;
-        // The value of power-on is the default, unless the device keeps its parameters by itself.
+        // At power-on the value is the default, unless the device stores its parameters by itself.
         t.reset(NmtCommand::ResetNode)?;
         let value = t.read(entry.index, entry.sub)?;
         ensure([default, low as u64].contains(&value), || {
@@ -116,7 +116,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires(COMMANDS),
 ];
 
-/// The boot-up message comes once.
+/// Checks that the boot-up message comes once.
 fn boots(t: &mut Tester<'_>) -> Outcome {
     let booted = t.boot_up()?;
     t.needs("301/7.3.2.2.1/1", ensure(booted, || "no boot-up message comes"))?;
@@ -125,8 +125,8 @@ fn boots(t: &mut Tester<'_>) -> Outcome {
     ensure(!booted, || "the boot-up message comes again")
 }
 
-/// Resets the device, and the state that it is in then: PRE-OPERATIONAL; or OPERATIONAL, which a device may enter by local
-/// control (CiA 301, 7.3.2.2, transition 3), unless it says in 1F80h that it does not (CiA 302-2).
+/// Resets the device, and returns its state then: PRE-OPERATIONAL, or OPERATIONAL, which a device may enter by local
+/// control (CiA 301, 7.3.2.2, transition 3), unless 1F80h says that it does not (CiA 302-2).
 fn boots_into(t: &mut Tester<'_>) -> Outcome<NmtState> {
     const STAYS: u64 = 1 | 1 << 2;
     t.nmt(NmtCommand::ResetNode)?;
@@ -147,7 +147,7 @@ fn boots_into(t: &mut Tester<'_>) -> Outcome<NmtState> {
 
 const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];
 
-/// A node-ID that is not the device's.
+/// Another node-ID than the device's.
 fn other(t: &Tester<'_>) -> u8 {
     if t.node.get() == 127 { 126 } else { t.node.get() + 1 }
 }
@@ -168,12 +168,12 @@ fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Out
     Ok(())
 }
 
-/// Whether the state is asked for by guarding: where there is no heartbeat that could be set.
+/// Whether the state is read by guarding, since no heartbeat can be configured.
 fn is_asked(t: &Tester<'_>) -> bool {
     t.has(&[0x100C]).is_ok() && !t.entry(0x1017, 0).is_ok_and(|entry| entry.access.writable())
 }
 
-/// Lets the device send its state without being asked, if it can.
+/// Makes the device send its state by itself, if it can.
 pub(crate) fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
     if is_asked(t) {
         return Ok(());
@@ -182,19 +182,19 @@ pub(crate) fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
     t.write(0x1017, 0, PATIENCE_MS as u32)
 }
 
-/// The device says which state it is in: by its heartbeat, or else when it is guarded. In STOPPED it has to show that
-/// already.
+/// Checks the state that the device reports, by its heartbeat or else by guarding. For STOPPED, that has to be
+/// configured before.
 pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     if state != NmtState::Stopped {
         shows_its_state(t)?;
     }
-    // What the command has brought with it is not the answer.
+    // Frames that came with the command are not the answer.
     t.hear_ms(5)?;
     let reported = reported(t)?;
     ensure(reported == state.code(), || format!("the device says {reported:02X}, and should be {state}"))
 }
 
-/// The state that the device says it is in, if it shows that.
+/// The state that the device reports, if it does.
 fn reported(t: &mut Tester<'_>) -> Outcome<u8> {
     if is_asked(t) {
         return t.guarded_state();
@@ -203,10 +203,10 @@ fn reported(t: &mut Tester<'_>) -> Outcome<u8> {
     t.needs(error_control::BEATS, reported)
 }
 
-/// What CiA 301, 7.3.2.2.5, gives to the state, and nothing else.
+/// Checks that the device offers the services of CiA 301, 7.3.2.2.5, in a state, and no others.
 fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let (messages, pdos) = (state != NmtState::Stopped, state == NmtState::Operational);
-    // Error control, of both kinds.
+    // Error control: guarding and heartbeat.
     t.enter(NmtState::PreOperational)?;
     let guarded = error_control::is_guarded(t);
     if where_it_applies(guarded)?.is_some() {
@@ -214,7 +214,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         for _ in 0..2 {
             t.is_in(state)?;
         }
-        // Guarding that ends would be an error.
+        // Ends guarding by a reset, since a missing request would be an error.
         t.reset(NmtCommand::ResetCommunication)?;
     }
     if t.has(&[0x1017]).is_ok() {
@@ -247,7 +247,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         t.write(0x1005, 0, 0x80)?;
         t.write(0x1006, 0, 0)?;
     }
-    // TPDOs, asked for and by their event timer.
+    // TPDOs: by remote request, and by event timer.
     if let Ok(tpdos) = tpdos(t) {
         let asked = configure(t, &tpdos[0], transmission(253)).and_then(|asked| asked.takes_remote().map(|()| asked));
         if let Some(asked) = where_it_applies(asked)? {
@@ -273,7 +273,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     where_it_applies(received)?.map_or(Ok(()), |(id, pdo)| takes(t, state, id, &pdo))
 }
 
-/// `None` if the case does not apply because the device does not offer the service.
+/// `None` if the case does not apply, because the device does not offer the service.
 pub(crate) fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
     match outcome {
         Err(Verdict::NotApplicable(_)) => Ok(None),
@@ -281,12 +281,12 @@ pub(crate) fn where_it_applies<T>(outcome: Outcome<T>) -> Outcome<Option<T>> {
     }
 }
 
-/// An RPDO whose objects can be read back, with its identifier.
+/// An RPDO whose objects can be read back, with its COB-ID.
 pub(crate) fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
     received_by(t, |_, _| true)
 }
 
-/// The same, of those RPDOs that are wanted.
+/// The same, among the wanted RPDOs.
 pub(crate) fn received_by(t: &mut Tester<'_>, wanted: fn(&Tester<'_>, &Pdo) -> bool) -> Outcome<(CobId, Pdo)> {
     for pdo in t.sheet.device.pdos.clone() {
         if wanted(t, &pdo)
@@ -309,7 +309,7 @@ pub(crate) fn all_received(t: &mut Tester<'_>) -> Outcome<Vec<(CobId, Pdo)>> {
 
 const NONE_READ: &str = "no RPDO whose objects can be read";
 
-/// The identifier of an RPDO that exists and whose objects can be read back.
+/// The COB-ID of an RPDO that exists and whose objects can be read back.
 fn receives(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Option<CobId>> {
     let is_received = pdo.direction == Direction::Receive && !pdo.mapping.is_empty();
     let may_write = |mapped: &Mapped| t.entry(mapped.index, mapped.sub).is_ok_and(|entry| t.may_write(&entry));
@@ -320,7 +320,7 @@ fn receives(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Option<CobId>> {
     Ok((cob_id >> 31 == 0).then(|| CobId::from_parameter(cob_id)))
 }
 
-/// Whether [`values`] of a PDO can be read.
+/// Whether the [`values`] of a PDO can be read.
 pub(crate) fn are_readable(t: &Tester<'_>, pdo: &Pdo) -> bool {
     pdo.mapping.iter().all(|mapped| {
         let readable = t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable());
@@ -328,7 +328,7 @@ pub(crate) fn are_readable(t: &Tester<'_>, pdo: &Pdo) -> bool {
     })
 }
 
-/// What the objects of a PDO have, in its order.
+/// The values of a PDO's objects, in its order.
 pub(crate) fn values(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Vec<u8>> {
     let each = pdo.mapping.iter().map(|mapped| t.read_bytes(mapped.index, mapped.sub));
     Ok(each.collect::<Outcome<Vec<_>>>()?.concat())

@@ -1,4 +1,4 @@
-//! 3.1 to 3.20: the parameters of PDOs, and when they are sent in which NMT state.
+//! 3.1 to 3.20: the parameters of PDOs, and when PDOs are sent in each NMT state.
 
 use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::CobId;
@@ -74,7 +74,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires(PRE_OPERATIONAL),
 ];
 
-/// The case that is about remote frames, and the one about the event timer.
+/// The ids of the cases about remote requests and about the event timer.
 pub(crate) const ON_REQUEST: &str = "301/7.2.2.3/1";
 pub(crate) const BY_TIMER: &str = "301/7.2.2.3/3";
 
@@ -85,14 +85,14 @@ fn are_read(t: &mut Tester<'_>, indices: std::ops::RangeInclusive<u16>) -> Outco
 /// A TPDO that the tester has configured.
 pub(crate) struct Tpdo {
     pub(crate) id: CobId,
-    /// The bytes that it has.
+    /// In bytes.
     pub(crate) len: usize,
-    /// Whether remote frames may ask for it.
+    /// Whether remote frames may request it.
     pub(crate) remote: bool,
 }
 
 impl Tpdo {
-    /// What is about remote frames does not apply to a TPDO that takes none.
+    /// Cases about remote frames do not apply to a TPDO that takes none.
     pub(crate) fn takes_remote(&self) -> Outcome {
         if self.remote {
             Ok(())
@@ -102,7 +102,7 @@ impl Tpdo {
     }
 }
 
-/// How a TPDO is to be sent.
+/// The transmission parameters of a TPDO.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Transmission {
     pub(crate) code: u8,
@@ -114,12 +114,12 @@ pub(crate) fn transmission(code: u8) -> Transmission {
     Transmission { code, ..Transmission::default() }
 }
 
-/// The TPDOs of the data sheet that have an identifier, and whose transmission type can be set.
+/// The TPDOs of the data sheet that have a COB-ID, and whose transmission type can be written.
 pub(crate) fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
     let mut tpdos = t.sheet.device.pdos.clone();
     tpdos.retain(|pdo| {
         let settable = |sub| t.entry(0x17FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable());
-        // Without an identifier there is nothing to be switched on.
+        // Without a COB-ID it cannot be enabled.
         let default = t.entry(0x17FF + pdo.number, 1).ok().and_then(|entry| t.power_on_value(&entry));
         let bytes = default.and_then(|bytes| bytes.try_into().ok());
         let has_id = bytes.is_none_or(|bytes| !CobId::from_parameter(u32::from_le_bytes(bytes)).is_restricted());
@@ -129,8 +129,8 @@ pub(crate) fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
     if tpdos.is_empty() { Err(not_applicable("no TPDO whose transmission type can be set")) } else { Ok(tpdos) }
 }
 
-/// Configures a TPDO while it is switched off. The device is PRE-OPERATIONAL then. Does not apply to a transmission type that
-/// the device refuses.
+/// Configures a TPDO while it is disabled; afterwards the device is PRE-OPERATIONAL. If the device refuses the
+/// transmission type, the case does not apply.
 pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Outcome<Tpdo> {
     const OFF: u32 = 1 << 31;
     const NO_REMOTE: u32 = 1 << 30;
@@ -150,14 +150,14 @@ pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Out
         Err(refused) => return Err(failed(format!("type {shown} is refused with {refused}"))),
     }
     if how.event_timer_ms > 0 && t.entry(index, 3).is_ok_and(|entry| entry.access.writable()) {
-        // An event timer need not be shorter than the inhibit time.
+        // The event timer may have to be at least as long as the inhibit time.
         if t.read(index, 3)? > 10 * u64::from(how.event_timer_ms) {
             t.write(index, 3, 0)?;
         }
     }
     for (sub, value) in [(5, u32::from(how.event_timer_ms)), (6, u32::from(how.sync_start))] {
         match t.entry(index, sub) {
-            // A device may have no value for "never".
+            // A device may have no value that disables the timer.
             Ok(entry) if value == 0 && entry.low.as_ref().and_then(Value::as_integer) > Some(0) => {}
             Ok(entry) if !entry.access.writable() => {
                 if t.read(index, sub)? != u64::from(value) {
@@ -188,7 +188,7 @@ fn each(
     let mut lacks = None;
     let mut looked = false;
     for pdo in tpdos(t)? {
-        // SYNC is the tester's. With a counter there already is none of the device.
+        // SYNC is sent by the tester. If it has a counter, the device has been kept from producing SYNC before.
         if is_synchronous && how.sync_start == 0 {
             t.enter(NmtState::PreOperational)?;
             produce_nothing(t)?;
@@ -201,7 +201,7 @@ fn each(
             outcome => outcome?,
         }
         looked = true;
-        // The next one is looked at alone.
+        // Disables it, so that the next TPDO is tested alone.
         t.enter(NmtState::PreOperational)?;
         let cob_id = t.read(0x17FF + pdo.number, 1)? as u32;
         t.write(0x17FF + pdo.number, 1, cob_id | 1 << 31)?;
@@ -224,7 +224,7 @@ fn remote(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     })
 }
 
-/// The TPDO that shows the input which the stimulus lets change.
+/// The TPDO with the input that the stimulus changes.
 pub(crate) fn with_input(t: &Tester<'_>) -> Outcome<(Pdo, InputStimulus)> {
     let stimulus = t.settings.stimuli.input.ok_or_else(|| not_applicable("nothing is known that changes an input"))?;
     let mapped = |pdo: &Pdo| pdo.mapping.iter().any(|mapped| (mapped.index, mapped.sub) == stimulus.shown_by);
@@ -266,14 +266,14 @@ fn timer(t: &mut Tester<'_>, state: NmtState) -> Outcome {
             }
         })
     };
-    // Whether an event of type 254 is the timer's, the manufacturer decides.
+    // The manufacturer decides whether the timer is an event of type 254.
     match by_type(t, 254) {
         Err(Verdict::Failed(_) | Verdict::NotApplicable(_)) if state == NmtState::Operational => by_type(t, 255),
         outcome => outcome,
     }
 }
 
-/// How often a TPDO comes after each of some SYNCs.
+/// How often a TPDO comes after each of several SYNCs.
 fn after_each(t: &mut Tester<'_>, id: CobId, counters: impl Iterator<Item = Option<u8>>) -> Outcome<Vec<usize>> {
     let mut counts = Vec::new();
     for counter in counters {
@@ -289,7 +289,8 @@ fn compare(counts: &[usize], expected: &[usize], state: NmtState) -> Outcome {
     ensure(counts == expected, || format!("after each SYNC come {counts:?} TPDOs, not {expected:?}, in {state}"))
 }
 
-/// A TPDO comes with every nth SYNC, so many times. With which SYNC counting begins is open without a SYNC start value.
+/// Checks that a TPDO comes with every nth SYNC, this many times. Without a SYNC start value, counting may begin with
+/// any SYNC.
 pub(crate) fn comes_every(t: &mut Tester<'_>, tpdo: &Tpdo, every: u8, times: usize) -> Outcome {
     let mut counts = Vec::new();
     let latest = 2 * usize::from(every);
@@ -324,7 +325,7 @@ fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let tpdo = configure(t, &pdo, transmission(0))?;
     t.apply(input.starts)?;
     t.enter(state)?;
-    // Without SYNC there is nothing, however the input changes.
+    // Without SYNC nothing is sent, even if the input changes.
     let heard = t.hear_id(tpdo.id, 100)?;
     ensure(heard.is_empty(), || format!("{} comes without SYNC", tpdo.id))?;
     let counts = after_each(t, tpdo.id, [None; 4].into_iter())?;
@@ -344,7 +345,7 @@ fn sync_start(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let how = Transmission { code: 2, event_timer_ms: 0, sync_start: 5 };
     each(t, how, state, |t, tpdo| {
         let counts = after_each(t, tpdo.id, (1..=8).map(Some))?;
-        // CiA 301 calls it the first SYNC: CANopenNode sends with it, lely-core with the second of every two.
+        // CiA 301 calls it the first SYNC: CANopenNode sends with it, lely-core with every second one after it.
         if state == NmtState::Operational && counts == [0, 0, 0, 0, 0, 1, 0, 1] {
             t.observe(format!("{} comes with the second SYNC from the start value on", tpdo.id));
             return Ok(());

@@ -143,7 +143,7 @@ fn receives_only(entry: &Entry) -> bool {
     entry.pdo_mapping && matches!(entry.access, AccessType::Rww | AccessType::Wo)
 }
 
-/// What a mapping parameter says of an entry.
+/// The value of a mapping parameter for an entry.
 pub(crate) fn parameter(t: &Tester<'_>, entry: &Entry) -> u32 {
     u32::from(entry.index) << 16 | u32::from(entry.sub) << 8 | t.bits(entry).map_or(0, u32::from)
 }
@@ -156,7 +156,7 @@ fn mapping_index(pdo: &Pdo) -> u16 {
     parameter_index(pdo) + MAPPING
 }
 
-/// The first PDO whose mapping can be written, and that can be switched off.
+/// The first PDO with a writable mapping that can be disabled.
 fn dynamic(t: &Tester<'_>, direction: Direction) -> Outcome<Pdo> {
     let mut pdos = t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == direction);
     let dynamic = pdos.find(|pdo| has_dynamic_mapping(t, pdo));
@@ -172,7 +172,7 @@ fn mappable(t: &Tester<'_>, what: &str, wanted: fn(&Tester<'_>, &Entry) -> bool)
     t.some(what, |entry| t.bits(entry).is_some() && wanted(t, entry))
 }
 
-/// An entry that the TPDO could send and does not, with a value other than zero if there is one.
+/// An entry that the TPDO could send and does not, if possible with a value other than 0.
 fn of_some_value(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Entry> {
     let mapped: Vec<(u16, u8)> = pdo.mapping.iter().map(|mapped| (mapped.index, mapped.sub)).collect();
     let entries = mappable(t, "to be transmitted", |t, entry| sends(entry) && t.bits(entry) >= Some(8))?;
@@ -193,18 +193,18 @@ pub(crate) fn switch_off(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
     t.write(index, 1, cob_id | 1 << 31)
 }
 
-/// Switches a PDO off before one of its parameters is written, if it can be.
+/// Disables the PDO of a parameter before that is written, if possible.
 pub(crate) fn switch_off_of(t: &mut Tester<'_>, index: u16) -> Outcome {
     let Some(parameter) = pdo_parameter(index) else { return Ok(()) };
     if t.entry(parameter, 1).is_ok_and(|entry| entry.access.readable() && entry.access.writable()) {
         let cob_id = t.read(parameter, 1)? as u32;
-        // Whether the device lets it be, other cases judge.
+        // Other cases judge whether the device allows it.
         t.try_write(parameter, 1, cob_id | 1 << 31)?.ok();
     }
     Ok(())
 }
 
-/// From the communication parameter of a PDO to its mapping.
+/// The distance from the communication parameter of a PDO to its mapping.
 const MAPPING: u16 = 0x200;
 
 /// The communication parameter of the PDO that an object belongs to.
@@ -212,8 +212,8 @@ fn pdo_parameter(index: u16) -> Option<u16> {
     matches!(index, 0x1400..=0x1BFF).then_some(index & !MAPPING)
 }
 
-/// In which order entries are written: a PDO is changed while it does not exist, and its mapping while it has no entries, so
-/// these come last. The PDOs do not exist then, as far as the device lets itself be asked.
+/// The order for writing entries. A PDO is changed while it is disabled, and its mapping while the number of entries is
+/// 0, so COB-IDs and numbers of entries come last. Disables the PDOs as far as the device allows it.
 pub(crate) fn writing_order(
     t: &mut Tester<'_>,
     entries: impl Iterator<Item = (u16, u8)> + Clone,
@@ -230,7 +230,7 @@ pub(crate) fn writing_order(
     Ok(first.chain(last.iter().copied()).collect())
 }
 
-/// Maps some entries by the procedure of CiA 301, 7.5.2.36, but for switching the PDO on.
+/// Maps some entries by the procedure of CiA 301, 7.5.2.36, except that the PDO stays disabled.
 pub(crate) fn map(t: &mut Tester<'_>, pdo: &Pdo, entries: &[u32]) -> Outcome<Answer> {
     switch_off(t, pdo)?;
     let index = mapping_index(pdo);
@@ -247,7 +247,7 @@ fn is_mapped(t: &mut Tester<'_>, pdo: &Pdo, entry: u32) -> Outcome {
     map(t, pdo, &[entry])?.map_err(|code| failed(format!("{entry:08X}h is not mapped: {code}")))?;
     t.reads(mapping_index(pdo), 0, 1)?;
     t.reads(mapping_index(pdo), 1, u64::from(entry))?;
-    // It exists with this mapping.
+    // Enables the PDO with this mapping.
     let cob_id = t.read(parameter_index(pdo), 1)? as u32 & !(1 << 31);
     t.write(parameter_index(pdo), 1, cob_id)
 }
@@ -273,7 +273,7 @@ fn does_not_map(t: &mut Tester<'_>, direction: Direction, what: &str, wanted: fn
     Ok(())
 }
 
-/// An object that the data sheet lacks is refused.
+/// Checks that mapping an object that the data sheet lacks is refused.
 fn maps_nothing(t: &mut Tester<'_>, direction: Direction) -> Outcome {
     let pdo = dynamic(t, direction)?;
     let lacks = |index: &u16| t.sheet.device.object(*index).is_none();

@@ -1,4 +1,5 @@
-//! Beyond the plan: RPDOs of a wrong length or too late, a SYNC of a wrong length, and which emergencies report them.
+//! Beyond the plan: RPDOs of a wrong length or too late, a SYNC of a wrong length, and the emergencies that report
+//! them.
 //!
 //! Devices need not send these emergencies (CiA 301, 7.2.7): a case that waits for one is recommended.
 
@@ -97,7 +98,7 @@ pub(crate) const CASES: &[Case] = &[
             guard(t)?;
             |t: &mut Tester<'_>| t.send_remote(t.error_control(), 1)
         };
-        // An emergency that is not sent in any state shows nothing.
+        // If the device never sends this emergency, its absence means nothing.
         contact(t)?;
         if t.hear_id(t.emergency_id(), LOST_MS)?.is_empty() {
             return Err(not_applicable("a heartbeat or guarding that is lost brings no emergency"));
@@ -133,7 +134,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("The error register of an emergency is that of 1001h."),
 ];
 
-/// What is known to let devices send emergencies.
+/// Errors that are known to make devices send emergencies.
 const TROUBLES: [fn(&mut Tester<'_>) -> Outcome; 7] = [
     |t| {
         let (id, _) = received(t)?;
@@ -145,7 +146,7 @@ const TROUBLES: [fn(&mut Tester<'_>) -> Outcome; 7] = [
         let whole = values(t, &pdo)?;
         t.enter(NmtState::Operational)?;
         t.send(id, &[])?;
-        // The error is over.
+        // A correct RPDO ends the error.
         t.send(id, &whole)
     },
     |t| {
@@ -176,23 +177,23 @@ const TROUBLES: [fn(&mut Tester<'_>) -> Outcome; 7] = [
     },
 ];
 
-/// How long an RPDO may take.
+/// The longest time between RPDOs.
 const DEADLINE_MS: u64 = 100;
 
-/// The error code of an RPDO that is late.
+/// The error code of a late RPDO.
 const LATE: u16 = 0x8250;
 
-/// In this time, a heartbeat or guarding that has ended is lost.
+/// The time after which a missing heartbeat or guarding request has been noticed.
 const LOST_MS: u64 = 400;
 
-/// An emergency with this code comes.
+/// Checks that an emergency with this code comes.
 fn is_reported(t: &mut Tester<'_>, code: u16) -> Outcome {
     let heard = t.emergencies(code, 3 * DEADLINE_MS)?;
     let right = matches!(&heard[..], [(_, frame)] if frame.dlc() == 8);
     ensure(right, || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
 }
 
-/// An RPDO that a frame can be longer than.
+/// An RPDO that is shorter than a frame can be.
 fn with_room(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
     received_by(t, |_, pdo| pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum::<u32>() <= 56)
 }
@@ -201,7 +202,7 @@ fn has_event_timer(t: &Tester<'_>, pdo: &Pdo) -> bool {
     [1, 5].into_iter().all(|sub| t.entry(0x13FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable()))
 }
 
-/// Lets an RPDO be waited for: its identifier, and what changes nothing.
+/// Configures a deadline for an RPDO: its COB-ID, and data that change nothing.
 fn with_deadline(t: &mut Tester<'_>) -> Outcome<(CobId, Vec<u8>)> {
     let lacks = |_| not_applicable("no RPDO that has an event timer (sub-index 5) and objects that can be read");
     let (id, pdo) = received_by(t, has_event_timer).map_err(lacks)?;

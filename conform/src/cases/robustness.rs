@@ -1,4 +1,5 @@
-//! Beyond the plan: what breaks a protocol, comes at the wrong time or is meant for others leaves a device as it was.
+//! Beyond the plan: frames that break a protocol, come at the wrong time or are meant for others do not affect a
+//! device.
 
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Frame};
@@ -33,7 +34,8 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3/2", "", "a transfer that begins while another is under way is served or aborted", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request(initiate(0x40, (index, sub), &[]))?;
-        // CiA 301 leaves it open. A client that follows it aborts the other one first. Either transfer may be aborted.
+        // CiA 301 leaves it open; a client that follows it aborts the other transfer first. So either transfer may be
+        // aborted.
         let answer = t.request(initiate(0x40, (0x1000, 0), &[]))?;
         let of = |at| initiate(answer[0], at, &answer[4..]) == answer;
         let aborted = sdo::abort_of(&answer);
@@ -68,18 +70,18 @@ pub(crate) const CASES: &[Case] = &[
     .requires(AVAILABLE),
     case("301/7.2.4.3/4", "", "after any first byte of a request the server answers as before", |t| {
         let (request, answer) = t.sdo_ids();
-        // What begins a download is left out: it would write.
+        // Commands that begin a download are left out, since they would write.
         for first in (0..=0xFF_u8).filter(|first| !matches!(first >> 5, 1 | 6)) {
             t.send(request, &[first, 0x00, 0x10, 0, 0, 0, 0, 0])?;
             let is_abort = first >> 5 == 4;
             if !is_abort {
                 t.next(answer, t.settings.answer)?;
             }
-            // Ends what may have begun. An abort has no answer; one that comes all the same, another case notices.
+            // Ends whatever may have begun. An abort has no answer; another case notices one.
             t.send(request, &[0x80, 0x00, 0x10, 0, 0, 0, 0, 0x08])?;
             t.hear_ms(5)?;
             if t.upload(0x1000, 0)?.is_err() {
-                // That was the answer to what came before, late.
+                // That was a late answer to the frame before.
                 t.hear_ms(PATIENCE_MS)?;
                 t.read(0x1000, 0)?;
             }
@@ -171,7 +173,7 @@ pub(crate) const CASES: &[Case] = &[
         let written: Vec<Frame> =
             t.frames().iter().filter(|record| of_server(record)).map(|record| record.frame).collect();
         for frame in written {
-            // What is reserved begins behind the last thing that the answer says.
+            // Reserved bytes begin after the last field of the answer.
             let first = match frame.data() {
                 [0x60, ..] => 4,
                 [0x20 | 0x30 | 0xA1, ..] => 1,
@@ -194,7 +196,7 @@ pub(crate) const CASES: &[Case] = &[
     .recommended(),
 ];
 
-/// Other cases judge blocks.
+/// The case does not apply if blocks fail, since other cases judge them.
 fn blocks<T>(outcome: Outcome<T>) -> Outcome<T> {
     outcome.map_err(|why| if let Verdict::Failed(why) = why { not_applicable(why) } else { why })
 }

@@ -34,7 +34,7 @@ pub(crate) const CASES: &[Case] = &[
     .recommended(),
     case("301/7.2.4.3.6/1", "2.1", "1000h is read in one message", |t| {
         let answer = t.request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
-        // With its size or without.
+        // With or without its size.
         let right = matches!(answer, [0x42 | 0x43, 0x00, 0x10, 0, ..]);
         ensure(right, || format!("{answer:02X?}"))?;
         let entry = t.entry(0x1000, 0)?;
@@ -100,7 +100,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("1200h, where it exists, has 600h and 580h + node-ID as the identifiers of the default SDO."),
     case("301/7.2.4.3.7/1", "2.13", "1000h is read by a client that goes on with segments", |t| {
-        // Four bytes come at once, so there is no segment to be asked for.
+        // Four bytes are transferred at once, so no segment can be requested.
         t.read(0x1000, 0)?;
         t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)
     })
@@ -121,7 +121,7 @@ pub(crate) const CASES: &[Case] = &[
                 let code = frame.data().try_into().ok().and_then(|answer| abort_of(&answer));
                 t.is_refused(code.map_or(Ok(()), Err), &answers::TOGGLE, &format!("{segment:02X?}"))?;
             }
-            // As lely-core does.
+            // lely-core sends no answer.
             None => {
                 t.observe("a segment whose toggle bit is wrong is not answered, which CiA 301 leaves open".to_owned());
                 t.abort((0x1017, 0))?;
@@ -151,7 +151,7 @@ pub(crate) const CASES: &[Case] = &[
         for _ in 0..3 {
             let bytes = t.read_bytes(index, sub)?;
             ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))?;
-            // There is no segment behind the last.
+            // There is no segment after the last one.
             t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], &answers::COMMAND)?;
         }
         Ok(())
@@ -238,7 +238,7 @@ pub(crate) const CASES: &[Case] = &[
     .needs(BOTH),
 ];
 
-/// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.
+/// Tries the writable numbers of a width, in which only the length of the data is wrong.
 fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], accepted: &Accepted) -> Outcome {
     let wanted = |entry: &lexican_eds::model::Entry| entry.access.writable() && t.bits(entry) == Some(bits);
     let entries = t.some_to_write(&format!("of {bits} bits can be written"), wanted)?;
@@ -277,14 +277,14 @@ fn as_block(t: &mut Tester<'_>, index: u16, with_crc: bool) -> Outcome {
     if !with_crc {
         return Ok(());
     }
-    // A checksum that is wrong is noticed.
+    // A wrong checksum is noticed.
     t.request(initiate(0xC6, (index, 0), &[2]))?;
     t.request([0x81, 0, 0, 0, 0, 0, 0, 0])?;
     t.aborts([0xD5, 0xFF, 0xFF, 0, 0, 0, 0, 0], &answers::CHECKSUM)?;
     t.reads(index, 0, u64::from(LONG_MS))
 }
 
-/// A text of more than four bytes that the data sheet knows.
+/// A text of more than four bytes whose value is in the data sheet.
 pub(crate) fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
     let texts = t.entries(|entry| entry.access.readable()).into_iter().filter_map(|entry| {
         let bytes = t.power_on_value(&entry)?;
@@ -308,7 +308,7 @@ fn servers(t: &Tester<'_>) -> Outcome<Vec<u16>> {
     if servers.is_empty() { Err(not_applicable("no object 1201h to 127Fh")) } else { Ok(servers) }
 }
 
-/// Two identifiers that no service has by default, for the SDO channel at `index`.
+/// Configures two COB-IDs that no service has by default, for the SDO channel at `index`.
 fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
     for sub in [1, 2] {
         let id = 0x6BF + 2 * number + u32::from(sub);
@@ -317,7 +317,7 @@ fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
         t.reads(index, sub, u64::from(id))?;
     }
     if index < 0x1280 {
-        // It serves.
+        // Checks that the channel works.
         let (request, answer) = ((0x6C0 + 2 * number) as u16, (0x6C1 + 2 * number) as u16);
         let (request, answer) = (CobId::standard(request), CobId::standard(answer));
         let (Some(request), Some(answer)) = (request, answer) else { return Err(failed("too many servers")) };
@@ -329,8 +329,8 @@ fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
     Ok(())
 }
 
-/// What is stored stays if 1011h does not restore it, and the device does not take what it has had: a default that no service
-/// may have, as 0.
+/// Checks that a stored value can be put back: 1011h restores it, or the device accepts the former value again, which
+/// it may not if that is a default that no service may have, such as 0.
 fn can_be_put_back(t: &mut Tester<'_>, index: u16, sub: u8) -> Outcome {
     let before = t.read(index, sub)? as u32;
     let restores = t.entry(0x1011, 1).is_ok();

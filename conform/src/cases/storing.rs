@@ -8,12 +8,12 @@ use crate::hazard::Hazard;
 use crate::tester::Tester;
 use crate::verdict::{Outcome, failed, not_applicable};
 
-/// What cases need that store a value, and forget it afterwards.
+/// The hazards of cases that store a value, and remove it afterwards.
 pub(crate) const BOTH: &[Hazard] = &[Hazard::Store, Hazard::Restore];
 const STORE: &[Hazard] = &[Hazard::Store];
 const RESTORE: &[Hazard] = &[Hazard::Restore];
 
-/// The case that is about storing.
+/// The id of the case about storing.
 pub(crate) const STORED: &str = "301/7.5.2.13/2";
 
 pub(crate) const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -94,7 +94,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("A reset brings back the values that were stored, or the defaults."),
     case("301/7.3.5/1", "8.10", "no service takes a restricted identifier", |t| {
-        // CiA 301, 7.3.5: the first and the last of each range, and this node's own.
+        // The first and the last COB-ID of each range in CiA 301, 7.3.5, and this node's own.
         let node = u32::from(t.node.get());
         let edges = [0, 1, 0x7F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF];
         let own = [0x580, 0x600, 0x700].map(|base| base + node);
@@ -106,7 +106,7 @@ pub(crate) const CASES: &[Case] = &[
         })?;
         for service in services {
             let (index, sub) = (service.index, service.sub);
-            // An identifier changes while there is no service. SYNC always exists, if only for its consumers.
+            // A COB-ID is changed while its service is disabled. SYNC cannot be disabled, since there may be consumers.
             if index != 0x1005 {
                 let cob_id = t.read(index, sub)? as u32;
                 t.write(index, sub, cob_id | 1 << 31)?;
@@ -120,7 +120,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("Restricted identifiers are used by no object that can be configured."),
 ];
 
-/// Leaves the device with its defaults, as it was.
+/// Restores the defaults of the device.
 pub(crate) fn forget(t: &mut Tester<'_>) -> Outcome {
     if t.entry(0x1011, 1).is_ok() {
         t.write(0x1011, 1, LOAD)?;
@@ -137,12 +137,12 @@ fn refuses_signatures(t: &mut Tester<'_>, index: u16, group: u8, of_the_other: u
     Ok(())
 }
 
-/// Whether the device stores parameters without being told to: what is written lasts then (CiA 301, 7.5.2.13, bit 1).
+/// Whether the device stores parameters by itself, so that every written value persists (CiA 301, 7.5.2.13, bit 1).
 pub(crate) fn stores_by_itself(t: &mut Tester<'_>) -> Outcome<bool> {
     Ok(t.entry(0x1010, 1).is_ok() && t.read(0x1010, 1)? & 2 != 0)
 }
 
-/// A value is stored, another is not.
+/// Checks that a value is stored, and that a later one is not.
 fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.entry(0x1010, group)?;
     t.entry(0x1017, 0)?;
@@ -172,7 +172,7 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.write(0x1010, group, SAVE)?;
     t.reset(NmtCommand::ResetNode)?;
     t.write(0x1011, group, LOAD)?;
-    // Values change with the reset, and not before.
+    // Restored values take effect at the reset, and not before.
     let stored = t.reads(0x1017, 0, 1000);
     t.needs(if group == 2 { "301/7.5.2.13/4" } else { STORED }, stored)?;
     t.reset(NmtCommand::ResetNode)?;
@@ -180,7 +180,7 @@ fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     forget(t)
 }
 
-/// Writes communication parameters that are harmless, and reads them back. Returns their addresses, and the values before.
+/// Writes harmless communication parameters, and reads them back. Returns their addresses and former values.
 pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), u64)>> {
     let candidates = [
         (0x1006, 0, 10_000),
@@ -194,7 +194,7 @@ pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), 
     let mut changed = Vec::new();
     for (index, sub, value) in candidates {
         if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) && t.has_value(index, sub, value) {
-            // An event timer need not be shorter than the inhibit time.
+            // The event timer may have to be at least as long as the inhibit time.
             if (index, sub) == (0x1800, 5) && t.entry(index, 3).is_ok() && t.read(index, 3)? > u64::from(value) * 10 {
                 continue;
             }

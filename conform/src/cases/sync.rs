@@ -1,4 +1,4 @@
-//! What cases have the device do with SYNC.
+//! What cases make the device do with SYNC.
 
 use crate::tester::Tester;
 use crate::verdict::{Outcome, not_applicable};
@@ -7,10 +7,10 @@ pub(crate) fn consumes(t: &Tester<'_>) -> Outcome {
     t.has(&[0x1005, 0x1006])
 }
 
-/// The case that is about SYNC in its period.
+/// The id of the case about the period of SYNC.
 pub(crate) const PRODUCED: &str = "301/7.2.5/1";
 
-/// SYNC, every 10 ms.
+/// Makes the device produce SYNC, every 10 ms.
 pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
     consumes(t)?;
     produce_nothing(t)?;
@@ -18,10 +18,10 @@ pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
     t.write(0x1005, 0, 0x4000_0080)
 }
 
-/// In 1005h: the device produces SYNC.
+/// The bit of 1005h by which the device produces SYNC.
 const PRODUCES: u32 = 1 << 30;
 
-/// No SYNC, and no period of it if the device can have none.
+/// Stops the device's SYNC, and clears its period if 0 is allowed.
 pub(crate) fn produce_nothing(t: &mut Tester<'_>) -> Outcome {
     if t.entry(0x1005, 0).is_ok() {
         let cob_id = t.read(0x1005, 0)? as u32;
@@ -29,14 +29,14 @@ pub(crate) fn produce_nothing(t: &mut Tester<'_>) -> Outcome {
             t.write(0x1005, 0, cob_id & !PRODUCES)?;
         }
     }
-    // A device may have no period for "never".
+    // A device may have no value for "no period".
     if t.entry(0x1006, 0).is_ok() && t.has_value(0x1006, 0, 0) && t.read(0x1006, 0)? != 0 {
         t.write(0x1006, 0, 0)?;
     }
     Ok(())
 }
 
-/// 1019h may be written: there is no period of SYNC.
+/// Clears the period of SYNC, so that 1019h may be written.
 pub(crate) fn without_period(t: &mut Tester<'_>) -> Outcome {
     t.entry(0x1019, 0)?;
     if t.entry(0x1006, 0).is_ok() && !t.has_value(0x1006, 0, 0) {

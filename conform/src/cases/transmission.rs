@@ -1,4 +1,4 @@
-//! Beyond the plan: every transmission type, with its timing, and what is not changed while a PDO exists.
+//! Beyond the plan: every transmission type with its timing, and what must not change while a PDO exists.
 
 use lexican_eds::model::{Entry, Mapped, Pdo, Value};
 use lexican_runtime::wire::nmt::NmtState;
@@ -110,7 +110,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         let tpdo = configure(t, &pdo, transmission(254))?;
         t.enter(NmtState::Operational)?;
-        // The first one may come by the change of state.
+        // A first PDO may come by the change of state.
         t.hear_ms(PATIENCE_MS)?;
         let heard = t.hear_id(tpdo.id, 500)?;
         ensure(heard.is_empty(), || format!("{} come without event timer", text(&heard)))
@@ -144,7 +144,7 @@ pub(crate) const CASES: &[Case] = &[
             return Err(not_applicable("the inhibit time cannot be written"));
         }
         configure(t, &pdo, transmission(254))?;
-        // The same again is no change.
+        // Writing the present value would be no change.
         let other = if t.read(index, 3)? == 100 { 200 } else { 100 };
         t.refuses(index, 3, other, &answers::WHILE_IT_EXISTS)
     })
@@ -209,7 +209,7 @@ pub(crate) const CASES: &[Case] = &[
             t.hear_ms(20)?;
             t.enter(NmtState::PreOperational)?;
             let after = values(t, &pdo)?;
-            // A value may be one that its object does not take now.
+            // An object may refuse the value at present.
             ensure(after != before, || format!("{id}#{sent:02X?}: the objects have {after:02X?}"))?;
         }
         Ok(())
@@ -225,7 +225,7 @@ pub(crate) const CASES: &[Case] = &[
                 let before = values(t, &pdo)?;
                 t.sync(None)?;
                 let heard = t.hear_id(tpdo.id, 20)?;
-                // What changes meanwhile is not judged.
+                // Values that change meanwhile are not judged.
                 if values(t, &pdo)? == before {
                     let right = matches!(&heard[..], [(_, frame)] if frame.data() == before);
                     ensure(right, || format!("{} comes as {}, its objects have {before:02X?}", tpdo.id, text(&heard)))?;
@@ -255,14 +255,14 @@ fn switched_off(t: &mut Tester<'_>) -> Outcome<Pdo> {
     Ok(pdo)
 }
 
-/// A TPDO of a type by which remote frames ask for it.
+/// A TPDO of a transmission type by which remote frames request it.
 fn of_type(t: &mut Tester<'_>, pdo: &Pdo, code: u8) -> Outcome<Tpdo> {
     let tpdo = configure(t, pdo, transmission(code))?;
     tpdo.takes_remote()?;
     Ok(tpdo)
 }
 
-/// What changes the contents of a TPDO.
+/// The means by which the test changes the contents of a TPDO.
 enum Source {
     Input(InputStimulus),
     Entry(Entry),
@@ -283,7 +283,7 @@ fn with_source(t: &Tester<'_>) -> Outcome<(Pdo, Source)> {
     Ok((pdo, Source::Entry(entry)))
 }
 
-/// What a remote frame asks for, after a SYNC.
+/// The data that a remote frame requests, after a SYNC.
 fn sampled(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
     t.sync(None)?;
     t.hear_ms(20)?;

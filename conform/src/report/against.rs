@@ -1,4 +1,4 @@
-//! What is different from an earlier test.
+//! The differences from an earlier test.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::fmt::{self, Display};
 
 use serde::{Deserialize, Serialize};
 
-/// What is known of an earlier test: its [`Document::json`](super::Document::json).
+/// An earlier test, read from its [`Document::json`](super::Document::json).
 #[derive(Clone, Debug, Deserialize)]
 pub struct Earlier {
     cases: Vec<EarlierCase>,
@@ -18,22 +18,22 @@ struct EarlierCase {
     verdict: String,
 }
 
-/// What is different from an earlier test: a sentence for each case whose verdict is another.
+/// The differences from an earlier test, with a sentence for each case whose verdict has changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Differences {
-    /// The earlier report.
+    /// The name of the earlier report.
     pub with: String,
-    /// Cases with a verdict that is worse, such as one that is not tested any more.
+    /// Cases with a worse verdict, such as one that is not tested any more.
     pub worse: Vec<String>,
-    /// Cases with a better one.
+    /// Cases with a better verdict.
     pub better: Vec<String>,
-    /// Cases that the earlier test has not run.
+    /// Cases that only this test has run.
     pub new: Vec<String>,
-    /// Cases that this test has not run.
+    /// Cases that only the earlier test has run.
     pub gone: Vec<String>,
 }
 
-/// How bad a verdict is.
+/// How bad a verdict is; higher is worse.
 fn rank(verdict: &str) -> u8 {
     match verdict {
         "passed" | "known" => 0,
@@ -45,7 +45,7 @@ fn rank(verdict: &str) -> u8 {
     }
 }
 
-/// The worst verdict on each case, which may have been run several times.
+/// The worst verdict of each case, which may have been run several times.
 fn worst<'a>(cases: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeMap<&'a str, &'a str> {
     let mut worst = BTreeMap::new();
     for (id, verdict) in cases {
@@ -65,8 +65,7 @@ impl Earlier {
 }
 
 impl Earlier {
-    /// What is different in these cases, of which each has its id, its title and its verdict, from the earlier report with this
-    /// name.
+    /// Compares these cases, given by id, title and verdict, with the earlier report of this name.
     pub(super) fn compare<'a>(
         &self,
         with: &str,
@@ -77,7 +76,7 @@ impl Earlier {
         let titles: BTreeMap<&str, &str> = cases.map(|(id, title, _)| (id, title)).collect();
         let title = |id: &str| titles.get(id).copied().unwrap_or_default();
         let mut found = Differences { with: with.to_owned(), ..Differences::default() };
-        // What is worst comes first.
+        // Worst first.
         let mut order: Vec<_> = now.iter().collect();
         order.sort_by_key(|(_, verdict)| Reverse(rank(verdict)));
         for (id, verdict) in order {

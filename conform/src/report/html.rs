@@ -1,4 +1,4 @@
-//! One page for people: the report as data, and a script that shows it.
+//! The report as one page for people: data, and a script that shows it.
 
 use lexican_eds::text::escaped;
 
@@ -7,10 +7,10 @@ use super::Document;
 const PAGE: &str = include_str!("page.html");
 
 impl Document {
-    /// As one HTML page with the frames of each case folded in; it loads nothing.
+    /// As one HTML page, in which the frames of each case are folded; it loads nothing.
     #[must_use]
     pub fn html(&self) -> String {
-        // In a script, `</` ends the data, and `<!--` changes what ends it.
+        // In a script element, `</` and `<!--` would be taken for markup.
         let data = self.json().replace('<', "\\u003c");
         let (head, rest) = PAGE.split_once("{{title}}").unwrap_or((PAGE, ""));
         let (middle, tail) = rest.split_once("{{report}}").unwrap_or((rest, ""));

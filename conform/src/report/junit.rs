@@ -1,4 +1,4 @@
-//! The XML that build servers read.
+//! The report as XML for build servers.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,11 @@ use lexican_eds::text::escaped;
 
 use super::{Document, Row};
 
-/// So many frames before the end of a case stand in its failure.
+/// How many frames before the end of a case are shown in its failure.
 const EXCERPT: usize = 24;
 
 impl Document {
-    /// As JUnit's XML: a suite of test cases, by the clauses of the standards.
+    /// As JUnit XML: a suite with the cases, grouped by the clauses of the standards.
     #[must_use]
     pub fn junit(&self) -> String {
         page(self)
@@ -81,7 +81,7 @@ fn page(document: &Document) -> String {
     page
 }
 
-/// What the clause asks for, and the answers that are right.
+/// The requirement of the clause, and the accepted answers.
 fn requirement(row: &Row) -> String {
     let expected: String = row.expected.iter().map(|set| format!("expected: {set}\n")).collect();
     format!("{}: {}\n{expected}", row.clause, row.requirement)

@@ -1,4 +1,4 @@
-//! Reports in files: JSON, JUnit's XML, and one HTML page.
+//! Reports as files: JSON, JUnit XML, and one HTML page.
 
 mod against;
 mod html;
@@ -18,12 +18,12 @@ use crate::suite::{CaseReport, Report};
 use crate::tester::Record;
 use crate::verdict::{Level, Verdict};
 
-/// So many cases are named that one blocks.
+/// How many blocked cases are named for one that blocks them.
 const BLOCKED: usize = 8;
-/// So many frames before its end are shown of a case that fails.
+/// How many frames before its end are shown of a failed case.
 const EXCERPT: usize = 12;
 
-/// What was tested, for the head of a report.
+/// The head of a report.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct About {
     /// The device.
@@ -32,16 +32,16 @@ pub struct About {
     pub node: u8,
     /// The file of its data sheet.
     pub data_sheet: String,
-    /// What else a reader has to know: a name and a text each, such as the date, the versions and the bus. The report adds
-    /// what the device says that it is, and how long the test took.
+    /// Further facts, each a name and a text, such as the date, the versions and the bus. The report adds the identity
+    /// of the device, and the duration of the test.
     pub facts: Vec<(String, String)>,
-    /// Who has tested; empty to be filled in on paper.
+    /// The name of the tester; empty to be filled in on paper.
     pub tester: String,
     /// The tester's remarks.
     pub remarks: Vec<String>,
 }
 
-/// A report, with every frame in words.
+/// A report with all frames in words.
 #[derive(Clone, Debug, Serialize)]
 pub struct Document {
     #[serde(flatten)]
@@ -55,40 +55,40 @@ pub struct Document {
 
 #[derive(Clone, Debug, Serialize)]
 struct Sum {
-    /// Of the whole test.
+    /// The verdict of the whole test.
     overall: &'static str,
     #[serde(flatten)]
     tally: Tally,
     /// Why the test ended before its last case.
     ended_early: Option<String>,
-    /// Cases that others are blocked by, a sentence for each.
+    /// A sentence for each case that blocks others.
     root_causes: Vec<String>,
-    /// What is not as it was before the test.
+    /// A sentence for each entry that could not be put back.
     not_put_back: Vec<String>,
-    /// What has become of the device beside that.
+    /// Other effects on the device that remain.
     findings: Vec<String>,
 }
 
-/// How many cases have which verdict.
+/// The number of cases for each verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
     /// Passed.
     pub passed: usize,
-    /// Failed, of what the standards require.
+    /// Failed a requirement of a standard.
     pub failed: usize,
-    /// Failed, of what the standards recommend.
+    /// Failed a recommendation of a standard.
     pub advised: usize,
-    /// Failed, as the device is [known](crate::Settings::known) to.
+    /// Failed as the device is [known](crate::Settings::known) to.
     pub known: usize,
-    /// The device lacks what they are about.
+    /// Not applicable, since the device lacks the feature.
     pub not_applicable: usize,
-    /// Not run: what they do was not allowed.
+    /// Not run, since a hazard was not allowed.
     pub not_allowed: usize,
-    /// What they need is a case of its own, and fails.
+    /// Blocked: a step failed that is a case of its own, which fails too.
     pub blocked: usize,
-    /// This computer was too late to judge the device.
+    /// This computer was too late to judge.
     pub not_decidable: usize,
-    /// Cancelled, or the bus is gone.
+    /// Cancelled, or the bus was lost.
     pub unfinished: usize,
 }
 
@@ -121,13 +121,13 @@ struct Line {
     /// Since the case began.
     seconds: f64,
     sent: bool,
-    /// As candump writes it.
+    /// In the format of candump.
     frame: String,
     words: String,
 }
 
 impl CaseReport {
-    /// The case as one JSON object without its frames: `"event": "case"`, and what a [`Document`] has of it.
+    /// The case as one JSON object: `"event": "case"`, and its data in a [`Document`] without the frames.
     #[must_use]
     pub fn json(&self) -> Value {
         let mut case = event("case", Row::new(self, Vec::new()));
@@ -135,8 +135,8 @@ impl CaseReport {
         case
     }
 
-    /// What a text says below the verdict and its reason, a line each: why it is known to fail, notes, and the last frames as candump
-    /// writes them and in `words`; no frames of what is known, or blocked by another case.
+    /// The lines below verdict and reason in a text: why the failure is known, notes, and the last frames in the format
+    /// of candump and in `words`. Known failures and blocked cases have no frames.
     pub fn lines(&self, mut words: impl FnMut(&Frame) -> String) -> Vec<String> {
         let known = self.known.iter().map(|why| format!("known: {why}"));
         let mut lines: Vec<_> = known.chain(self.notes.iter().map(|note| format!("note: {note}"))).collect();
@@ -146,16 +146,15 @@ impl CaseReport {
                 let (frame, words) = (record.frame.to_string(), words(&record.frame));
                 format!("({}.{:06}) {way} {frame:<21} {words}", at / 1_000_000, at % 1_000_000)
             };
-            // All are given words, since one may depend on those before.
+            // `words` gets all frames, since later ones may depend on earlier ones.
             let frames: Vec<_> = self.frames.iter().map(line).collect();
             lines.extend(frames.into_iter().rev().take(EXCERPT).rev());
         }
         lines
     }
 
-    /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `known` (failed, as it is known to),
-    /// `not applicable`, `not allowed`, `blocked`, `not decidable`,
-    /// `unfinished`.
+    /// `passed`, `failed`, `advised` (failed a recommendation), `known` (failed as known), `not applicable`,
+    /// `not allowed`, `blocked`, `not decidable` or `unfinished`.
     #[must_use]
     pub const fn verdict(&self) -> &'static str {
         match (&self.outcome, self.case.level) {
@@ -173,14 +172,14 @@ impl CaseReport {
 }
 
 impl Report {
-    /// The sum as one JSON object: `"event": "summary"`, and what a [`Document`] has of it.
+    /// The summary as one JSON object: `"event": "summary"`, and its data in a [`Document`].
     #[must_use]
     pub fn json(&self) -> Value {
         event("summary", Sum::new(self))
     }
 
-    /// The verdict on the device: `failed`, if a case did that a standard requires, or was blocked; else `incomplete`, if the
-    /// test did not come to its end, could not decide a case or left something changed; else `passed`.
+    /// The verdict on the device: `failed` if a case failed a requirement or was blocked; else `incomplete` if the test
+    /// did not reach its end, could not decide a case or left something changed; else `passed`.
     #[must_use]
     pub fn overall(&self) -> &'static str {
         let tally = self.tally();
@@ -192,7 +191,7 @@ impl Report {
         }
     }
 
-    /// How many cases have which verdict.
+    /// The number of cases for each verdict.
     #[must_use]
     pub fn tally(&self) -> Tally {
         let mut tally = Tally::default();
@@ -212,7 +211,7 @@ impl Report {
         tally
     }
 
-    /// The cases that others are blocked by, the one that blocks most first: a sentence for each.
+    /// A sentence for each case that blocks others, the one that blocks most first.
     #[must_use]
     pub fn root_causes(&self) -> Vec<String> {
         let mut blocks: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -231,7 +230,7 @@ impl Report {
         blocks.into_iter().map(|(id, blocked)| format!("{id} {}: blocks {}", title(id), named(&blocked))).collect()
     }
 
-    /// The report with its frames in words; `words` gets the frames of each case from its first one on.
+    /// The report with frames in words; `words` gets the frames of each case from the first one on.
     pub fn document(&self, mut about: About, mut words: impl FnMut(&Frame) -> String) -> Document {
         let row = |report: &CaseReport| {
             let begun = report.frames.first().map_or(Instant::ZERO, |record| record.at);
@@ -286,7 +285,7 @@ impl Row {
     }
 }
 
-/// An object for one line.
+/// A JSON object for one line.
 fn event(event: &str, content: impl Serialize) -> Value {
     let mut object = serde_json::to_value(content).expect("texts and numbers are JSON");
     object["event"] = event.into();
@@ -294,7 +293,7 @@ fn event(event: &str, content: impl Serialize) -> Value {
 }
 
 impl Document {
-    /// Compares with an earlier test, whose report has this name; the differences become part of the report.
+    /// Compares with an earlier test, whose report has the name `with`; the differences become part of the report.
     pub fn compare(&mut self, with: &str, earlier: &Earlier) -> &Differences {
         let differences = earlier.compare(with, self.cases.iter().map(|row| (row.id, row.title, row.verdict)));
         self.against.insert(differences)

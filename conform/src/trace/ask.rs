@@ -1,4 +1,4 @@
-//! How a device is asked by the steps of a trace.
+//! Carrying out the steps of a trace.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,10 +9,10 @@ use super::step::{Condition, Step};
 use crate::tester::{Heard, Tester};
 use crate::verdict::{Outcome, failed, not_applicable};
 
-/// How often a question is asked again.
+/// How often a question is repeated.
 const AGAIN: Duration = Duration::from_millis(50);
 
-/// What can be asked by frames: a device on a bus.
+/// A device on a bus, for the steps of a trace.
 pub trait Asked {
     /// The time of the bus.
     fn now(&self) -> Instant;
@@ -23,13 +23,13 @@ pub trait Asked {
     /// The next frame that comes, no later than `until`; also what has come before.
     fn hear(&mut self, until: Instant) -> Outcome<Option<Heard>>;
 
-    /// Makes the world as the words of a condition say; once the step with this data is over, as it was (`holds` is false).
-    /// Returns whether it can.
+    /// Brings about the outside condition described by `words`, or ends it when the step with this data is over
+    /// (`holds` is false). Returns whether it can.
     fn world(&mut self, _words: &str, _holds: bool, _data: &[u8]) -> bool {
         false
     }
 
-    /// What is judged now would be judged otherwise if this computer were late by so much.
+    /// As [`Tester`]'s method: the present judgement would be different if this computer were late by `margin`.
     fn depends_on(&mut self, _margin: Duration) {}
 }
 
@@ -52,28 +52,28 @@ impl Asked for Tester<'_> {
     }
 }
 
-/// What a step has led to.
+/// The result of a step.
 #[derive(Clone, Debug)]
 pub struct StepReport {
-    /// The line of the file.
+    /// The line in the file.
     pub line: u64,
-    /// What the file says of it.
+    /// Its meaning, from the file.
     pub meaning: String,
-    /// Where the file has it from, such as the line of a log.
+    /// Its source, from the file, such as the line of a log.
     pub source: String,
     /// Whether the tester sent it.
     pub is_sent: bool,
-    /// The frame as the file has it, with `x` for digits that do not count.
+    /// The frame in the file, with `x` for digits that are not compared.
     pub printed: String,
-    /// What was sent, or what was heard with this identifier, else in the same place from another node.
+    /// The frame that was sent, or received with this COB-ID; otherwise one of the same service from another node.
     pub seen: Option<Frame>,
-    /// When, since the chapter began.
+    /// The time since the chapter began.
     pub at: Duration,
     /// What came of it.
     pub outcome: Outcome,
 }
 
-/// Asks by these steps, as far as the first one that fails, or to the end; an answer may take as long as `answer`.
+/// Carries the steps out, up to the first failure or `to_the_end`; an answer may take as long as `answer`.
 pub fn ask(asked: &mut dyn Asked, steps: &[Step], answer: Duration, to_the_end: bool) -> Vec<StepReport> {
     let begun = asked.now();
     let free = steps.iter().filter(|step| step.has(&Condition::AnyTime)).filter_map(|step| step.id).collect();
@@ -106,27 +106,27 @@ pub fn ask(asked: &mut dyn Asked, steps: &[Step], answer: Duration, to_the_end: 
     reports.collect()
 }
 
-/// What was sent or heard in a step, and what comes of it.
+/// The frame that was sent or received in a step, and the outcome.
 type Done = (Option<Heard>, Outcome);
 
 struct Asking<'a> {
     asked: &'a mut dyn Asked,
     answer: Duration,
-    /// The identifiers of what may come at any time.
+    /// The COB-IDs of steps that may come at any time.
     free: BTreeSet<CobId>,
-    /// What came since the last frame was sent.
+    /// The frames since the last one was sent.
     heard: Vec<Heard>,
-    /// What came with the identifiers of `free`.
+    /// The frames with COB-IDs in `free`.
     kept: Vec<Heard>,
-    /// What was sent last, if it can be asked again.
+    /// The last frame sent, if it can be repeated.
     question: Option<Frame>,
     sent_at: Instant,
-    /// When the question was asked last.
+    /// When the question was last asked.
     asked_at: Instant,
 }
 
 impl Asking<'_> {
-    /// Hears a frame, or waits until then.
+    /// Receives a frame, or waits until `until`.
     fn hear(&mut self, until: Instant) -> Outcome<bool> {
         let heard = self.asked.hear(until)?;
         self.heard.extend(heard);
@@ -153,7 +153,7 @@ impl Asking<'_> {
         let mut seen = None;
         let outcome = if step.is_sent { self.send(step, &mut seen) } else { self.expect(step, &mut seen) };
         if step.is_sent && !words.is_empty() && outcome.is_ok() {
-            // The world is so while it is answered.
+            // The outside condition has to hold while the step is answered.
             if let Err(verdict) = self.hear_all(self.answer) {
                 return (seen, Err(verdict));
             }
@@ -171,7 +171,7 @@ impl Asking<'_> {
             }
         }
         let Some(frame) = step.frame() else { return Ok(()) };
-        // What has come by now is no answer to it.
+        // Frames that have come before are no answer.
         self.hear_all(Duration::ZERO)?;
         self.heard.clear();
         self.asked.send(&frame)?;
@@ -219,7 +219,7 @@ impl Asking<'_> {
             }
             let mut look = end;
             if let (Some(question), Some(_)) = (self.question, until) {
-                // A server is asked again when it has answered, or does not.
+                // A question is repeated after an answer, or if none comes.
                 let again = self.asked_at + if found.is_some() { AGAIN } else { self.answer.max(AGAIN) };
                 if now >= again {
                     self.heard.clear();
@@ -232,7 +232,7 @@ impl Asking<'_> {
             self.hear(look)?;
         }
         if seen.is_none() {
-            // From another node, perhaps.
+            // It may be from another node.
             let kind = |id: CobId| id.raw() & !0x7F;
             let is_near = |(_, frame): &&Heard| step.id.map(kind) == Some(kind(frame.id()));
             *seen = self.heard.iter().rev().find(is_near).copied();
@@ -244,7 +244,8 @@ impl Asking<'_> {
         Err(missed(step, *seen))
     }
 
-    /// Finds what may come at any time: of each identifier in the order of the steps. With `waits`, until it comes.
+    /// Finds the frames that may come at any time, those of each COB-ID in the order of the steps. If `waits`, waits
+    /// for them.
     fn settle(&mut self, steps: &[Step], results: &mut [Option<Done>], waits: bool) {
         let begun = self.asked.now();
         let mut places: BTreeMap<Option<CobId>, usize> = BTreeMap::new();

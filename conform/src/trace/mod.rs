@@ -1,7 +1,7 @@
-//! Traces: frames of a manual with conditions, asked of a device.
+//! Traces: frames of a manual with conditions, to try with a device.
 //!
-//! A CSV file with a row for each frame. The columns `cob_id` and `data` are hexadecimal, `chapter`, `direction`, `meaning`
-//! and `condition` may be left out, others are not looked at.
+//! A CSV file with a row for each frame. The columns `cob_id` and `data` are hexadecimal; `chapter`, `direction`,
+//! `meaning` and `condition` are optional; other columns are ignored.
 
 mod ask;
 mod step;
@@ -26,11 +26,11 @@ pub use ask::{Asked, StepReport, ask};
 use step::Condition;
 pub use step::Step;
 
-/// The frames of a file, in its order.
+/// The steps of a file, in its order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trace(Vec<Step>);
 
-/// What a trace has led to.
+/// The result of a trace.
 #[derive(Clone, Debug, Default)]
 pub struct TraceReport {
     /// The chapters of the file, in its order.
@@ -41,14 +41,14 @@ pub struct TraceReport {
     pub took: Duration,
 }
 
-/// What a chapter has led to. It ends at the first step that fails.
+/// The result of a chapter, which ends at the first step that fails.
 #[derive(Clone, Debug)]
 pub struct ChapterReport {
     /// Its name, empty in a file without chapters.
     pub chapter: String,
     /// The steps that were carried out.
     pub steps: Vec<StepReport>,
-    /// All frames that came meanwhile.
+    /// All frames during the chapter.
     pub frames: Vec<Record>,
     /// How long it took.
     pub took: Duration,
@@ -56,28 +56,28 @@ pub struct ChapterReport {
     pub outcome: Outcome,
 }
 
-/// What a chapter asks for.
+/// The requirement of a chapter.
 const REQUIREMENT: &str = "The device answers the frames of the trace by those that it has, in their time.";
 
-/// A row of a trace to be written.
+/// A row for writing a trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Row {
-    /// The identifier in hexadecimal.
+    /// In hexadecimal.
     pub cob_id: String,
     /// `send` or `expect`.
     pub direction: &'static str,
-    /// Bytes in hexadecimal, with `x` for digits that do not count, or `R8`.
+    /// Bytes in hexadecimal, with `x` for digits that are not compared, or `R8` for a remote frame.
     pub data: String,
-    /// Conditions, with semicolons between them.
+    /// Conditions, separated by semicolons.
     pub condition: String,
-    /// What it is, in words.
+    /// Its meaning, in words.
     pub meaning: String,
-    /// Where it comes from.
+    /// Its source, such as the line of a log.
     pub source: String,
 }
 
 impl Trace {
-    /// Reads a file; `name` is for messages.
+    /// Reads a file; `name` is used in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let wrong = |error: csv::Error| format!("{name}: {error}");
@@ -113,11 +113,11 @@ impl Trace {
     }
 }
 
-/// Asks a device by the frames of a trace: each chapter after a reset. A chapter is carried out only if all that it does is
-/// allowed, and every frame is of this device.
+/// Tries the frames of a trace with a device, each chapter after a reset. A chapter is carried out only if all that it
+/// does is allowed, and all its frames belong to this device.
 ///
-/// A drive is disabled after each chapter, also after Ctrl-C, and the device is reset at the end: what the trace has written
-/// and not stored is gone then.
+/// A drive is disabled after each chapter, even after Ctrl-C, and the device is reset at the end, which undoes what the
+/// trace has written without storing.
 pub fn run_trace(
     link: &mut dyn Link,
     sheet: &Sheet,
@@ -164,7 +164,7 @@ pub fn run_trace(
         }
     }
     if has_sent && !matches!(report.ended_early, Some(Ended::BusLost(_))) {
-        // What does not boot again is what the next test will say.
+        // A device that does not boot again is noticed by the next test.
         let _ = uncancelled(cancelled, || {
             tester.limit(STEP);
             tester.reset(NmtCommand::ResetNode)
@@ -174,7 +174,7 @@ pub fn run_trace(
     report
 }
 
-/// Whether a chapter can be carried out and is allowed.
+/// Checks that a chapter can be carried out and is allowed.
 fn is_for(steps: &[Step], sheet: &Sheet, settings: &Settings) -> Outcome {
     for step in steps {
         let place = step.place();
@@ -202,7 +202,7 @@ fn chapter(t: &mut Tester<'_>, steps: &[Step], done: &mut Vec<StepReport>) -> Ou
 }
 
 impl TraceReport {
-    /// A report like that of the cases, with a case for each chapter.
+    /// As a report of cases, one for each chapter.
     #[must_use]
     pub fn report(&self) -> Report {
         let case = |(number, chapter): (usize, &ChapterReport)| CaseReport {
@@ -219,7 +219,7 @@ impl TraceReport {
         Report { cases, ended_early: self.ended_early.clone(), took: self.took, ..Report::default() }
     }
 
-    /// How many chapters have passed, failed or were not finished, and were not carried out.
+    /// How many chapters have passed; failed or not finished; and were not carried out.
     #[must_use]
     pub fn tally(&self) -> (usize, usize, usize) {
         let (mut passed, mut failed, mut left_out) = (0, 0, 0);
@@ -235,13 +235,13 @@ impl TraceReport {
 }
 
 impl ChapterReport {
-    /// In words: `passed`, or the verdict with its reason.
+    /// `passed`, or the verdict with its reason.
     #[must_use]
     pub fn verdict(&self) -> String {
         verdict(&self.outcome)
     }
 
-    /// As one JSON object: `"event": "chapter"`, its verdict, and its steps.
+    /// As one JSON object: `"event": "chapter"`, the verdict, and the steps.
     #[must_use]
     pub fn json(&self) -> Value {
         let steps = self.steps.iter().map(|step| {

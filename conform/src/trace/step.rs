@@ -1,4 +1,4 @@
-//! The rows of a trace: what is sent or expected, and on which conditions.
+//! The rows of a trace: frames to send or expect, with conditions.
 
 use lexican_runtime::cia301::connection;
 use lexican_runtime::wire::nmt::NmtCommand;
@@ -7,10 +7,10 @@ use lexican_runtime::{CobId, Duration, Frame, NodeId};
 use crate::hazard::Hazard;
 use crate::sheet::Sheet;
 
-/// How long `until` waits where it names no time: the slowest travel of a manual's example.
+/// How long `until` waits if no time is given: enough for the slowest travel in a manual's example.
 const LONGEST: Duration = Duration::from_secs(120);
 
-/// The longest time that a condition may have.
+/// The longest time in a condition.
 const LIMIT: Duration = Duration::from_secs(3600);
 
 /// A row of the file.
@@ -19,40 +19,41 @@ pub struct Step {
     pub(super) line: u64,
     pub(super) chapter: String,
     pub(super) meaning: String,
-    /// Where the frame comes from, such as the line of a log.
+    /// Such as the line of a log.
     pub(super) source: String,
     pub(super) is_sent: bool,
     pub(super) id: Option<CobId>,
-    /// How many bytes a remote frame asks for.
+    /// The number of bytes that a remote frame requests.
     remote: Option<u8>,
     data: Vec<u8>,
-    /// The bits that count, for each byte.
+    /// The bits that are compared, for each byte.
     mask: Vec<u8>,
     pub(super) conditions: Vec<Condition>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Condition {
-    /// It is waited for so long, and a question before it is asked again.
+    /// It may take this long, and a question before it is repeated until then.
     Until(Duration),
-    /// The number in these bytes may be 5 % from what is printed; without bytes, all of a frame, or the value of an SDO.
+    /// The number in these bytes may differ by 5 %. Without bytes: the value of an SDO, or all data of a frame.
     About(Option<(usize, usize)>),
-    /// The value of an SDO, or what a frame carries, is not compared, only that it comes.
+    /// The value of an SDO, or the data of a frame, are not compared.
     AnyValue,
-    /// It may come at any time between its neighbours of the same identifier: nothing waits for it before the chapter's end.
+    /// It may come at any time between its neighbours with the same COB-ID: nothing waits for it until the end of the
+    /// chapter.
     AnyTime,
-    /// It does not come earlier after what was sent last.
+    /// It must not come earlier than this after the last frame sent.
     NotBefore(Duration),
-    /// It is sent so long after the step before it.
+    /// It is sent this long after the previous step.
     After(Duration),
-    /// About the world around the device, which no frame brings about.
+    /// An outside condition, which no frame can bring about.
     World(String),
 }
 
 impl Step {
-    /// A row by its cells.
+    /// Reads a row from its cells.
     ///
-    /// Errors: the name of the column, and what is wrong with its cell.
+    /// Errors: the name of the column, and what is wrong in its cell.
     pub fn parse<'a>(line: u64, cell: impl Fn(&str) -> &'a str) -> Result<Self, (&'static str, &'static str)> {
         let id = match cell("cob_id") {
             "" => None,
@@ -121,7 +122,7 @@ impl Step {
         format!("{id}#{}", bytes.collect::<String>())
     }
 
-    /// `line 5`, and where that comes from.
+    /// The line of the step, with its source.
     pub(super) fn place(&self) -> String {
         let source = if self.source.is_empty() { String::new() } else { format!(" ({})", self.source) };
         format!("line {}{source}", self.line)
@@ -134,7 +135,7 @@ impl Step {
         }
     }
 
-    /// Sends another frame than what the file has.
+    /// Sends another frame than that in the file.
     pub fn send_instead(&mut self, frame: &Frame) {
         (self.id, self.data) = (Some(frame.id()), frame.data().to_vec());
         self.mask = vec![0xFF; self.data.len()];
@@ -152,7 +153,7 @@ impl Step {
         Some(frame.id()) == self.id && self.has_data_like(frame)
     }
 
-    /// Whether the data of a frame is as this step expects it, whatever its identifier.
+    /// Whether the data of a frame are as expected, whatever its COB-ID.
     #[must_use]
     pub fn has_data_like(&self, frame: &Frame) -> bool {
         if self.remote.is_some() || frame.is_remote() {
@@ -181,18 +182,18 @@ impl Step {
         self.data.iter().zip(found).zip(mask).all(|((printed, found), mask)| (printed ^ found) & mask == 0)
     }
 
-    /// The first and last byte of the number that the frame has: the value of an SDO upload, else all of it.
+    /// The first and the last byte of the number in the frame: of the value of an SDO upload, or else of all data.
     fn number(&self) -> (usize, usize) {
         let last = self.data.len().saturating_sub(1);
         match self.data.first().map(|code| (code, code & 0xE3)) {
-            // With a size, and without.
+            // With and without size.
             Some((code, 0x43)) if self.is_at(connection::SDO_RESPONSE) => (4, 7 - usize::from(code >> 2 & 3)),
             Some((_, 0x42)) if self.is_at(connection::SDO_RESPONSE) => (4, 7),
             _ => (0, last),
         }
     }
 
-    /// How long it may take.
+    /// How long the step may take.
     pub(super) fn span(&self, answer: Duration) -> Duration {
         let spans = self.conditions.iter().map(|condition| match condition {
             Condition::Until(span) | Condition::NotBefore(span) | Condition::After(span) => *span,
@@ -201,44 +202,44 @@ impl Step {
         spans.fold(answer, |sum, span| sum + span)
     }
 
-    /// A read or SYNC, which can be repeated until the answer is as it is to be.
+    /// Whether it is a read or a SYNC, which can be repeated until the answer is as expected.
     pub(super) fn is_question(&self) -> bool {
         let is_read =
             |id: CobId| is_at(id, connection::SDO_REQUEST) && self.data.first().is_some_and(|code| code >> 5 == 2);
         self.is_sent && self.id.is_some_and(|id| id == CobId::SYNC || is_read(id))
     }
 
-    /// The danger of sending it, which has to be allowed.
+    /// The hazard of sending it, if any.
     pub(super) fn hazard(&self, sheet: &Sheet) -> Option<Hazard> {
         let id = self.id.filter(|_| self.is_sent)?.raw();
         let orders = if sheet.device.profile == Some(402) { Hazard::Motion } else { Hazard::Outputs };
         let index = || Some(u16::from_le_bytes([*self.data.get(1)?, *self.data.get(2)?]));
         match id {
             _ if self.remote.is_some() => None,
-            // A start lets PDOs in.
+            // Starting a node enables its PDOs.
             0x000 => (self.data.first() == Some(&NmtCommand::Start.code())).then_some(orders),
             0x080 | 0x100 | 0x701..=0x77F => None,
             0x600..=0x67F => match self.data.first().map(|code| code >> 5) {
-                // A download, or one of blocks.
+                // A download, expedited, in segments or in blocks.
                 Some(1 | 6) => match index()? {
-                    // A program stays.
+                    // A downloaded program persists.
                     0x1F50..=0x1F5F => Some(Hazard::Store),
                     index => Hazard::of_write(&sheet.device, index),
                 },
                 _ => None,
             },
             0x7E4 | 0x7E5 => Some(Hazard::NodeId),
-            // An RPDO, wherever the device has it.
+            // An RPDO, with any COB-ID.
             _ => Some(orders),
         }
     }
 
-    /// The node that it is from or for, if that is not `node`; 0 is all nodes.
+    /// The other node that it is from or for; 0 is all nodes, and `None` is `node`.
     pub(super) fn other_node(&self, node: NodeId) -> Option<u8> {
         let id = self.id?.raw();
         let of = match id {
             0x000 => *self.data.get(1)?,
-            // The heartbeat of a manager, which the device listens to.
+            // The heartbeat of a manager, which the device may consume.
             0x701..=0x77F if self.is_sent && self.remote.is_none() => return None,
             0x081..=0x0FF | 0x181..=0x67F | 0x701..=0x77F => (id & 0x7F) as u8,
             _ => return None,
@@ -278,7 +279,7 @@ impl Condition {
     }
 }
 
-/// Whether a number of these bytes, with or without sign, is at most 5 % from the other.
+/// Whether two numbers, with or without sign, differ by at most 5 %.
 fn is_near(printed: &[u8], heard: &[u8]) -> bool {
     let unused = 64 - 8 * printed.len().min(8) as u32;
     let number = |data: &[u8]| data.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
@@ -288,12 +289,12 @@ fn is_near(printed: &[u8], heard: &[u8]) -> bool {
     apart * 20 <= i128::from(signed(printed)).abs()
 }
 
-/// Whether it is of this kind in the predefined connection set, whatever node it is of.
+/// Whether a COB-ID belongs to a service of the predefined connection set, for any node.
 fn is_at(id: CobId, base: u16) -> bool {
     id.raw() & !0x7F == u32::from(base)
 }
 
-/// Whether devices send frames with this identifier, by the predefined connection set.
+/// Whether devices send frames with this COB-ID, by the predefined connection set.
 fn is_of_device(id: CobId) -> bool {
     let id = id.raw();
     (0x81..0x780).contains(&id) && (id >> 7 & 1 == 1 || id >= 0x700) || id == 0x7E4

@@ -1,5 +1,5 @@
-//! The cyclic modes, and interpolated position. Set-points come by SDO between two SYNCs, which every drive can take that has the modes; and by a
-//! synchronous RPDO, as controllers send them.
+//! The cyclic modes, and interpolated position mode. Set-points are sent by SDO between two SYNCs, which every drive
+//! with these modes can take, and by a synchronous RPDO, as controllers do.
 
 use lexican_eds::model::{Direction, Pdo};
 use lexican_runtime::profile::cia402::{State, control, status};
@@ -137,7 +137,7 @@ const INTERPOLATION_DATA: u16 = 0x60C1;
 const TARGET_POSITION: u16 = 0x607A;
 const TARGET_VELOCITY: u16 = 0x60FF;
 
-/// From set-point to set-point.
+/// The time between two set-points.
 const CYCLE: Duration = Duration::from_millis(10);
 
 /// Selects a cyclic mode and, where 60C2h can be written, sets its period to 10 ms.
@@ -153,7 +153,7 @@ pub(super) fn cyclic<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, objects: &[u16]) -
     Ok(axis)
 }
 
-/// Interpolated position mode, in OPERATION ENABLED, with the present position as set-point, which is returned.
+/// Interpolated position mode in OPERATION ENABLED, with the present position as set-point. Returns that position.
 fn interpolated<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<(Axis<'t, 'a>, i64)> {
     if !t.entry(INTERPOLATION_DATA, 1)?.access.writable() {
         return Err(not_applicable("60C1h:01 cannot be written by SDO"));
@@ -170,14 +170,14 @@ fn interpolated<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<(Axis<'t, 'a>, i64)> {
     Ok((axis, start))
 }
 
-/// A synchronous RPDO that has set-points, and the control word at most besides.
+/// A synchronous RPDO with set-points, and at most the control word besides.
 struct SetPoints {
     id: CobId,
-    /// What it has: an object, and its bytes.
+    /// Its objects, each with its length in bytes.
     mapping: Vec<(u16, usize)>,
 }
 
-/// A cyclic mode, in OPERATION ENABLED, with set-points by RPDO. No SYNC has come since.
+/// A cyclic mode in OPERATION ENABLED, with set-points by RPDO. No SYNC has come since.
 fn by_rpdo<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, target: u16) -> Outcome<(Axis<'t, 'a>, SetPoints)> {
     produce_nothing(t)?;
     let rpdo = SetPoints::of(t, target)?;
@@ -192,7 +192,7 @@ fn by_rpdo<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, target: u16) -> Outcome<(Axi
 }
 
 impl SetPoints {
-    /// Configures an RPDO of the data sheet that has the object already, else one that it can be mapped into.
+    /// Configures an RPDO that has the object in the data sheet, or else one into which it can be mapped.
     fn of(t: &mut Tester<'_>, object: u16) -> Outcome<Self> {
         let entry = t.entry(object, 0)?;
         if !entry.pdo_mapping {
@@ -204,7 +204,7 @@ impl SetPoints {
             let mut mapped = pdo.mapping.iter().map(|mapped| mapped.index);
             mapped.clone().any(|index| index == object) && mapped.all(|index| index == object || index == 0x6040)
         };
-        // The RPDO that has the control word alone goes on giving orders.
+        // The RPDO with only the control word is kept for orders.
         let is_free =
             |pdo: &&Pdo| has_dynamic_mapping(t, pdo) && !pdo.mapping.iter().all(|mapped| mapped.index == 0x6040);
         let pdo = rpdos.iter().find(has_it).or_else(|| rpdos.iter().find(is_free));
@@ -235,7 +235,7 @@ impl SetPoints {
         Ok(SetPoints { id, mapping })
     }
 
-    /// Sends a set-point, and SYNC or not, and waits for the end of the cycle.
+    /// Sends a set-point, with or without SYNC, and waits for the end of the cycle.
     fn cycle(&self, axis: &mut Axis<'_, '_>, target: i64, with_sync: bool) -> Outcome {
         let end = axis.t.now() + CYCLE;
         let value = |object: u16| if object == 0x6040 { i64::from(ENABLE) } else { target };
@@ -249,12 +249,12 @@ impl SetPoints {
     }
 }
 
-/// Set-points on the way from a position, `by` away from it in 50 cycles.
+/// Set-points from a position to `by` away from it, in 50 cycles.
 fn ramp(from: i64, by: i64) -> impl Iterator<Item = i64> {
     (1..=50).map(move |step| from + by * step / 50)
 }
 
-/// The position is where a ramp has ended. What is still on its way there is as fast as it can be.
+/// Checks that the position is at the end of a ramp. A drive still on its way counts as too slow.
 fn has_followed(
     axis: &mut Axis<'_, '_>,
     target: i64,
@@ -273,7 +273,7 @@ fn has_followed(
     is_near
 }
 
-/// By how much the position changes in 50 cycles with a velocity.
+/// How much the position changes in 50 cycles at a velocity.
 fn turns_by(axis: &mut Axis<'_, '_>, rpdo: &SetPoints, velocity: i64, with_sync: bool) -> Outcome<i64> {
     let before = axis.position()?;
     for _ in 0..50 {

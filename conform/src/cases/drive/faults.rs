@@ -1,5 +1,4 @@
-//! Faults, of those that the test can make without the machine's help: a heartbeat that is lost (6007h), and a set-point that
-//! is too far away (6065h).
+//! Faults that the test can cause by itself: a lost heartbeat (6007h), and a set-point too far away (6065h).
 
 use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::wire::nmt::NmtState;
@@ -84,7 +83,7 @@ pub(crate) const CASES: &[Case] = &[
     })
     .requires("605Eh says how the drive is brought to rest when a fault comes."),
     drive("402/605Eh/2", "the fault reaction has the ramp that 605Eh asks for", |t| {
-        // Before anything moves.
+        // This may be inapplicable, so it comes before any motion.
         consumes_heartbeat(&mut Axis::of(t)?)?;
         options::ramps(t, 0x605E, &[(1, Ramp::SlowDown), (2, Ramp::QuickStop)], |axis| {
             if axis.state()? != State::OperationEnabled {
@@ -141,14 +140,14 @@ pub(crate) const CASES: &[Case] = &[
     .requires("A following error larger than 6065h, for longer than 6066h, is shown by bit 13."),
 ];
 
-/// Who is missed.
+/// The node whose heartbeat is lost.
 fn manager(t: &Tester<'_>) -> NodeId {
     NodeId::literal(if t.node.get() == 127 { 126 } else { 127 })
 }
 
 const CONSUMER_MS: u32 = 50;
 
-/// Lets the drive wait for a heartbeat as soon as the first one comes, and fault without it (6007h).
+/// Makes the drive expect a heartbeat once the first one has come, and fault if it is missing (6007h).
 fn consumes_heartbeat(axis: &mut Axis<'_, '_>) -> Outcome {
     axis.t.has(&[0x1016])?;
     axis.t.entry(0x1016, 1)?;
@@ -159,16 +158,16 @@ fn consumes_heartbeat(axis: &mut Axis<'_, '_>) -> Outcome {
     axis.set_if_it_can(0x6007, 1).map(|_| ())
 }
 
-/// A heartbeat comes, and no other. It is not waited for any more afterwards.
+/// Sends one heartbeat, and no more. Afterwards the drive no longer expects any.
 fn loses_heartbeat(axis: &mut Axis<'_, '_>) -> Outcome {
     let id = CobId::of_node(0x700, manager(axis.t));
     axis.t.send(id, &[5])?;
     axis.t.hear(Duration::from_millis(2 * u64::from(CONSUMER_MS)))?;
-    // Without a heartbeat a device leaves OPERATIONAL (CiA 301, 1029h), and RPDOs count no more.
+    // Without a heartbeat a device leaves OPERATIONAL (CiA 301, 1029h), and RPDOs have no effect.
     axis.t.enter(NmtState::Operational)
 }
 
-/// FAULT has been reached, or will be.
+/// Checks that the drive is in FAULT, or on the way there.
 fn is_faulty(axis: &mut Axis<'_, '_>) -> Outcome {
     let said = axis.t.has(&[0x6007]).is_ok();
     match axis.state()? {
@@ -178,7 +177,7 @@ fn is_faulty(axis: &mut Axis<'_, '_>) -> Outcome {
     }
 }
 
-/// A drive in FAULT.
+/// Leads a drive to FAULT.
 fn faulty<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<Axis<'t, 'a>> {
     let mut axis = Axis::of(t)?;
     consumes_heartbeat(&mut axis)?;
@@ -193,7 +192,7 @@ fn resets(axis: &mut Axis<'_, '_>) -> Outcome {
     axis.bring(State::SwitchOnDisabled)
 }
 
-/// The codes of the emergencies that have come in this case.
+/// The emergency codes that have come in this case.
 fn emergencies(axis: &Axis<'_, '_>) -> Vec<u16> {
     let id = axis.t.emergency_id();
     let come = axis.t.frames().iter().filter(|record| !record.sent && record.frame.id() == id);

@@ -1,5 +1,5 @@
-//! Homing mode, as far as no switch of the machine is needed: at the present position, and what is no method. Methods by a
-//! switch or an index pulse are not started: no data sheet says how far the drive travels until it finds one.
+//! Homing mode, as far as it needs no switch of the machine: homing on the present position, and invalid methods.
+//! Methods with a switch or an index pulse are not started, since no data sheet says how far the drive would travel.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::{State, control, status};
@@ -27,7 +27,7 @@ pub(crate) const CASES: &[Case] = &[
             })?;
             axis.order(ENABLE)?;
             if word & status::HOMING_ERROR != 0 {
-                // Without 60E3h, what a drive has can only be tried.
+                // Without 60E3h, the methods of a drive can only be tried.
                 ensure(axis.t.has(&[0x60E3]).is_err(), || {
                     format!("method {method} of 60E3h leads to an error (bit 13)")
                 })?;
@@ -85,7 +85,7 @@ fn homing<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<Axis<'t, 'a>> {
     Ok(axis)
 }
 
-/// Those methods of 60E3h, or of what 6098h takes, that make the present position home.
+/// The methods of 60E3h, or else of 6098h, that make the present position home.
 fn methods(axis: &mut Axis<'_, '_>) -> Outcome<Vec<i64>> {
     let mut listed = Vec::new();
     if axis.t.has(&[0x60E3]).is_ok() {

@@ -1,4 +1,5 @@
-//! Modes of operation. Those of a torque (4, 10) are not tried with one: how far a drive then moves depends on its load.
+//! Modes of operation. Torque modes (4, 10) are tried without torque, since the distance that the drive moves would
+//! depend on its load.
 
 use lexican_runtime::profile::cia402::State;
 
@@ -32,7 +33,8 @@ pub(crate) const CASES: &[Case] = &[
         axis.t.has(&[0x6064])?;
         axis.enable()?;
         for mode in each(&mut axis, true)? {
-            // The cyclic modes follow their targets at once; these are zero, and not where the drive stands.
+            // The cyclic modes are left out: they follow their targets at once, which are 0 and not the present
+            // position.
             if matches!(mode, 1 | 3 | 6) {
                 let before = axis.position()?;
                 axis.mode(mode, &[])?;
@@ -57,7 +59,7 @@ pub(crate) const CASES: &[Case] = &[
             }
             is_tried = true;
             axis.bring(State::SwitchedOn)?;
-            // A tenth of the rated torque.
+            // 1/10 of the rated torque.
             axis.set(0x6071, 0, 100)?;
             for _ in 0..20 {
                 cycle(&mut axis)?;
@@ -71,7 +73,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("A target torque acts in OPERATION ENABLED only."),
 ];
 
-/// The modes of the standard that 6502h has or lacks.
+/// The modes of the standard that 6502h has, or does not have.
 fn each(axis: &mut Axis<'_, '_>, listed: bool) -> Outcome<Vec<i8>> {
     axis.t.has(&[0x6060, 0x6061, 0x6502])?;
     let modes = axis.modes()?.ok_or_else(|| not_applicable("6502h lists no mode"))?;

@@ -1,4 +1,4 @@
-//! Option codes: how a drive stops.
+//! Option codes, which choose how a drive stops.
 
 use lexican_runtime::profile::cia402::{Command, State, control};
 
@@ -73,7 +73,7 @@ fn halt(axis: &mut Axis<'_, '_>) -> Outcome {
     axis.order(ENABLE | control::HALT)
 }
 
-/// A command that takes the drive out of OPERATION ENABLED while it moves.
+/// Checks a command that leaves OPERATION ENABLED while the drive moves.
 fn leaves(
     t: &mut Tester<'_>,
     option: u16,
@@ -92,7 +92,7 @@ fn leaves(
     Ok(())
 }
 
-/// The values of an option code that ask for a ramp, as far as the drive takes them.
+/// Tries the values of an option code that choose a ramp, as far as the drive accepts them.
 pub(super) fn ramps(
     t: &mut Tester<'_>,
     option: u16,

@@ -127,7 +127,7 @@ pub(crate) const CASES: &[Case] = &[
             axis.set_point(start + travel, 0)?;
             axis.moves(1, 0)?;
             let beyond = axis.travels_to(start + travel)?;
-            // A controller may overshoot a little.
+            // A controller may overshoot slightly.
             ensure(beyond <= travel / 4, || format!("in a travel of {travel} the drive is {beyond} beyond its target"))
         })
     })
@@ -206,7 +206,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("Bit 10 is set once the position has been within the window for the time of 6068h."),
 ];
 
-/// A travel takes a third longer with the second value of an object than with the first.
+/// Checks that a travel takes a third longer with the second value of an object than with the first.
 fn takes_longer(t: &mut Tester<'_>, index: u16, values: [i64; 2]) -> Outcome {
     t.has(&[index])?;
     Axis::positioning(t, |axis, start| {

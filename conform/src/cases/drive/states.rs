@@ -139,7 +139,7 @@ pub(crate) const CASES: &[Case] = &[
         let before = axis.t.frames().len();
         axis.order(0x06)?;
         axis.t.hear_ms(500)?;
-        // The last one counts: it has the state that was reached.
+        // The last PDO counts, since it has the final state.
         let last = axis.t.frames()[before..].iter().rfind(|record| record.frame.id() == id);
         let word = last.and_then(|record| record.frame.data().first_chunk().copied()).map(u16::from_le_bytes);
         let sent = word.and_then(State::from_status_word) == Some(State::ReadyToSwitchOn);
@@ -148,7 +148,7 @@ pub(crate) const CASES: &[Case] = &[
     .requires("A TPDO with the status word is sent when that changes, if it is event-driven."),
 ];
 
-/// Each arrow of the standard's figure that has a number and is commanded, but for those by quick stop.
+/// Tries each arrow of the standard's figure with this number that a command makes, except for quick stop.
 fn transition(t: &mut Tester<'_>, number: u8) -> Outcome {
     let mut axis = Axis::of(t)?;
     for arrow in Transitions::CIA_402.0.iter().filter(|arrow| arrow.number == number) {
@@ -159,7 +159,7 @@ fn transition(t: &mut Tester<'_>, number: u8) -> Outcome {
         axis.bring(State::SwitchOnDisabled)?;
         axis.bring(arrow.from)?;
         axis.leads_to(command.apply(0), &[arrow.to])?;
-        // It has to last.
+        // The state has to last.
         axis.stays(arrow.to, "the command")?;
     }
     Ok(())
