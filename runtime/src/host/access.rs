@@ -15,19 +15,19 @@ pub enum AccessError {
     /// The value is outside the limits of the data sheet. Nothing was sent.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
-    /// The node has aborted the transfer, or does not answer.
+    /// The node has aborted the transfer, or has not answered.
     #[error("node {node}: {error}")]
     Sdo { node: NodeId, error: SdoError },
-    /// The node's value has another length than in the data sheet.
+    /// The value has another length than in the data sheet.
     #[error("node {node}, {address}: the device and its data sheet differ: {error}")]
     DataSheet { node: NodeId, address: Address, error: LengthMismatch },
     /// There is no such PDO. Nothing was sent.
     #[error("there is no PDO {number}: PDOs have the numbers 1 to 512")]
     NoSuchPdo { number: u16 },
-    /// A PDO has no COB-ID, and the predefined connection set has none for it. It was left as it is.
+    /// A PDO has no COB-ID, and the predefined connection set has none for it. The PDO was left unchanged.
     #[error("PDO {number} has no COB-ID: choose one")]
     NoCobId { number: u16 },
-    /// A text is no value of an object. Nothing was sent.
+    /// A text is not a value of an object. Nothing was sent.
     #[error("{address} {name:?}: {why}")]
     NoValue {
         address: Address,

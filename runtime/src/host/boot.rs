@@ -10,13 +10,13 @@ use crate::id::NodeId;
 use crate::manager::{self, NetworkEvent};
 use crate::procedure::BootError;
 
-/// The nodes of a network and their configurations, as a shell boots it and keeps it up.
+/// The nodes of a network and their configurations, for a shell to boot and keep up.
 pub type Plan = manager::Network<Vec<u8>, 127>;
 
-/// A network is not ready.
+/// Why a network is not ready.
 #[derive(Debug, thiserror::Error)]
 pub enum BootNetworkError {
-    /// The link.
+    /// The link failed.
     #[error(transparent)]
     Link(#[from] LinkError),
     /// Some mandatory nodes have not booted.

@@ -4,8 +4,8 @@ use std::vec::Vec;
 
 use crate::service::sdo_client::Payload;
 
-/// Bytes of an SDO transfer, of any length up to a bound. Memory is allocated as the bytes come, and not by the length
-/// that a device announces.
+/// Bytes of an SDO transfer, of any length up to a bound. Memory is allocated as the bytes come, and not by the
+/// announced length.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Bytes {
     data: Vec<u8>,
@@ -13,19 +13,19 @@ pub struct Bytes {
 }
 
 impl Bytes {
-    /// Bytes to be written.
+    /// Bytes to write.
     #[must_use]
     pub fn of(data: &[u8]) -> Self {
         Bytes { data: data.to_vec(), bound: data.len() }
     }
 
-    /// Room for what is read, up to `bound` bytes.
+    /// Room for up to `bound` bytes to read.
     #[must_use]
     pub const fn room_for(bound: usize) -> Self {
         Bytes { data: Vec::new(), bound }
     }
 
-    /// The first `len` bytes, as many as the transfer had.
+    /// The first `len` bytes, which is the length of the transfer.
     #[must_use]
     pub fn into_vec(mut self, len: u32) -> Vec<u8> {
         self.data.truncate(len as usize);

@@ -55,7 +55,7 @@ pub enum NotALogLine {
     Frame,
 }
 
-/// As [`Line`] has it: `605#407C600000000000`, `705#R1`.
+/// Parses the format of [`Line`]: `605#407C600000000000`, `705#R1`.
 impl FromStr for Frame {
     type Err = NotAFrame;
 
@@ -64,7 +64,7 @@ impl FromStr for Frame {
     }
 }
 
-/// Why a text is no frame.
+/// The text is not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("it is no classic CAN frame such as 605#407C600000000000 or 705#R1")]
 pub struct NotAFrame;
@@ -78,7 +78,7 @@ fn instant(stamp: &str) -> Option<Instant> {
 fn frame(word: &str) -> Option<Frame> {
     let (id, data) = word.split_once('#')?;
     let number = hex(id.as_bytes())?;
-    // The number of digits distinguishes the formats.
+    // The number of digits distinguishes standard and extended identifiers.
     let id = match id.len() {
         3 => CobId::standard(u16::try_from(number).ok()?)?,
         8 => CobId::extended(number)?,

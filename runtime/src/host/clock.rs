@@ -19,7 +19,7 @@ impl Clock {
     }
 }
 
-/// Sleeps for `span`, where the operating system reports no end to wait for.
+/// Sleeps for `span`, if the operating system offers nothing to wait for.
 #[expect(clippy::disallowed_methods, reason = "the wait is for a real device, in real time")]
 pub(super) fn pause(span: Duration) {
     std::thread::sleep(span.into());

@@ -13,7 +13,7 @@ use super::link::PATIENCE;
 use super::{Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
 
-/// How often a driver is asked for a frame, or for room.
+/// How often a driver is polled for a frame, or for room.
 const NAP: Duration = Duration::from_millis(1);
 
 /// A [`Link`] over a driver that implements [`embedded_can::nb::Can`]. The driver is polled every millisecond; its
@@ -33,12 +33,12 @@ const NAP: Duration = Duration::from_millis(1);
 pub struct EmbeddedCan<C: Can> {
     can: C,
     clock: Clock,
-    /// Frames that the driver has replaced by others of higher priority.
+    /// Frames that the driver has given back in exchange for others of higher priority.
     replaced: VecDeque<C::Frame>,
 }
 
 impl<C: Can> EmbeddedCan<C> {
-    /// A link over `can`, whose controller takes part in the bus.
+    /// A link over `can`, whose controller must be active on the bus.
     pub fn new(can: C) -> Self {
         EmbeddedCan { can, clock: Clock::new(), replaced: VecDeque::new() }
     }
@@ -58,7 +58,7 @@ impl<C: Can> EmbeddedCan<C> {
         Ok(())
     }
 
-    /// Sends again what was replaced, as far as there is room.
+    /// Sends the replaced frames again, as far as there is room.
     fn transmit_replaced(&mut self) -> Result<(), LinkError> {
         for _ in 0..self.replaced.len() {
             let Some(frame) = self.replaced.pop_front() else { break };
@@ -107,13 +107,13 @@ impl<C: Can> Link for EmbeddedCan<C> {
         loop {
             self.transmit_replaced()?;
             match self.can.receive() {
-                // Longer frames are not CANopen's.
+                // CANopen has no longer frames.
                 Ok(frame) => match Frame::from_embedded(&frame) {
                     Some(frame) => return Ok(Some(Incoming::Frame(frame))),
                     None => continue,
                 },
                 Err(Other(error)) => match error.kind() {
-                    // How many is not reported.
+                    // The number of lost frames is not reported.
                     ErrorKind::Overrun => return Ok(Some(Incoming::Gap(1))),
                     // The controller repeats the frame.
                     ErrorKind::Bit | ErrorKind::Stuff | ErrorKind::Crc | ErrorKind::Form | ErrorKind::Acknowledge => {}

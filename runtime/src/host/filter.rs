@@ -11,13 +11,12 @@ use crate::time::{Duration, Instant};
 /// All frames, or only those of the manager's nodes. The link's filter follows when those change.
 #[derive(Debug, Default)]
 pub(super) struct FrameFilter {
-    /// `None` for all frames; else the identifiers of interest besides those of the nodes.
+    /// `None` for all frames; else the COB-IDs to receive besides those of the nodes.
     others: Option<Vec<CobId>>,
-    /// What the link has been given.
+    /// The COB-IDs that the link was last given.
     current: BTreeSet<CobId>,
     /// `current` may be out of date.
     is_stale: bool,
-    /// That of the link.
     latency: Duration,
 }
 
@@ -33,7 +32,7 @@ impl FrameFilter {
         self.is_stale = true;
     }
 
-    /// Adds a node to the manager, unless it is there.
+    /// Adds a node to the manager, unless it has the node.
     pub(super) fn include(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
         if manager.remote(node).is_none() {
             manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
@@ -48,7 +47,7 @@ impl FrameFilter {
         self.is_stale = true;
     }
 
-    /// Updates the link, if need be.
+    /// Gives the link new COB-IDs, if they have changed.
     pub(super) fn apply(&mut self, manager: &Manager<127>, link: &mut impl Link) -> Result<(), LinkError> {
         if !core::mem::take(&mut self.is_stale) {
             return Ok(());
@@ -57,7 +56,7 @@ impl FrameFilter {
             None => BTreeSet::new(),
             Some(others) => {
                 let nodes = manager.remotes().flat_map(Remote::cob_ids);
-                // Never empty, which would mean all frames.
+                // Never empty, since that would mean all frames.
                 nodes.chain([CobId::TIME]).chain(others.iter().copied()).collect()
             }
         };

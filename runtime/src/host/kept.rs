@@ -17,16 +17,16 @@ use std::vec::Vec;
 
 use crate::wire::crc::Crc32;
 
-/// The first line of a kind of such texts: `lexican parameters 2`.
+/// The kind of a stored text, in its first line: `lexican parameters 2`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeptFormat {
-    /// What the text is: `lexican parameters`.
+    /// The name, such as `lexican parameters`.
     pub name: &'static str,
     /// The version of its lines.
     pub version: u32,
 }
 
-/// Why a text is not a stored text.
+/// Why a text is not a valid stored text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeptError {
     /// The text is empty, or all zero.
@@ -46,7 +46,7 @@ pub enum KeptError {
 }
 
 impl KeptFormat {
-    /// The text with these lines. Those with a colon are entries of the dictionary: `2410:01 64 00`.
+    /// The text with these lines. Lines with a colon count as entries of the dictionary: `2410:01 64 00`.
     #[must_use]
     pub fn seal(&self, lines: &[String]) -> String {
         let mut text = format!("{} {}\n", self.name, self.version);
@@ -88,21 +88,21 @@ fn end(body: &str) -> String {
 #[derive(Clone, Debug)]
 pub struct KeptFile {
     path: PathBuf,
-    /// Its content; `None` if that is not known.
+    /// The content; `None` if that is not known.
     saved: Option<String>,
 }
 
 impl KeptFile {
-    /// The file and its content; `None` when there is no such file yet.
+    /// The file and its content; `None` if there is no such file yet.
     ///
-    /// Errors: the error of the operating system, or [`io::ErrorKind::InvalidInput`] if the path is no file but a
-    /// folder, a terminal or `/dev/null`.
+    /// Errors: the error of the operating system, or [`io::ErrorKind::InvalidInput`] if the path is a folder, a
+    /// terminal or `/dev/null`.
     pub fn open(path: &Path) -> io::Result<(Self, Option<String>)> {
         match fs::metadata(path) {
             Ok(found) if !found.is_file() => {
                 Err(io::Error::new(io::ErrorKind::InvalidInput, "not a file that can be replaced"))
             }
-            // A symbolic link remains: its target is replaced.
+            // A symbolic link is kept: its target is replaced.
             Ok(_) => {
                 let path = fs::canonicalize(path)?;
                 let text = String::from_utf8_lossy(&fs::read(&path)?).into_owned();
@@ -115,7 +115,7 @@ impl KeptFile {
         }
     }
 
-    /// Replaces the content, unless it is the text already.
+    /// Replaces the content, unless it is already `text`.
     ///
     /// After an error the content is unchanged.
     pub fn save(&mut self, text: String) -> io::Result<()> {
@@ -128,7 +128,7 @@ impl KeptFile {
     }
 }
 
-/// Writes a file beside the old one, which then replaces it: if the power fails, one of them is complete.
+/// Writes a new file next to the old one, and then replaces that: if the power fails, one of them is complete.
 ///
 /// After an error the old file is unchanged.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
@@ -137,7 +137,8 @@ pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     new.complete()
 }
 
-/// A file that is being written beside the one that it will replace once complete. Dropped before that, it is removed.
+/// A file that is being written next to the one that it will replace. If it is dropped before it is complete, it is
+/// removed.
 #[derive(Debug)]
 pub struct Replacement {
     path: PathBuf,
@@ -147,8 +148,8 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Makes an empty file beside `path`; of a link, beside its target. Its name, `.NAME.lexican-new`, is nobody else's, and what a
-    /// program that was killed has left there is replaced.
+    /// Makes an empty file next to `path`, or next to the target of a symbolic link. Its name, `.NAME.lexican-new`, is
+    /// reserved for this, so a file left by a killed program is overwritten.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let mut name = OsString::from(".");
@@ -164,7 +165,7 @@ impl Replacement {
         &mut self.file
     }
 
-    /// Gives the file its name. The content is synced before the name, which could otherwise lead to an empty file.
+    /// Renames the file to its final name. The content is synced first; otherwise the name could lead to an empty file.
     ///
     /// After an error the old file is unchanged.
     pub fn complete(mut self) -> io::Result<()> {
@@ -188,14 +189,14 @@ impl Drop for Replacement {
     }
 }
 
-/// Syncs a name, which its folder stores.
+/// Syncs a file name, which is stored in its folder.
 #[cfg(unix)]
 fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     File::open(folder)?.sync_all()
 }
 
-/// Elsewhere a folder cannot be opened. The journal of the file system has the rename.
+/// Other systems cannot open a folder; the journal of the file system has the rename.
 #[cfg(not(unix))]
 fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())

@@ -1,4 +1,4 @@
-//! What a shell needs of a CAN interface.
+//! The interface between a shell and a CAN interface.
 
 use core::fmt;
 
@@ -15,70 +15,68 @@ pub trait Link {
     /// The time now.
     fn now(&self) -> Instant;
 
-    /// Hands a frame to the bus, and waits for room up to 100 ms. The frame may leave after this returns.
+    /// Hands a frame to the bus, and waits up to 100 ms for room. The frame may leave after this returns.
     ///
-    /// Errors: [`LinkError`] when the link is gone or cannot take the frame. After an error that is not final the frame
+    /// Errors: [`LinkError`] if the link is gone or cannot take the frame. After an error that is not final, the frame
     /// is lost and the link remains.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
 
     /// As [`Link::send`], without waiting for room.
     ///
-    /// Errors: [`LinkError::Full`] at once when there is no room.
+    /// Errors: [`LinkError::Full`] at once if there is no room.
     fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.send(frame)
     }
 
-    /// Waits for a frame or a change of the bus's state, no longer than `until`; `None` when nothing
-    /// came.
+    /// Waits until `until` for a frame or a change of the bus's state; `None` if nothing came.
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
-    /// As [`Link::receive`], for a caller that has just read the clock: at `now`. Saves the link from reading it, too,
-    /// which is a system call where the kernel is a guest.
+    /// As [`Link::receive`], for a caller that has just read the clock as `now`. This saves the link from reading it,
+    /// which is a system call in a virtual machine.
     fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
         let _ = now;
         self.receive(until)
     }
 
-    /// Whether the last [`Link::receive`] has taken all that had come: unless a frame has come since, another one finds
-    /// nothing, and the [descriptor](Link::descriptor) becomes readable when one comes. Shells that wait for the
-    /// descriptor then save a call. `false` if that is not known.
+    /// Whether the last [`Link::receive`] took all that had come, so that another call would find nothing, and the
+    /// [descriptor](Link::descriptor) becomes readable at the next frame. Shells that wait for the descriptor then save
+    /// a call. `false` if that is not known.
     fn is_drained(&self) -> bool {
         false
     }
 
-    /// What the operating system reports as readable when there is something to receive, for shells that wait
-    /// for more than one thing. It changes when the link has lost its interface and found it again, and is `None` in
-    /// between. A link that never has one is polled every millisecond.
+    /// What the operating system reports as readable when there is something to receive, for shells that wait for
+    /// several things. It changes when the link has lost and regained its interface, and is `None` in between. A link
+    /// that never has a descriptor is polled every millisecond.
     #[cfg(unix)]
     fn descriptor(&self) -> Option<Descriptor> {
         None
     }
 
-    /// Whether time passes here as on the wall, as on every interface. Otherwise it passes during
-    /// [`Link::receive`], as on the virtual bus, and that takes no time on the wall. The tokio shell waits in a link
-    /// without a descriptor only if this is `false`, which is the default.
+    /// Whether the link's time is real time, as on every real interface. Otherwise time passes during
+    /// [`Link::receive`], as on the virtual bus, and that takes no real time. The tokio shell blocks in a link without
+    /// a descriptor only if this is `false`, the default.
     fn is_real_time(&self) -> bool {
         false
     }
 
-    /// How much later than a node on CAN the nodes of this link may answer and obey, because of what stands in between: the
-    /// shells wait so much longer for an answer. Zero on a bus.
+    /// How much later than nodes on CAN the nodes of this link may answer and obey, because of something in between:
+    /// the shells wait this much longer for an answer. Zero on CAN.
     fn latency(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// Selects the identifiers of interest: a link that can leave out other frames does, so
-    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Other frames may still
-    /// be received; the filters of a kernel, for one, are limited in number.
+    /// Selects the COB-IDs to receive: a link that can filter drops other frames, so that a crowded bus costs nothing.
+    /// No COB-IDs mean all frames, the default. Other frames may still be received, since the filters of a kernel are
+    /// limited.
     ///
-    /// Errors: [`LinkError`] when the operating system refuses the filters: which frames are received is not known
-    /// then.
+    /// Errors: [`LinkError`] if the operating system refuses the filters; which frames are then received is not known.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         let _ = ids;
         Ok(())
     }
 
-    /// Waits for a frame, no longer than `until`. Changes of the bus's state are dropped.
+    /// Waits until `until` for a frame. Changes of the bus's state are dropped.
     fn receive_frame(&mut self, until: Instant) -> Result<Option<Frame>, LinkError> {
         loop {
             match self.receive(until)? {
@@ -136,24 +134,24 @@ pass_on!(std::boxed::Box<L>, &mut L);
 #[cfg(unix)]
 pub type Descriptor = std::sync::Arc<dyn std::os::fd::AsRawFd + Send + Sync>;
 
-/// How long a frame may wait for room. It lasts 11 ms at the slowest bit rate of CANopen, 10 kbit/s, so a
-/// bus that works frees a place several times in this span.
+/// How long a frame may wait for room. A frame takes 11 ms at the lowest bit rate of CANopen, 10 kbit/s, so a working
+/// bus makes room several times in this span.
 #[cfg(any(feature = "tokio", feature = "slcan", all(feature = "socketcan", target_os = "linux")))]
 pub(super) const PATIENCE: Duration = Duration::from_millis(100);
 
-/// What comes out of a link.
+/// Something received from a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incoming {
     /// A frame of another node.
     Frame(Frame),
-    /// The bus is in another state than before. A link begins in [`BusState::Active`].
+    /// The bus has changed its state. A link begins in [`BusState::Active`].
     State(BusState),
-    /// This many frames are missing here: the machine has not taken them in time, and the operating system had no room
-    /// to keep them.
+    /// This many frames are missing at this point: the machine did not read them in time, and the operating system had
+    /// no room to keep them.
     Gap(u32),
 }
 
-/// The state of the controller (ISO 11898-1, 6.14), or why there is none.
+/// The state of the controller (ISO 11898-1, 6.14), or why there is no controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BusState {
     /// The error counters are below 96.
@@ -165,7 +163,7 @@ pub enum BusState {
     Passive,
     /// The controller has left the bus: too many errors. It carries nothing until it is restarted.
     Off,
-    /// The interface is down. It carries nothing until it is set up.
+    /// The controller has left the bus after too many errors. It carries nothing until it is restarted.
     Down,
     /// The interface is gone: unplugged, or deleted.
     Removed,
@@ -192,7 +190,7 @@ impl fmt::Display for BusState {
     }
 }
 
-/// A link fails, or does not carry a frame.
+/// Why a link has failed, or does not carry a frame.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
@@ -205,7 +203,7 @@ pub enum LinkError {
     /// The interface's buffer stayed full.
     #[error("the transmit buffer stays full: no node on the bus acknowledges, or it is overloaded")]
     Full,
-    /// The link only listens.
+    /// The link can only receive.
     #[error("a log takes no frames: it can be listened to, and nothing else")]
     ReadOnly,
     /// The log has no more frames.

@@ -4,8 +4,8 @@ use core::fmt;
 use std::boxed::Box;
 use std::error::Error;
 
-/// The error of a `main` that returns a `Result`: any error becomes one by `?`. Rust prints what `main` returns by its
-/// `Debug`, which for most errors looks like code; this one prints its message.
+/// An error for a `main` that returns a `Result`: `?` converts any error into it. Rust prints the error of `main` by
+/// `Debug`, which looks like code for most errors; this one prints its message.
 ///
 /// ```
 /// use lexican_runtime::host::MainError;

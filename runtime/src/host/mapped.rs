@@ -1,4 +1,4 @@
-//! PDOs that a shell has mapped: what arrives is decoded by the mapping in force.
+//! PDOs mapped by a shell: received data are decoded by the mapping in force.
 
 use crate::frame::Frame;
 use crate::id::CobId;
@@ -16,19 +16,19 @@ pub struct PdoOptions {
 }
 
 impl PdoOptions {
-    /// The COB-ID and the times stay as they are. A PDO that has no COB-ID gets that of the predefined connection set.
+    /// With COB-ID and times unchanged. A PDO without a COB-ID gets that of the predefined connection set.
     #[must_use]
     pub const fn new(transmission: TransmissionType) -> Self {
         PdoOptions { transmission, inhibit_100us: None, event_timer_ms: None, cob_id: None }
     }
 
-    /// With an inhibit time, the shortest between two PDOs, in 100 us.
+    /// With an inhibit time, the shortest time between two PDOs, in 100 us.
     #[must_use]
     pub const fn inhibit_100us(self, inhibit: u16) -> Self {
         PdoOptions { inhibit_100us: Some(inhibit), ..self }
     }
 
-    /// With an event timer in ms: a PDO is sent when this time has passed since the last one. 0 is none.
+    /// With an event timer in ms: a PDO is sent when this time has passed since the last one. 0 disables it.
     #[must_use]
     pub const fn event_timer_ms(self, timer: u16) -> Self {
         PdoOptions { event_timer_ms: Some(timer), ..self }
@@ -41,7 +41,7 @@ impl PdoOptions {
     }
 }
 
-/// A PDO of a node, with the mapping that the node has taken.
+/// A PDO of a node, with the mapping that the node has accepted.
 #[derive(Clone, Copy, Debug)]
 pub struct MappedPdo<D, V: Values, N = AnyDevice> {
     id: CobId,
@@ -63,7 +63,7 @@ impl<D, V: Values, N> MappedPdo<D, V, N> {
 impl<V: Values, N> MappedPdo<Tpdo, V, N> {
     /// The values, if the event is this PDO.
     ///
-    /// An error means that a frame came that has fewer bytes than the mapping.
+    /// An error means that the frame has fewer bytes than the mapping.
     #[must_use]
     pub fn decode(&self, event: &Event) -> Option<Result<V, MappedLengthMismatch>> {
         match event {

@@ -1,5 +1,5 @@
-//! Links that carry frames, and shells that run the state machines over them. All I/O and all clocks are here, and no
-//! protocol logic.
+//! Links that carry frames, and shells that run the state machines over them. All I/O and all clocks are in here, but
+//! no protocol logic.
 
 mod access;
 pub mod blocking;

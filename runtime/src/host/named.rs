@@ -1,4 +1,4 @@
-//! Objects by name, for tools: names and meanings are those of the dictionary.
+//! Objects by name, for tools: names and meanings come from the dictionary.
 
 use core::fmt;
 use std::borrow::ToOwned as _;
@@ -8,10 +8,10 @@ use std::vec::Vec;
 use super::AccessError;
 use crate::object::{DataType, Name};
 
-/// A dictionary has no object of a name.
+/// A dictionary has no object with this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct UnknownName {
-    /// What was asked for.
+    /// The name that was asked for.
     pub name: String,
     /// Names that contain it.
     pub near: Vec<&'static str>,
@@ -27,7 +27,7 @@ impl fmt::Display for UnknownName {
     }
 }
 
-/// Finds an object. Letters and digits count: `position-actual-value` is "Position actual value".
+/// Finds an object by its letters and digits: `position-actual-value` is "Position actual value".
 pub(super) fn find(names: &'static [Name], text: &str) -> Result<&'static Name, UnknownName> {
     let wanted = plain(text);
     if let Some(name) = names.iter().find(|name| plain(name.name) == wanted) {
@@ -41,7 +41,7 @@ fn plain(text: &str) -> String {
     text.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// What a node holds in an object.
+/// The value of an object that was read from a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     name: &'static Name,
@@ -59,7 +59,7 @@ impl Reading {
         &self.bytes
     }
 
-    /// The number in wire form; `None` of a text, and of a value of another length than in the data sheet.
+    /// The number in wire form; `None` for a text, or if the length differs from the data sheet.
     #[must_use]
     pub fn raw(&self) -> Option<u64> {
         let mut raw = [0; 8];
@@ -69,8 +69,8 @@ impl Reading {
     }
 }
 
-/// By name and unit: `24.5 V`, `profile velocity (3)`, `ready to switch on + operation mode 2`. A text as it is, other bytes in
-/// hexadecimal.
+/// With names and units: `24.5 V`, `profile velocity (3)`, `ready to switch on + operation mode 2`. A text is shown as
+/// it is, other bytes in hexadecimal.
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(raw) = self.raw() {
@@ -83,7 +83,7 @@ impl fmt::Display for Reading {
     }
 }
 
-/// The bytes of a value that is written as text: see [`Name::parse`]; a text is its own bytes.
+/// The bytes of a value given as text: see [`Name::parse`]; a text object takes the text itself.
 pub(super) fn encode(name: &'static Name, text: &str) -> Result<Vec<u8>, AccessError> {
     if name.data_type == DataType::VisibleString {
         return Ok(text.to_owned().into_bytes());

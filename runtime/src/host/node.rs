@@ -18,8 +18,8 @@ pub trait Node {
     /// When to call [`Node::handle_timeout`].
     fn poll_timeout(&self) -> Option<Instant>;
 
-    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] returns them; none for all
-    /// frames. A link that can then leaves out the others.
+    /// The COB-IDs of all frames that concern the node, as [`Device::cob_ids`] returns them; empty for all frames. A
+    /// link that can filter drops the others.
     ///
     /// [`Device::cob_ids`]: crate::device::Device::cob_ids
     fn concerns(&self) -> Vec<CobId> {
@@ -33,14 +33,14 @@ pub trait Node {
         0
     }
 
-    /// Whether nothing but these calls changes what it sends and when it is due, so that it need not be asked before one of
-    /// them. Not so of a node that others hold as well, as by an [`Arc`], and so not the default.
+    /// Whether only these calls change what the node sends and when it is due, so that it need not be polled in
+    /// between. That is not true of a node with other owners, as in an [`Arc`], and so not the default.
     fn changes_only_when_called(&self) -> bool {
         false
     }
 
-    /// The node loses its power, or gets it back: then it boots, with what it has stored. Without power, nothing else is
-    /// called. The default does nothing, so such a node forgets nothing.
+    /// The node loses its power, or gets it back, and then boots with its stored data. Without power, no other method
+    /// is called. By default nothing happens, and the node keeps its state.
     fn set_power(&mut self, now: Instant, on: bool) {
         let _ = (now, on);
     }
@@ -73,7 +73,7 @@ impl<N: Node + ?Sized> Node for Box<N> {
     }
 }
 
-/// A node that its application shares with a shell.
+/// A node shared by its application and a shell.
 impl<N: Node> Node for Arc<Mutex<N>> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         lock(self).handle_frame(now, frame);

@@ -1,20 +1,21 @@
-//! The loop between a link and what runs on it: send, wait, take a frame, look at the deadline.
+//! The loop between a link and a state machine: send, wait, take a frame, check the deadline.
 
 use super::{BusState, Incoming, Link, LinkError, Node, trace};
 use crate::manager::{Event, Manager, Payloads};
 use crate::service::lss_manager::{self, LssManager};
 use crate::{Frame, Instant};
 
-/// How many frames a shell sends before it receives and handles deadlines: at 500 kbit/s they last a
-/// millisecond. A block transfer sends up to 127 in a row.
+/// How many frames a shell sends before it receives and handles deadlines: they take about a millisecond at 500 kbit/s.
+/// A block transfer sends up to 127 in a row.
 pub(super) const MOST_SENT: usize = 4;
 
-/// How many frames in a row are handled before an overdue deadline: about what the receive buffer of a socket holds.
+/// How many frames in a row are handled before an overdue deadline: about as many as the receive buffer of a socket
+/// holds.
 const MOST_WAITING: u32 = 4096;
 
-/// The four verbs of a composite, with all that it is lent. A [`Node`] is a state machine without events.
+/// The four verbs of a composite, with everything already lent to it. A [`Node`] is a state machine without events.
 pub trait StateMachine {
-    /// What a frame or a deadline may lead to.
+    /// What a frame or a deadline may report.
     type Event;
 
     /// Handles a frame of another node.
@@ -64,7 +65,7 @@ impl StateMachine for LssManager {
     }
 }
 
-/// A manager, and the bytes of its transfers.
+/// A manager, with the payloads of its transfers.
 pub(super) struct Lent<'a, const NODES: usize>(pub(super) &'a mut Manager<NODES>, pub(super) &'a mut dyn Payloads);
 
 impl<const NODES: usize> StateMachine for Lent<'_, NODES> {
@@ -110,9 +111,9 @@ impl StateMachine for Listener {
 pub enum Turn<E> {
     /// The state machine reports something.
     Event(E),
-    /// The bus is in another state.
+    /// The bus has changed its state.
     Bus(BusState),
-    /// This many frames are missing here: see [`Incoming::Gap`].
+    /// This many frames are missing: see [`Incoming::Gap`].
     Gap(u32),
     /// Nothing to report. The state machine may have handled a frame or a deadline.
     Idle,
@@ -123,23 +124,22 @@ pub enum Turn<E> {
 /// Runs a [`StateMachine`] over a [`Link`].
 ///
 /// **Floods.** Frames that have come by the time of a deadline are handled before it, since one of them may be the
-/// answer that it waits for: the process may have been stopped for a while. A link that always has a frame
-/// holds up deadlines and the end of a wait for 4,096 frames; after these, overdue deadlines come first until the link
-/// is found empty.
-/// At most four frames are sent before the next one is received.
+/// answer that it waits for: the process may have been stopped for a while. A link that always has a frame delays
+/// deadlines and the end of a wait by at most 4,096 frames; after these, overdue deadlines come first until the link is
+/// empty. At most four frames are sent before the next one is received.
 ///
-/// **Time.** A turn reads the clock twice: when it begins, and when the link returns. What a state machine did in
-/// between, which may have taken long, is no part of a wait.
+/// **Time.** A turn reads the clock twice: when it begins, and when the link returns. The time that the state machine
+/// takes in between does not count as waiting.
 #[derive(Clone, Debug, Default)]
 pub struct Pump {
-    /// The latest reading of the clock: at this time all verbs are called.
+    /// The latest reading of the clock, with which all verbs are called.
     now: Instant,
     backlog: Backlog,
     /// The link has been read since the end of the last wait.
     has_looked: bool,
     /// How many frames in a row the link has refused.
     refused: u32,
-    /// The last frame was refused: the link is read before the next one is tried.
+    /// The last frame was refused, so the link is read before the next one is tried.
     is_held: bool,
 }
 
@@ -150,11 +150,11 @@ impl Pump {
         Pump::default()
     }
 
-    /// Sends what is to be sent; then handles a deadline, or waits for a frame no longer than `until`. Each wait reads
-    /// the link at least once, even if `until` has passed.
+    /// Sends the frames to be sent; then handles a deadline, or waits until `until` for a frame. Each wait reads the
+    /// link at least once, even if `until` has passed.
     ///
-    /// Errors: [`LinkError`] when the link is gone, or has refused a frame. In the latter case the frame is lost, and
-    /// the next turn goes on.
+    /// Errors: [`LinkError`] if the link is gone, or has refused a frame. A refused frame is lost, and the next turn
+    /// goes on.
     pub fn turn<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,
@@ -193,7 +193,7 @@ impl Pump {
         })
     }
 
-    /// The time of the last verb.
+    /// The time at which the last verb was called.
     pub(super) const fn now(&self) -> Instant {
         self.now
     }
@@ -214,7 +214,7 @@ impl Pump {
         }
     }
 
-    /// Waits for a frame, no longer than `until`, even if the link always has one.
+    /// Waits until `until` for a frame, even if the link always has one.
     pub fn receive_frame<L: Link + ?Sized>(
         &mut self,
         link: &mut L,
@@ -245,7 +245,7 @@ impl Pump {
         Ok(missing)
     }
 
-    /// Sends what is to be sent, at most four frames. Returns whether that was all.
+    /// Sends the frames to be sent, at most four. Returns whether there are no more.
     pub fn transmit<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         link: &mut L,
@@ -295,7 +295,7 @@ impl Pump {
     }
 }
 
-/// The flood rule, for every shell: which comes first, the frames that wait in the link or an overdue deadline.
+/// The flood rule for every shell: whether the frames that wait in the link or an overdue deadline come first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Backlog {
     /// When the link was read last.
@@ -311,15 +311,15 @@ impl Backlog {
         self.taken = if found { self.taken.saturating_add(1) } else { 0 };
     }
 
-    /// Whether the frames that had come by the last read are handled, or are too many.
+    /// Whether the frames that had come by the last read have been handled, or are too many.
     const fn is_heard(&self) -> bool {
         self.taken == 0 || self.taken >= MOST_WAITING
     }
 
-    /// Whether `deadline` has come and no frame comes before it. A deadline at the end of time never comes, since the one
-    /// after it would come at once, without end.
+    /// Whether `deadline` has come and no frame is to be handled before it. A deadline at the end of time never comes,
+    /// since the next one would come at once, without end.
     ///
-    /// It is handled at the caller's time: the last read may be long ago, or there was none.
+    /// The caller handles it at its own time, since the last read may be long ago, or there was none.
     pub(super) fn is_due(&self, deadline: impl FnOnce() -> Option<Instant>) -> bool {
         let has_come = |deadline| deadline <= self.looked && self.looked < Instant::MAX;
         self.is_heard() && deadline().is_some_and(has_come)

@@ -1,17 +1,17 @@
-//! The nodes of both shells: methods of `Network`, `RemoteNode` and `Named`, written once.
+//! The node methods of both shells, written once: of `Network`, `RemoteNode` and `Named`.
 
-/// Makes the methods. A shell hands in `async`, `.await` and `mut`, or nothing in their places, and its types.
+/// Makes the methods. A shell passes `async`, `.await` and `mut`, or nothing instead, and its types.
 macro_rules! remote_nodes {
     (
         {$($async:tt)?} {$($await:tt)*} {$($mut:tt)?}
         [$($link:tt)*] Network = $network:ty, RemoteNode<D> = $remote:ty, Named = $named:ty
     ) => {
         impl<$($link)*> $network {
-            /// Writes settings in the order in which devices take them: see [`Settings`]. Most devices take some of
+            /// Writes settings in the order in which devices accept them: see [`Settings`]. Most devices accept some of
             /// them in PRE-OPERATIONAL only.
             ///
-            /// Errors: [`AccessError`]: [`OutOfRange`](AccessError::OutOfRange) before anything is sent; else what was
-            /// written before stays, and a PDO that was being changed stays switched off, also if the call is dropped.
+            /// Errors: [`OutOfRange`](AccessError::OutOfRange) before anything is sent. After another error, or if the
+            /// call is dropped, what was written stays, and a PDO that was being changed stays disabled.
             pub $($async)? fn configure<D>(
                 &$($mut)? self,
                 node: NodeId,
@@ -28,7 +28,7 @@ macro_rules! remote_nodes {
             }
 
             /// Maps PDO `number` of a node, 1 to 512, by the procedure of CiA 301, 7.5.2.36 and 7.5.2.38: the PDO is
-            /// switched off, changed and switched on. Most devices take that in PRE-OPERATIONAL only.
+            /// disabled, changed and enabled. Most devices accept that in PRE-OPERATIONAL only.
             ///
             /// Errors: [`AccessError::NoSuchPdo`], [`AccessError::NoCobId`].
             pub $($async)? fn map<D: PdoDirection, V: Values, N>(
@@ -60,7 +60,7 @@ macro_rules! remote_nodes {
                 self.network.read(self.node, object)$($await)*
             }
 
-            /// Writes an object, when the data sheet allows the value.
+            /// Writes an object, if the data sheet allows the value.
             pub $($async)? fn write<T: Value, A: Writable, M, E: Fits<D>>(
                 &$($mut)? self,
                 object: Object<T, A, M, E>,
@@ -95,8 +95,7 @@ macro_rules! remote_nodes {
                 self.network.write_bytes(self.node, address, data)$($await)*
             }
 
-            /// An object by the name that it has in the data sheet, for tools. Letters and digits count, their case
-            /// does not.
+            /// An object by its name in the data sheet, for tools. Letters and digits count, but not their case.
             ///
             /// Errors: every name is unknown if the dictionary was generated without names.
             pub fn by_name(&$($mut)? self, name: &str) -> Result<$named, UnknownName> {
@@ -104,12 +103,12 @@ macro_rules! remote_nodes {
                 Ok(Named { network: &$($mut)? self.network, node: self.node, name })
             }
 
-            /// Commands the node.
+            /// Sends an NMT command to the node.
             pub $($async)? fn command(&$($mut)? self, command: NmtCommand) -> Result<(), LinkError> {
                 self.network.command(command, Some(self.node))$($await)*
             }
 
-            /// Writes settings in the order in which devices take them: see [`Network::configure`].
+            /// As [`Network::configure`].
             pub $($async)? fn configure<E: Fits<D>>(
                 &$($mut)? self,
                 settings: &Settings<E>,
@@ -117,7 +116,7 @@ macro_rules! remote_nodes {
                 self.network.configure(self.node, settings)$($await)*
             }
 
-            /// Maps PDO `number`: see [`Network::map`].
+            /// As [`Network::map`].
             pub $($async)? fn map<P: PdoDirection, V: Values, E: Fits<D>>(
                 &$($mut)? self,
                 number: u16,
@@ -129,20 +128,20 @@ macro_rules! remote_nodes {
         }
 
         impl<$($link)*> $named {
-            /// What the dictionary says of it.
+            /// Its name and meaning in the dictionary.
             #[must_use]
             pub const fn name(&self) -> &'static Name {
                 self.name
             }
 
-            /// Reads it.
+            /// Reads the object.
             pub $($async)? fn read(&$($mut)? self) -> Result<Reading, AccessError> {
                 Ok(Reading::new(self.name, self.network.read_bytes(self.node, self.name.address)$($await)*?))
             }
 
-            /// Writes a value that is written as text, with its unit or as the name of a value: see [`Name::parse`].
+            /// Writes a value given as text, with its unit or as the name of a value: see [`Name::parse`].
             ///
-            /// Errors: [`AccessError`]: [`NoValue`](AccessError::NoValue) before anything is sent.
+            /// Errors: [`NoValue`](AccessError::NoValue) before anything is sent.
             pub $($async)? fn write(&$($mut)? self, text: &str) -> Result<(), AccessError> {
                 self.network.write_bytes(self.node, self.name.address, &named::encode(self.name, text)?)$($await)*
             }

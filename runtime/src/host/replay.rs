@@ -1,4 +1,4 @@
-//! A log as a link: its frames are received again.
+//! A log as a link, which receives the frames of the log.
 
 use std::borrow::ToOwned;
 use std::boxed::Box;
@@ -12,10 +12,10 @@ use super::clock::{Clock, pause};
 use super::{Incoming, Link, LinkError, Pace};
 use crate::{Frame, Instant};
 
-/// Longer than any line of `candump -L`, so that a file without line ends is refused.
+/// Longer than any line of `candump -L`: a file without line ends is refused.
 const LONGEST_LINE: u64 = 4096;
 
-/// A frame and when it was received.
+/// A frame, and when it was received.
 type Timed = io::Result<(Instant, Frame)>;
 
 /// A [`Link`] that receives the frames of a log, written by `candump -L` or by lexican, and sends none.
@@ -26,7 +26,7 @@ pub struct Replay {
     frames: Box<dyn Iterator<Item = Timed> + Send>,
     next: Option<Timed>,
     now: Instant,
-    /// In real time, the machine's clock and the log's time at its start.
+    /// In real time: the machine's clock, and the log's time at its start.
     pacer: Option<(Clock, Instant)>,
 }
 
@@ -89,7 +89,7 @@ impl Link for Replay {
             None => return Err(LinkError::Ended),
         };
         self.pass_to(at);
-        // Time does not go back, even if the log's does.
+        // Time does not go back, even if that of the log does.
         self.next = self.frames.next().map(|next| next.map(|(at, frame)| (at.max(self.now), frame)));
         Ok(Some(Incoming::Frame(frame)))
     }
@@ -99,7 +99,7 @@ impl Link for Replay {
 struct Lines {
     path: PathBuf,
     lines: BufReader<File>,
-    /// The number of the line that was read last.
+    /// The number of the last line read.
     line: usize,
     interface: Option<String>,
 }
@@ -149,7 +149,7 @@ pub enum ReplayError {
         /// The error of the operating system.
         error: io::Error,
     },
-    /// A line of it.
+    /// A line is not one of a log.
     #[error("{}:{line}: {error}; write logs with `candump -L`", path.display())]
     Line {
         path: PathBuf,
@@ -157,7 +157,7 @@ pub enum ReplayError {
         line: usize,
         error: NotALogLine,
     },
-    /// A line of it has more bytes than any line of a log.
+    /// A line is longer than any line of a log.
     #[error("{}:{line}: the line does not end; write logs with `candump -L`", path.display())]
     LongLine {
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! The links of this crate, as URLs name them.
+//! The URL schemes of this crate's links.
 
 use core::str::FromStr;
 use std::borrow::ToOwned;
@@ -10,10 +10,10 @@ use super::{BusUrl, BusUrlError, Link, Replay};
 
 type Opened = Result<Box<dyn Link + Send>, OpenError>;
 
-/// The schemes of this crate.
+/// All schemes of this crate.
 pub const SCHEMES: &[&Scheme] = &[&SOCKETCAN, &SLCAN, &LOG];
 
-/// An interface of the kernel.
+/// A CAN interface of the kernel.
 pub const SOCKETCAN: Scheme = Scheme {
     name: INTERFACE,
     example: "can0",
@@ -50,7 +50,7 @@ pub const LOG: Scheme = Scheme {
     open: |url| Ok(Box::new(Replay::open(url.place().as_ref(), url.get("interface"), url.pace().unwrap_or_default())?)),
 };
 
-/// Of the schemes that this crate has.
+/// Parses URLs with the schemes of this crate.
 impl FromStr for BusUrl {
     type Err = BusUrlError;
 
@@ -64,7 +64,7 @@ pub const fn anything(_: &str) -> Result<(), BusUrlError> {
     Ok(())
 }
 
-/// For a [`Scheme`] whose buses are more than a link, and which its program opens itself.
+/// For a [`Scheme`] whose buses are more than a link, which the program itself opens.
 pub fn elsewhere(url: &BusUrl) -> Opened {
     Err(OpenError::Elsewhere { bus: url.to_string() })
 }

@@ -1,4 +1,4 @@
-//! What configures a node, in the order in which devices take it.
+//! The configuration of a node, written in the order in which devices accept it.
 
 use core::marker::PhantomData;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,13 +15,13 @@ use crate::wire::pdo::PdoCobId;
 /// 1005h, bit 30: the device produces SYNC.
 const PRODUCES: u32 = 1 << 30;
 
-/// Values for objects of a node, which are [written](super::blocking::Network::configure) in the order that CiA 301 asks
-/// for and not in that of the calls:
+/// Values for objects of a node. They are [written](super::blocking::Network::configure) in the order that CiA 301
+/// requires, and not in that of the calls:
 ///
-/// 1. objects without an order of their own, as they were set;
-/// 2. SYNC: switched off, its counter (1019h) while the period is 0, its period, then 1005h (7.5.2.5, 7.5.2.22);
-/// 3. each PDO: switched off, its parameters, the number of mapped objects 0, the objects, their number, switched on
-///    (7.5.2.35 to 7.5.2.38). If no COB-ID is set, it gets the one that it had;
+/// 1. objects without a required order, in the order of the calls;
+/// 2. SYNC: disabled, its counter (1019h) while the period is 0, its period, then 1005h (7.5.2.5, 7.5.2.22);
+/// 3. each PDO: disabled, its parameters, the number of mapped objects 0, the objects, their number, enabled (7.5.2.35
+///    to 7.5.2.38). If no COB-ID is set, the PDO keeps its own;
 /// 4. storing (1010h).
 ///
 /// ```
@@ -45,14 +45,14 @@ pub struct Settings<D = AnyDevice> {
     marker: PhantomData<fn() -> D>,
 }
 
-/// What is written, and where.
+/// The data for an entry.
 #[derive(Clone, Debug)]
 pub(super) struct Write {
     pub(super) address: Address,
     pub(super) data: Vec<u8>,
 }
 
-/// What a device holds, in entries of up to 32 bits.
+/// Values in the device, of entries of up to 32 bits.
 #[derive(Debug, Default)]
 pub(super) struct Found(BTreeMap<Address, u32>);
 
@@ -76,7 +76,7 @@ impl Write {
 }
 
 impl Settings {
-    /// Settings without a dictionary, which take handles of all devices.
+    /// Settings without a dictionary, which accept handles of all devices.
     pub const fn new() -> Self {
         Settings { writes: Vec::new(), refused: None, marker: PhantomData }
     }
@@ -89,18 +89,18 @@ impl Default for Settings {
 }
 
 impl<D> Settings<D> {
-    /// Settings of a device, which take its handles.
+    /// Settings of a device, which accept its handles.
     pub fn of(_device: D) -> Self {
         Settings { writes: Vec::new(), refused: None, marker: PhantomData }
     }
 
-    /// Sets an object; a later value replaces the one before.
+    /// Sets an object; a later value replaces an earlier one.
     pub fn set<T: Value, A: Writable, M, E: Fits<D>>(mut self, object: Object<T, A, M, E>, value: T) -> Self {
         self.refused = self.refused.or(object.check(value).err());
         self.put(Write::of(object.address(), value))
     }
 
-    /// Sets the bytes of an entry that no handle describes.
+    /// Sets the bytes of an entry that has no handle.
     pub fn set_bytes(self, address: Address, data: &[u8]) -> Self {
         self.put(Write { address, data: data.to_vec() })
     }
@@ -113,7 +113,7 @@ impl<D> Settings<D> {
         self
     }
 
-    /// What has to be read before the device is configured. An error is a value that the data sheet does not allow.
+    /// The entries to read before the device is configured. An error is a value that the data sheet does not allow.
     pub(super) fn questions(&self) -> Result<Vec<Address>, OutOfRange> {
         if let Some(refused) = self.refused {
             return Err(refused);
@@ -132,7 +132,7 @@ impl<D> Settings<D> {
         Ok(questions)
     }
 
-    /// All writes in their order, for a device that holds this in the entries of [`Settings::questions`].
+    /// All writes in their order, for a device whose entries of [`Settings::questions`] hold `found`.
     pub(super) fn in_order(&self, found: &Found) -> Vec<Write> {
         let is_plain = |write: &&Write| {
             let index = write.address.index();
@@ -193,7 +193,7 @@ const PERIOD: Address = Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0);
 const SYNC_OBJECTS: [u16; 3] =
     [cia301::COB_ID_SYNC, cia301::COMMUNICATION_CYCLE_PERIOD, cia301::SYNCHRONOUS_COUNTER_OVERFLOW];
 
-/// The communication parameter of the PDO that an object describes.
+/// The communication parameter of the PDO to which an object belongs.
 fn parameter_of(index: u16) -> Option<u16> {
     match index {
         cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512 => Some(index),
@@ -204,7 +204,7 @@ fn parameter_of(index: u16) -> Option<u16> {
     }
 }
 
-/// A PDO of a node, and how it is to be exchanged.
+/// A PDO of a node, with its new options.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pdo {
     node: NodeId,
@@ -233,8 +233,8 @@ impl Pdo {
         }
     }
 
-    /// The COB-ID it gets: the one asked for, else the one it has, else that of the predefined connection set. Whether a
-    /// remote frame may ask for it stays as it is.
+    /// The new COB-ID: the one that was given, or else the present one, or else that of the predefined connection set.
+    /// Whether remote requests are allowed is kept.
     pub(super) fn choose(self, found: u32) -> Result<PdoCobId, AccessError> {
         let found = PdoCobId(found);
         let first = match self.direction {
@@ -248,7 +248,7 @@ impl Pdo {
         Ok(if found.allows_remote() { id } else { id.without_remote() })
     }
 
-    /// What configures it.
+    /// The writes that give it the COB-ID, the options and the mapping.
     pub(super) fn settings(self, id: PdoCobId, mapping: &[Mapped]) -> Settings {
         let PdoOptions { transmission, inhibit_100us, event_timer_ms, .. } = self.options;
         let settings = PdoSettings {
@@ -309,10 +309,10 @@ mod tests {
             "1010:01 65766173",
         ];
         assert_eq!(writes, expected);
-        // One that is off stays off, and a number that is given is taken.
+        // A disabled PDO stays disabled, and a given number of objects is written.
         let (_, writes) = in_order(&[settings[2], (0x1A00, 0, &[1])], &[(0x1800, 1, 0x8000_0185)]);
         assert_eq!(writes, ["1800:05 000A", "1A00:00 00", "1A00:00 01"]);
-        // A COB-ID that is given is written last, and the number of objects does not shrink by itself.
+        // A given COB-ID is written last, and the number of objects does not shrink by itself.
         let settings: &[(u16, u8, &[u8])] = &[(0x1600, 1, &[0; 4]), (0x1400, 1, &[5, 3, 0, 0]), (0x1400, 2, &[1])];
         let (_, writes) = in_order(settings, &[(0x1400, 1, 0x205), (0x1600, 0, 3)]);
         let expected =

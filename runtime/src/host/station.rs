@@ -1,4 +1,4 @@
-//! A device that needs nothing but its dictionary.
+//! A device that needs only its dictionary.
 
 use std::boxed::Box;
 use std::vec::Vec;
@@ -11,8 +11,8 @@ use crate::object::Dictionary;
 use crate::service::nmt::Reset;
 use crate::time::Instant;
 
-/// A device with its dictionary, as a [`Node`]. A reset restores the defaults of the data sheet, and power-on is one. The application
-/// [follows](Station::follow) the device's events, as the example on the [front page](crate) does.
+/// A device with its dictionary, as a [`Node`]. A reset, and power-on, which is one, restore the defaults of the data
+/// sheet. The application [follows](Station::follow) the device's events, as in the example on the [front page](crate).
 pub struct Station<
     const N: usize,
     const RPDOS: usize = 4,
@@ -50,8 +50,8 @@ impl<const N: usize, const RPDOS: usize, const TPDOS: usize, const SERVERS: usiz
         Station { device, od, application: Box::new(|_, _, _, _| {}) }
     }
 
-    /// Calls `application` with each event of the device. At a reset the dictionary has its defaults again:
-    /// the application restores what the device stores without power.
+    /// Calls `application` with each event of the device. At a reset, the dictionary has its defaults again: the
+    /// application then restores what the device stores permanently.
     #[must_use]
     pub fn follow(
         self,

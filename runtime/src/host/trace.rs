@@ -1,6 +1,6 @@
-//! What the shells report to `tracing`. Without the feature this is nothing.
+//! Events of the shells for `tracing`; does nothing without the feature.
 //!
-//! Shells call these functions where a frame passes between them and their link, and where the manager reports an event.
+//! Shells call these functions when a frame passes between them and their link, and when the manager reports an event.
 
 use super::{Incoming, LinkError};
 use crate::manager::Event;
@@ -27,7 +27,6 @@ pub(super) fn received(now: Instant, incoming: Option<&Incoming>) {
     let _ = (now, incoming);
 }
 
-/// The result of sending a frame.
 #[inline]
 pub(super) fn sent(now: Instant, frame: &Frame, result: &Result<(), LinkError>) {
     #[cfg(feature = "tracing")]
@@ -39,7 +38,7 @@ pub(super) fn sent(now: Instant, frame: &Frame, result: &Result<(), LinkError>) 
     let _ = (now, frame, result);
 }
 
-/// An event of the manager, or of the network that it keeps up. PDOs and SYNC are no more than frames.
+/// An event of the manager, or of the network that it keeps up. PDOs and SYNC are reported as frames only.
 #[inline]
 pub(super) fn event(now: Instant, event: &Event) {
     #[cfg(feature = "tracing")]

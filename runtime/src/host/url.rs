@@ -1,6 +1,6 @@
-//! The names of buses, in all commands and configurations: `scheme:place?key=value&key=value`.
+//! The URLs of buses, in all commands and configurations: `scheme:place?key=value&key=value`.
 //!
-//! A [`Scheme`] says what the URLs of one kind of link mean, and opens them. This crate has [`SCHEMES`](super::schemes::SCHEMES):
+//! A [`Scheme`] defines and opens the URLs of one kind of link. This crate has [`SCHEMES`](super::schemes::SCHEMES):
 //!
 //! | URL | what it is |
 //! | --- | --- |
@@ -8,7 +8,7 @@
 //! | `slcan:/dev/ttyACM0?bitrate=500000` | a serial adapter; `baud=` sets the speed of the line to it |
 //! | `log:FILE` | a log of `candump -L`; `interface=` picks one of its interfaces, `pace=real` takes its time |
 //!
-//! A program that has links of its own, such as a simulation, parses by its own list ([`BusUrl::among`]).
+//! A program with further links, such as a simulation, parses with its own list ([`BusUrl::among`]).
 
 use core::fmt;
 use std::borrow::ToOwned;
@@ -23,18 +23,18 @@ use super::{Link, Pace, ReplayError};
 /// The scheme of a text without one.
 pub(super) const INTERFACE: &str = "socketcan";
 
-/// A kind of link: what its URLs mean, and how a bus is opened by one.
+/// A kind of link: the form of its URLs, and how a bus is opened.
 #[derive(Debug)]
 pub struct Scheme {
     /// The word before the colon.
     pub name: &'static str,
-    /// A URL of it, for help and errors.
+    /// An example of a URL, for help and errors.
     pub example: &'static str,
-    /// What it names, in a few words.
+    /// What a URL names, in a few words.
     pub what: &'static str,
-    /// What may follow the `?`.
+    /// The parameters that may follow the `?`.
     pub parameters: &'static [Parameter],
-    /// Checks what is between the colon and the `?`, which is not empty.
+    /// Checks the text between the colon and the `?`, which is not empty.
     pub check: fn(&str) -> Result<(), BusUrlError>,
     /// Opens a bus as a link.
     pub open: fn(&BusUrl) -> Result<Box<dyn Link + Send>, OpenError>,
@@ -54,19 +54,19 @@ pub struct Parameter {
 /// The values of a [`Parameter`].
 #[derive(Clone, Copy, Debug)]
 pub enum Takes {
-    /// Any text; the link looks at it when it is opened.
+    /// Any text; the link checks it when it is opened.
     Text,
     /// A number of bit/s.
     Rate,
-    /// One of these.
+    /// One of these words.
     Words(&'static [&'static str]),
 }
 
-/// A parameter that says how fast the time of a log or a simulation passes.
+/// The parameter for the pace of a log's or a simulation's time.
 pub const PACE: Parameter =
     Parameter { key: "pace", what: "as fast as possible, or in real time", takes: Takes::Words(&["virtual", "real"]) };
 
-/// The name of a bus. Parses from text, and prints as text that parses to the same.
+/// The URL of a bus. `Display` prints it so that it parses to the same.
 #[derive(Clone, Debug)]
 pub struct BusUrl {
     scheme: &'static Scheme,
@@ -83,7 +83,7 @@ impl PartialEq for BusUrl {
 impl Eq for BusUrl {}
 
 impl BusUrl {
-    /// Parses the name of a bus of these schemes. A text without a scheme names an interface of SocketCAN.
+    /// Parses a URL of these schemes. A text without a scheme names an interface of SocketCAN.
     pub fn among(schemes: &[&'static Scheme], text: &str) -> Result<Self, BusUrlError> {
         let (name, rest) = text.split_once(':').unwrap_or((INTERFACE, text));
         let Some(&scheme) = schemes.iter().find(|scheme| scheme.name == name) else {
@@ -128,25 +128,25 @@ impl BusUrl {
         self.scheme
     }
 
-    /// What is between the colon and the `?`: an interface, a port, a file.
+    /// The text between the colon and the `?`: an interface, a port, a file.
     #[must_use]
     pub fn place(&self) -> &str {
         &self.place
     }
 
-    /// The value of a parameter, if it is given.
+    /// The value of a parameter, if given.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&str> {
         self.parameters.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
     }
 
-    /// The number that a parameter has, if it is given.
+    /// The number of a parameter in bit/s, if given.
     #[must_use]
     pub fn rate(&self, key: &str) -> Option<u32> {
         self.get(key)?.parse().ok()
     }
 
-    /// How fast its time is to pass, if that is given ([`PACE`]).
+    /// The pace of its time ([`PACE`]), if given.
     #[must_use]
     pub fn pace(&self) -> Option<Pace> {
         self.get(PACE.key).map(|pace| if pace == "real" { Pace::RealTime } else { Pace::Virtual })
@@ -175,7 +175,7 @@ impl fmt::Display for BusUrl {
     }
 }
 
-/// Why a text does not name a bus, with a remedy.
+/// Why a text is not the URL of a bus, with a remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what it is")]
@@ -225,7 +225,7 @@ pub enum OpenError {
     Slcan(#[from] super::slcan::SlcanError),
     #[error(transparent)]
     Log(#[from] ReplayError),
-    /// The feature for it is off.
+    /// The feature for this link is off.
     #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
     NotBuilt { bus: String, feature: &'static str },
     /// Only Linux has SocketCAN.

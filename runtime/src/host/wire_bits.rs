@@ -2,11 +2,11 @@
 
 use crate::Frame;
 
-/// The number of bits that a frame occupies on the bus, from its start to the end of the three bits of intermission after
-/// it (ISO 11898-1): with the stuff bits that its content needs, so between 47 and 160.
+/// The number of bits that a frame occupies on the bus, from its start to the end of the intermission of three bits
+/// (ISO 11898-1), including its stuff bits: between 47 and 160.
 #[must_use]
 pub fn wire_bits(frame: &Frame) -> u32 {
-    /// Delimiter of the checksum, acknowledgement, end of frame, intermission: they are not stuffed.
+    /// Delimiter of the checksum, acknowledgement, end of frame, intermission, which are not stuffed.
     const TAIL: u32 = 1 + 2 + 7 + 3;
     let id = frame.id().raw();
     let mut bits = StuffedBits::default();
@@ -31,7 +31,7 @@ pub fn wire_bits(frame: &Frame) -> u32 {
 
 const CHECKSUM_BITS: u32 = 15;
 
-/// Bits with a complementary one after each five that are equal, and their checksum.
+/// Counts bits with a stuff bit after each five equal ones, and calculates their checksum.
 #[derive(Default)]
 struct StuffedBits {
     count: u32,
@@ -41,7 +41,7 @@ struct StuffedBits {
 }
 
 impl StuffedBits {
-    /// The lowest `count` bits, the highest of them first.
+    /// Adds the lowest `count` bits, the highest first.
     fn push(&mut self, value: u32, count: u32) {
         const POLYNOMIAL: u32 = 0x4599;
         for place in (0..count).rev() {

@@ -1,5 +1,4 @@
-//! Which nodes belong to a network, and how it starts: what the dictionary of its manager says (CiA 302-2, 1F80h
-//! and 1F81h).
+//! Which nodes belong to a network, and how it starts, from the dictionary of its manager (CiA 302-2, 1F80h and 1F81h).
 
 use crate::cia301;
 use crate::id::NodeId;
@@ -26,18 +25,18 @@ use crate::time::Duration;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Assignment<C> {
-    /// SDO goes over this client.
+    /// The client for SDO with the node.
     pub client: SdoClient,
-    /// Without a mandatory node, the network does not start.
+    /// Whether the network needs the node to start.
     pub mandatory: bool,
-    /// A node that was lost, or boots later than the others, is booted without asking; otherwise that is left to
-    /// the application ([`Network::boot`](super::Network::boot)).
+    /// Whether the node is booted by itself when it was lost, or boots later than the others; otherwise the application
+    /// boots it ([`Network::boot`](super::Network::boot)).
     pub boots_again: bool,
-    /// The node is lost when no heartbeat comes within this time (1016h of the manager); zero: never.
+    /// The node counts as lost if no heartbeat comes within this time (1016h of the manager); zero disables that.
     pub heartbeat: Duration,
-    /// The node is guarded (1F81h, bits 8 to 31). Either this or a heartbeat; `None`: it is not.
+    /// How the node is guarded (1F81h, bits 8 to 31), if it is. Heartbeat and guarding exclude each other.
     pub guarding: Option<Guarding>,
-    /// What the node is expected to be, and to be made.
+    /// The expected identity of the node, and its configuration.
     pub plan: BootPlan<C>,
 }
 
@@ -45,14 +44,14 @@ pub struct Assignment<C> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Guarding {
-    /// The time from one request to the next.
+    /// The time between two requests.
     pub guard_time: Duration,
-    /// The node is lost when it has not answered for this many guard times; 0: never.
+    /// The node counts as lost if it has not answered for this many guard times; 0 disables that.
     pub retry_factor: u8,
 }
 
 impl Guarding {
-    /// Within this time a node that lives answers.
+    /// The time within which a live node answers.
     #[must_use]
     pub fn life_time(self) -> Duration {
         self.guard_time.times(self.retry_factor.max(1).into())
@@ -63,18 +62,18 @@ impl Guarding {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum OnLoss {
-    /// That node alone is reset, and booted again.
+    /// This node alone is reset, and booted again.
     #[default]
     ResetNode,
     /// All nodes are reset, and booted again.
     ResetAll,
-    /// All nodes are stopped, and stay so until [`Network::start`](super::Network::start).
+    /// All nodes are stopped, until [`Network::start`](super::Network::start).
     StopAll,
 }
 
 impl<C> Assignment<C> {
-    /// A mandatory node with the predefined connection set, of any kind, which is given a configuration and started,
-    /// and booted again when it was lost. It is neither guarded, nor is its heartbeat watched.
+    /// A mandatory node of any kind with the predefined connection set. It is configured and started, and booted again
+    /// after it was lost. It is not guarded, and its heartbeat is not monitored.
     #[must_use]
     pub fn new(node: NodeId, configuration: C) -> Self {
         let plan = BootPlan {
@@ -100,36 +99,37 @@ impl<C> Assignment<C> {
         }
     }
 
-    /// The network starts without the node, too.
+    /// The network also starts without the node.
     #[must_use]
     pub fn optional(self) -> Self {
         Assignment { mandatory: false, ..self }
     }
 
-    /// The node is lost when no heartbeat comes within `time`, and is started only when there is one. Its configuration
-    /// gives it a heartbeat (1017h) that is quicker.
+    /// The node counts as lost if no heartbeat comes within `time`, and is started only once one has come. Its
+    /// configuration must give it a shorter heartbeat time (1017h).
     #[must_use]
     pub fn with_heartbeat(self, time: Duration) -> Self {
         let plan = BootPlan { error_control: time, ..self.plan };
         Assignment { heartbeat: time, guarding: None, plan, ..self }
     }
 
-    /// The node is guarded, and started only when it answers.
+    /// The node is guarded, and started only once it answers.
     #[must_use]
     pub fn with_guarding(self, guarding: Guarding) -> Self {
         let plan = BootPlan { error_control: guarding.life_time(), ..self.plan };
         Assignment { heartbeat: Duration::ZERO, guarding: Some(guarding), plan, ..self }
     }
 
-    /// The same with a configuration that lies elsewhere.
+    /// The same with another configuration.
     pub fn with_configuration<D>(self, configuration: D) -> Assignment<D> {
         let Assignment { client, mandatory, boots_again, heartbeat, guarding, plan } = self;
         let plan = plan.with_configuration(configuration);
         Assignment { client, mandatory, boots_again, heartbeat, guarding, plan }
     }
 
-    /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
-    /// entry in 1016h, and [`BootPlan::load`]. A node whose heartbeat is consumed is not guarded. `None` when the node does not belong to the network.
+    /// Reads the assignment of a node from the dictionary of the manager: 1F81h, with the node-ID as sub-index; the
+    /// node's entry in 1016h; and [`BootPlan::load`]. A node whose heartbeat is consumed is not guarded. `None` if the
+    /// node does not belong to the network.
     #[must_use]
     pub fn load(
         node: NodeId,
@@ -152,7 +152,7 @@ impl<C> Assignment<C> {
         let guard_time = Duration::from_millis(u16::from_le_bytes([low, high]).into());
         let guarding = Guarding { guard_time, retry_factor };
         let guarding = (heartbeat.is_zero() && !guard_time.is_zero()).then_some(guarding);
-        // A node that is watched must be heard before it is started.
+        // A monitored node must be heard before it is started.
         let error_control = guarding.map_or(heartbeat, Guarding::life_time);
         let plan = BootPlan { error_control, ..BootPlan::load(node, configuration, od) };
         let (mandatory, boots_again) = (assignment & MANDATORY != 0, assignment & BOOTS_AGAIN != 0);
@@ -160,24 +160,24 @@ impl<C> Assignment<C> {
     }
 }
 
-/// What the dictionary asks of the device that starts the network, or starts itself (1F80h).
+/// How a device starts the network, or itself, by its dictionary (1F80h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Startup {
     /// The device is the manager (bit 0).
     pub is_manager: bool,
-    /// The nodes are started by one command to all of them, when the mandatory ones have booted (bit 1).
+    /// The nodes are started by one command to all of them, once the mandatory ones have booted (bit 1).
     pub start_all: bool,
-    /// The device enters OPERATIONAL by itself: a manager when the network is [ready](super::NetworkEvent::Ready), another
-    /// device after its boot-up (bit 2 clear).
+    /// The device enters OPERATIONAL by itself (bit 2 clear): a manager when the network is
+    /// [ready](super::NetworkEvent::Ready), another device after its boot-up.
     pub enters_operational: bool,
     /// What happens when a mandatory node is lost (bits 4 and 6).
     pub on_loss: OnLoss,
 }
 
 impl Startup {
-    /// What a value of 1F80h means. Bit 3, whether nodes are started at all, is in [`BootPlan::load`]; bit 5, several
-    /// managers of which one is active, is not served.
+    /// Decodes 1F80h. Bit 3, whether nodes are started at all, is in [`BootPlan::load`]; bit 5, several managers of
+    /// which one is active, is not supported.
     #[must_use]
     pub const fn from_parameter(nmt_startup: u32) -> Self {
         Startup {
@@ -190,7 +190,7 @@ impl Startup {
 }
 
 impl OnLoss {
-    /// What 1F80h says: bit 4 resets all nodes, bit 6 stops all.
+    /// Decodes 1F80h: bit 4 resets all nodes, bit 6 stops all.
     #[must_use]
     pub const fn from_startup(nmt_startup: u32) -> Self {
         const RESET_ALL: u32 = 1 << 4;

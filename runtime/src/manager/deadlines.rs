@@ -1,20 +1,21 @@
-//! Deadlines by place, the earliest first.
+//! Deadlines of places, found by the earliest.
 
 use super::places::Place;
 use crate::time::Instant;
 
-/// A deadline for each of `N` places, in a tournament tree: of two places the one with the earlier deadline goes on, and
-/// the winner of game 1 has the earliest of all. A deadline that changes costs the games on its way there, and no others.
+/// A deadline for each of `N` places, in a tournament tree: in each game the place with the earlier deadline wins, and
+/// the winner of game 1 has the earliest of all. When a deadline changes, only the games on its way to game 1 are
+/// played again.
 #[derive(Clone, Debug)]
 pub(super) struct Deadlines<const N: usize> {
     /// By place.
     at: [Instant; N],
-    /// The winners of games 1 to N - 1. Game `g` is between the winners of games `2 g` and `2 g + 1`; from N on, a game
-    /// stands for a place.
+    /// The winners of games 1 to N - 1. Game `g` is between the winners of games `2 g` and `2 g + 1`; game numbers from
+    /// N on stand for places.
     winners: [Place; N],
 }
 
-/// No deadline: a wait until then is ended by something else.
+/// No deadline.
 const NEVER: Instant = Instant::MAX;
 
 impl<const N: usize> Deadlines<N> {
@@ -27,7 +28,7 @@ impl<const N: usize> Deadlines<N> {
         Some(self.at(self.winner(1))).filter(|&at| at < NEVER)
     }
 
-    /// The place whose deadline is the earliest, if that has come.
+    /// The place with the earliest deadline, if that has come.
     pub(super) fn due(&self, now: Instant) -> Option<Place> {
         self.first().filter(|&first| first <= now).map(|_| self.winner(1))
     }

@@ -1,4 +1,4 @@
-//! What a manager cannot do.
+//! Errors of a manager.
 
 use crate::id::NodeId;
 use crate::service::sdo_client::Busy;
@@ -10,15 +10,15 @@ use crate::service::sdo_client::Busy;
 pub struct Full {
     /// The node that does not fit.
     pub node: NodeId,
-    /// How many nodes there is room for.
+    /// How many nodes the manager has room for.
     pub nodes: usize,
 }
 
-/// An SDO transfer cannot begin.
+/// Why an SDO transfer cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BeginError {
-    /// The manager does not look after the node.
+    /// The manager does not have the node.
     #[error("node {0} was not added to the manager")]
     UnknownNode(NodeId),
     /// Another transfer with the node is under way.

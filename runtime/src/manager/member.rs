@@ -1,4 +1,4 @@
-//! A node of a network that is booted.
+//! A node that a network boots.
 
 use super::assignment::Assignment;
 use super::event::NetworkEvent;
@@ -19,33 +19,33 @@ pub(super) struct Member<C> {
     assignment: Assignment<C>,
     watch: Watch,
     phase: Phase<C>,
-    /// How often it may still be silent before that is a failure.
+    /// How often it may yet not answer before it has failed.
     retries: u8,
     command: Option<NmtCommand>,
-    /// It is silent, and has not booted since.
+    /// Whether it went silent, and has not booted since.
     lost: bool,
-    /// It was reset, and its boot-up message is still to come.
+    /// Whether it was reset, and its boot-up message is still to come.
     reset: bool,
     pace: Pace,
 }
 
-/// What the network does with a node.
+/// What the network is doing with a node.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated, and every node boots")]
 enum Phase<C> {
     /// Nothing: the network has not started, or is stopped.
     Idle,
-    /// Boots it, or has failed to: what may be left to send is an abort.
+    /// Boots it, or has failed to, and may still have an abort to send.
     Booting(BootNode<C>),
     /// Waits to recover it.
     Paused { until: Instant },
-    /// Watches it.
+    /// Monitors it.
     Booted,
-    /// Waits for its boot-up message: it was lost, and is not booted without asking.
+    /// It was lost, and is not booted by itself: waits for its boot-up message.
     Down,
 }
 
-/// What a frame or a deadline brings.
+/// The result of a frame or a deadline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Report {
     Lost(NodeId, Loss),
@@ -55,13 +55,13 @@ pub(super) enum Report {
 /// How a node is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Loss {
-    /// It sends no heartbeat any more, or does not answer.
+    /// It has stopped sending heartbeats or answering.
     Silent,
     /// It has booted by itself.
     Rebooted,
 }
 
-/// How often a node that does not answer in time is asked again, before that is a failure.
+/// How often a node that does not answer in time is asked again before it has failed.
 const RETRIES: u8 = 3;
 
 impl<C: AsRef<[u8]> + Clone> Member<C> {
@@ -101,7 +101,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.is_mandatory() && !self.has_booted()
     }
 
-    /// Whether it is booted, or is to be after a pause.
+    /// Whether it is being booted, or will be after a pause.
     pub(super) fn is_booting(&self) -> bool {
         match &self.phase {
             Phase::Booting(boot) => !boot.is_over(),
@@ -115,7 +115,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.has_booted() || matches!(&self.phase, Phase::Booting(boot) if boot.is_held())
     }
 
-    /// Boots it with all others; `spared` when not all of them are reset by one command.
+    /// Boots it along with all others; `spared` is whether some are not reset, so that no one command resets all.
     pub(super) fn start(&mut self, held: bool, spared: bool) {
         (self.lost, self.reset) = (false, false);
         let reset = spared && !self.is_kept_alive();
@@ -125,12 +125,12 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.begin(self.is_kept_alive(), held);
     }
 
-    /// What happened before the network is started does not count.
+    /// Resets the pace, since events before the start do not count.
     pub(super) fn forgive(&mut self) {
         self.pace = Pace::default();
     }
 
-    /// Boots it, from the beginning: it was reset, or has just booted by itself.
+    /// Boots it from the beginning, after it was reset or has booted by itself.
     pub(super) fn boot(&mut self, held: bool) {
         self.retries = RETRIES;
         self.forget();
@@ -143,7 +143,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.phase = Phase::Booting(if held { boot.held() } else { boot });
     }
 
-    /// From here on, the node may be silent for as long as a reset takes.
+    /// Starts monitoring anew, so that the node may be silent for as long as a reset takes.
     fn forget(&mut self) {
         self.watch = watch(self.node, &self.assignment);
     }
@@ -158,7 +158,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.pace.note(now);
     }
 
-    /// What follows when it is lost.
+    /// What to do after it was lost.
     pub(super) fn recover(&mut self, now: Instant, stopped: bool, held: bool) {
         if stopped || self.assignment.boots_again {
             self.retry(now, stopped, held);
@@ -167,7 +167,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         }
     }
 
-    /// Boots it again, after a reset if it is lost, or stops it with the others: now or after a pause.
+    /// Boots it again, after a reset if it is lost, or stops it with the others; after a pause if need be.
     fn retry(&mut self, now: Instant, stopped: bool, held: bool) {
         if let Err(until) = self.pace.attempt(now) {
             self.pause(until);
@@ -180,7 +180,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         }
     }
 
-    /// Begins an attempt to recover it with all others, or returns when that may be.
+    /// Begins an attempt to recover it along with all others, or returns when that is allowed.
     pub(super) fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
         self.pace.attempt(now)
     }
@@ -191,20 +191,19 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.phase = Phase::Paused { until };
     }
 
-    /// The node was commanded to reset. A pause goes on over its boot-up message.
+    /// Notes that the node was commanded to reset. A pause continues after its boot-up message.
     pub(super) fn note_reset(&mut self) {
         self.forget();
         self.reset = !matches!(self.phase, Phase::Paused { .. });
     }
 
-    /// All are started, or each alone.
+    /// Starts the node, unless a command to all does (`at_once`).
     pub(super) fn release(&mut self, now: Instant, at_once: bool) {
         if let Phase::Booting(boot) = &mut self.phase {
             boot.release(now, at_once);
         }
     }
 
-    /// Takes a frame of the node.
     pub(super) fn handle_frame(&mut self, now: Instant, frame: &Frame, stopped: bool, held: bool) -> Option<Report> {
         if frame.id() == ErrorControl::cob_id(self.node)
             && let Some(report) = self.hear(now, frame, stopped, held)
@@ -216,7 +215,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.handle_boot(now, event, held)
     }
 
-    /// Takes a heartbeat, a guarding answer or a boot-up message.
+    /// Handles a heartbeat, a guarding answer or a boot-up message.
     fn hear(&mut self, now: Instant, frame: &Frame, stopped: bool, held: bool) -> Option<Report> {
         if matches!(self.phase, Phase::Idle) && !stopped {
             return None;
@@ -235,7 +234,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                     Phase::Down => return waits,
                     Phase::Booting(boot) if boot.is_over() && !self.assignment.boots_again => return waits,
                     Phase::Booting(boot) if boot.resets() => {}
-                    // In any phase, it begins anew.
+                    // It begins anew in any phase.
                     Phase::Booting(_) | Phase::Paused { .. } if awaited => self.boot(held),
                     _ => {
                         self.pace.note(now);
@@ -243,8 +242,8 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                     }
                 }
             }
-            // It was away, and did not notice: the command did not reach it. But what it has sent before the reset may
-            // arrive after it.
+            // It was away without noticing, so the command did not reach it. A frame sent before the reset may also
+            // arrive after it, so this is limited by the pace.
             node_guard::Event::Started(_) if self.lost && (stopped || self.assignment.boots_again) => {
                 if self.pace.allows(now) {
                     self.pace.note(now);
@@ -272,7 +271,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                 let event = boot.handle_timeout(now);
                 self.handle_boot(now, event, held)
             }
-            // It was reset already.
+            // It was reset during the pause.
             Phase::Paused { until } if *until <= now && self.reset => {
                 self.boot(held);
                 None
@@ -326,7 +325,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
     }
 }
 
-/// What a network asks about its nodes: which have a frame to send?
+/// The questions for the marks of a network's table: which nodes have a frame to send?
 pub(super) const SENDING: usize = 0;
 /// Which mandatory nodes have not booted?
 pub(super) const MISSING: usize = 1;

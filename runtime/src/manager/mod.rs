@@ -1,8 +1,7 @@
-//! A manager: commands other nodes, watches them, reads and writes their objects, and exchanges PDOs
-//! with them.
+//! A manager commands other nodes, monitors them, reads and writes their objects, and exchanges PDOs with them.
 //!
-//! The bytes of SDO transfers are lent to the verbs ([`Payloads`]); for one transfer at a time a
-//! [`Payload`] is enough, and `&mut [0; 0]` when there is none.
+//! The bytes of SDO transfers are lent to the verbs ([`Payloads`]). For one transfer at a time, a [`Payload`] is
+//! enough; without a transfer, `&mut [0; 0]`.
 //!
 //! ```
 //! use lexican_runtime::manager::{Event, Manager, Remote};
@@ -72,23 +71,23 @@ pub use remote::Remote;
 #[derive(Clone, Debug)]
 pub struct Manager<const NODES: usize> {
     remotes: Table<Remote, NODES>,
-    /// The node whose SDO client the application has, and may use until the next call.
+    /// The node whose SDO client is lent to the application until the next call.
     lent: Option<Place>,
     sync: SyncProducer,
     sync_id: CobId,
     heartbeat: Option<HeartbeatProducer>,
     outbox: Outbox,
-    /// Whose SDO frame comes first.
+    /// The place whose SDO frame comes first.
     turn: Place,
 }
 
-/// Where the bytes of the SDO transfers with the nodes are.
+/// The bytes of the SDO transfers, by node.
 pub trait Payloads {
     /// The payload of the transfer with `node`.
     fn of_node(&mut self, node: NodeId) -> &mut dyn Payload;
 }
 
-/// One payload for one transfer at a time.
+/// A single payload serves one transfer at a time.
 impl<P: Payload> Payloads for P {
     fn of_node(&mut self, _node: NodeId) -> &mut dyn Payload {
         self
@@ -110,46 +109,46 @@ impl<const NODES: usize> Manager<NODES> {
         }
     }
 
-    /// Looks after a node from now on; it takes the place of what was known of the same node.
+    /// Monitors a node from now on, in place of an earlier entry for the same node.
     pub fn add(&mut self, now: Instant, mut remote: Remote) -> Result<(), Full> {
         self.take_back();
         remote.watch.start(now);
         self.remotes.insert(remote)
     }
 
-    /// Looks after a node no longer.
+    /// Stops monitoring a node.
     pub fn remove(&mut self, node: NodeId) -> Option<Remote> {
         self.take_back();
         self.remotes.remove(node)
     }
 
-    /// What is known of a node.
+    /// A node of the manager.
     #[must_use]
     pub fn remote(&self, node: NodeId) -> Option<&Remote> {
         self.remotes.get(node)
     }
 
-    /// All nodes that the manager looks after.
+    /// All nodes of the manager.
     pub fn remotes(&self) -> impl Iterator<Item = &Remote> {
         self.remotes.iter()
     }
 
-    /// Sends a frame as it is.
+    /// Sends a frame unchanged.
     pub const fn send(&mut self, frame: Frame) -> Result<(), Unsent> {
         self.outbox.send(frame)
     }
 
-    /// Commands a node, or all of them.
+    /// Sends an NMT command to a node, or to all of them.
     pub const fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), Unsent> {
         self.outbox.command(command, node)
     }
 
-    /// Sends a PDO that a device receives under `id`.
+    /// Sends a PDO with the COB-ID `id`, which a device receives.
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), Unsent> {
         self.outbox.send(pdo.frame(id))
     }
 
-    /// Asks for a PDO of `len` bytes that a device transmits under `id`; more than eight count as eight.
+    /// Requests a PDO of `len` bytes with the COB-ID `id`, which a device transmits; more than eight count as eight.
     pub fn request_pdo(&mut self, id: CobId, len: u8) -> Result<(), Unsent> {
         match Frame::remote(id, len.min(8)) {
             Some(frame) => self.outbox.send(frame),
@@ -162,15 +161,14 @@ impl<const NODES: usize> Manager<NODES> {
         self.outbox.send(time::frame(CobId::TIME, time_of_day))
     }
 
-    /// Sends SYNC as `id` every `period`, zero for not at all; counting up to `overflow`, 0 for not counting. SYNC of other
-    /// nodes is heard by the same `id`.
+    /// Sends SYNC as `id` every `period`, or not if that is zero, with a counter up to `overflow`, or without one if
+    /// that is 0. SYNC of other nodes is recognised by the same `id`.
     pub fn produce_sync(&mut self, now: Instant, id: CobId, period: Duration, overflow: u8) {
         self.sync_id = id;
         self.sync.configure(now, id, period, overflow);
     }
 
-    /// Sends a heartbeat as `node` every `period`, for devices that watch their manager. Its state is
-    /// OPERATIONAL.
+    /// Sends a heartbeat as `node` every `period`, with the state OPERATIONAL, for devices that monitor their manager.
     pub fn produce_heartbeat(&mut self, now: Instant, node: NodeId, period: Duration) {
         let mut heartbeat = HeartbeatProducer::new(node);
         heartbeat.configure(now, period, Duration::ZERO);
@@ -193,7 +191,7 @@ impl<const NODES: usize> Manager<NODES> {
         Ok(self.sdo(node)?.write(now, address, len)?)
     }
 
-    /// The SDO client of a node, for all that it can.
+    /// The SDO client of a node, for all its functions.
     pub fn sdo(&mut self, node: NodeId) -> Result<&mut SdoClient, BeginError> {
         self.take_back();
         self.lent = self.remotes.place(node);
@@ -201,7 +199,7 @@ impl<const NODES: usize> Manager<NODES> {
         remote.map(|remote| &mut remote.sdo).ok_or(BeginError::UnknownNode(node))
     }
 
-    /// The application may have begun or aborted a transfer.
+    /// Takes the lent client back: the application may have begun or aborted a transfer.
     fn take_back(&mut self) {
         if let Some(place) = self.lent.take() {
             self.remotes.take_back(place);
@@ -236,7 +234,7 @@ impl<const NODES: usize> Manager<NODES> {
             return time::parse(frame.data()).map(Event::Time);
         }
         if let Some(node) = Emergency::node(id) {
-            // A node that the manager does not look after is taken to do as the standard says.
+            // For a node that the manager does not have, CiA 301 is assumed.
             let emergency = Emergency::parse(frame.data(), CodeOrder::LowByteFirst)?;
             return Some(Event::Emergency { node, emergency });
         }
@@ -255,7 +253,7 @@ impl<const NODES: usize> Manager<NODES> {
         })?
     }
 
-    /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
+    /// Handles a deadline that has come. Several may be due at once: call it while `poll_timeout() <= now`.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         self.take_back();
         self.sync.handle_timeout(now);
@@ -269,7 +267,7 @@ impl<const NODES: usize> Manager<NODES> {
         })
     }
 
-    /// The next frame to send: what the application sends, SYNC, guarding, heartbeat, SDO.
+    /// The next frame to send, in this order: frames of the application, SYNC, guarding, heartbeat, SDO.
     pub fn poll_transmit(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
         self.take_back();
         if let Some(frame) = self.outbox.poll_transmit(now) {
@@ -285,7 +283,7 @@ impl<const NODES: usize> Manager<NODES> {
         error_control.or_else(|| self.poll_sdo(now, payloads))
     }
 
-    /// The nodes take turns: 127 segments for one do not hold up the others.
+    /// The nodes take turns, so that 127 segments for one do not delay the others.
     fn poll_sdo(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
         self.remotes.marked(remote::SDO).from(self.turn).find_map(|place| {
             self.turn = place.next();
@@ -293,7 +291,7 @@ impl<const NODES: usize> Manager<NODES> {
         })
     }
 
-    /// When to call [`Manager::handle_timeout`]; `None` to sleep until a frame comes.
+    /// When to call [`Manager::handle_timeout`]; `None` if it need not be called before the next frame.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let lent = self.lent.and_then(|place| self.remotes.at(place)?.poll_timeout());
@@ -315,13 +313,13 @@ fn stranger(node: NodeId, frame: &Frame) -> Option<Event> {
     }
 }
 
-/// Whether a frame with this COB-ID is taken for a PDO. CiA 301 lets PDOs have 080h to 100h as well, but there are SYNC,
-/// TIME and emergencies.
+/// Whether a frame with this COB-ID is taken for a PDO. CiA 301 also allows 080h to 100h for PDOs, but these are taken
+/// for SYNC, TIME and emergencies.
 fn is_pdo(id: CobId) -> bool {
     id.is_extended() || !id.is_restricted() && id.raw() > connection::TPDO_1.into()
 }
 
-/// Whose TPDO has this COB-ID in the predefined connection set (CiA 301, 7.3.3).
+/// The node whose TPDO has this COB-ID in the predefined connection set (CiA 301, 7.3.3).
 fn transmitter(id: CobId) -> Option<NodeId> {
     let base = id.raw() & 0x780;
     let is_tpdo = !id.is_extended() && connection::TPDOS.map(u32::from).contains(&base);

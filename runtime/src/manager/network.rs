@@ -1,5 +1,4 @@
-//! Booting a network: all nodes that belong to it, in parallel, and again when one comes back
-//! (CiA 302-2, 6.3).
+//! Booting a network: all its nodes in parallel, and again those that come back (CiA 302-2, 6.3).
 
 use super::assignment::{Assignment, OnLoss};
 use super::error::Full;
@@ -14,7 +13,7 @@ use crate::time::{Duration, Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtMessage};
 
-/// Boots and keeps up a network of up to `NODES` nodes, each with its configuration as a `C`: `&[u8]`, `Vec<u8>`.
+/// Boots and keeps up a network of up to `NODES` nodes, each with a configuration of type `C`: `&[u8]`, `Vec<u8>`.
 #[derive(Clone, Debug)]
 pub struct Network<C, const NODES: usize> {
     members: Table<Member<C>, NODES>,
@@ -22,11 +21,11 @@ pub struct Network<C, const NODES: usize> {
     outbox: Outbox,
     deadline: Option<Instant>,
     ready: bool,
-    /// Nodes are not started one by one.
+    /// Whether the nodes are started together, and not one by one.
     start_all: bool,
-    /// No node is started yet: some mandatory one cannot be.
+    /// Whether no node is started yet, because some mandatory one cannot be.
     held: bool,
-    /// All nodes were stopped because of a loss, and stay so until the next start.
+    /// Whether all nodes were stopped because of a loss, until the next start.
     stopped: bool,
 }
 
@@ -46,8 +45,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         }
     }
 
-    /// Starts the nodes by one command to all of them, when the mandatory ones can be started. Those that boot later
-    /// are started then.
+    /// Starts the nodes by one command to all of them, once the mandatory ones can be started. Nodes that boot later
+    /// are started one by one.
     #[must_use]
     pub fn with_start_of_all(self, start_all: bool) -> Self {
         Network { start_all, ..self }
@@ -63,8 +62,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members.iter().map(Member::node)
     }
 
-    /// Resets the communication of all nodes but those that [run on](crate::procedure::BootPlan::keep_alive), and boots
-    /// them. The mandatory ones must boot within `boot_time`; zero: whenever they do.
+    /// Resets the communication of all nodes, except those that [keep running](crate::procedure::BootPlan::keep_alive),
+    /// and boots them. The mandatory ones must boot within `boot_time`; zero means no limit.
     pub fn start(&mut self, now: Instant, boot_time: Duration) {
         self.members.change_all(Member::forgive);
         self.restart(now, boot_time);
@@ -85,7 +84,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members.change_all(|member| member.start(held, spared));
     }
 
-    /// Boots a node again that is not booted without asking, or did not boot.
+    /// Boots a node that is not booted by itself, or has failed to boot.
     pub fn boot(&mut self, node: NodeId) {
         if let Some(place) = self.members.place(node).filter(|_| !self.stopped) {
             self.members.change(place, |member| member.boot(self.held));
@@ -104,7 +103,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members.get(node).is_some_and(Member::has_booted)
     }
 
-    /// Whether a node is being booted, over the same SDO channel that others use to reach it.
+    /// Whether a node is being booted, which occupies its SDO channel.
     #[must_use]
     pub fn is_booting(&self, node: NodeId) -> bool {
         self.members.get(node).is_some_and(Member::is_booting)
@@ -115,8 +114,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members.iter().filter(|member| member.is_missing()).map(Member::node)
     }
 
-    /// Whether a mandatory node has failed or is lost, and no other one is being booted: the network does not get ready
-    /// before a node boots up by itself, or is [booted](Network::boot) again.
+    /// Whether a mandatory node has failed or is lost, and none is being booted: the network does not become ready
+    /// until a node boots up by itself, or is [booted](Network::boot) again.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
         let mut missing = self.members.iter().filter(|member| member.is_mandatory() && !member.is_startable());
@@ -134,7 +133,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.handle_report(now, report)
     }
 
-    /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
+    /// Handles a deadline that has come. Several may be due at once: call it while `poll_timeout() <= now`.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<NetworkEvent> {
         if self.is_releasable() {
             self.release(now);
@@ -154,13 +153,13 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.handle_report(now, report)
     }
 
-    /// Whether the nodes have waited for each other, and need to no longer.
+    /// Whether the nodes have waited for each other, and all may now start.
     fn is_releasable(&self) -> bool {
         self.held && self.members.marked(member::AWAITED).is_empty()
     }
 
-    /// Starts the nodes that have waited for the others: by one command to all nodes only if all can be started, since it
-    /// would also reach nodes that are being configured.
+    /// Starts the nodes that have waited for each other. One command to all is sent only if all can be started, since
+    /// it would also reach nodes that are being configured.
     fn release(&mut self, now: Instant) {
         self.held = false;
         let at_once = self.members.iter().all(|member| member.is_startable() && member.is_to_be_started())
@@ -181,7 +180,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
             OnLoss::ResetAll if mandatory => match self.members.change(place, |member| member.attempt(now))? {
                 Ok(()) => self.restart(now, Duration::ZERO),
                 Err(until) => {
-                    // The others have been reset already when it was lost before it has booted.
+                    // If it was lost before it had booted, the others have been reset already.
                     if had_booted {
                         self.restart(now, Duration::ZERO);
                     }
@@ -201,7 +200,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.stopped = true;
         self.held = false;
         self.deadline = None;
-        // Commands that were not sent yet are no longer wanted.
+        // Commands that were not sent yet are obsolete.
         self.members.change_all(Member::stop);
         self.outbox = Outbox::new();
         let _ = self.outbox.command(NmtCommand::Stop, None);
@@ -211,7 +210,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
             if frame == (NmtMessage { command: NmtCommand::ResetCommunication, node: None }.frame()) {
-                // What came while the reset waited for being sent was from before it.
+                // Frames that came before the reset was sent are from before it.
                 self.members.change_all(Member::note_reset);
             }
             return Some(frame);

@@ -1,37 +1,37 @@
-//! How quickly a node is reset or booted again.
+//! How often a node is reset or booted again.
 
 use crate::time::{Duration, Instant};
 
 /// Limits how often the manager resets and configures a node that boots again and again, or ignores its resets.
 ///
-/// After each attempt there is none for a pause, which doubles up to half a minute. So neither what the node sends, nor what
-/// it has sent before and arrives late, keeps the bus busy.
+/// After each attempt there is a pause, which doubles up to half a minute. So neither new frames of the node, nor old
+/// ones that arrive late, make the manager fill the bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
     attempts: u8,
-    /// How often it would have been reset or booted without any pause.
+    /// How often the node would have been reset or booted without pauses.
     occasions: u8,
     /// When the last occasion was.
     last: Instant,
     /// When the next attempt may be made.
     next: Instant,
-    /// To be reported.
+    /// A loop is to be reported.
     is_loop: bool,
 }
 
-/// The pause after the first attempt. A reset node has discarded by then what it was sent before.
+/// The pause after the first attempt. By then, a reset node has discarded the frames sent to it before.
 const SHORTEST: Duration = Duration::from_secs(1);
-/// How often it doubles.
+/// How often the pause doubles.
 const DOUBLINGS: u8 = 5;
 /// The longest pause.
 const LONGEST: Duration = SHORTEST.times(1 << DOUBLINGS);
-/// After this time without an occasion, everything begins anew.
+/// After this time without an occasion, counting starts anew.
 const CALM: Duration = LONGEST.times(2);
-/// So many occasions in a row are a loop.
+/// How many occasions in a row make a loop.
 const LOOP: u8 = 3;
 
 impl Pace {
-    /// There is an occasion to reset or boot the node.
+    /// Notes an occasion to reset or boot the node.
     pub fn note(&mut self, now: Instant) {
         if now.since(self.last) >= CALM {
             *self = Pace::default();
@@ -46,7 +46,7 @@ impl Pace {
         self.next <= now
     }
 
-    /// Begins an attempt, or returns when it may begin.
+    /// Begins an attempt.
     ///
     /// Errors: the earliest time at which it may begin.
     pub fn attempt(&mut self, now: Instant) -> Result<(), Instant> {
@@ -58,12 +58,11 @@ impl Pace {
         Ok(())
     }
 
-    /// Whether a loop is to be reported.
     pub(super) const fn is_loop(&self) -> bool {
         self.is_loop
     }
 
-    /// Whether a loop is to be reported; only once.
+    /// Whether a loop is to be reported; true only once.
     pub(super) const fn take_loop(&mut self) -> bool {
         core::mem::replace(&mut self.is_loop, false)
     }

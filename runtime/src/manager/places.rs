@@ -1,24 +1,23 @@
 //! Places of a table of nodes, and sets of them.
 
-/// A place in a table. No more than 127 are taken, since there are no more node-IDs; so a set of them is a number.
+/// A place in a table. At most 127 are taken, as there are no more node-IDs, so a set of them fits into an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place(u8);
 
-/// A set of places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Places(u128);
 
 impl Place {
     pub(super) const FIRST: Place = Place(0);
-    /// It is never taken.
+    /// A place that is never taken.
     pub(super) const NONE: Place = Place(u8::MAX);
 
-    /// `None` beyond 128.
+    /// `None` from 128 on.
     pub(super) fn at(index: usize) -> Option<Self> {
         u8::try_from(index).ok().filter(|&index| index < 128).map(Place)
     }
 
-    /// Any place, taken or not.
+    /// The place with this index, whether or not it can be taken.
     pub(super) fn nearest(index: usize) -> Self {
         u8::try_from(index).map_or(Place::NONE, Place)
     }
@@ -27,7 +26,7 @@ impl Place {
         self.0.into()
     }
 
-    /// The place behind it; the first one behind the last.
+    /// The next place; after the last, the first one.
     pub(super) const fn next(self) -> Self {
         Place((self.0 + 1) % 128)
     }
@@ -40,7 +39,7 @@ impl Places {
         self.0 == 0
     }
 
-    /// Puts a place into the set, or takes it out.
+    /// Adds a place to the set, or removes it.
     pub(super) const fn set(&mut self, place: Place, is_in: bool) {
         self.0 = self.0 & !(1 << place.0) | (is_in as u128) << place.0;
     }

@@ -12,11 +12,11 @@ use crate::wire::emcy::{CodeOrder, Emergency, ErrorRegister};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
-/// From how many bytes on SDO goes by block. On a bus alone, blocks take less time from 50 bytes on, and half the time
-/// in the limit; a node that needs time for each answer gains more.
+/// From this many bytes on, SDO uses block transfers. On a bus without other traffic, they take less time from 50 bytes
+/// on, and half the time for long data; a node that answers slowly gains more.
 const BLOCKS_FROM: u32 = 64;
 
-/// What a manager keeps of one node.
+/// What a manager knows of one node.
 #[derive(Clone, Debug)]
 pub struct Remote {
     pub(super) node: NodeId,
@@ -26,8 +26,8 @@ pub struct Remote {
 }
 
 impl Remote {
-    /// A node with the predefined connection set. Its heartbeat is followed, but it is never lost. From 64 bytes on,
-    /// SDO goes by block if the node supports it.
+    /// A node with the predefined connection set. Its heartbeat is followed, but the node never counts as lost. From 64
+    /// bytes on, SDO uses block transfers if the node supports them.
     #[must_use]
     pub const fn new(node: NodeId) -> Self {
         Remote {
@@ -38,26 +38,26 @@ impl Remote {
         }
     }
 
-    /// The node is lost when no heartbeat comes within `time`. The first one arms the watch. Not together with guarding.
+    /// The node counts as lost if no heartbeat comes within `time`, from the first one on. Excludes guarding.
     #[must_use]
     pub fn with_heartbeat(self, time: Duration) -> Self {
         Remote { watch: Watch::heartbeat(self.node, time), ..self }
     }
 
-    /// The node is asked for its state every `guard_time`, and lost when it does not answer for
+    /// The node is asked for its state every `guard_time`, and counts as lost if it has not answered for
     /// `life_time_factor` times that.
     #[must_use]
     pub fn with_guarding(self, guard_time: Duration, life_time_factor: u8) -> Self {
         Remote { watch: Watch::guarding(self.node, guard_time, life_time_factor), ..self }
     }
 
-    /// The node sends emergencies as `id`, with the bytes of the error code in `order`.
+    /// The COB-ID of the node's emergencies, and the byte order of their error codes.
     #[must_use]
     pub fn with_emergencies(self, id: CobId, order: CodeOrder) -> Self {
         Remote { emcy: EmcyConsumer::new(id, order), ..self }
     }
 
-    /// SDO goes over this client, by block as it says.
+    /// Uses this SDO client, and its thresholds for block transfers.
     #[must_use]
     pub fn with_sdo(self, sdo: SdoClient) -> Self {
         Remote { sdo, ..self }
@@ -69,15 +69,16 @@ impl Remote {
         self.node
     }
 
-    /// The identifiers under which the node sends what its manager hears: error control, SDO responses, EMCY,
-    /// and the four TPDOs of the predefined connection set (CiA 301, 7.3.5).
+    /// The COB-IDs of frames from the node to its manager: error control, SDO responses, EMCY, and the four TPDOs of
+    /// the predefined connection set (CiA 301, 7.3.5).
     pub fn cob_ids(&self) -> impl Iterator<Item = CobId> + use<> {
         let predefined = connection::TPDOS.map(|base| CobId::of_node(base, self.node));
         let own = [ErrorControl::cob_id(self.node), self.sdo.response_id(), self.emcy.id()];
         own.into_iter().chain(predefined)
     }
 
-    /// The NMT state that heartbeat or guarding reported last; `None` before, and while the node is lost.
+    /// The NMT state last reported by heartbeat or guarding; `None` before the first report, and while the node is
+    /// lost.
     #[must_use]
     pub const fn state(&self) -> Option<NmtState> {
         match &self.watch {
@@ -89,7 +90,7 @@ impl Remote {
         }
     }
 
-    /// What is known of the heartbeat; nothing if the node is guarded.
+    /// The state of the heartbeat; [`Heartbeat::Unknown`] if the node is guarded.
     #[must_use]
     pub const fn heartbeat(&self) -> Heartbeat {
         match &self.watch {
@@ -105,10 +106,10 @@ impl Remote {
     }
 }
 
-/// Which of [`Entry::cob_ids`] SDO responses have; the other one is of emergencies.
+/// The position of the SDO response in [`Entry::cob_ids`]; the other one is that of emergencies.
 pub(super) const SDO_RESPONSE: usize = 0;
 
-/// What the manager asks about its nodes: whose guarding request is to be sent, whose SDO frame?
+/// The questions for the marks of the manager's table: which nodes have a guarding request, which an SDO frame to send?
 pub(super) const GUARDING: usize = 0;
 pub(super) const SDO: usize = 1;
 

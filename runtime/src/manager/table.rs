@@ -1,4 +1,4 @@
-//! The nodes that a manager looks after. What a frame or a deadline concerns is found without a walk over all of them.
+//! The nodes of a manager. The node for a frame or a deadline is found without walking over all of them.
 
 use super::deadlines::Deadlines;
 use super::error::Full;
@@ -6,24 +6,24 @@ use super::places::{Place, Places};
 use crate::id::{CobId, NodeId};
 use crate::time::Instant;
 
-/// What a table keeps of one node.
+/// What a table needs to know of one node.
 pub(super) trait Entry {
     fn node(&self) -> NodeId;
-    /// The identifiers of frames for it, besides error control.
+    /// The COB-IDs of frames for it, besides error control.
     fn cob_ids(&self) -> [Option<CobId>; IDS];
-    /// When it is to be looked at.
+    /// When its deadline is.
     fn poll_timeout(&self) -> Option<Instant>;
-    /// Questions about it whose answers the table has for all nodes: [`Table::marked`].
+    /// The answers to questions about it, which the table keeps for all nodes: [`Table::marked`].
     fn marks(&self) -> [bool; MARKS];
 }
 
-/// How many identifiers an entry may have.
+/// How many COB-IDs an entry may have.
 pub(super) const IDS: usize = 2;
 
 /// How many questions may be asked about an entry.
 pub(super) const MARKS: usize = 3;
 
-/// Up to `N` nodes, each in a place of its own.
+/// Up to `N` nodes, each in its own place.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T, const N: usize> {
     entries: [Option<T>; N],
@@ -45,7 +45,7 @@ impl<T: Entry, const N: usize> Table<T, N> {
         }
     }
 
-    /// Puts an entry into the place of the same node, or into a free one.
+    /// Puts an entry into the present place of its node, or into a free one.
     pub(super) fn insert(&mut self, entry: T) -> Result<(), Full> {
         let node = entry.node();
         let free = || Place::at(self.entries.iter().position(Option::is_none)?);
@@ -79,7 +79,8 @@ impl<T: Entry, const N: usize> Table<T, N> {
         }
     }
 
-    /// Whose frames have this identifier, and which one of [`Entry::cob_ids`] it is; the first place with it.
+    /// The place that a COB-ID belongs to, and its position in [`Entry::cob_ids`]; the first place if there are
+    /// several.
     pub(super) fn find(&self, id: CobId) -> Option<(Place, usize)> {
         self.identifiers.find(id)
     }
@@ -96,7 +97,7 @@ impl<T: Entry, const N: usize> Table<T, N> {
         self.entries.iter().flatten()
     }
 
-    /// Changes an entry, and keeps what the table knows of it up to date.
+    /// Changes an entry, and updates what the table knows of it.
     pub(super) fn change<R>(&mut self, place: Place, change: impl FnOnce(&mut T) -> R) -> Option<R> {
         let result = change(self.entries.get_mut(place.index())?.as_mut()?);
         self.follow(place);
@@ -109,13 +110,13 @@ impl<T: Entry, const N: usize> Table<T, N> {
         }
     }
 
-    /// Lends an entry. Until [`Table::take_back`], the table knows neither its deadline nor its marks.
+    /// Lends an entry. Until [`Table::take_back`], the table ignores its deadline, and its marks may be out of date.
     pub(super) fn lend(&mut self, place: Place) -> Option<&mut T> {
         self.deadlines.set(place, None);
         self.entries.get_mut(place.index())?.as_mut()
     }
 
-    /// Takes back an entry, whose identifiers may be others now.
+    /// Takes back an entry, whose COB-IDs may have changed.
     pub(super) fn take_back(&mut self, place: Place) {
         let ids = self.at(place).map_or([None; IDS], Entry::cob_ids);
         let is_known = |(which, id): (usize, Option<CobId>)| id.is_none_or(|id| self.find(id) == Some((place, which)));
@@ -135,7 +136,7 @@ impl<T: Entry, const N: usize> Table<T, N> {
         }
     }
 
-    /// The places to whose entries the question with this number applies.
+    /// The places of the entries for which the question with this number is true.
     pub(super) fn marked(&self, question: usize) -> Places {
         self.marked.get(question).copied().unwrap_or(Places::NONE)
     }
@@ -145,9 +146,9 @@ impl<T: Entry, const N: usize> Table<T, N> {
         self.deadlines.first()
     }
 
-    /// Lets entries whose deadline has come do what is due, the earliest first, until one has something to report.
+    /// Handles deadlines that have come, the earliest first, until one has something to report.
     pub(super) fn handle_timeout<R>(&mut self, now: Instant, mut handle: impl FnMut(&mut T) -> Option<R>) -> Option<R> {
-        // As many at most as there are, lest an entry that is always due goes on for ever.
+        // At most N, since an entry that is always due would never end.
         for _ in 0..N {
             let reported = self.change(self.deadlines.due(now)?, &mut handle)?;
             if reported.is_some() {
@@ -158,10 +159,10 @@ impl<T: Entry, const N: usize> Table<T, N> {
     }
 }
 
-/// What identifiers mean, found by binary search.
+/// The meaning of COB-IDs, found by binary search.
 #[derive(Clone, Debug)]
 struct Identifiers<const N: usize> {
-    /// The first `len` are sorted by identifier, then by place.
+    /// The first `len` are sorted by COB-ID, then by place.
     meanings: [[Meaning; IDS]; N],
     len: usize,
 }

@@ -1,4 +1,4 @@
-//! How a manager notices whether a node lives: by its heartbeat, or by guarding it.
+//! How a manager monitors a node: by its heartbeat, or by guarding.
 
 use crate::frame::Frame;
 use crate::id::NodeId;
@@ -21,7 +21,7 @@ impl Watch {
         Watch::Guarding(NodeGuard::new(node, guard_time, life_time_factor))
     }
 
-    /// Begins to guard.
+    /// Begins guarding.
     pub(super) fn start(&mut self, now: Instant) {
         if let Watch::Guarding(guard) = self {
             guard.start(now);

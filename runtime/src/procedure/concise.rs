@@ -7,33 +7,33 @@
 use super::step::{Data, Step};
 use crate::object::Address;
 
-/// The steps of a concise DCF. Ends at the first entry that is cut off; [`ConciseDcf::check`] reports
-/// beforehand whether one is.
+/// The steps of a concise DCF. The iterator ends at the first truncated entry, which [`ConciseDcf::check`] can find
+/// beforehand.
 #[derive(Clone, Copy, Debug)]
 pub struct ConciseDcf<'a> {
     rest: &'a [u8],
     left: u32,
 }
 
-/// A place in a concise DCF, for those who cannot keep the bytes borrowed.
+/// A place in a concise DCF, for a caller that cannot keep the bytes borrowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Position {
     bytes_left: usize,
     entries_left: u32,
 }
 
-/// A concise DCF is cut off.
+/// The concise DCF is truncated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the concise DCF promises {expected} entries, and ends in entry {got}")]
 pub struct ConciseDcfError {
-    /// How many entries it promises.
+    /// The announced number of entries.
     pub expected: u32,
-    /// The number of the entry in which it ends, counted from 1.
+    /// The truncated entry, counted from 1.
     pub got: u32,
 }
 
-/// Steps cannot become a concise DCF.
+/// Why steps cannot be encoded as a concise DCF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -41,12 +41,12 @@ pub enum EncodeError {
     /// The buffer is too short.
     #[error("step {step} does not fit into the {capacity} bytes that there are")]
     Full {
-        /// The step, counted from 1; 0 when there is no room for the number of entries.
+        /// The step, counted from 1; 0 if there is no room for the number of entries.
         step: u32,
         /// The length of the buffer.
         capacity: usize,
     },
-    /// A step does something else than writing.
+    /// A step is not a write.
     #[error("step {step} writes nothing: a concise DCF has only writes")]
     NotAWrite {
         /// The step, counted from 1.
@@ -64,7 +64,7 @@ impl<'a> ConciseDcf<'a> {
         }
     }
 
-    /// Puts writing `steps` into the beginning of `buffer`, and returns that part of it.
+    /// Encodes the writes of `steps` into the beginning of `buffer`, and returns that part of it.
     ///
     /// ```
     /// use lexican_runtime::object::Address;
@@ -95,7 +95,7 @@ impl<'a> ConciseDcf<'a> {
         Ok(buffer.get(..len).unwrap_or(&[]))
     }
 
-    /// Like [`ConciseDcf::encode`], with a buffer of its own.
+    /// As [`ConciseDcf::encode`], into a new vector.
     #[cfg(any(feature = "std", test))]
     pub fn to_vec<'s>(steps: impl IntoIterator<Item = Step<'s>>) -> Result<std::vec::Vec<u8>, EncodeError> {
         let mut bytes = std::vec::Vec::new();
@@ -109,7 +109,7 @@ impl<'a> ConciseDcf<'a> {
         Ok(bytes)
     }
 
-    /// Whether all entries are there.
+    /// Checks that no entry is truncated.
     pub fn check(self) -> Result<(), ConciseDcfError> {
         let expected = self.left;
         let mut got = 0;
@@ -119,12 +119,12 @@ impl<'a> ConciseDcf<'a> {
         if got == expected { Ok(()) } else { Err(ConciseDcfError { expected, got: got + 1 }) }
     }
 
-    /// Where it is.
+    /// The present place.
     pub(super) const fn position(&self) -> Position {
         Position { bytes_left: self.rest.len(), entries_left: self.left }
     }
 
-    /// The entries of `bytes` from a position on.
+    /// The entries of `bytes` from a place on.
     pub(super) fn at(bytes: &'a [u8], position: Position) -> Self {
         let begin = bytes.len().saturating_sub(position.bytes_left);
         ConciseDcf { rest: bytes.get(begin..).unwrap_or(&[]), left: position.entries_left }
@@ -140,7 +140,7 @@ impl<'a> ConciseDcf<'a> {
     }
 }
 
-/// Puts room for the number of entries, then the entries. Returns their number.
+/// Writes room for the number of entries, then the entries. Returns their number.
 fn write<'s>(
     steps: impl IntoIterator<Item = Step<'s>>,
     mut put: impl FnMut(u32, &[u8]) -> Result<(), EncodeError>,

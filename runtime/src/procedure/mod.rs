@@ -1,8 +1,8 @@
 //! Sequences of steps as data, and one runner for all of them.
 //!
-//! A procedure is an iterator of [`Step`]s: an array, or what computes them one after the other. The
-//! [`Runner`] takes one step at a time, and stops at the first that fails. It reads and writes through an
-//! [`SdoClient`](crate::service::sdo_client::SdoClient) of its own: no other client may use the same channel meanwhile.
+//! A procedure is an iterator of [`Step`]s: an array, or something that computes them one after another. The [`Runner`]
+//! carries out one step at a time, and stops at the first failure. It has its own
+//! [`SdoClient`](crate::service::sdo_client::SdoClient): no other client may use the same channel meanwhile.
 
 mod boot;
 mod concise;

@@ -1,31 +1,31 @@
-//! Configuring a PDO in the order of CiA 301, 7.5.2.36: switch it off, change it, switch it on.
+//! Configuring a PDO in the order of CiA 301, 7.5.2.36: disable, change, enable.
 
 use super::step::Step;
 use crate::cia301;
 use crate::object::{Address, Direction, Mapped, Mapping, PdoDirection, Values};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
-/// What a PDO is to be like.
+/// The settings of a PDO.
 #[derive(Clone, Copy, Debug)]
 pub struct PdoSettings<'a> {
     /// The direction, as the device sees it.
     pub direction: Direction,
     /// 1 to 512.
     pub number: u16,
-    /// COB-ID, and whether the PDO is switched on in the end.
+    /// The COB-ID, and whether the PDO is enabled at the end.
     pub cob_id: PdoCobId,
-    /// When it is sent or takes effect.
+    /// When the PDO is sent or takes effect.
     pub transmission: TransmissionType,
-    /// In 100 us; `None` to leave it as it is.
+    /// In 100 us; `None` keeps it.
     pub inhibit_100us: Option<u16>,
-    /// In ms; `None` to leave it as it is.
+    /// In ms; `None` keeps it.
     pub event_timer_ms: Option<u16>,
-    /// The objects; `None` to leave a static mapping as it is.
+    /// The objects; `None` keeps a static mapping.
     pub mapping: Option<&'a [Mapped]>,
 }
 
 impl<'a> PdoSettings<'a> {
-    /// A PDO with a mapping of typed handles; times are left as they are.
+    /// A PDO with a mapping of typed handles; its times are kept.
     #[must_use]
     pub fn of<D: PdoDirection, V: Values, N>(
         number: u16,
@@ -38,13 +38,13 @@ impl<'a> PdoSettings<'a> {
     }
 }
 
-/// The steps that configure a PDO. The device must be in PRE-OPERATIONAL, unless it does not mind.
+/// The steps that configure a PDO. Most devices accept them in PRE-OPERATIONAL only.
 pub fn configure_pdo<'a>(settings: PdoSettings<'a>) -> impl Iterator<Item = Step<'static>> + use<'a> {
     let (parameter, mapping) = match settings.direction {
         Direction::Receive => (cia301::RPDO_1, cia301::RPDO_MAPPING_1),
         Direction::Transmit => (cia301::TPDO_1, cia301::TPDO_MAPPING_1),
     };
-    // A number beyond 512 names no PDO: the device says so.
+    // A number beyond 512 is not one of a PDO, and the device will abort.
     let [parameter, mapping] = [parameter, mapping].map(|first| first.wrapping_add(settings.number).wrapping_sub(1));
     let off = [Step::value(Address::new(parameter, 1), settings.cob_id.switched_off().0)];
     let parameters = [

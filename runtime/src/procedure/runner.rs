@@ -1,4 +1,4 @@
-//! What runs procedures.
+//! The runner of procedures.
 
 use super::step::{Data, Decision, Step};
 use crate::frame::Frame;
@@ -9,19 +9,19 @@ use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtMessage, NmtState};
 
-/// Runs the steps of `steps` with one node, one after the other.
+/// Carries out the steps of a procedure on one node, one after another.
 #[derive(Clone, Debug)]
 pub struct Runner<'a, I> {
     node: NodeId,
     client: SdoClient,
     steps: I,
-    /// How many steps were begun.
+    /// How many steps have begun.
     count: usize,
     step: Option<Step<'a>>,
-    /// What the step has written last.
+    /// The value that the step has written last.
     written: Option<u64>,
     activity: Activity,
-    /// The node has booted since it was commanded last.
+    /// Whether the node has booted since the last command.
     booted: bool,
 }
 
@@ -33,7 +33,7 @@ pub enum Event<'a> {
         /// How many there were.
         steps: usize,
     },
-    /// A step failed; those after it were not begun.
+    /// A step failed; the following ones were not begun.
     Failed(Failure<'a>),
 }
 
@@ -60,39 +60,39 @@ pub enum StepError {
     #[error("{address} is {got:X}h")]
     Mismatch {
         address: Address,
-        /// The value, with the bits that count.
+        /// The value, with only the compared bits.
         got: u64,
     },
-    /// What was waited for did not happen in time.
+    /// The awaited event did not happen in time.
     #[error("it did not happen within {within}")]
     TimedOut { within: Duration },
-    /// No way leads to the goal.
+    /// No command leads to the goal.
     #[error("no way leads on from {observed:X}h")]
     Impossible { observed: u64 },
 }
 
-/// What the runner does to carry out its step.
+/// The runner's present activity.
 #[derive(Clone, Copy, Debug)]
 enum Activity {
     /// Begins the next step.
     Next,
-    /// A value is written, or read. `until` is the end of the patience of a step that repeats itself.
+    /// Reads or writes a value. `until` is the time-out of a step that repeats.
     Transfer { value: Scalar, until: Instant },
-    /// Bytes are written, those of the step.
+    /// Writes the bytes of the step.
     Bytes,
-    /// A command is to be sent.
+    /// Has a command to send.
     Command,
-    /// Nothing, until the time has come.
+    /// Waits until `resume`, within the time-out of the step.
     Pause { resume: Instant, until: Instant },
-    /// Nothing, until the node boots.
+    /// Waits until the node boots.
     Listen { until: Instant },
-    /// The end.
+    /// Has ended.
     Over,
 }
 
 impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
-    /// Runs `steps` with `node` through `client`. The first one begins with the first [`Runner::handle_timeout`],
-    /// which is due at once.
+    /// Runs `steps` on `node` through `client`. The first step begins with the first [`Runner::handle_timeout`], which
+    /// is due at once.
     #[must_use]
     pub fn new(node: NodeId, client: SdoClient, steps: I) -> Self {
         Runner { node, client, steps, count: 0, step: None, written: None, activity: Activity::Next, booted: false }
@@ -104,7 +104,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
         self.node
     }
 
-    /// The step that is under way, and its number, counted from 1.
+    /// The step under way, and its number, counted from 1.
     #[must_use]
     pub fn step(&self) -> Option<(usize, Step<'a>)> {
         self.step.map(|step| (self.count, step))
@@ -123,7 +123,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             if matches!(self.activity, Activity::Listen { .. }) {
                 return self.begin_next(now);
             }
-            // The node is quicker than the step that waits for it.
+            // The node has booted before the step that waits for it.
             self.booted = true;
             return None;
         }
@@ -138,7 +138,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
         self.handle_transfer(now, event)
     }
 
-    /// Begins the first step, goes on after a pause, or gives up what takes too long.
+    /// Begins the first step, goes on after a pause, or ends a step that has timed out.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event<'a>> {
         match self.activity {
             Activity::Next => self.begin_next(now),
@@ -165,7 +165,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
                 let Some(Step::Nmt(command)) = self.step else { return None };
                 Some(NmtMessage { command, node: Some(self.node) }.frame())
             }
-            // What is left of the transfer before: an abort.
+            // The previous transfer may have left an abort.
             _ => self.client.poll_transmit(now, &mut [0; 0]),
         }
     }
@@ -195,7 +195,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             Step::Write { address, data: Data::Bytes(bytes) } => {
                 self.activity = Activity::Bytes;
                 let len = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
-                // The client is idle: one step, one transfer.
+                // The client is idle, since each step takes one transfer.
                 let _ = self.client.write(now, address, len);
             }
             Step::Expect { address, .. } => self.read(now, address, now),
@@ -234,7 +234,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
                 self.fail(StepError::Mismatch { address, got: got & mask })
             }
             Some(Step::Await { mask, value, poll, .. }) if got & mask != value & mask => self.pause(now, poll, until),
-            // The control word was written: look what came of it.
+            // The control word was written: its effect is read next.
             Some(Step::Steer { acted, poll, .. }) if address == acted => self.pause(now, poll, until),
             Some(Step::Steer { acted, steer, poll, .. }) => {
                 let decision = steer.decide(got, self.written);

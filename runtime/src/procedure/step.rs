@@ -1,4 +1,4 @@
-//! What a procedure consists of.
+//! The steps of a procedure.
 
 use core::fmt;
 
@@ -16,28 +16,28 @@ pub enum Step<'a> {
         address: Address,
         data: Data<'a>,
     },
-    /// Reads an entry, which must have a value.
+    /// Reads an entry, and fails if it has another value.
     Expect {
         address: Address,
         mask: u64,
         value: u64,
     },
-    /// Reads an entry until it has a value.
+    /// Reads an entry repeatedly until it has a value.
     Await {
         address: Address,
         mask: u64,
         value: u64,
-        /// The time from one reading to the next.
+        /// The time between two readings.
         poll: Duration,
         timeout: Duration,
     },
-    /// Reads an entry, decides what to write into another, and so on until the goal is reached.
+    /// Reads an entry, decides what to write into another, and repeats this until the goal is reached.
     Steer {
         observed: Address,
         /// The entry that is written, an UNSIGNED16.
         acted: Address,
         steer: &'a dyn Steer,
-        /// The time from one reading to the next.
+        /// The time between two readings.
         poll: Duration,
         timeout: Duration,
     },
@@ -49,7 +49,7 @@ pub enum Step<'a> {
     Wait(Duration),
 }
 
-/// What is written.
+/// The data of a write.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Data<'a> {
@@ -57,18 +57,18 @@ pub enum Data<'a> {
     Bytes(&'a [u8]),
 }
 
-/// Decides, from what was read and written, what is to be written.
+/// Decides what to write next, from what was read and written.
 pub trait Steer: fmt::Debug + Sync {
-    /// What to do now, after `written` was written last in this step; `None` at its beginning, when it is
-    /// unknown what the entry holds.
+    /// What to do now. `written` is the last value that this step has written; `None` at its beginning, when the
+    /// content of the entry is unknown.
     fn decide(&self, observed: u64, written: Option<u64>) -> Decision;
 }
 
-/// What to do in [`Step::Steer`].
+/// A decision for [`Step::Steer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {
-    /// Nothing more: the goal is reached.
+    /// The goal is reached.
     Reached,
     /// Write this number.
     Write(u64),
@@ -85,7 +85,7 @@ impl<'a> Step<'a> {
         Step::value(object.address(), value)
     }
 
-    /// Writes a value into an entry that no handle describes.
+    /// Writes a value into an entry that has no handle.
     #[must_use]
     pub fn value<T: Value>(address: Address, value: T) -> Self {
         Step::Write { address, data: Data::Value(Scalar::of(value)) }
@@ -97,7 +97,7 @@ impl<'a> Step<'a> {
         Step::Write { address, data: Data::Bytes(bytes) }
     }
 
-    /// Reads an entry, all bits of which must have this value.
+    /// Reads an entry, and fails unless all its bits have this value.
     #[must_use]
     pub const fn expect(address: Address, value: u64) -> Self {
         Step::Expect { address, mask: u64::MAX, value }

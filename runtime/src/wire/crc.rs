@@ -1,13 +1,13 @@
-//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, beginning with 0; and the
-//! checksum of stored values.
+//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, starting from 0; and the checksum
+//! of stored values.
 
-/// A checksum of the bytes so far.
+/// The checksum of the bytes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
 
 impl Crc {
-    /// The checksum of nothing.
+    /// The checksum of no bytes.
     #[must_use]
     pub const fn new() -> Self {
         Crc(0)
@@ -19,7 +19,7 @@ impl Crc {
         self.0
     }
 
-    /// Takes more bytes.
+    /// Adds bytes.
     #[inline]
     pub fn update(&mut self, data: &[u8]) {
         if IS_SMALL {
@@ -34,7 +34,8 @@ impl Crc {
         }
     }
 
-    /// Takes one byte, without a table: it is divided in two steps of four bits, the second of which depends on the first.
+    /// Adds a byte without a table: the byte is divided in two steps of four bits, of which the second depends on the
+    /// first.
     fn update_byte(&mut self, byte: u8) {
         let [high, low] = self.0.to_be_bytes();
         let first = high ^ byte;
@@ -42,7 +43,7 @@ impl Crc {
         self.0 = u16::from(low) << 8 ^ both << 12 ^ both << 5 ^ both;
     }
 
-    /// Takes the bytes of one full segment. Their terms do not depend on each other (README: SDO block read).
+    /// Adds the bytes of a full segment. Their terms are independent of each other (README: SDO block read).
     #[inline]
     pub fn update_segment(&mut self, segment: &[u8; 7]) {
         if IS_SMALL {
@@ -54,19 +55,19 @@ impl Crc {
     }
 }
 
-/// On a microcontroller, the tables would take more room than the time is worth.
+/// On a microcontroller, the tables would take more memory than the saved time is worth.
 const IS_SMALL: bool = cfg!(target_pointer_width = "32");
 
-/// What a byte contributes to the checksum when `after` more bytes follow it. The checksum is linear,
-/// so a byte is the sum of its two nibbles, and sixteen values per nibble (448 bytes for a segment)
-/// are enough where one table per byte would take 3,584.
+/// The contribution of a byte to the checksum if `after` more bytes follow it. The checksum is linear, so the
+/// contribution of a byte is the sum of those of its two nibbles. Sixteen values per nibble are enough (448 bytes for a
+/// segment), instead of the 3,584 bytes of a table for whole bytes.
 #[inline(always)]
 fn term(after: usize, byte: u8) -> u16 {
     let [low, high] = TABLE[after];
     high[usize::from(byte >> 4)] ^ low[usize::from(byte & 0x0F)]
 }
 
-/// By the number of bytes that follow: the contributions of low and high nibble.
+/// Indexed by the number of following bytes, then by low or high nibble.
 static TABLE: [[[u16; 16]; 2]; 7] = {
     let mut table = [[[0; 16]; 2]; 7];
     let mut after = 0;
@@ -93,12 +94,12 @@ const fn remainder(byte: u8, after: usize) -> u16 {
     crc
 }
 
-/// CRC-32 as in IEEE 802.3: of stored values, which are few and seldom read, so that it has no table.
+/// CRC-32 of IEEE 802.3, for stored values, which are few and seldom read, so it has no table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crc32(u32);
 
 impl Crc32 {
-    /// The checksum of nothing.
+    /// The checksum of no bytes.
     #[must_use]
     pub const fn new() -> Self {
         Crc32(u32::MAX)
@@ -110,7 +111,7 @@ impl Crc32 {
         !self.0
     }
 
-    /// Takes more bytes.
+    /// Adds bytes.
     pub fn update(&mut self, data: &[u8]) {
         self.0 = data.iter().fold(self.0, |crc, byte| {
             (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 })

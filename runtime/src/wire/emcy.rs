@@ -1,4 +1,4 @@
-//! EMCY: what went wrong in a node (CiA 301, 7.2.7).
+//! EMCY: errors of a node (CiA 301, 7.2.7).
 
 use core::fmt;
 use core::ops::{BitAnd, BitOr, Not};
@@ -6,7 +6,7 @@ use core::ops::{BitAnd, BitOr, Not};
 use crate::cia301::connection;
 use crate::id::{CobId, NodeId};
 
-/// An emergency error code (CiA 301, table 26). Open: profiles and vendors have codes of their own.
+/// An emergency error code (CiA 301, table 26). Profiles and vendors have further codes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ErrorCode(pub u16);
 
@@ -15,7 +15,7 @@ macro_rules! error_codes {
         impl ErrorCode {
             $(#[doc = concat!(stringify!($code), ": ", $text, ".")] pub const $name: ErrorCode = ErrorCode($code);)*
 
-            /// What CiA 301 says to the code itself; `None` for a code that only its group explains.
+            /// The text of CiA 301 for this code; `None` if only its group has one.
             #[must_use]
             pub const fn text(self) -> Option<&'static str> {
                 match self.0 { $($code => Some($text),)* _ => None }
@@ -63,8 +63,8 @@ error_codes! {
 }
 
 impl ErrorCode {
-    /// The group that the code is of, which CiA 301 has for every code but some of profiles: 3120h is of 3100h, mains
-    /// voltage, and 5530h of 5000h, device hardware.
+    /// The group of the code, which CiA 301 has for all codes except some of profiles: 3120h is in 3100h, mains
+    /// voltage, and 5530h in 5000h, device hardware.
     #[must_use]
     pub const fn group(self) -> Option<ErrorCode> {
         let group = ErrorCode(self.0 & 0xFF00);
@@ -72,12 +72,12 @@ impl ErrorCode {
             return Some(group);
         }
         let group = ErrorCode(self.0 & 0xF000);
-        // 0000h is no error, and F000h has its own functions in F0xxh alone.
+        // 0000h means no error, and F000h is a group for F0xxh only.
         if group.0 != 0 && group.0 != 0xF000 && group.text().is_some() { Some(group) } else { None }
     }
 }
 
-/// `8210h: PDO not processed due to length error`; of a code that only its group explains `3120h: mains voltage (31xxh)`.
+/// `8210h: PDO not processed due to length error`, or with the text of the group `3120h: mains voltage (31xxh)`.
 impl fmt::Display for ErrorCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:04X}h", self.0)?;
@@ -107,7 +107,7 @@ pub struct ErrorRegister(pub u8);
 impl ErrorRegister {
     /// No error.
     pub const NONE: ErrorRegister = ErrorRegister(0x00);
-    /// Generic error: set whenever any error is.
+    /// Generic error: set with every other error.
     pub const GENERIC: ErrorRegister = ErrorRegister(0x01);
     pub const CURRENT: ErrorRegister = ErrorRegister(0x02);
     pub const VOLTAGE: ErrorRegister = ErrorRegister(0x04);
@@ -159,14 +159,14 @@ impl fmt::Debug for ErrorRegister {
     }
 }
 
-/// In which order a device sends the two bytes of the error code.
+/// The order in which a device sends the two bytes of the error code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CodeOrder {
-    /// As CiA 301 has it.
+    /// As in CiA 301.
     #[default]
     LowByteFirst,
-    /// As some devices have it.
+    /// As in some devices.
     HighByteFirst,
 }
 
@@ -174,16 +174,16 @@ pub enum CodeOrder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Emergency {
-    /// What happened; [`ErrorCode::NO_ERROR`] if an error is over.
+    /// The error; [`ErrorCode::NO_ERROR`] if an error is over.
     pub code: ErrorCode,
-    /// The error register as it is afterwards.
+    /// The error register after the event.
     pub register: ErrorRegister,
     /// Manufacturer-specific.
     pub vendor: [u8; 5],
 }
 
 impl Emergency {
-    /// The COB-ID as the predefined connection set has it, 080h + node-ID.
+    /// The COB-ID in the predefined connection set, 080h + node-ID.
     #[must_use]
     pub const fn cob_id(node: NodeId) -> CobId {
         CobId::of_node(connection::EMCY, node)
@@ -196,7 +196,7 @@ impl Emergency {
         u8::try_from(low).ok().and_then(NodeId::new)
     }
 
-    /// `None` when the data are not eight bytes.
+    /// `None` if the data are not eight bytes.
     #[must_use]
     pub fn parse(data: &[u8], order: CodeOrder) -> Option<Self> {
         let &[first, second, register, ref vendor @ ..] = data else { return None };

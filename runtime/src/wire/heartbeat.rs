@@ -6,7 +6,7 @@ use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 
-/// The byte that a node sends about itself.
+/// The byte by which a node reports its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorControl {
@@ -38,7 +38,7 @@ impl ErrorControl {
         u8::try_from(low).ok().and_then(NodeId::new)
     }
 
-    /// `None` when the data are not one byte with a known state.
+    /// `None` if the data are not one byte with a known state.
     #[must_use]
     pub fn parse(data: &[u8]) -> Option<Self> {
         let &[byte] = data else { return None };

@@ -1,9 +1,9 @@
-//! LSS: giving node-IDs and bit rates to devices that are found by their identity (CiA 305).
+//! LSS: assigning node-IDs and bit rates to devices by their identity (CiA 305).
 
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 
-/// What identifies a device among all others: object 1018h.
+/// The unique identity of a device: object 1018h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {
@@ -38,7 +38,7 @@ impl Part {
         self as u8
     }
 
-    /// As CiA 301 has it: `vendor-ID`.
+    /// The name in CiA 301: `vendor-ID`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -66,7 +66,7 @@ impl Part {
 }
 
 impl Identity {
-    /// One of its numbers.
+    /// The value of a part.
     #[must_use]
     pub const fn part(self, part: Part) -> u32 {
         match part {
@@ -77,7 +77,7 @@ impl Identity {
         }
     }
 
-    /// The same, with one of its numbers replaced.
+    /// The same with another value for a part.
     #[must_use]
     pub const fn with(self, part: Part, value: u32) -> Self {
         match part {
@@ -89,24 +89,24 @@ impl Identity {
     }
 }
 
-/// The state that LSS gives a device.
+/// The LSS state of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssState {
-    /// Listens for being selected.
+    /// Waits to be selected.
     Waiting,
-    /// Selected: may be configured.
+    /// Selected, and may be configured.
     Configuration,
 }
 
-/// A bound of the range that identifies devices.
+/// A bound of the range of identities in LSS identify.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Bound {
-    /// Vendor-ID: must be met.
+    /// Vendor-ID, which has to be equal.
     Vendor,
-    /// Product code: must be met.
+    /// Product code, which has to be equal.
     Product,
     RevisionLow,
     RevisionHigh,
@@ -119,55 +119,55 @@ impl Bound {
         [Bound::Vendor, Bound::Product, Bound::RevisionLow, Bound::RevisionHigh, Bound::SerialLow, Bound::SerialHigh];
 }
 
-/// What a manager asks.
+/// A request of a manager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum LssRequest {
-    /// All devices enter a state. No answer.
+    /// All devices enter a state. Not answered.
     SwitchGlobal(LssState),
-    /// One part of the identity of the device that is selected; that with the serial number is answered.
+    /// One part of the identity of the device to select; the serial number is answered.
     SwitchSelective(Part, u32),
-    /// The device takes a node-ID; `None` takes it away.
+    /// Sets the node-ID of the device; `None` removes it.
     ConfigureNode(Option<NodeId>),
-    /// The device takes a bit rate: entry `index` of `table`.
+    /// Sets the bit rate of the device: entry `index` of `table`.
     ConfigureBitTiming {
-        /// 0 is the table of CiA 305.
+        /// 0 is the table in CiA 305.
         table: u8,
         index: u8,
     },
-    /// All devices change to their new bit rate after `delay_ms`, and may transmit again after twice that.
+    /// All devices change to their new bit rate after `delay_ms`, and may transmit again after twice that time.
     ActivateBitTiming {
         /// In ms.
         delay_ms: u16,
     },
     /// The device stores node-ID and bit rate.
     Store,
-    /// One bound of the identities that are looked for; that with the highest serial number is answered.
+    /// One bound of the identities to search for; the highest serial number is answered.
     Identify(Bound, u32),
-    /// Who has no node-ID answers.
+    /// Devices without a node-ID answer.
     IdentifyUnconfigured,
     /// Finds a device without node-ID, bit by bit.
     Fastscan {
         /// The bits known so far.
         value: u32,
-        /// How many low bits are not compared, 0 to 31; 128 begins anew.
+        /// How many low bits are not compared, 0 to 31; 128 starts anew.
         bits_left: u8,
         part: Part,
-        /// Which part comes next, when this one is met.
+        /// The part that comes next if this one matches.
         next: Part,
     },
-    /// What is this part of your identity?
+    /// Asks for a part of the identity.
     Inquire(Part),
-    /// What is your node-ID?
+    /// Asks for the node-ID.
     InquireNode,
 }
 
-/// What a device answers.
+/// A response of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssResponse {
-    /// Selected by its identity.
+    /// The device was selected by its identity.
     Selected,
     /// [`LssRequest::ConfigureNode`] was done, unless `error` is not 0.
     ConfigureNode {
@@ -190,13 +190,13 @@ pub enum LssResponse {
         /// The device's own error code.
         specific: u8,
     },
-    /// The identity is in the range that is looked for, or matches what is scanned for.
+    /// The identity is in the range to search for, or matches the fastscan.
     Identified,
     /// The device has no node-ID.
     Unconfigured,
     /// A part of the identity.
     Inquired(Part, u32),
-    /// The node-ID; `None` for none.
+    /// The node-ID; `None` if the device has none.
     InquiredNode(Option<NodeId>),
 }
 
@@ -212,15 +212,15 @@ const fn lss_id(id: u16) -> CobId {
     }
 }
 
-/// CiA 305, table 1: bit rates in kbit/s by their index in table 0. The entry without one is reserved.
+/// CiA 305, table 1: the bit rates of table 0 in kbit/s, by index. `None` is reserved.
 pub const BIT_TIMING_TABLE: [Option<u16>; 9] =
     [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
 
-/// On the wire, 255 is no node-ID.
+/// Stands for no node-ID on the wire.
 const NO_NODE: u8 = 0xFF;
 
 impl LssRequest {
-    /// `None` when the data are not eight bytes, or the command is unknown or has an impossible parameter.
+    /// `None` if the data are not eight bytes, or the command is unknown or has an impossible parameter.
     #[must_use]
     pub fn parse(data: &[u8]) -> Option<Self> {
         let &[command, a, b, c, d, e, f, g] = data else { return None };
@@ -280,7 +280,7 @@ impl LssRequest {
 }
 
 impl LssResponse {
-    /// `None` when the data are not eight bytes, or the command is unknown.
+    /// `None` if the data are not eight bytes, or the command is unknown.
     #[must_use]
     pub fn parse(data: &[u8]) -> Option<Self> {
         let &[command, a, b, c, d, ..] = data else { return None };
@@ -342,7 +342,7 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_parsed_is_emitted_and_parsed_again(data: [u8; 8]) {
-            // Bytes that mean nothing are not kept; what they mean is.
+            // Unused bytes are not kept, but the meaning is.
             for command in 0..=0xFF {
                 let mut data = data;
                 data[0] = command;

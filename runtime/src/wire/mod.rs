@@ -1,6 +1,6 @@
 //! Bytes to meaning and back: one file per protocol, without state.
 //!
-//! Parsing is total: data that mean nothing are `None`. Parsing what was emitted gives the same value.
+//! Parsing is total: data without a meaning are `None`. Parsing what was emitted gives the same value.
 
 pub mod crc;
 pub mod emcy;

@@ -1,4 +1,4 @@
-//! NMT: which state a node is in, and the command to change it (CiA 301, 7.2.8.2.1 and 7.3.2.2).
+//! NMT: the state of a node, and the command to change it (CiA 301, 7.2.8.2.1 and 7.3.2.2).
 
 use core::fmt;
 
@@ -14,7 +14,7 @@ macro_rules! codes {
         pub enum $name { $($(#[$of_variant])* $variant = $code,)* }
 
         impl $name {
-            /// `None` for a code that CiA 301 does not have.
+            /// `None` for a code that is not in CiA 301.
             #[must_use]
             pub const fn from_code(code: u8) -> Option<Self> {
                 match code { $($code => Some($name::$variant),)* _ => None }
@@ -36,7 +36,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// The NMT state of a node, as heartbeats and guarding answers carry it.
+    /// The NMT state of a node, as in heartbeats and guarding answers.
     NmtState {
         /// Not yet on the bus; on the wire this is the boot-up message.
         Initialising = 0x00, "INITIALISING";
@@ -50,7 +50,7 @@ codes! {
 }
 
 codes! {
-    /// What a manager may ask of a node.
+    /// A command of a manager to nodes.
     NmtCommand {
         /// Enter OPERATIONAL.
         Start = 0x01, "start";
@@ -58,9 +58,9 @@ codes! {
         Stop = 0x02, "stop";
         /// Enter PRE-OPERATIONAL.
         EnterPreOperational = 0x80, "enter PRE-OPERATIONAL";
-        /// Begin anew, as after power-on.
+        /// Restart as after power-on.
         ResetNode = 0x81, "reset node";
-        /// Begin anew with the communication objects (1000h to 1FFFh) only.
+        /// Restart with the communication objects (1000h to 1FFFh) only.
         ResetCommunication = 0x82, "reset communication";
     }
 }
@@ -74,7 +74,7 @@ impl NmtState {
 }
 
 impl NmtCommand {
-    /// The state that a node is in afterwards; it is INITIALISING until it boots up again after a reset.
+    /// The state of a node afterwards; INITIALISING lasts until it boots up after a reset.
     #[must_use]
     pub const fn target(self) -> NmtState {
         match self {
@@ -92,12 +92,12 @@ impl NmtCommand {
 pub struct NmtMessage {
     /// What is asked.
     pub command: NmtCommand,
-    /// The node; `None` for all nodes.
+    /// `None` for all nodes.
     pub node: Option<NodeId>,
 }
 
 impl NmtMessage {
-    /// `None` when the data are not two bytes of a known command and a node-ID or 0.
+    /// `None` if the data are not two bytes: a known command, and a node-ID or 0.
     #[must_use]
     pub fn parse(data: &[u8]) -> Option<Self> {
         let &[command, node] = data else { return None };
@@ -124,7 +124,7 @@ impl NmtMessage {
         Frame::from_array(CobId::NMT, self.emit())
     }
 
-    /// Whether `node` is meant.
+    /// Whether the command is for `node`.
     #[must_use]
     pub fn concerns(self, node: NodeId) -> bool {
         self.node.is_none_or(|target| target == node)

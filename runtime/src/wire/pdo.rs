@@ -1,4 +1,4 @@
-//! PDO: COB-ID parameters and transmission types (CiA 301, 7.2.2, 7.5.2.35 and 7.5.2.37). The bits of
+//! PDO: COB-ID parameters and transmission types (CiA 301, 7.2.2, 7.5.2.35 and 7.5.2.37). The functions for the bits of
 //! a PDO are [`place`](crate::object::place) and [`take`](crate::object::take).
 
 use core::fmt;
@@ -16,19 +16,19 @@ impl PdoCobId {
     /// The parameter of a PDO that does not exist.
     pub const OFF: PdoCobId = PdoCobId(Self::INVALID);
 
-    /// The parameter of a valid PDO that may be asked for by remote frames.
+    /// The parameter of a valid PDO that remote frames may request.
     #[must_use]
     pub const fn valid(id: CobId) -> Self {
         PdoCobId(id.to_parameter())
     }
 
-    /// The same, with the PDO switched off (bit 31 set).
+    /// The same, with the PDO disabled (bit 31 set).
     #[must_use]
     pub const fn switched_off(self) -> Self {
         PdoCobId(self.0 | Self::INVALID)
     }
 
-    /// The same, with remote frames refused (bit 30 set).
+    /// The same, with remote requests not allowed (bit 30 set).
     #[must_use]
     pub const fn without_remote(self) -> Self {
         PdoCobId(self.0 | Self::NO_REMOTE)
@@ -40,7 +40,7 @@ impl PdoCobId {
         self.0 & Self::INVALID == 0
     }
 
-    /// Whether a remote frame may ask for the PDO (bit 30 clear).
+    /// Whether remote frames may request the PDO (bit 30 clear).
     #[must_use]
     pub const fn allows_remote(self) -> bool {
         self.0 & Self::NO_REMOTE == 0
@@ -59,7 +59,7 @@ impl fmt::Debug for PdoCobId {
     }
 }
 
-/// When a PDO is sent, or takes effect (1400h:02, 1800h:02).
+/// When a PDO is sent or takes effect (1400h:02, 1800h:02).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TransmissionType {
@@ -67,9 +67,9 @@ pub enum TransmissionType {
     SynchronousAcyclic,
     /// 1 to 240: with every n-th SYNC.
     SynchronousCyclic(u8),
-    /// 252: sampled at SYNC, sent when a remote frame asks.
+    /// 252: sampled at SYNC, sent on a remote request.
     SynchronousRemote,
-    /// 253: sampled and sent when a remote frame asks.
+    /// 253: sampled and sent on a remote request.
     Remote,
     /// 254: at an event that the manufacturer defines.
     EventManufacturer,
@@ -80,7 +80,7 @@ pub enum TransmissionType {
 }
 
 impl TransmissionType {
-    /// What a number means.
+    /// The type with this number.
     #[must_use]
     pub const fn from_code(code: u8) -> Self {
         match code {

@@ -1,16 +1,16 @@
 //! SDO commands (CiA 301, 7.2.4.3): eight bytes to meaning and back.
 //!
-//! The upper three bits of the first byte are the command specifier; what the other bits mean depends
-//! on it. The same specifier means different things in a request and in a response, so there are two
-//! types. Frames of a block transfer's data have no specifier at all: see [`super::sdo_block`].
+//! The upper three bits of the first byte are the command specifier, which determines the meaning of the other bits.
+//! The same specifier has different meanings in a request and in a response, so there are two types. The data frames of
+//! a block transfer have no specifier: see [`super::sdo_block`].
 //!
-//! Bits that the standard reserves are ignored when parsed and zero when emitted, so that
-//! `parse(to_bytes(x)) == x` for every `x`, but not the other way round.
+//! Reserved bits are ignored when parsed and zero when emitted, so that `parse(to_bytes(x)) == x` for every `x`, but
+//! not the other way round.
 
 use crate::abort::AbortCode;
 use crate::object::Address;
 
-/// What a client asks of a server.
+/// A request of a client to a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
@@ -20,7 +20,7 @@ pub enum ClientRequest {
     /// Initiate SDO download (7.2.4.3.3): the start of a write.
     InitiateDownload {
         address: Address,
-        /// The data, or how much of it will follow.
+        /// The data, or their length.
         content: Content,
     },
     /// Initiate SDO upload (7.2.4.3.6): the start of a read.
@@ -37,9 +37,9 @@ pub enum ClientRequest {
         address: Address,
         /// Whether the client can compute the CRC.
         crc: bool,
-        /// Segments per block, 1 to 127 if the client keeps to the standard.
+        /// Segments per block, 1 to 127 if the client conforms to the standard.
         block_size: u8,
-        /// Up to how many bytes the server may answer with a transfer that is not by block; 0 for never.
+        /// The largest number of bytes for which the server may answer with another transfer than by block; 0 for none.
         switch_threshold: u8,
     },
     /// The client is ready for the first block (7.2.4.3.13).
@@ -60,22 +60,22 @@ pub enum ClientRequest {
     EndBlockDownload(BlockEnd),
 }
 
-/// What a server answers to a client.
+/// A response of a server to a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum ServerResponse {
     /// Upload SDO segment (7.2.4.3.7).
     UploadSegment(Segment),
-    /// Download SDO segment (7.2.4.3.4): the segment was taken.
+    /// Download SDO segment (7.2.4.3.4): the segment was accepted.
     DownloadSegment { toggle: bool },
     /// Initiate SDO upload (7.2.4.3.6).
     InitiateUpload {
         address: Address,
-        /// The data, or how much of it will follow.
+        /// The data, or their length.
         content: Content,
     },
-    /// Initiate SDO download (7.2.4.3.3): the write was begun, or done when it was expedited.
+    /// Initiate SDO download (7.2.4.3.3): the write has begun, or if it was expedited, is done.
     InitiateDownload { address: Address },
     /// Abort SDO transfer (7.2.4.3.17).
     Abort(Abort),
@@ -84,12 +84,12 @@ pub enum ServerResponse {
         address: Address,
         /// Whether the server can compute the CRC.
         crc: bool,
-        /// Segments per block, 1 to 127 if the server keeps to the standard.
+        /// Segments per block, 1 to 127 if the server conforms to the standard.
         block_size: u8,
     },
     /// A block arrived, wholly or in part (7.2.4.3.10).
     ConfirmBlockDownload(Confirmation),
-    /// End SDO block download (7.2.4.3.11): the data was taken.
+    /// End SDO block download (7.2.4.3.11): the data were accepted.
     EndBlockDownload,
     /// Initiate SDO block upload (7.2.4.3.13).
     InitiateBlockUpload {
@@ -104,7 +104,7 @@ pub enum ServerResponse {
 }
 
 impl ClientRequest {
-    /// `None` when these are not eight bytes, or when CiA 301 does not have the command.
+    /// `None` if there are not eight bytes, or the command is not in CiA 301.
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
@@ -145,7 +145,7 @@ impl ClientRequest {
         self.to_raw().to_bytes()
     }
 
-    // Always inlined: the caller knows the variant, so that little of the match is left (README: SDO read of 4 bytes).
+    // Always inlined: the caller knows the variant, so that most of the match disappears (README: SDO read of 4 bytes).
     #[inline(always)]
     pub(crate) fn to_raw(self) -> Raw {
         match self {
@@ -166,7 +166,7 @@ impl ClientRequest {
         }
     }
 
-    /// The entry whose transfer this begins; `None` when it begins none.
+    /// The entry of the transfer that this begins; `None` if it begins none.
     #[inline]
     #[must_use]
     pub const fn initiates(&self) -> Option<Address> {
@@ -181,7 +181,7 @@ impl ClientRequest {
 }
 
 impl ServerResponse {
-    /// `None` when these are not eight bytes, or when CiA 301 does not have the command.
+    /// `None` if there are not eight bytes, or the command is not in CiA 301.
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
@@ -222,7 +222,7 @@ impl ServerResponse {
         self.to_raw().to_bytes()
     }
 
-    // Always inlined: the caller knows the variant, so that little of the match is left (README: SDO read of 4 bytes).
+    // Always inlined: the caller knows the variant, so that most of the match disappears (README: SDO read of 4 bytes).
     #[inline(always)]
     pub(crate) fn to_raw(self) -> Raw {
         match self {
@@ -242,7 +242,7 @@ impl ServerResponse {
     }
 }
 
-/// What an initiate frame carries after the address: the data, or their number.
+/// What an initiate frame carries after the address: the data, or their length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Content {
@@ -250,7 +250,7 @@ pub enum Content {
     Expedited(Expedited),
     /// Segments will follow (e = 0).
     Segmented {
-        /// The number of bytes, if it is indicated (s = 1).
+        /// The number of bytes, if indicated (s = 1).
         size: Option<u32>,
     },
 }
@@ -283,15 +283,16 @@ impl Content {
     }
 }
 
-/// One to four bytes, or four without the number of those that count (e = 1, s = 0).
+/// One to four bytes, or four bytes of which an unknown number is valid (e = 1, s = 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-// Aligned as a number: a processor waits if it reads as one what was written as bytes (README: SDO read of 4 bytes).
+// Aligned like a number: a processor stalls if it reads as a number what was written as bytes (README: SDO read of 4
+// bytes).
 #[repr(C, align(4))]
 pub struct Expedited {
     // Bytes beyond `len` are zero.
     data: [u8; 4],
-    // 0: the number is not indicated.
+    // 0 if the length is not indicated.
     len: u8,
 }
 
@@ -315,33 +316,33 @@ impl Expedited {
         Some(Expedited { len: len as u8, data: data.to_le_bytes() })
     }
 
-    /// The same bytes without the number of those that count.
+    /// The same bytes without a length.
     #[inline]
     pub(crate) const fn without_len(self) -> Self {
         Expedited::of_unknown_len(self.data)
     }
 
-    /// Four bytes without the number of those that count.
+    /// Four bytes without a length.
     #[inline]
     #[must_use]
     pub const fn of_unknown_len(data: [u8; 4]) -> Self {
         Expedited { len: 0, data }
     }
 
-    /// How many bytes count, 1 to 4; `None` when it is not indicated.
+    /// The number of valid bytes, 1 to 4; `None` if it is not indicated.
     #[inline]
     #[must_use]
     pub const fn len(&self) -> Option<usize> {
         if self.len == 0 { None } else { Some(self.len as usize) }
     }
 
-    /// Never: an expedited transfer has at least one byte.
+    /// Always `false`: an expedited transfer has at least one byte.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         false
     }
 
-    /// The bytes that count: all four when their number is not indicated.
+    /// The valid bytes: all four if their number is not indicated.
     #[inline]
     #[must_use]
     pub fn data(&self) -> &[u8] {
@@ -358,12 +359,12 @@ pub struct Segment {
     /// Whether no segment follows (c = 1).
     pub last: bool,
     len: u8,
-    // Seven bytes; those beyond `len` are zero, and so is the eighth, with which they are one number.
+    // Seven bytes; those beyond `len` are zero. The eighth byte, also zero, allows handling them as one number.
     data: [u8; 8],
 }
 
 impl Segment {
-    /// `None` when `data` is longer than seven bytes.
+    /// `None` if `data` are longer than seven bytes.
     #[must_use]
     pub fn new(toggle: bool, data: &[u8], last: bool) -> Option<Self> {
         let mut bytes = [0; 8];
@@ -399,7 +400,7 @@ impl Segment {
     }
 }
 
-/// Either side gives a transfer up.
+/// One side aborts a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
@@ -418,13 +419,13 @@ impl Abort {
     }
 }
 
-/// The receiver of a block confirms how much of it arrived.
+/// The receiver of a block confirms how much of it has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Confirmation {
-    /// The last segment that arrived with all before it; 0 when the first one was lost.
+    /// The last segment that arrived with all before it; 0 if the first one was lost.
     pub sequence: u8,
-    /// Segments of the next block, 1 to 127 if the receiver keeps to the standard.
+    /// Segments of the next block, 1 to 127 if the receiver conforms to the standard.
     pub block_size: u8,
 }
 
@@ -439,24 +440,24 @@ impl Confirmation {
     }
 }
 
-/// The sender of blocks has sent all.
+/// The sender of blocks has sent all data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockEnd {
-    /// How many bytes of the last segment do not count; the frame has three bits for it.
+    /// How many bytes of the last segment are padding; the frame has three bits for it.
     unused: u8,
-    /// The checksum of all bytes that count; 0 when a side cannot compute it.
+    /// The checksum of all data; 0 if a side cannot compute it.
     pub crc: u16,
 }
 
 impl BlockEnd {
-    /// `None` when `unused`, the bytes of the last segment that do not count, is above seven.
+    /// `None` if `unused`, the number of padding bytes in the last segment, is above seven.
     #[must_use]
     pub const fn new(unused: u8, crc: u16) -> Option<Self> {
         if unused > 7 { None } else { Some(BlockEnd { unused, crc }) }
     }
 
-    /// How many bytes of the last segment do not count, 0 to 7.
+    /// The number of padding bytes in the last segment, 0 to 7.
     #[must_use]
     pub const fn unused(&self) -> u8 {
         self.unused
@@ -484,14 +485,14 @@ const fn flag(set: bool, bit: u8) -> u8 {
     if set { bit } else { 0 }
 }
 
-/// The block commands with specifier 6 are the same in both directions.
+/// The frame for a block command with specifier 6, the same in both directions.
 fn initiate_sized(address: Address, crc: bool, size: Option<u32>) -> Raw {
     let command = 6 << 5 | flag(crc, CRC) | flag(size.is_some(), BLOCK_SIZED);
     Raw::addressed(command, address, size.unwrap_or(0))
 }
 
-/// The eight bytes of a frame as one little-endian number: command, index, sub-index, data, from the lowest byte
-/// on. It is composed and parsed in a register, by shifts instead of byte by byte (README: SDO read of 4 bytes).
+/// The eight bytes of a frame as one little-endian number: command, index, sub-index and data, from the lowest byte on.
+/// It is composed and parsed in a register by shifts, instead of byte by byte (README: SDO read of 4 bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Raw(pub(crate) u64);
 
@@ -539,7 +540,7 @@ impl Raw {
         (self.specifier() == 1).then(|| self.has(TOGGLE))
     }
 
-    /// The segment that goes in the direction of the data, if this is one.
+    /// The segment in the direction of the data, if this is one.
     #[inline]
     pub(crate) fn segment(self) -> Option<Segment> {
         (self.specifier() == 0).then(|| Segment::parse(self))
@@ -556,7 +557,7 @@ impl Raw {
         self.command() & flag != 0
     }
 
-    /// The entry that the frame names, if its command is one that names an entry.
+    /// The entry in the frame, if the command has one.
     #[inline]
     pub(crate) fn address(self) -> Address {
         Address::new((self.0 >> 8) as u16, (self.0 >> 24) as u8)

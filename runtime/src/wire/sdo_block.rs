@@ -1,16 +1,15 @@
 //! The data frames of an SDO block transfer (CiA 301, 7.2.4.3.10 and 7.2.4.3.14).
 //!
-//! They have no command specifier: only a side that expects them can recognise them. The
-//! sequence number 0 is free in them, so that an abort (80h) stays recognisable.
+//! They have no command specifier, so only a side that expects them can recognise them. They never have the sequence
+//! number 0, so that an abort (80h) remains recognisable.
 
 use super::sdo::Raw;
 
-/// Seven bytes of a block. How many of the last segment's bytes count comes later, in
-/// [`super::sdo::BlockEnd`].
+/// Seven bytes of a block. The number of valid bytes in the last segment comes later, in [`super::sdo::BlockEnd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockSegment {
-    /// The place in its block, 1 to 127.
+    /// The position in its block, 1 to 127.
     sequence: u8,
     /// Whether no segment follows in the whole transfer.
     pub last: bool,
@@ -19,7 +18,7 @@ pub struct BlockSegment {
 }
 
 impl BlockSegment {
-    /// The most segments that a block can have.
+    /// The largest number of segments in a block.
     pub const MAX_SEQUENCE: u8 = 127;
 
     /// `None` unless `sequence` is 1 to 127.
@@ -48,14 +47,14 @@ impl BlockSegment {
         data
     }
 
-    /// The place in its block, 1 to 127.
+    /// The position in its block, 1 to 127.
     #[inline]
     #[must_use]
     pub const fn sequence(&self) -> u8 {
         self.sequence
     }
 
-    /// `None` when these are not eight bytes, or when the sequence number is 0.
+    /// `None` if there are not eight bytes, or the sequence number is 0.
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {

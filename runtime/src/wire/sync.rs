@@ -1,4 +1,4 @@
-//! SYNC: an empty message, or one that counts (CiA 301, 7.2.5).
+//! SYNC: an empty message, or one with a counter (CiA 301, 7.2.5).
 
 use crate::frame::Frame;
 use crate::id::CobId;
@@ -7,12 +7,12 @@ use crate::id::CobId;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sync {
-    /// 1 to 240 when the producer counts (1019h).
+    /// 1 to 240 if the producer has a counter (1019h).
     pub counter: Option<u8>,
 }
 
 impl Sync {
-    /// `None` when there is more than one byte.
+    /// `None` if there is more than one byte.
     #[must_use]
     pub const fn parse(data: &[u8]) -> Option<Self> {
         match data {

@@ -4,7 +4,7 @@ use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{TimeOfDay, Value};
 
-/// `None` when the data are not six bytes. The four bits beside the milliseconds are reserved and ignored.
+/// `None` if the data are not six bytes. The four bits besides the milliseconds are reserved and ignored.
 #[must_use]
 pub fn parse(data: &[u8]) -> Option<TimeOfDay> {
     TimeOfDay::from_bytes(data).ok()

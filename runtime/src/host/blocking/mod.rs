@@ -1,7 +1,7 @@
-//! The blocking shell: a [`Manager`] over a [`Link`], one operation after the other.
+//! The blocking shell: a [`Manager`] over a [`Link`], one operation at a time.
 //!
-//! While a call waits for an answer, other frames are handled and deadlines kept. What the manager reports meanwhile is
-//! stored for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted.
+//! While a call waits for an answer, other frames are handled and deadlines are kept. Events of the manager are stored
+//! for [`Network::next_event`] meanwhile: the last 1024, and the number of older ones that were dropped.
 //!
 //! ```no_run
 //! use lexican_runtime::host::BusUrl;
@@ -76,15 +76,15 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// The manager: to configure what it watches and produces, and to query its state.
+    /// The manager, to configure what it monitors and produces, and to query its state.
     pub fn manager(&mut self) -> &mut Manager<127> {
         self.filter.invalidate();
         &mut self.manager
     }
 
-    /// Boots a network, and keeps it up from now on, in place of the one before: while any call of this shell waits,
-    /// lost nodes are booted again, which is reported by [`Event::Network`]. `report` gets those events until
-    /// the network is ready. The mandatory nodes must boot within `boot_time`; zero means without a limit.
+    /// Boots a network, and keeps it up from now on, in place of any previous one: while any call of this shell waits,
+    /// lost nodes are booted again, which [`Event::Network`] reports. `report` gets those events until the network is
+    /// ready. The mandatory nodes must boot within `boot_time`; zero means no limit.
     ///
     /// ```no_run
     /// use lexican_runtime::host::BusUrl;
@@ -107,8 +107,8 @@ impl<L: Link> Network<L> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
-    /// A network that is not ready is kept all the same: a node that failed is tried again with its next
-    /// boot-up message.
+    /// A network that does not become ready is kept, too: a node that failed is tried again at its next boot-up
+    /// message.
     pub fn boot(
         &mut self,
         plan: Plan,
@@ -139,7 +139,7 @@ impl<L: Link> Network<L> {
     ///
     /// # Panics
     ///
-    /// If the machine has more than 127 nodes, which no bus has.
+    /// If the machine has more than 127 nodes, which a bus cannot have.
     pub fn boot_machine<const NODES: usize>(
         &mut self,
         machine: &MachinePlan<NODES>,
@@ -155,24 +155,23 @@ impl<L: Link> Network<L> {
         Some(&mut *self.kept.as_mut()?.network)
     }
 
-    /// Receives only frames of the manager's nodes, now and later, and those with `others`: PDOs
-    /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
-    /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
-    /// becomes one of the manager's.
+    /// From now on, receives only frames of the manager's nodes, and those with `others`: PDOs with COB-IDs outside the
+    /// predefined connection set. A link that can filter drops the rest, so that a crowded bus costs nothing. Other
+    /// nodes are no longer noticed. A node that is read or written becomes one of the manager's.
     pub fn listen_to_own(&mut self, others: &[CobId]) -> Result<(), LinkError> {
         self.filter.choose(Some(others.to_vec()));
         self.filter.apply(&self.manager, &mut self.link)
     }
 
-    /// Receives all frames, as in the beginning.
+    /// Receives all frames, which is the default.
     pub fn listen_to_all(&mut self) -> Result<(), LinkError> {
         self.filter.choose(None);
         self.filter.apply(&self.manager, &mut self.link)
     }
 
-    /// Limits how long each call to read or to write may take in all. Then it fails with
-    /// [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). With `None`, as in the beginning, only a
-    /// transfer that makes no progress fails.
+    /// Limits how long each call to read or to write may take in all, before it fails with
+    /// [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). With `None`, the default, only a
+    /// transfer without progress fails.
     pub fn set_patience(&mut self, patience: Option<Duration>) {
         self.patience = patience;
     }
@@ -195,21 +194,21 @@ impl<L: Link> Network<L> {
         self.link
     }
 
-    /// Commands a node, or all of them.
+    /// Sends an NMT command to a node, or to all of them.
     pub fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.command(command, node).expect("the frame before has just left");
         self.transmit(&mut Scalar::default())
     }
 
-    /// Sends a PDO that a device receives under `id`.
+    /// Sends a PDO with the COB-ID `id`, which a device receives.
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.send_pdo(id, pdo).expect("the frame before has just left");
         self.transmit(&mut Scalar::default())
     }
 
-    /// Sends a frame as it is.
+    /// Sends a frame unchanged.
     pub fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.link.send(frame)
     }
@@ -226,7 +225,7 @@ impl<L: Link> Network<L> {
         value.get().map_err(|error| AccessError::DataSheet { node, address, error })
     }
 
-    /// Writes an object, when the data sheet allows the value.
+    /// Writes an object, if the data sheet allows the value.
     pub fn write<T: Value, A: Writable, M, D>(
         &mut self,
         node: NodeId,
@@ -246,7 +245,8 @@ impl<L: Link> Network<L> {
         Ok(data.into_vec(len))
     }
 
-    /// Reads an entry into `payload`, and returns the number of bytes: into a file, or bytes whose transfer is followed.
+    /// Reads an entry into `payload`, such as a file, or bytes whose progress is shown, and returns the number of
+    /// bytes.
     pub fn read_into(
         &mut self,
         node: NodeId,
@@ -266,7 +266,7 @@ impl<L: Link> Network<L> {
         self.write_from(node, address, len, &mut Bytes::of(data))
     }
 
-    /// Writes `len` bytes that `payload` has: a file, or bytes whose transfer is followed.
+    /// Writes `len` bytes from `payload`, such as a file, or bytes whose progress is shown.
     pub fn write_from(
         &mut self,
         node: NodeId,
@@ -277,7 +277,7 @@ impl<L: Link> Network<L> {
         self.transfer(node, address, payload, |manager, now| manager.write(now, node, address, len)).map(drop)
     }
 
-    /// The next event of the manager, waiting for it no longer than `until`.
+    /// The next event of the manager; waits for it until `until`.
     pub fn next_event(&mut self, until: Instant) -> Result<Option<Event>, LinkError> {
         loop {
             if let Some(event) = self.events.pop_front() {
@@ -291,7 +291,7 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// Waits no longer than `span` for an event for which `pick` returns a value. Events before it are dropped.
+    /// Waits up to `span` for an event for which `pick` returns a value. Events before it are dropped.
     pub fn wait_for<R>(
         &mut self,
         span: Duration,
@@ -306,14 +306,14 @@ impl<L: Link> Network<L> {
         Ok(None)
     }
 
-    /// How many frames were lost because this machine has not read them in time: see
+    /// How many frames were lost because this machine did not read them in time: see
     /// [`Incoming::Gap`](super::Incoming::Gap).
     #[must_use]
     pub const fn lost_frames(&self) -> u64 {
         self.lost
     }
 
-    /// How many events were dropped because more than 1024 waited.
+    /// How many events were dropped because more than 1024 were waiting.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.missed

@@ -1,4 +1,4 @@
-//! A node and its dictionary.
+//! A node with its dictionary.
 
 use std::vec::Vec;
 
@@ -14,7 +14,7 @@ use crate::object::{
 };
 use crate::wire::nmt::NmtCommand;
 
-/// A node that is bound to a dictionary: handles of another device do not compile. Made by [`Network::node`].
+/// A node bound to a dictionary: handles of another device do not compile. Made by [`Network::node`].
 pub struct RemoteNode<'a, L, D> {
     network: &'a mut Network<L>,
     node: NodeId,
@@ -22,7 +22,7 @@ pub struct RemoteNode<'a, L, D> {
 }
 
 impl<L: Link> Network<L> {
-    /// Binds a node and its dictionary. Nothing is sent.
+    /// Binds a node to its dictionary. Nothing is sent.
     ///
     /// ```
     /// use lexican_runtime::NodeId;

@@ -17,7 +17,7 @@ use crate::time::{Instant, earliest};
 /// How many events are stored until the application asks for them.
 const STORED: usize = 1024;
 
-/// The payload of the transfer with one node. Transfers that the application has begun through the manager have none.
+/// The payload of the transfer with one node. Transfers that the application began through the manager have none.
 struct OfNode<'a, P> {
     node: NodeId,
     payload: &'a mut P,
@@ -30,8 +30,8 @@ impl<P: Payload> Payloads for OfNode<'_, P> {
     }
 }
 
-/// A manager and the network that is kept up, on one link. The events of the latter are collected: a frame may cause
-/// one of each.
+/// A manager and the kept network, on one link. Events of the network are collected, since a frame may cause one of
+/// each.
 struct Served<'a> {
     manager: Lent<'a, 127>,
     kept: Option<&'a mut Plan>,
@@ -72,7 +72,7 @@ impl<L: Link> Network<L> {
         let mut now = self.now();
         let until = self.patience.map_or(Instant::MAX, |patience| now + patience);
         let timed_out = AccessError::Sdo { node, error: SdoError::TimedOut { address } };
-        // What boots the node uses the same channel.
+        // Booting the node uses the same SDO channel.
         while is_booting(self.kept.as_ref(), node) {
             match self.turn(now, until, &mut [0; 0])? {
                 Turn::Over => return Err(timed_out),
@@ -112,7 +112,7 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// Waits for the end of a transfer; `None` at `until`. It is `now`.
+    /// Waits for the end of a transfer, from `now` on; `None` at `until`.
     fn finish(
         &mut self,
         node: NodeId,
@@ -123,7 +123,7 @@ impl<L: Link> Network<L> {
         loop {
             match self.turn(now, until, payload)? {
                 Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
-                    // Ends the transfer at the node, too; the result is decided already, so an error does not count.
+                    // Ends the transfer at the node, too; the result is known already, so an error is ignored.
                     let _ = self.transmit_at(self.pump.now(), payload);
                     return Ok(Some(event));
                 }
@@ -135,14 +135,14 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// One turn of the pump. It is `now`.
+    /// One turn of the pump, beginning at `now`.
     pub(super) fn turn(
         &mut self,
         now: Instant,
         until: Instant,
         payload: &mut dyn Payloads,
     ) -> Result<Turn<Event>, LinkError> {
-        // Before a request is sent, so that its answer is received.
+        // Before a request is sent, so that its answer passes the filter.
         self.filter.apply(&self.manager, &mut self.link)?;
         let (kept, mut events) = (self.kept.as_mut().map(|kept| &mut *kept.network), VecDeque::new());
         let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
@@ -159,7 +159,6 @@ impl<L: Link> Network<L> {
         turn
     }
 
-    /// Stores the event of a turn.
     pub(super) fn store_turn(&mut self, turn: Turn<Event>) {
         if let Turn::Event(event) = turn {
             self.store(event);
@@ -176,7 +175,8 @@ impl<L: Link> Network<L> {
         self.pump.transmit_at(now, &mut self.link, &mut Lent(&mut self.manager, payload)).map(drop)
     }
 
-    /// Stores an event for [`Network::next_event`], except the end of a transfer that the application has begun through
+    /// Stores an event for [`Network::next_event`], except the end of a transfer that the application began through the
+    /// manager.
     /// the manager.
     pub(super) fn store(&mut self, event: Event) {
         if matches!(event, Event::Sdo { .. }) {

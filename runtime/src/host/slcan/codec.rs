@@ -1,8 +1,7 @@
 //! The Lawicel protocol: lines of text that stand for frames, commands and answers.
 //!
-//! `t12320A0B` is the data frame 123h with the bytes 0Ah 0Bh, `T` the same with eight digits of
-//! identifier, `r` and `R` the remote frames. A carriage return ends a line; the bell says that a
-//! command was refused.
+//! `t12320A0B` is the data frame 123h with the bytes 0Ah 0Bh, `T` the same with eight digits of identifier, `r` and `R`
+//! are remote frames. A carriage return ends a line; the bell says that a command was refused.
 
 use core::fmt::Write;
 use std::string::String;
@@ -39,24 +38,24 @@ pub enum Message {
     Frame(Frame),
     /// The controller's state, in an answer to `F` or unasked (`s`).
     State(BusState),
-    /// A command was carried out, a frame was taken.
+    /// A command was carried out, or a frame was accepted.
     Done,
-    /// A command was refused, a frame was not taken: the bell.
+    /// A command was refused, or a frame was not accepted: the bell.
     Refused,
     /// Anything else: a version, a serial number, a command of another host, noise.
     Other,
 }
 
-/// Decodes a stream of bytes into messages. Anything else is [`Message::Other`].
+/// Decodes a stream of bytes into messages.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     line: [u8; LONGEST],
-    /// May exceed the buffer: then the line is no message.
+    /// If it exceeds the buffer, the line is not a message.
     len: usize,
 }
 
 impl Decoder {
-    /// Takes one byte, and returns the message that it ends.
+    /// Takes one byte; returns the message that it completes.
     pub fn take(&mut self, byte: u8) -> Option<Message> {
         match byte {
             b'\r' => {
@@ -64,7 +63,7 @@ impl Decoder {
                 self.len = 0;
                 Some(message)
             }
-            // The bell ends all that came before it.
+            // The bell discards all that came before it on its line.
             0x07 => {
                 self.len = 0;
                 Some(Message::Refused)
@@ -80,7 +79,7 @@ impl Decoder {
         }
     }
 
-    /// Forgets what came since the last end of a line.
+    /// Drops an incomplete line.
     pub fn reset(&mut self) {
         self.len = 0;
     }
@@ -108,7 +107,7 @@ fn frame(line: &[u8]) -> Option<Frame> {
     let len = len.checked_sub(b'0').filter(|len| *len <= 8)?;
     let remote = letter.eq_ignore_ascii_case(&b'r');
     let (data, stamp) = rest.split_at_checked(if remote { 0 } else { 2 * usize::from(len) })?;
-    // Milliseconds in four digits, if the adapter sends time stamps.
+    // Adapters may append time stamps: milliseconds in four digits.
     if !matches!(stamp.len(), 0 | 4) || !stamp.iter().all(u8::is_ascii_hexdigit) {
         return None;
     }
@@ -122,7 +121,7 @@ fn frame(line: &[u8]) -> Option<Frame> {
     Frame::new(id, bytes.get(..usize::from(len))?)
 }
 
-/// The status flags of an SJA1000, which the first adapters had and all others imitate.
+/// The status flags of an SJA1000, the controller of the first adapters, which all others imitate.
 fn status(flags: u32) -> Message {
     const WARNING: u32 = 1 << 2;
     const PASSIVE: u32 = 1 << 5;
@@ -133,7 +132,7 @@ fn status(flags: u32) -> Message {
     })
 }
 
-/// The letters that Linux's slcan driver takes, too.
+/// The letters that Linux's slcan driver also accepts.
 fn state(letter: u8) -> Option<BusState> {
     match letter {
         b'a' => Some(BusState::Active),
@@ -144,7 +143,7 @@ fn state(letter: u8) -> Option<BusState> {
     }
 }
 
-/// A number of up to eight hexadecimal digits, and nothing but those.
+/// A number of up to eight hexadecimal digits, without any other character.
 fn number(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0u32, |number, digit| Some(number.checked_mul(16)? | char::from(*digit).to_digit(16)?))
 }

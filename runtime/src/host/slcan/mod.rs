@@ -1,7 +1,7 @@
-//! Serial adapters that speak the Lawicel protocol (slcan), and pseudo-terminals that act like one.
+//! Serial adapters with the Lawicel protocol (slcan), and pseudo-terminals that act like one.
 //!
-//! Works on Linux, macOS and Windows, and needs nothing of the kernel but a serial port. A peer on a pseudo-terminal
-//! may answer no command: the link waits for answers for a short time, and works without them.
+//! It works on Linux, macOS and Windows, and needs only a serial port of the kernel. A peer on a pseudo-terminal may
+//! answer no command: the link waits for answers for a short time, and works without them.
 
 mod codec;
 mod error;
@@ -27,19 +27,19 @@ use super::link::PATIENCE;
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
 
-/// The speed of a serial line when none is given, in bit/s. USB adapters take any.
+/// The default speed of the serial line, in bit/s. USB adapters accept any.
 pub const BAUD: u32 = 115_200;
 
 /// How long an adapter may take to answer a command.
 const ANSWER: Duration = Duration::from_millis(200);
 
-/// After so long a silence an adapter that has answered has no more answers, and one that has not has none.
+/// After this silence, an adapter that has answered has no more answers, and one that has not will not answer.
 const QUIET: Duration = Duration::from_millis(50);
 
 /// How often a link tries to open an adapter that is gone.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// How often an adapter whose bus is not error active is asked for its state.
+/// How often an adapter is asked for its state while its bus is not error active.
 const INQUIRY: Duration = Duration::from_millis(500);
 
 /// The settings of an adapter.
@@ -47,7 +47,7 @@ const INQUIRY: Duration = Duration::from_millis(500);
 pub struct Settings {
     /// The bit rate of the CAN bus in bit/s, one of [`BIT_RATES`]; `None` leaves it to the adapter.
     pub bit_rate: Option<u32>,
-    /// The speed of the serial line; macOS wants 0 for a pseudo-terminal.
+    /// The speed of the serial line in bit/s; macOS needs 0 for a pseudo-terminal.
     pub baud: u32,
 }
 
@@ -63,7 +63,7 @@ pub struct Slcan {
     settings: Settings,
     /// `None` while the adapter is gone.
     port: Option<Port>,
-    /// The port, for those who wait for it.
+    /// The port as [`Link::descriptor`] returns it.
     #[cfg(unix)]
     descriptor: Option<Descriptor>,
     clock: Clock,
@@ -72,12 +72,12 @@ pub struct Slcan {
     input: Input,
     /// A frame that came while an answer was expected.
     early: Option<Frame>,
-    /// The rest of a line that the port did not take: it must be complete before the next begins.
+    /// The rest of a line that the port has not accepted yet: it must be completed before the next one.
     unsent: Vec<u8>,
     state: BusState,
     /// The state that [`Link::receive`] last reported.
     reported: BusState,
-    /// When to ask next, for the adapter or for its state.
+    /// When to try next to open the adapter, or to ask for its state.
     ask: Instant,
 }
 
@@ -132,18 +132,18 @@ impl Slcan {
         Ok(())
     }
 
-    /// Closes the channel, and drops all input until the adapter is silent, so that the next answer is that
-    /// to the next command. Returns whether the adapter answers.
+    /// Closes the channel, and drops all input until the adapter is silent, so that the next answer belongs to the next
+    /// command. Returns whether the adapter answers.
     fn synchronise(&mut self) -> io::Result<bool> {
         if let Some(port) = &self.port {
             port.clear(ClearBuffer::Input)?;
         }
-        // The empty lines end what an earlier user has begun, as the CANUSB manual advises. A channel that is
-        // open refuses to be set up; one that is closed refuses `C`.
+        // The empty lines end an incomplete command of an earlier user, as the CANUSB manual advises. An open channel
+        // refuses to be set up, and a closed one refuses `C`.
         self.write(b"\r\r\rC\r")?;
         let begin = self.now();
         let (mut until, mut answers) = (begin + ANSWER, false);
-        // A peer may never be quiet.
+        // Limited, since a peer may never be silent.
         while self.now() < begin + ANSWER + ANSWER
             && let Some(message) = self.message(until)?
         {
@@ -153,7 +153,7 @@ impl Slcan {
         Ok(answers)
     }
 
-    /// Sends a command and waits for its answer. A frame shows that the channel is open, and ends the wait, too.
+    /// Sends a command and waits for its answer. A frame shows that the channel is open, and also ends the wait.
     fn command(&mut self, command: &str, patience: Duration) -> Result<Option<Message>, SlcanError> {
         let failed = |path: &str, error| SlcanError::Io { path: path.to_owned(), error };
         self.write(std::format!("{command}\r").as_bytes()).map_err(|error| failed(&self.path, error))?;
@@ -171,7 +171,7 @@ impl Slcan {
         }
     }
 
-    /// The next message of the adapter, no later than `until`.
+    /// The next message of the adapter, at the latest at `until`.
     fn message(&mut self, until: Instant) -> io::Result<Option<Message>> {
         self.message_at(self.now(), until)
     }
@@ -203,7 +203,7 @@ impl Slcan {
         }
     }
 
-    /// Writes a line, after what is left of the line before it.
+    /// Writes a line, after the rest of the previous one.
     fn write(&mut self, line: &[u8]) -> io::Result<()> {
         self.write_within(PATIENCE, line)
     }
@@ -212,7 +212,7 @@ impl Slcan {
         self.flush_unsent(patience)?;
         self.unsent.extend_from_slice(line);
         match self.flush_unsent(patience) {
-            // The line has begun, so it must be completed: before the next one.
+            // The line has begun, so it must be completed before the next one.
             Err(error) if is_pause(&error) && self.unsent.len() < line.len() => Ok(()),
             Err(error) => {
                 self.unsent.clear();
@@ -244,7 +244,7 @@ impl Slcan {
         }
     }
 
-    /// Closes the port of an adapter that is gone. Another one is tried later.
+    /// Closes the port of an adapter that is gone. The link will try to open it again.
     fn lose(&mut self) {
         self.port = None;
         #[cfg(unix)]
@@ -278,7 +278,7 @@ impl Slcan {
         self.notice(asked);
     }
 
-    /// A port that fails means that the adapter is gone; a time-out does not.
+    /// An error of the port means that the adapter is gone, unless it is a time-out.
     fn notice(&mut self, outcome: io::Result<()>) {
         if outcome.is_err_and(|error| !is_pause(&error)) {
             self.lose();
@@ -305,7 +305,8 @@ impl Slcan {
         match message {
             Message::Frame(frame) => return Some(frame),
             Message::State(state) => self.state = state,
-            // Something is wrong with the bus. The question for its state may be refused, too, so it is not repeated.
+            // Something is wrong with the bus. The request for its state may be refused, too, so it is not repeated at
+            // once.
             Message::Refused if self.state == BusState::Active && self.now() >= self.ask => self.ask_state(),
             Message::Refused | Message::Done | Message::Other => {}
         }
@@ -348,7 +349,7 @@ impl Link for Slcan {
             if self.inquire(now) {
                 now = self.now();
             }
-            // The rest of a line must not wait for the next frame.
+            // The rest of a line must not wait until the next frame is sent.
             let flushed = self.flush_unsent(Duration::ZERO);
             self.notice(flushed);
             if self.state != self.reported {
@@ -365,7 +366,7 @@ impl Link for Slcan {
                 match self.message_at(now, wake) {
                     Ok(Some(message)) => match self.handle(message) {
                         Some(frame) => return Ok(Some(Incoming::Frame(frame))),
-                        // More may have been read with it, which the descriptor does not report.
+                        // The same read may have returned more bytes, which the descriptor does not report.
                         None => {
                             now = self.now();
                             continue;
@@ -418,13 +419,13 @@ impl Input {
         Some(byte)
     }
 
-    /// Whether the last read left nothing in the port, and nothing of it is left here.
+    /// Whether the last read has emptied the port, and all its bytes are decoded.
     fn is_drained(&self) -> bool {
         self.next == self.len && self.len < self.bytes.len()
     }
 }
 
-/// Windows counts in milliseconds, and takes zero for "without a limit" (`COMMTIMEOUTS`).
+/// Windows counts in milliseconds, and takes zero for "no time-out" (`COMMTIMEOUTS`).
 fn timeout(span: Duration) -> core::time::Duration {
     if cfg!(windows) { span.max(Duration::from_millis(1)).into() } else { span.into() }
 }

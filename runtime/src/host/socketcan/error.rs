@@ -14,10 +14,10 @@ use super::presence::interfaces;
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum SocketCanError {
-    /// The kernel was built without CAN, or its module is not there.
+    /// The kernel was built without CAN, or its module is missing.
     #[error("this kernel has no CAN; load it with `modprobe can-raw`, or use a serial adapter: slcan:/dev/ttyACM0")]
     NoCan,
-    /// There is no interface of that name.
+    /// There is no interface with this name.
     #[error("there is no interface {interface}; {}{}", create(interface), list(present))]
     Missing {
         interface: String,

@@ -1,11 +1,11 @@
 //! SocketCAN: the CAN interfaces of a Linux kernel.
 //!
-//! One raw socket per link, bound to one interface. The kernel reports the controller's state in error
-//! frames, and an interface that is down or gone as the error of a read. While there is no bus the
-//! link looks for it ten times a second.
+//! Each link has one raw socket, bound to one interface. The kernel reports the controller's state in error frames, and
+//! an interface that is down or gone as an error of a read. While there is no bus, the link looks for it ten times a
+//! second.
 //!
-//! A frame that is sent takes one system call, and so does a frame that is received, with up to seven that have come
-//! behind it.
+//! Sending a frame takes one system call. So does receiving one, together with up to seven more that have come after
+//! it.
 
 mod error;
 mod presence;
@@ -39,17 +39,18 @@ use crate::{CobId, Duration, Frame, Instant};
 /// How often a link without a bus checks whether it is back.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The receive buffer that is asked for, in bytes; without CAP_NET_ADMIN the kernel grants up to
-/// `net.core.rmem_max`. Its default holds some 270 frames: at 1 Mbit/s, 30 ms of a full bus. This one holds 10,000.
+/// The size of the receive buffer to request, in bytes. Without CAP_NET_ADMIN the kernel grants up to
+/// `net.core.rmem_max`, whose default is enough for some 270 frames: 30 ms of a full bus at 1 Mbit/s. This one is
+/// enough for 10,000 frames.
 const RECEIVE_BUFFER: usize = 4 << 20;
 
-/// How long the kernel waits for a frame at most. In jiffies, so the end of a wait is left to a timer.
+/// How long the kernel waits for a frame at most. It counts in jiffies, so the end of a wait is left to a timer.
 const NAP: Duration = Duration::from_millis(250);
 
 /// How many frames one system call takes at most.
 const BATCH: usize = 8;
 
-/// How many filters a socket takes: `CAN_RAW_FILTER_MAX` of Linux's `can/raw.h`.
+/// How many filters a socket accepts: `CAN_RAW_FILTER_MAX` of Linux's `can/raw.h`.
 const MOST_FILTERS: usize = 512;
 
 /// A [`Link`] to a CAN interface of this machine.
@@ -57,7 +58,7 @@ const MOST_FILTERS: usize = 512;
 pub struct SocketCan {
     interface: String,
     socket: Arc<CanSocket>,
-    /// What the kernel passes on; empty for all frames.
+    /// The filters of the socket; empty for all frames.
     filters: Vec<CanFilter>,
     clock: Clock,
     state: BusState,
@@ -65,13 +66,13 @@ pub struct SocketCan {
     reported: BusState,
     /// How many frames the kernel has dropped since the socket was opened.
     dropped: u32,
-    /// What was read and not yet returned.
+    /// Frames that were read and not yet returned.
     batch: VecDeque<Received>,
-    /// The last read has taken all that had come.
+    /// Whether the last read took all that had come.
     is_drained: bool,
-    /// A read has filled a batch, as a full receive buffer does, since the kernel was asked for `dropped`.
+    /// Whether a read has filled a batch, as with a full receive buffer, since the kernel was last asked for `dropped`.
     was_crowded: bool,
-    /// How many frames were dropped up to the end of the batch, if the kernel was asked.
+    /// How many frames had been dropped at the end of the batch, if the kernel was asked.
     dropped_behind: Option<u32>,
 }
 
@@ -102,9 +103,9 @@ impl SocketCan {
         }
     }
 
-    /// Whether this kernel has CAN at all.
+    /// Checks whether this kernel has CAN at all.
     pub fn is_supported() -> Result<(), SocketCanError> {
-        // Interface 0 stands for all of them, so this needs none.
+        // Interface 0 stands for all of them, so none has to exist.
         CanSocket::open_iface(0).map(drop).map_err(|error| SocketCanError::refusal("any interface", error))
     }
 
@@ -124,9 +125,9 @@ impl SocketCan {
         }
     }
 
-    /// Reads frames; waits for the first one no longer than `span`. Returns whether there are any.
+    /// Reads frames; waits up to `span` for the first one. Returns whether there is something to report.
     fn read(&mut self, span: Duration) -> Result<bool, LinkError> {
-        // A long wait is part of the call that reads.
+        // For a long wait, the reading call itself waits.
         let read = if span >= NAP.times(2) {
             read_batch(&self.socket, MsgFlags::MSG_WAITFORONE, &mut self.batch)
         } else if span.is_zero() || self.wait(span)? {
@@ -138,7 +139,7 @@ impl SocketCan {
         if !self.is_drained {
             self.was_crowded = true;
         } else if core::mem::take(&mut self.was_crowded) {
-            // Frames carry the counter, but there may be none behind those that were dropped.
+            // Frames carry the counter, but none may come after those that were dropped.
             self.dropped_behind = getsockopt(&self.socket, MemInfo).ok().map(|info| info[MemInfo::DROPS]);
         }
         if let Err(error) = read {
@@ -147,9 +148,9 @@ impl SocketCan {
         Ok(!self.batch.is_empty() || self.dropped_behind.is_some())
     }
 
-    /// How many frames were dropped since the last call, of all that were since the socket was opened.
+    /// How many frames were dropped since the last call; `all` is the count since the socket was opened.
     fn gap(&mut self, all: u32) -> Option<Incoming> {
-        // The counter wraps, and a frame that has waited carries an old one.
+        // The counter wraps around, and a frame that has waited carries an old value.
         let gap = all.wrapping_sub(self.dropped);
         if gap == 0 || gap > u32::MAX / 2 {
             return None;
@@ -158,7 +159,7 @@ impl SocketCan {
         Some(Incoming::Gap(gap))
     }
 
-    /// Takes the state of the bus from the error of a read or write; other errors end the link.
+    /// Takes the state of the bus from an error of a read or write; other errors end the link.
     fn learn_from(&mut self, error: io::Error) -> Result<(), LinkError> {
         match errno(&error) {
             Errno::EAGAIN | Errno::EINTR => {}
@@ -177,23 +178,23 @@ impl SocketCan {
             (Presence::Down, _) => self.state = BusState::Down,
             (Presence::Up, BusState::Removed) => self.reconnect(BusState::Active),
             (Presence::Up, _) => self.state = BusState::Active,
-            // A controller that is bus-off takes the carrier with it.
+            // A bus-off controller has no carrier.
             (Presence::NoCarrier, _) => {}
         }
     }
 
-    /// The socket of an interface that was removed stays unbound when another one gets its name.
+    /// Opens a new socket, since that of a removed interface stays unbound, even if another interface gets its name.
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
             self.socket = Arc::new(socket);
             (self.dropped, self.dropped_behind, self.was_crowded) = (0, None, false);
-            // A new socket receives all frames, and does so if the filters are refused.
+            // A new socket receives all frames, and goes on to do so if the filters are refused.
             let _ = self.filter();
             self.state = state;
         }
     }
 
-    /// Decodes a frame of the kernel: a frame of the bus, or a state of it.
+    /// Decodes a frame of the kernel, which may report a state of the bus.
     fn decode(&mut self, frame: &[u8; FRAME]) -> Option<Frame> {
         let [a, b, c, d, _, _, _, _, data @ ..] = frame;
         let id = u32::from_ne_bytes([*a, *b, *c, *d]);
@@ -201,14 +202,14 @@ impl SocketCan {
             self.state = state_after(id & !ERROR, data).unwrap_or(self.state);
             return None;
         }
-        // Traffic proves that the bus is back, and may leave no pause in which to look.
+        // Traffic shows that the bus is back, and may leave no pause for a check.
         if !self.state.carries_frames() {
             self.look();
         }
         from_kernel(frame)
     }
 
-    /// The next thing to report, of what was read.
+    /// The next frame or state to report, from what was read.
     fn next(&mut self) -> Option<Incoming> {
         while self.state == self.reported {
             let Some(Received { frame, dropped }) = self.batch.front_mut() else {
@@ -228,7 +229,7 @@ impl SocketCan {
         Some(Incoming::State(self.state))
     }
 
-    /// Receives all frames if there are too many filters.
+    /// Sets the filters; receives all frames if there are too many.
     fn filter(&self) -> io::Result<()> {
         let is_possible = !self.filters.is_empty() && self.filters.len() <= MOST_FILTERS;
         if is_possible && self.socket.set_filters(&self.filters).is_ok() {
@@ -259,8 +260,8 @@ impl Link for SocketCan {
         let deadline = self.now() + PATIENCE;
         let mut nap = Duration::from_micros(100);
         loop {
-            // Neither the queue of the interface nor the buffer of the socket reports when it has
-            // room for one frame again, so there is nothing to wait for but time.
+            // Neither the queue of the interface nor the buffer of the socket reports when it has room for one frame
+            // again, so the only way is to wait.
             pause(nap);
             match self.try_send(frame) {
                 Err(LinkError::Full) if self.now() < deadline => nap = nap.times(2).min(Duration::from_millis(5)),
@@ -282,7 +283,7 @@ impl Link for SocketCan {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        // For what has been read no clock is needed.
+        // What has been read already is returned without reading the clock.
         if let Some(incoming) = self.next() {
             return Ok(Some(incoming));
         }
@@ -335,7 +336,7 @@ fn connect(interface: &str) -> io::Result<CanSocket> {
     let socket = CanSocket::open(interface)?;
     socket.set_read_timeout(core::time::Duration::from(NAP))?;
     socket.set_error_filter(CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)?;
-    // A smaller buffer than asked for is what the kernel grants; none of it is an error.
+    // The kernel may grant a smaller buffer than requested, which is not an error.
     if setsockopt(&socket, RcvBufForce, &RECEIVE_BUFFER).is_err() {
         let _ = setsockopt(&socket, RcvBuf, &RECEIVE_BUFFER);
     }
@@ -354,22 +355,22 @@ impl MemInfo {
 
 nix::getsockopt_impl!(MemInfo, libc::SOL_SOCKET, libc::SO_MEMINFO, [u32; 9], GetStruct<[u32; 9]>);
 
-/// The flags of an identifier, and the size of a frame: `CAN_EFF_FLAG`, `CAN_RTR_FLAG`, `CAN_ERR_FLAG` and
+/// The flags of an identifier and the size of a frame: `CAN_EFF_FLAG`, `CAN_RTR_FLAG`, `CAN_ERR_FLAG` and
 /// `struct can_frame` of Linux's `can.h`.
 const EXTENDED: u32 = 1 << 31;
 const REMOTE: u32 = 1 << 30;
 const ERROR: u32 = 1 << 29;
 const FRAME: usize = 16;
 
-/// A frame as the kernel gives it.
+/// A frame in the kernel's format.
 #[derive(Clone, Copy, Debug)]
 struct Received {
     frame: [u8; FRAME],
-    /// How many frames were dropped before it since the socket was opened, if any were.
+    /// How many frames had been dropped before it since the socket was opened, if any.
     dropped: Option<u32>,
 }
 
-/// Reads up to [`BATCH`] frames. Without `MSG_DONTWAIT` it waits for the first one up to [`NAP`].
+/// Reads up to [`BATCH`] frames. Without `MSG_DONTWAIT` it waits up to [`NAP`] for the first one.
 fn read_batch(socket: &CanSocket, flags: MsgFlags, batch: &mut VecDeque<Received>) -> Result<(), Errno> {
     let mut frames = [[0; FRAME]; BATCH];
     let mut parts = frames.each_mut().map(|frame| [IoSliceMut::new(frame)]);
@@ -387,7 +388,7 @@ fn read_batch(socket: &CanSocket, flags: MsgFlags, batch: &mut VecDeque<Received
     Ok(())
 }
 
-/// The state that an error frame reports, if it does (Linux's `can/error.h`).
+/// The state in an error frame, if it has one (Linux's `can/error.h`).
 fn state_after(class: u32, data: &[u8]) -> Option<BusState> {
     const WARNING: u8 = 0x04 | 0x08;
     const PASSIVE: u8 = 0x10 | 0x20;

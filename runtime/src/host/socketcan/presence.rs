@@ -23,7 +23,7 @@ impl Presence {
         const UP: u32 = 1;
         let folder = Path::new(INTERFACES).join(interface);
         if !folder.exists() {
-            // Without a list, opening the interface is the way to find out.
+            // Without this list, only opening the interface shows whether it exists.
             return if Path::new(INTERFACES).exists() { Presence::Absent } else { Presence::Up };
         }
         let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Booting one node: is it the expected device, does it have the expected configuration, and is it
-//! alive? Then it may start (CiA 302-2, 6.4).
+//! Booting one node: checks that it is the expected device, has the expected configuration, and is alive, and then
+//! starts it (CiA 302-2, 6.4).
 //!
 //! ```text
 //! identify --> check configuration --(another)--> configure --> await error control --> start --> await OPERATIONAL --> booted
@@ -29,31 +29,31 @@ pub struct BootNode<C> {
     plan: BootPlan<C>,
     client: SdoClient,
     stage: Stage,
-    /// What was read last.
+    /// The value read last.
     value: Scalar,
-    /// A heartbeat or guarding answer was heard.
+    /// Whether a heartbeat or guarding answer was heard.
     alive: bool,
-    /// The node is started with the others, when it is released.
+    /// Whether the node waits until it is released, to be started with the others.
     held: bool,
     /// A command, or a request for the node's state.
     outgoing: Option<Frame>,
 }
 
-/// What became of the node.
+/// The result of booting a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BootEvent {
     /// The node is as configured, and OPERATIONAL if it was to be started.
     Booted,
-    /// The node is not, or does not answer.
+    /// The node is not as planned, or does not answer.
     Failed(BootError),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// It begins with the first deadline, which is due at once.
+    /// Begins with the first deadline, which is due at once.
     Begin,
-    /// Reads the device type, then each part of the identity that is to have a certain value.
+    /// Reads the device type, then each part of the identity with an expected value.
     Identify {
         part: Option<Part>,
     },
@@ -85,22 +85,22 @@ enum Stage {
 /// How a node reports its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Report {
-    /// By itself, within this time after a change.
+    /// By itself, within this time after a change of state.
     Within(Duration),
     Asked,
 }
 
-/// A node that was started, and has not reported that it is OPERATIONAL.
+/// A node that was commanded to start, and has not reported OPERATIONAL yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Starting {
     report: Report,
-    /// How often it was commanded.
+    /// How often the command was sent.
     starts: u8,
-    /// When it is commanded again.
+    /// When the command is sent again.
     until: Instant,
-    /// When it is asked again.
+    /// When its state is requested again.
     ask: Option<Instant>,
-    /// What it has reported since the first command.
+    /// The state reported since the first command.
     state: Option<NmtState>,
 }
 
@@ -110,16 +110,16 @@ const STATE_TIMEOUT: Duration = Duration::from_millis(500);
 const BOOT_UP_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long a node may take to enter OPERATIONAL.
 const START_TIMEOUT: Duration = Duration::from_secs(1);
-/// From one request for the state to the next.
+/// The time between two requests for the state.
 const STATE_POLL: Duration = Duration::from_millis(100);
-/// How often a node is commanded to start: the command is not confirmed, and may get lost.
+/// How often a node is commanded to start, since the command is not confirmed and may get lost.
 const STARTS: u8 = 3;
 
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 const HEARTBEAT_TIME: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 
 impl<C: AsRef<[u8]>> BootPlan<C> {
-    /// What a part of the identity is to be.
+    /// The expected value of a part of the identity.
     const fn expected(&self, part: Part) -> Option<u32> {
         match part {
             Part::Vendor => self.vendor,
@@ -143,7 +143,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         BootNode { node, plan, client, stage: Stage::Begin, value, alive: false, held: false, outgoing: None }
     }
 
-    /// Does not start the node until [`BootNode::release`].
+    /// Waits with starting the node until [`BootNode::release`].
     #[must_use]
     pub fn held(self) -> Self {
         BootNode { held: true, ..self }
@@ -161,19 +161,19 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         matches!(self.stage, Stage::Over)
     }
 
-    /// What the node is expected to be, and to be made.
+    /// The expected identity of the node, and its configuration.
     #[must_use]
     pub const fn plan(&self) -> &BootPlan<C> {
         &self.plan
     }
 
-    /// Whether it has reset the node, and the boot-up message that follows is no news.
+    /// Whether it has reset the node, so that a boot-up message is expected.
     #[must_use]
     pub const fn resets(&self) -> bool {
         matches!(self.stage, Stage::Reset { .. })
     }
 
-    /// Whether the node has its configuration, so that it may be guarded.
+    /// Whether the node has its configuration, and may be guarded.
     #[must_use]
     pub const fn is_configured(&self) -> bool {
         matches!(
@@ -185,7 +185,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         )
     }
 
-    /// Whether it asks the node for its state: what comes then is no heartbeat.
+    /// Whether it asks the node for its state, so that the answer is not a heartbeat.
     #[must_use]
     pub const fn asks(&self) -> bool {
         match self.stage {
@@ -195,13 +195,13 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         }
     }
 
-    /// Whether the node could be started, and waits for [`BootNode::release`].
+    /// Whether the node is ready to start, and waits for [`BootNode::release`].
     #[must_use]
     pub const fn is_held(&self) -> bool {
         matches!(self.stage, Stage::Held { .. })
     }
 
-    /// Starts the node as soon as it may; `commanded` when a command to all nodes does.
+    /// Starts the node as soon as possible; `commanded` is whether a command to all nodes starts it.
     pub fn release(&mut self, now: Instant, commanded: bool) {
         self.held = false;
         if let Stage::Held { report } = self.stage {
@@ -223,7 +223,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         self.handle_transfer(now, event)
     }
 
-    /// Calls the client with what it reads or writes.
+    /// Calls the client with the payload of the present stage.
     fn transfer<R>(&mut self, call: impl FnOnce(&mut SdoClient, &mut dyn Payload) -> R) -> R {
         match self.stage {
             Stage::Configure { at, .. } => call(&mut self.client, &mut self.plan.entry(at)),
@@ -262,7 +262,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
             }
             Stage::Reset { until } if until <= now => self.fail(BootError::NoBootUp(BOOT_UP_TIMEOUT)),
             Stage::AwaitOperational(starting) => self.handle_start_timeout(now, starting),
-            // Between its transfers the client has no deadline.
+            // The client has no deadline between its transfers.
             _ => {
                 let event = self.client.handle_timeout(now)?;
                 self.handle_transfer(now, event)
@@ -277,7 +277,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
 
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        // What the client has after a failure is an abort.
+        // After a failure, the client may have an abort.
         self.outgoing.take().or_else(|| self.transfer(|client, payload| client.poll_transmit(now, payload)))
     }
 
@@ -317,12 +317,12 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     fn read(&mut self, now: Instant, stage: Stage, address: Address) -> Option<BootEvent> {
         self.stage = stage;
         self.value = Scalar::room_for::<u64>();
-        // The client is idle: one entry, one transfer.
+        // The client is idle, since each entry takes one transfer.
         let _ = self.client.read(now, address);
         None
     }
 
-    /// The device type is read in any case: it shows whether the node is there.
+    /// Reads the device type, which also shows whether the node is there, and then the parts of the identity.
     fn identify(&mut self, now: Instant, part: Option<Part>) -> Option<BootEvent> {
         let address = part.map_or(DEVICE_TYPE, |part| Address::new(cia301::IDENTITY, 1 + part.number()));
         self.read(now, Stage::Identify { part }, address)
@@ -360,7 +360,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         self.outgoing = Some(ErrorControl::request(self.node));
     }
 
-    /// Forgets what the node has reported.
+    /// Resets the node, and forgets its reported state.
     fn reset(&mut self, now: Instant) {
         self.alive = false;
         self.command(NmtCommand::ResetCommunication);
@@ -383,7 +383,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         self.read(now, Stage::CheckConfiguration { sub }, address)
     }
 
-    /// A node with another configuration, or none that it reports, is given ours.
+    /// Configures the node if it has another configuration, or reports none.
     fn handle_configured(&mut self, now: Instant, sub: u8, got: Option<u64>) -> Option<BootEvent> {
         let expected = self.plan.configured.map(|(date, time)| if sub == 1 { date } else { time }.into());
         match sub {
@@ -405,7 +405,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         let dcf = ConciseDcf::at(self.plan.configuration.as_ref(), at);
         let Some((address, data, _)) = dcf.split() else { return self.await_error_control(now) };
         let len = u32::try_from(data.len()).unwrap_or(u32::MAX);
-        // The client is idle: one entry, one transfer.
+        // The client is idle, since each entry takes one transfer.
         let _ = self.client.write(now, address, len);
         self.stage = Stage::Configure { at, entry };
         None
@@ -468,7 +468,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
             };
         }
         if starting.ask.is_some_and(|ask| ask <= now) {
-            // The command goes first.
+            // The command is sent first.
             if self.outgoing.is_none() {
                 self.ask();
             }

@@ -1,4 +1,4 @@
-//! What a node is to be, and why it is not.
+//! The planned state of a node, and why a node does not reach it.
 
 use crate::cia301;
 use crate::id::NodeId;
@@ -10,7 +10,7 @@ use crate::time::Duration;
 use crate::wire::lss::Part;
 use crate::wire::nmt::NmtState;
 
-/// What a node is expected to be, and to be made. `None` and empty mean: anything.
+/// The expected identity of a node, and its configuration. `None` and empty mean any.
 ///
 /// The configuration is borrowed (`&[u8]`) or owned (`Vec<u8>`).
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,28 +23,28 @@ pub struct BootPlan<C> {
     pub product: Option<u32>,
     /// Revision number, 1018h:03 (1F87h).
     pub revision: Option<u32>,
-    /// A later revision is as good.
+    /// Whether a later revision is accepted, too.
     pub or_later: bool,
     /// Serial number, 1018h:04 (1F88h).
     pub serial: Option<u32>,
-    /// Date and time of the configuration, 1020h:01 and :02 (1F26h, 1F27h). A node that has them is not
-    /// configured again.
+    /// Date and time of the configuration, 1020h:01 and :02 (1F26h, 1F27h). A node that has both is not configured
+    /// again.
     pub configured: Option<(u32, u32)>,
     /// The configuration as a [concise DCF](super::ConciseDcf) (1F22h).
     pub configuration: C,
-    /// The heartbeat, or an answer to guarding, must be heard within this time; zero not to wait for it.
+    /// The time within which a heartbeat, or an answer to guarding, must be heard; zero means not to wait for it.
     pub error_control: Duration,
-    /// Whether the node is started at the end. It has booted when it reports OPERATIONAL: in its heartbeat, or, if it has
-    /// none (1017h is 0), in the answer to a guarding request. Such a request arms life guarding in a node that has a life
-    /// time (100Ch, 100Dh), which is to be guarded then.
+    /// Whether the node is started at the end. It has booted once it reports OPERATIONAL: in its heartbeat, or, if it
+    /// has none (1017h is 0), in the answer to a guarding request. Such a request arms life guarding in a node with a
+    /// life time (100Ch, 100Dh), which then has to be guarded.
     pub start: bool,
-    /// A node that is OPERATIONAL already is left as it is, and any other one reset first (1F81h bit 4). It reports
-    /// its state within `error_control`, or is asked for it when that is zero.
+    /// Whether a node that is already OPERATIONAL is left as it is, and any other one reset first (1F81h bit 4). The
+    /// node reports its state within `error_control`; if that is zero, it is asked.
     pub keep_alive: bool,
 }
 
 impl<C> BootPlan<C> {
-    /// The same with a configuration that lies elsewhere.
+    /// The same with another configuration.
     pub fn with_configuration<D>(self, configuration: D) -> BootPlan<D> {
         let BootPlan { device_type, vendor, product, revision, serial, configured, .. } = self;
         let BootPlan { or_later, error_control, start, keep_alive, .. } = self;
@@ -63,9 +63,9 @@ impl<C> BootPlan<C> {
         }
     }
 
-    /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
-    /// with the node-ID as its sub-index, where 0 means any; 1F80h bit 3, which leaves starting
-    /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.
+    /// Reads the plan for a node from the dictionary of the manager: 1F84h to 1F88h, 1F26h and 1F27h, each with the
+    /// node-ID as sub-index, where 0 means any; 1F80h bit 3, which leaves starting the nodes to the application; and
+    /// 1F81h bit 4. `configuration` is the content of 1F22h for the node.
     #[must_use]
     pub fn load(node: NodeId, configuration: C, od: &mut (impl ObjectDictionary + ?Sized)) -> Self {
         let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
@@ -98,7 +98,7 @@ const KEEP_ALIVE: u32 = 1 << 4;
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum BootError {
-    /// B: no answer about the device type.
+    /// B: the device type cannot be read.
     #[error("the node does not report its device type: {0}")]
     NoDeviceType(SdoError),
     /// C: another device type.
@@ -117,24 +117,24 @@ pub enum BootError {
         entry: usize,
         error: SdoError,
     },
-    /// J: the configuration itself is cut off.
+    /// J: the concise DCF is truncated.
     #[error(transparent)]
     BadConfiguration(#[from] ConciseDcfError),
     /// K: error control did not start.
     #[error("no heartbeat or guarding answer within {0}")]
     NoErrorControl(Duration),
-    /// It was reset, since it was not OPERATIONAL, and does not boot.
+    /// The node was reset, since it was not OPERATIONAL, and does not boot.
     #[error("no boot-up message within {0} after a reset")]
     NoBootUp(Duration),
-    /// It was started, and reports another state than OPERATIONAL.
+    /// The node was started, and reports another state than OPERATIONAL.
     #[error("the node is {state} after {starts} commands to start")]
     NotStarted {
-        /// The state it reported last.
+        /// The last reported state.
         state: NmtState,
-        /// How often it was commanded.
+        /// How often the command was sent.
         starts: u8,
     },
-    /// It was started, and does not report its state.
+    /// The node was started, and does not report its state.
     #[error("the node was started, but reports its state by neither heartbeat (1017h) nor guarding")]
     NoState,
 }

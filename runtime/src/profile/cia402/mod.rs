@@ -1,8 +1,8 @@
 //! CiA 402, drives and motion control: states, commands and modes as pure functions.
 //!
-//! What differs between drives is data: the table of [`Transitions`], and the numbers of [`Modes`]. Who
-//! moves a drive asks [`Transitions::next`] which command leads on; who simulates one asks
-//! [`Transitions::follow`] where a command leads.
+//! The differences between drives are data: the table of [`Transitions`], and the numbers of [`Modes`]. To move a
+//! drive, [`Transitions::next`] tells which command leads on; to simulate one, [`Transitions::follow`] tells where a
+//! command leads.
 
 mod state;
 mod transition;

@@ -1,4 +1,4 @@
-//! The states of a drive, as the status word has them.
+//! The states of a drive, by the status word.
 
 use core::fmt;
 
@@ -39,7 +39,7 @@ impl State {
         State::Fault,
     ];
 
-    /// The state in a status word (6041h); `None` for a word that CiA 402-2, table 30, does not have.
+    /// The state in a status word (6041h); `None` for a word that is not in CiA 402-2, table 30.
     #[must_use]
     pub const fn from_status_word(word: u16) -> Option<State> {
         match word & 0x4F {
@@ -57,8 +57,7 @@ impl State {
         }
     }
 
-    /// The bits of the status word that are the state: 0 to 3, 5 and 6. Bit 5 is set wherever the table
-    /// leaves it open.
+    /// The bits of the status word for the state: 0 to 3, 5 and 6. Bit 5 is set where the table leaves it open.
     #[must_use]
     pub const fn status_bits(self) -> u16 {
         match self {
@@ -78,7 +77,7 @@ impl State {
     }
 }
 
-/// As CiA 402 writes it: `OPERATION ENABLED`.
+/// In the spelling of CiA 402: `OPERATION ENABLED`.
 impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
@@ -102,7 +101,7 @@ mod tests {
     fn each_status_word_has_its_state() {
         for state in State::ALL {
             assert_eq!(State::from_status_word(state.status_bits()), Some(state));
-            // Bits with another meaning do not matter.
+            // Other bits do not matter.
             assert_eq!(State::from_status_word(state.status_bits() | 0xFF90), Some(state));
         }
     }

@@ -1,10 +1,10 @@
-//! Which commands lead from state to state: CiA 402-2, figure 8.
+//! The transitions between states: CiA 402-2, figure 8.
 
 use super::state::State;
 use super::word::control;
 use crate::procedure::{Decision, Steer};
 
-/// A command, as bits 0 to 3 and 7 of the control word give it (CiA 402-2, table 27).
+/// A command in bits 0 to 3 and 7 of the control word (CiA 402-2, table 27).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
@@ -23,7 +23,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The control word with the command: the bits of the command are replaced, those of the mode stay.
+    /// The control word with this command: the bits of the command are replaced, all others kept.
     #[must_use]
     pub const fn apply(self, word: u16) -> u16 {
         const BITS: u16 = 0x8F;
@@ -38,7 +38,7 @@ impl Command {
         word & !BITS | bits
     }
 
-    /// The command that a control word gives, after the one before it.
+    /// The command in a control word that follows `before`.
     #[must_use]
     pub const fn parse(before: u16, word: u16) -> Command {
         if word & !before & control::FAULT_RESET != 0 {
@@ -58,9 +58,9 @@ impl Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
-    /// The manager commands it.
+    /// The manager has commanded it.
     Command(Command),
-    /// The drive itself has a reason: initialised, stopped, fault.
+    /// The drive itself had a reason: initialised, stopped, fault.
     Internal,
 }
 
@@ -69,7 +69,7 @@ pub enum Cause {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Transition {
-    /// As the device's manual numbers it.
+    /// The number in the device's manual.
     pub number: u8,
     pub from: State,
     pub to: State,
@@ -115,19 +115,19 @@ impl Transitions {
         arrow(16, State::QuickStopActive, State::OperationEnabled, Command::EnableOperation),
     ]);
 
-    /// The transition that a command makes in a state; `None` when the drive ignores the command.
+    /// The transition that a command makes in a state; `None` if the drive ignores the command.
     #[must_use]
     pub fn follow(&self, from: State, command: Command) -> Option<Transition> {
         self.0.iter().copied().find(|arrow| arrow.from == from && arrow.cause == Cause::Command(command))
     }
 
-    /// The next step on the shortest way from `state` to `target`; `None` when the drive is there, or no
-    /// way leads there. An internal transition is one to wait for: the drive makes it by itself.
+    /// The next transition on the shortest way from `state` to `target`; `None` if the drive is there, or no way leads
+    /// there. An internal transition has to be waited for, since the drive makes it by itself.
     ///
-    /// Ways through a fault are left out: a fault is not commanded.
+    /// The way never leads through a fault, which cannot be commanded.
     #[must_use]
     pub fn next(&self, state: State, target: State) -> Option<Transition> {
-        // Distances to the target, widened by one arrow at a time.
+        // Marks the states near the target, adding one transition at a time.
         let mut near = [false; State::ALL.len()];
         mark(&mut near, target);
         for _ in 0..State::ALL.len() {
@@ -144,7 +144,7 @@ impl Transitions {
         None
     }
 
-    /// Whether an arrow can be part of a way: commanded, or made by the drive where it has no choice.
+    /// Whether a transition can be part of a way: it is commanded, or the drive makes it in any case.
     fn is_way(&self, arrow: &Transition) -> bool {
         match arrow.cause {
             Cause::Command(_) => true,
@@ -163,15 +163,15 @@ fn is_marked(set: &[bool; State::ALL.len()], state: State) -> bool {
     set.get(state.index()).copied().unwrap_or(false)
 }
 
-/// Steers a drive into a state: reads 6041h, and writes 6040h. As a step of a
-/// [procedure](crate::procedure::Step::Steer).
+/// Steers a drive into a state as a [step of a procedure](crate::procedure::Step::Steer): reads 6041h, and writes
+/// 6040h.
 #[derive(Clone, Copy, Debug)]
 pub struct Steering {
-    /// Where to.
+    /// The state to reach.
     pub target: State,
     /// The drive's state machine.
     pub transitions: Transitions,
-    /// The bits of the control word that the mode has; they are kept.
+    /// The control word's bits of the mode, which are kept.
     pub control_word: u16,
 }
 
@@ -190,8 +190,8 @@ impl Steer for Steering {
 }
 
 impl Steering {
-    /// The control word with a command. Bit 7 must rise to reset a fault: it is lowered first, unless it is low. A
-    /// drive that has a fault ignores the command which that is.
+    /// The control word with a command. A fault is reset by the rising edge of bit 7, so the bit is cleared first if it
+    /// may be set, by Disable voltage, which a drive in fault ignores.
     fn word(&self, command: Command, written: Option<u64>) -> u16 {
         let is_low = written.is_some_and(|word| word & u64::from(control::FAULT_RESET) == 0);
         let command = if command == Command::FaultReset && !is_low { Command::DisableVoltage } else { command };
@@ -261,7 +261,7 @@ mod tests {
             assert_eq!(word & 0x0130, 0x0130, "bits of the mode stay");
             assert_eq!(Command::parse(0, word), command);
         }
-        // Bit 7 counts when it rises.
+        // Bit 7 takes effect by its rising edge.
         assert_eq!(Command::parse(0x0080, 0x008F), Command::EnableOperation);
         assert_eq!(Command::parse(0x0000, 0x0106), Command::Shutdown);
     }

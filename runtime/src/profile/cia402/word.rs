@@ -5,7 +5,7 @@
 pub mod control {
     pub const SWITCH_ON: u16 = 1 << 0;
     pub const ENABLE_VOLTAGE: u16 = 1 << 1;
-    /// Quick stop, when 0.
+    /// Cleared to command a quick stop.
     pub const QUICK_STOP: u16 = 1 << 2;
     pub const ENABLE_OPERATION: u16 = 1 << 3;
     /// New set-point (profile position mode).
@@ -18,7 +18,7 @@ pub mod control {
     pub const CHANGE_IMMEDIATELY: u16 = 1 << 5;
     /// The target position is relative (profile position mode).
     pub const RELATIVE: u16 = 1 << 6;
-    /// Fault reset, with its rising edge.
+    /// Fault reset, by its rising edge.
     pub const FAULT_RESET: u16 = 1 << 7;
     pub const HALT: u16 = 1 << 8;
     /// Change on set-point (profile position mode).
@@ -33,11 +33,11 @@ pub mod status {
     pub const OPERATION_ENABLED: u16 = 1 << 2;
     pub const FAULT: u16 = 1 << 3;
     pub const VOLTAGE_ENABLED: u16 = 1 << 4;
-    /// Quick stop, when 0.
+    /// Cleared during a quick stop.
     pub const QUICK_STOP: u16 = 1 << 5;
     pub const SWITCH_ON_DISABLED: u16 = 1 << 6;
     pub const WARNING: u16 = 1 << 7;
-    /// Remote: the control word counts.
+    /// Remote: the control word is obeyed.
     pub const REMOTE: u16 = 1 << 9;
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Internal limit active.
