@@ -1,4 +1,4 @@
-//! Collects `devices/<vendor>/<device>/` into the device library.
+//! Collects the folders `devices/<vendor>/<device>/` into the device library.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ fn shipped(vendor: &Path, device: &Path) -> io::Result<String> {
     Ok(code)
 }
 
-/// `names` of `[overlay]`; whether the overlay is well-formed is for the reader to say.
+/// The `names` of `[overlay]`. An overlay that is not well-formed is reported when it is read, not here.
 fn names(overlay: &Path) -> io::Result<Vec<String>> {
     println!("cargo:rerun-if-changed={}", overlay.display());
     let text = fs::read_to_string(overlay)?;
@@ -47,7 +47,7 @@ fn names(overlay: &Path) -> io::Result<Vec<String>> {
     Ok(names.into_iter().flatten().filter_map(|name| name.as_str().map(str::to_owned)).collect())
 }
 
-/// What lies in a folder, by name; nothing when there is no such folder.
+/// The entries of a folder, sorted by name; none if the folder does not exist.
 fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
     if !folder.is_dir() {
         return Ok(Vec::new());

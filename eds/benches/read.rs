@@ -1,5 +1,5 @@
-//! `cargo bench -p lexican-eds [-- FILE…]`: how long reading, checking and building the model takes beside the
-//! tokeniser alone. Without files a data sheet of 131 kB is made.
+//! `cargo bench -p lexican-eds [-- FILE…]`: times reading, checking and building the model, and the tokeniser alone for
+//! comparison. Without files it makes a data sheet of 131 kB.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::{env, fs};
 use ini::{Ini, ParseOption};
 use lexican_eds::{Input, Source, load};
 
-/// The best of so many runs counts: what disturbs a run makes it only longer.
+/// The fastest of this many runs counts: disturbances only make a run slower.
 const RUNS: usize = 200;
 
 fn main() {

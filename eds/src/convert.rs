@@ -1,4 +1,4 @@
-//! Data sheets in another format, and what that format cannot say.
+//! Converts data sheets to other formats, and lists what those formats cannot express.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,21 +7,21 @@ use crate::model::{Device, Entry, Meaning, Object};
 use crate::write::{self, difference};
 use crate::{Input, Source, xdd};
 
-/// What a data sheet can be written as.
+/// A file format of data sheets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// CiA 306, a device.
+    /// CiA 306: the data sheet of a device.
     Eds,
-    /// CiA 306, a configured device.
+    /// CiA 306: a configured device.
     Dcf,
-    /// CiA 311, a device.
+    /// CiA 311: the data sheet of a device.
     Xdd,
-    /// CiA 311, a configured device.
+    /// CiA 311: a configured device.
     Xdc,
 }
 
 impl Format {
-    /// By the extension of a file; an XPD, which is a part of a device, is an XDD.
+    /// The format by the extension of a file. An XPD, which describes a part of a device, counts as an XDD.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
@@ -34,7 +34,7 @@ impl Format {
         })
     }
 
-    /// A device in this format.
+    /// The text of a device in this format.
     #[must_use]
     pub fn write(self, device: &Device) -> String {
         match self {
@@ -46,7 +46,7 @@ impl Format {
     }
 }
 
-/// What a device says and its text in some format does not: found by reading the text. A line each.
+/// What the text loses of the device, found by reading the text again: one line for each loss.
 #[must_use]
 pub fn losses(device: &Device, text: &str) -> Vec<String> {
     let read = crate::device(&Input::new(Source::new("", text)));
@@ -63,7 +63,7 @@ pub fn losses(device: &Device, text: &str) -> Vec<String> {
     by_key.into_iter().map(|(what, places)| format!("{what} of {}", shortened(&places))).collect()
 }
 
-/// What CiA 306 has no key for, and who has it.
+/// What CiA 306 has no key for, each with the objects and entries that have it.
 fn beyond(device: &Device) -> Vec<(&'static str, Vec<String>)> {
     let entries = |has: fn(&Entry) -> bool| -> Vec<String> {
         device

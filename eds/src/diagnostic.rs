@@ -1,4 +1,4 @@
-//! What is wrong where, and how to mend it.
+//! Findings: what is wrong, where, and how to mend it.
 
 use std::collections::BTreeMap;
 use std::ops::Deref;
@@ -7,35 +7,35 @@ use std::sync::Arc;
 use crate::patch::Patch;
 use crate::text::Span;
 
-/// The most findings of one code that are kept; those beyond are only counted.
+/// At most this many findings of one code are kept; the others are only counted.
 pub const MAX_PER_CODE: usize = 1000;
 
-/// One finding.
+/// A finding.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Stable words: `eds::missing-key`.
+    /// A stable code: `eds::missing-key`.
     pub code: &'static str,
-    /// How bad it is.
+    /// That of its rule, unless a configuration sets another one.
     pub severity: Severity,
     /// One line, lower case, without full stop.
     pub message: String,
-    /// Where: the primary place first, then those that disagree with it.
+    /// The primary place first, then the places that disagree with it.
     pub labels: Vec<Label>,
     /// How to mend it.
     pub help: Option<String>,
-    /// What mends it in the data sheet, if there is one right answer: what [`fix`](mod@crate::fix) applies.
-    /// Findings may have one in common.
+    /// The patch of the data sheet, if there is one right answer; [`fix`](mod@crate::fix) applies it. Several findings
+    /// may share one.
     pub fix: Option<Arc<Patch>>,
 }
 
 /// A place with a remark.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// The place.
+    /// The bytes that it marks.
     pub span: Span,
     /// The remark; may be empty.
     pub text: String,
-    /// Whether this is the place of the finding; else it is a place that disagrees with it.
+    /// Whether the finding is about this place; otherwise it is a place that disagrees with it.
     pub primary: bool,
 }
 
@@ -44,9 +44,9 @@ pub struct Label {
 pub enum Severity {
     /// Worth knowing.
     Note,
-    /// The data sheet contradicts itself or the standard; what was read is a guess that is usually right.
+    /// The data sheet contradicts itself or the standard; it is read by a guess that is usually right.
     Warning,
-    /// Nothing correct can be made of it.
+    /// The value cannot be interpreted.
     Error,
 }
 
@@ -68,40 +68,40 @@ impl Diagnostic {
         Self { code, severity, message: message.into(), labels: Vec::new(), help: None, fix: None }
     }
 
-    /// With its place, and a remark there.
+    /// Adds the primary place, with a remark.
     #[must_use]
     pub fn at(self, span: Span, text: impl Into<String>) -> Self {
         self.label(span, text.into(), true)
     }
 
-    /// With a place that disagrees with it.
+    /// Adds a place that disagrees with the primary one.
     #[must_use]
     pub fn and(self, span: Span, text: impl Into<String>) -> Self {
         self.label(span, text.into(), false)
     }
 
-    /// How to mend it.
+    /// Sets how to mend it.
     #[must_use]
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
 
-    /// The place of the finding, when it has one.
+    /// The primary place.
     #[must_use]
     pub fn span(&self) -> Option<Span> {
         self.labels.first().map(|label| label.span)
     }
 
     fn label(mut self, span: Span, text: String, primary: bool) -> Self {
-        // Most findings have one place, and there may be thousands of findings.
+        // Most findings have one place, and there may be thousands of findings: allocate no spare room.
         self.labels.reserve_exact(1);
         self.labels.push(Label { span, text, primary });
         self
     }
 }
 
-/// All findings, in the order of their places once [`load`](crate::load) has returned them.
+/// All findings. [`load`](crate::load) returns them in the order of their places.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
@@ -109,7 +109,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// Adds a finding; beyond [`MAX_PER_CODE`] of its code it is only counted.
+    /// Adds a finding, or only counts it if [`MAX_PER_CODE`] of its code are kept already.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let seen = self.kept.entry(diagnostic.code).or_default();
         *seen += 1;
@@ -118,30 +118,30 @@ impl Diagnostics {
         }
     }
 
-    /// Counts findings that are not kept, because there were enough of their code.
+    /// Counts findings that are not kept because there are enough of their code.
     pub(crate) fn count_only(&mut self, code: &'static str, more: usize) {
         *self.kept.entry(code).or_default() += more;
     }
 
-    /// Whether anything is an error.
+    /// Whether any finding is an error.
     #[must_use]
     pub fn has_errors(&self) -> bool {
         self.count(Severity::Error) > 0
     }
 
-    /// How many findings have this severity.
+    /// The number of findings with this severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
         self.list.iter().filter(|diagnostic| diagnostic.severity == severity).count()
     }
 
-    /// How bad the worst finding is.
+    /// The severity of the worst finding; `None` without findings.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.list.iter().map(|diagnostic| diagnostic.severity).max()
     }
 
-    /// Gives all findings of a code this severity; `None` removes them.
+    /// Sets the severity of all findings with this code; `None` removes them.
     pub fn set_severity(&mut self, code: &str, severity: Option<Severity>) {
         match severity {
             None => self.list.retain(|diagnostic| diagnostic.code != code),
@@ -152,27 +152,27 @@ impl Diagnostics {
         }
     }
 
-    /// Makes all findings of a code errors.
+    /// Makes all findings with this code errors.
     pub fn deny(&mut self, code: &str) {
         self.set_severity(code, Some(Severity::Error));
     }
 
-    /// Removes all findings of a code.
+    /// Removes all findings with this code.
     pub fn allow(&mut self, code: &str) {
         self.set_severity(code, None);
     }
 
-    /// All findings, to add to them.
+    /// The findings, to add labels and help to them.
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Diagnostic> {
         self.list.iter_mut()
     }
 
-    /// Takes back some findings.
+    /// Removes the findings for which `some` holds.
     pub(crate) fn retract(&mut self, mut some: impl FnMut(&Diagnostic) -> bool) {
         self.list.retain(|diagnostic| !some(diagnostic));
     }
 
-    /// Puts the findings in the order of their places, and says how many were only counted.
+    /// Sorts the findings by place, and notes how many were only counted.
     pub fn finish(&mut self) {
         for (code, seen) in std::mem::take(&mut self.kept) {
             if seen > MAX_PER_CODE {

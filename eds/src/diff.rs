@@ -1,4 +1,4 @@
-//! The differences between two devices, by object; order and spelling of their files do not matter.
+//! The differences between two devices, object by object. Order and spelling of their files do not matter.
 
 use std::fmt;
 
@@ -12,9 +12,9 @@ use crate::model::{Device, Entry, Object, Value};
 pub struct Change {
     /// `6040` for an object, `2410:05` for an entry, `DeviceInfo` for the rest.
     pub place: String,
-    /// Its name, in the second device where that has it.
+    /// The name in the second device, or in the first if only that has it.
     pub name: String,
-    /// What happened to it.
+    /// Added, removed or changed.
     pub kind: ChangeKind,
 }
 
@@ -27,16 +27,16 @@ pub enum ChangeKind {
     Removed,
     /// Both have it, with another attribute.
     Changed {
-        /// `data_type`, `default` and so on, as in [`dump`](crate::dump).
+        /// A column of [`dump`](crate::dump), such as `data_type` or `default`.
         attribute: &'static str,
-        /// In the first device; empty for none.
+        /// The value in the first device; empty if there is none.
         from: String,
-        /// In the second device; empty for none.
+        /// The value in the second device; empty if there is none.
         to: String,
     },
 }
 
-/// All differences, by address.
+/// All differences, by index and sub-index.
 #[must_use]
 pub fn diff(a: &Device, b: &Device) -> Vec<Change> {
     let mut changes = Vec::new();
@@ -133,7 +133,7 @@ fn entry(a: &Entry, b: &Entry, with_name: bool, changes: &mut Vec<Change>) {
     let text = |value: &Option<Value>| value.as_ref().map(value_text).unwrap_or_default();
     let name = |entry: &Entry| if with_name { entry.name.clone() } else { String::new() };
     let attributes = [
-        // The name of a single value is that of its object, which was compared already.
+        // A single value has the name of its object, which is compared already.
         ("name", name(a), name(b)),
         ("data_type", a.data_type.to_string(), b.data_type.to_string()),
         ("access", a.access.name().to_owned(), b.access.name().to_owned()),
@@ -168,7 +168,7 @@ fn of_entry(entry: &Entry, kind: ChangeKind) -> Change {
     Change { place: format!("{:04X}:{:02X}", entry.index, entry.sub), name: entry.name.clone(), kind }
 }
 
-/// Two ascending lists side by side.
+/// Pairs the elements of two ascending lists that have the same key.
 fn merged<'a, T, K: Ord>(a: &'a [T], b: &'a [T], key: impl Fn(&T) -> K) -> Vec<(Option<&'a T>, Option<&'a T>)> {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     let mut pairs = Vec::new();

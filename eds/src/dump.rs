@@ -1,4 +1,4 @@
-//! The entries of a device as a table: what people compare with a manual.
+//! A device as CSV, Markdown or JSON, to compare with a manual.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -23,8 +23,8 @@ pub const COLUMNS: [&str; 12] = [
     "obj_flags",
 ];
 
-/// One row for each entry, with [`COLUMNS`] as the first line: index and sub-index as 4 and 2 hexadecimal digits,
-/// the types by their names in CiA 301, `pdo_mapping` 0 or 1, numbers in decimal, COB-IDs as `$NODEID+0x180`;
+/// One row for each entry; the first line names the [`COLUMNS`]. Index and sub-index have 4 and 2 hexadecimal digits,
+/// data types their names in CiA 301, `pdo_mapping` is 0 or 1, numbers are decimal, COB-IDs as `$NODEID+0x180`;
 /// `obj_flags` are those of the object.
 #[must_use]
 pub fn csv(device: &Device) -> String {
@@ -37,9 +37,8 @@ pub fn csv(device: &Device) -> String {
     out
 }
 
-/// The same as a table in Markdown, for people: entries of arrays and records with the name of their object. What
-/// the data sheet says of the device as a whole follows in a table of its own, and so do the parameters of each other
-/// interface.
+/// The same as a Markdown table, where entries of arrays and records also show the name of their object. Tables of the
+/// device as a whole and of the parameters of each other interface follow.
 #[must_use]
 pub fn md(device: &Device) -> String {
     let mut out = format!("| {} |\n|{}\n", COLUMNS.join(" | "), " --- |".repeat(COLUMNS.len()));
@@ -67,12 +66,12 @@ pub fn md(device: &Device) -> String {
     out
 }
 
-/// `607D:02`; nothing of a parameter that equals no object.
+/// `607D:02`; empty for a parameter without object.
 fn object_text(parameter: &Parameter) -> String {
     parameter.object().map(|(index, sub)| format!("{index:04X}:{sub:02X}")).unwrap_or_default()
 }
 
-/// `[DeviceInfo]` and `[DeviceComissioning]` with the keys of CiA 306, as far as they say something.
+/// The keys of `[DeviceInfo]` and `[DeviceComissioning]` that have a value.
 fn device_facts(device: &Device) -> Vec<(&'static str, String)> {
     let info = &device.info;
     let number = |number: Option<u32>| number.map(|number| format!("0x{number:X}"));
@@ -115,13 +114,12 @@ fn device_facts(device: &Device) -> Vec<(&'static str, String)> {
     facts.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
 }
 
-/// A cell of a table in Markdown.
 fn cell(text: &str) -> String {
     text.replace('\\', "\\\\").replace('|', "\\|").replace(char::is_control, " ")
 }
 
-/// The device with its objects, PDOs and what the overlay says of them. Numbers are numbers where JSON can hold
-/// them; indices are texts of 4 hexadecimal digits.
+/// The device with its objects, PDOs and what the overlay adds. Indices are texts of 4 hexadecimal digits; numbers
+/// beyond what JSON can hold are texts.
 #[must_use]
 pub fn json(device: &Device) -> Json {
     json!({
@@ -191,7 +189,7 @@ pub fn value_text(value: &Value) -> String {
     }
 }
 
-/// The columns of an entry that say something, with their names.
+/// The columns of an entry that are not empty, with their names.
 pub fn facts(object: &Object, entry: &Entry) -> impl Iterator<Item = (&'static str, String)> {
     COLUMNS.into_iter().zip(row(object, entry)).filter(|(_, text)| !text.is_empty())
 }

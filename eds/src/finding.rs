@@ -12,11 +12,11 @@ use crate::text::{Refusal, Span};
 pub(crate) struct Finding {
     pub(crate) kind: Kind,
     pub(crate) span: Span,
-    /// How many findings of the same kind came after this one and were not kept.
+    /// How many later findings of the same kind were not kept.
     pub(crate) more: usize,
 }
 
-/// What was found. Spans in it are places that disagree with the one of the finding.
+/// What was found. Spans in it are places that disagree with that of the finding.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind {
     FileSize(Refusal),
@@ -75,10 +75,10 @@ pub(crate) enum Kind {
     OverlayDuplicateParameter { number: Box<str>, first: Span },
 }
 
-/// A key that is found once for all its occurrences.
+/// A key that is reported once for all its occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Repeated {
-    /// As it is spelled first.
+    /// The spelling of its first occurrence.
     pub(crate) key: Box<str>,
     pub(crate) count: usize,
 }
@@ -88,16 +88,16 @@ pub(crate) struct Repeated {
 pub(crate) enum Separator {
     Equals,
     Colon,
-    /// A blank, after one of the keys of an object.
+    /// A blank; accepted only after keys of an object.
     Blank,
 }
 
-/// What is odd about a number that could be read all the same.
+/// An irregularity in a number that could be read nevertheless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Oddity {
     /// A comment follows on the same line.
     Comment,
-    /// A leading zero makes it octal; people rarely mean that.
+    /// A leading zero makes it octal, which people rarely mean.
     Octal,
     /// A leading zero, but digits that are not octal.
     NotOctal,
@@ -111,11 +111,11 @@ pub(crate) enum Oddity {
     Bits,
 }
 
-/// Findings in the order in which they were made; of each kind at most [`MAX_PER_CODE`] are kept.
+/// The findings in the order in which they were made; at most [`MAX_PER_CODE`] of each kind are kept.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     list: Vec<Finding>,
-    /// By kind: how many there were, and where the last one that was kept is.
+    /// For each kind: the number of findings, and the position of the last one kept.
     seen: Vec<(Discriminant<Kind>, usize, usize)>,
     total: usize,
 }
@@ -125,7 +125,7 @@ impl Findings {
         self.push_many(kind, span, 0);
     }
 
-    /// A finding that stands for `more` others of its kind.
+    /// Adds a finding that stands for `more` others of its kind.
     pub(crate) fn push_many(&mut self, kind: Kind, span: Span, more: usize) {
         self.total += 1;
         let of_kind = discriminant(&kind);
@@ -146,12 +146,12 @@ impl Findings {
         }
     }
 
-    /// How many there were, those that were not kept included.
+    /// The number of findings, including those that were not kept.
     pub(crate) fn total(&self) -> usize {
         self.total
     }
 
-    /// Whether this very finding was made since there were `since` of them in the list.
+    /// Whether the finding is already among those from position `since` on.
     pub(crate) fn has(&self, since: usize, kind: &Kind, span: Span) -> bool {
         self.list.iter().skip(since).any(|finding| finding.span == span && finding.kind == *kind)
     }

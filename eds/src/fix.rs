@@ -1,7 +1,7 @@
-//! Mends what has one right answer in a data sheet: the [`fix`](field@crate::Diagnostic::fix) of each finding that has one.
+//! Repairs a data sheet: applies the [`fix`](field@crate::Diagnostic::fix) of every finding that has one.
 //!
-//! All else stays byte for byte. A finding that several things could mend is left to people; so is one whose fix would
-//! bring up another.
+//! Everything else stays byte for byte. Findings with several possible remedies are left to people, and so are those
+//! whose fix would cause another finding.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,24 +10,24 @@ use crate::model::Device;
 use crate::patch::Patch;
 use crate::{Diagnostics, Input, MAX_PER_CODE, load};
 
-/// Fixes can uncover others: a list can be counted when its numbers differ. Real files need three rounds.
+/// A fix can reveal further findings: once the lines of a list have different numbers, they can be counted. Real files
+/// need three rounds.
 const MAX_ROUNDS: usize = 100;
 
-/// A data sheet after its fixes.
+/// A repaired data sheet.
 #[derive(Clone, Debug)]
 pub struct Fixed {
-    /// The data sheet, with the overlays as they were.
+    /// The repaired data sheet, with the overlays as they were.
     pub input: Input,
-    /// The device that it describes.
+    /// The device that the repaired data sheet describes.
     pub device: Device,
-    /// What is still found.
+    /// The findings that remain.
     pub left: Diagnostics,
-    /// How many findings were fixed, by their code.
+    /// The number of fixed findings, by code.
     pub fixed: BTreeMap<&'static str, usize>,
 }
 
-/// Applies the fixes of all findings, until none is left. A data sheet without such a finding stays as it is, so a second
-/// time changes nothing.
+/// Applies the fixes of all findings until none is left. Fixing the result again changes nothing.
 #[must_use]
 pub fn fix(input: &Input) -> Fixed {
     let mut state = State::new(input.clone());
@@ -47,14 +47,13 @@ pub fn fix(input: &Input) -> Fixed {
     Fixed { input: state.input, device: state.device, left: state.left, fixed }
 }
 
-/// The fixes, each once: findings may have one in common.
+/// The fixes without duplicates: findings may share one.
 fn patches(findings: &Diagnostics) -> Vec<&Patch> {
     let mut patches: Vec<&Arc<Patch>> = findings.iter().filter_map(|finding| finding.fix.as_ref()).collect();
     patches.dedup();
     patches.into_iter().map(|patch| &**patch).collect()
 }
 
-/// A data sheet and what is found in it.
 struct State {
     input: Input,
     device: Device,
@@ -67,8 +66,8 @@ impl State {
         Self { input, device, left }
     }
 
-    /// After all patches that change different lines, with these; `None` if there is none, or if something else is found
-    /// then.
+    /// Applies the patches, except those that touch a line of an earlier one, and returns the new state and the patches
+    /// applied. `None` if nothing changes, or if a code then has more findings than before.
     fn after<'p>(&self, patches: &[&'p Patch]) -> Option<(Self, Vec<&'p Patch>)> {
         let mut lines = BTreeSet::new();
         let mut all = Patch::default();
@@ -88,18 +87,19 @@ impl State {
         let next = Self::new(Input { eds, overlays: self.input.overlays.clone() });
         let (before, after) = (self.counts(), next.counts());
         let is_worse = after.iter().any(|(code, count)| before.get(code).is_none_or(|before| count > before));
-        // Beyond the bound findings are not kept, and others come in the place of those that are gone.
+        // At the bound, findings that were only counted take the place of those that are gone, so the counts may stay
+        // the same.
         let is_better = after != before || before.values().any(|&count| count >= MAX_PER_CODE);
         (is_better && !is_worse).then_some((next, applied))
     }
 
-    /// The same without the patches that bring up something else by themselves.
+    /// The same without the patches that make matters worse even when applied alone.
     fn after_some<'p>(&self, patches: &[&'p Patch]) -> Option<(Self, Vec<&'p Patch>)> {
         let good: Vec<&Patch> = patches.iter().copied().filter(|&patch| self.after(&[patch]).is_some()).collect();
         self.after(&good).or_else(|| self.after(good.get(..1)?))
     }
 
-    /// How many findings there are, by code.
+    /// The number of findings, by code.
     fn counts(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         self.left.iter().for_each(|finding| *counts.entry(finding.code).or_default() += 1);

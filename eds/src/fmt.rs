@@ -1,5 +1,5 @@
-//! Brings a data sheet into the form of CiA 306-1, line by line: nothing is lost, moved or given another meaning,
-//! and comments stay where they are.
+//! Formats a data sheet as CiA 306-1 spells it, line by line: nothing is lost or moved or changes its meaning, and
+//! comments stay where they are.
 
 use crate::model::keys::KEYS;
 use crate::parse::section::{ModulePart, ObjectPart, SectionKind};
@@ -7,11 +7,11 @@ use crate::parse::syntax::Line;
 use crate::text::Source;
 use crate::xdd;
 
-/// The data sheet with sections and keys in the spelling of the standard, indices and types as `0x1018`, flags as
-/// 0 and 1, one empty line before each section and no blanks around anything. Doing it twice changes nothing.
+/// Sections and keys get the spelling of the standard, indices and types the form `0x1018`, flags 0 or 1; there is one
+/// empty line before each section, and no blanks around names and values. Formatting twice changes nothing.
 ///
-/// What is no line of a data sheet becomes a comment. Lines end as most of them did before. XML has an element in each line, by
-/// its depth, as CANopenEditor writes it; what is broken stays as it is.
+/// A line that is neither section nor key becomes a comment. Lines end as most of them did before. XML gets one element
+/// per line, indented by depth as in CANopenEditor; XML that is not well-formed stays as it is.
 #[must_use]
 pub fn normalise(source: &Source) -> String {
     if xdd::is_xml(source) {
@@ -42,12 +42,12 @@ pub fn normalise(source: &Source) -> String {
 struct Writer {
     out: String,
     end: &'static str,
-    /// Comments of which is not known yet whether a section follows them, with empty texts between their groups.
+    /// Comments that may turn out to stand before a section; empty texts separate their groups.
     pending: Vec<String>,
 }
 
 impl Writer {
-    /// Empty lines stay only between comments; others come before sections by themselves.
+    /// Keeps empty lines between comments only; those before sections are written with the section.
     fn blank(&mut self) {
         if self.pending.last().is_some_and(|last| !last.is_empty()) {
             self.pending.push(String::new());
@@ -138,7 +138,7 @@ fn key_name(section: SectionKind, key: &str) -> String {
     known.unwrap_or(key).to_owned()
 }
 
-/// The keys of a section, but for those that are numbers.
+/// The keys of a section, except keys that are numbers.
 pub(crate) fn keys_of(section: SectionKind) -> &'static [&'static str] {
     match section {
         SectionKind::FileInfo => &crate::model::keys::FILE_INFO,
@@ -155,7 +155,7 @@ pub(crate) fn keys_of(section: SectionKind) -> &'static [&'static str] {
     }
 }
 
-/// Numbers of a fixed notation in that notation; everything else as it is.
+/// Writes numbers with a fixed notation in that notation; other values stay as they are.
 fn value_text(section: SectionKind, key: &str, value: &str) -> String {
     let number = || crate::parse::number::integer(value).filter(|read| read.oddity.is_none()).map(|read| read.value);
     let with_digits = |digits: usize| {

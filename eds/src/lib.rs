@@ -1,5 +1,5 @@
-//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1; XDD, XDC and XPD, CiA 311) as a compiler reads programs: reading
-//! never fails, nothing is dropped in silence, and every finding names its place.
+//! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1; XDD, XDC and XPD, CiA 311) as a compiler reads
+//! programs: reading never fails, nothing is dropped silently, and every finding names its place.
 //!
 //! ```
 //! use lexican_eds::{Input, Source, load};
@@ -10,17 +10,18 @@
 //! assert!(diagnostics.render(&input).contains("drive.eds:2:1"));
 //! ```
 //!
-//! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
-//! DCF, [`mod@xdd`] XDD and XDC, and [`convert`] names what is lost; [`template`] is a new one to begin from. [`fmt`] brings a
-//! file into the form of the standard, [`edit`] changes keys and objects of it, [`fix`](mod@fix) what has one right answer;
-//! [`outline`] says what stands where. [`library`] holds the data sheets that are shipped.
+//! [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and DCF, [`mod@xdd`] XDD
+//! and XDC, and [`convert`] lists what a format loses; [`template`] makes a new device to begin with. [`fmt`] formats a
+//! file, [`edit`] changes keys and objects in it, [`fix`](mod@fix) repairs what has one right answer, and [`outline`]
+//! says what each place of a file is about. [`library`] holds the data sheets that are shipped.
 //!
-//! [`cia301`], [`cia402`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code, and
-//! [`meanings`] adds to a device what their numbers mean; [`drive`] says what a data sheet has of a drive of CiA 402, for drivers; [`start`] what a device starts with.
+//! [`cia301`], [`cia402`] and [`standard`] describe the objects of CiA 301 and CiA 402, for rules and for generated
+//! code, and [`meanings`] adds the meanings of their numbers to a device. [`drive`] extracts what drivers need of a CiA
+//! 402 drive; [`start`] says which values a device starts with.
 //!
-//! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
+//! Data flow in one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, CiA 306) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
-//! overlays return what they find as data; the rules, one row of a table each, put it into words.
+//! overlays return findings as data; the rules, one table row each, put them into words.
 
 pub mod convert;
 mod diagnostic;
@@ -58,25 +59,25 @@ use finding::Findings;
 
 /// Reads a data sheet and its overlays, builds the model and applies all rules.
 ///
-/// Never fails and never panics: all that is wrong is in the findings, and the model holds what could be read.
+/// Never fails and never panics: everything wrong becomes a finding, and the model holds what could be read.
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     read_all(input, rules::apply, None)
 }
 
-/// The same, quicker when most of the data sheet is as it was when it was read last.
+/// The same as [`load`], but faster if most of the data sheet is unchanged since the last reading.
 #[must_use]
 pub fn load_again(input: &Input, memory: &mut Memory) -> (model::Device, Diagnostics) {
     read_all(input, rules::apply, Some(memory))
 }
 
-/// The model alone, for programs that do not say what is wrong with the data sheet: no rule is applied.
+/// The model alone, without applying any rule: for programs that do not report what is wrong with the data sheet.
 #[must_use]
 pub fn device(input: &Input) -> model::Device {
     read_all(input, |_, _, _, _| Diagnostics::default(), None).0
 }
 
-/// What is said of a device that was read.
+/// Makes the findings about a device.
 type Judge = fn(&model::Device, &parse::facts::Facts<'_>, &overlay::Changes, &Findings) -> Diagnostics;
 
 fn read_all(input: &Input, judge: Judge, memory: Option<&mut Memory>) -> (model::Device, Diagnostics) {
@@ -97,7 +98,7 @@ fn read_all(input: &Input, judge: Judge, memory: Option<&mut Memory>) -> (model:
     (device, diagnostics)
 }
 
-/// The same of a text in the form of CiA 306, which may have been made of XML.
+/// Reads a text in the form of CiA 306, which may have been translated from XML.
 fn read(
     eds: &Source,
     overlays: &[Source],

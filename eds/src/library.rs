@@ -2,25 +2,25 @@
 
 use crate::{Input, Source};
 
-/// A device of the library.
+/// A data sheet of the library.
 #[derive(Clone, Copy, Debug)]
 pub struct Shipped {
     /// Its folder: `vendor/device`.
     pub id: &'static str,
-    /// The name of the data sheet's file.
+    /// The file name of the data sheet.
     pub file_name: &'static str,
-    /// The data sheet.
+    /// The bytes of the data sheet.
     pub eds: &'static [u8],
-    /// The name of the overlay's file, empty when there is none.
+    /// The file name of the overlay; empty if there is none.
     pub overlay_name: &'static str,
-    /// The overlay.
+    /// The text of the overlay.
     pub overlay: Option<&'static str>,
-    /// Other names it answers to: `names` of the overlay.
+    /// Other names of the device: `names` of the overlay.
     pub names: &'static [&'static str],
 }
 
 impl Shipped {
-    /// What [`load`](crate::load) reads.
+    /// The input for [`load`](crate::load).
     #[must_use]
     pub fn input(&self) -> Input {
         let name = |file: &str| format!("{}/{file}", self.id);
@@ -29,7 +29,7 @@ impl Shipped {
     }
 }
 
-/// The device with this id, file name or other name, in any case.
+/// The device with this id, file name or other name, in upper or lower case.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Shipped> {
     let name = name.trim();
@@ -40,7 +40,7 @@ pub fn find(name: &str) -> Option<&'static Shipped> {
         .or_else(|| all().iter().find(|shipped| is(shipped.file_name) || shipped.names.iter().copied().any(is)))
 }
 
-/// All devices, by id.
+/// All devices, sorted by id.
 #[must_use]
 pub fn all() -> &'static [Shipped] {
     SHIPPED

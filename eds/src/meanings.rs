@@ -1,5 +1,5 @@
-//! What the numbers of CiA 301 and CiA 402 mean, where the overlay says nothing and the object has the data type of the
-//! standard.
+//! Adds the meanings that CiA 301 and CiA 402 give to numbers, where the overlay gives none and the object has the data
+//! type of the standard.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,12 @@ use crate::model::{self, BitField, Bits, Device, Enumeration, Named};
 use crate::standard::{self, Meaning, Numbers};
 use crate::text::Span;
 
-/// The device with the meanings of the standards.
+/// A copy of the device with the meanings of the standards.
 #[must_use]
 pub fn complete(device: &Device) -> Device {
     let mut device = device.clone();
     let mut objects = std::mem::take(&mut device.objects);
-    // Several objects may have one meaning.
+    // Several objects may share one meaning.
     let mut names: BTreeMap<&str, String> = BTreeMap::new();
     for object in &mut objects {
         let Some(standard) = standard::object(object.index, device.profile) else { continue };
@@ -33,7 +33,7 @@ pub fn complete(device: &Device) -> Device {
     device
 }
 
-/// Adds a meaning, and returns its name: another one if the overlay uses that of the standard for something else.
+/// Adds a meaning and returns its name: a different one if the overlay uses the standard's name for something else.
 fn define(device: &mut Device, meaning: &Meaning, span: Span) -> String {
     fn named<T>(name: &str, value: T) -> Named<T> {
         Named { name: name.into(), description: None, value }

@@ -1,5 +1,5 @@
-//! What stands where in a data sheet, however wrong it is: sections, keys, and every place that names an object. It is for
-//! editors, and for what follows an object through a file.
+//! The sections, the keys and every mention of an object in a data sheet, however incorrect it is. Editors use it, and
+//! so does renumbering an object.
 
 use crate::fmt::keys_of;
 use crate::parse::number;
@@ -13,7 +13,7 @@ use lexican_cia::cia301;
 /// The sections of a data sheet, in the order of the file.
 pub struct Outline<'a> {
     source: &'a Source,
-    /// The sections.
+    /// Also those of unknown names.
     pub sections: Vec<Section>,
 }
 
@@ -25,28 +25,28 @@ pub struct Section {
     pub lines: [u32; 2],
     /// Its keys and their values.
     pub pairs: Vec<(Span, Span)>,
-    /// The object that it belongs to, and the sub-index that it describes.
+    /// The object that it belongs to, and the sub-index if it describes one.
     pub object: Option<(u16, Option<u8>)>,
     kind: SectionKind,
 }
 
-/// A place that names an object.
+/// A mention of an object.
 pub struct Mention {
-    /// The digits in the name of a section; else the whole number.
+    /// The digits in the name of a section, or the whole number elsewhere.
     pub span: Span,
     /// The object.
     pub index: u16,
-    /// The sub-index, where it is named as well.
+    /// The sub-index, if it is mentioned as well.
     pub sub: Option<u8>,
-    /// `0x`, but in the name of a section.
+    /// `0x`; empty in the name of a section.
     prefix: &'static str,
-    /// Sub-index and length of a PDO mapping.
+    /// Sub-index and length of an entry of a PDO mapping.
     rest: String,
 }
 
 impl<'a> Outline<'a> {
-    /// The sections of a text.
     #[must_use]
+    /// Reads the sections of a text, which never fails.
     pub fn new(source: &'a Source) -> Self {
         let mut sections: Vec<Section> = Vec::new();
         for number in 0..source.line_count() {
@@ -72,20 +72,20 @@ impl<'a> Outline<'a> {
         Self { source, sections }
     }
 
-    /// The section that a line (from 0) is in, with what follows its last key.
+    /// The section that a line (from 0) is in. Lines after the last key belong to it.
     #[must_use]
     pub fn section_at(&self, line: usize) -> Option<&Section> {
         self.sections[..self.sections.partition_point(|section| section.lines[0] as usize <= line)].last()
     }
 
-    /// The section that describes an object, or one of its sub-indices.
+    /// The section that describes an object or sub-index.
     #[must_use]
     pub fn describing(&self, index: u16, sub: Option<u8>) -> Option<&Section> {
         let find = |sub| self.sections.iter().find(|section| section.object == Some((index, sub)));
         find(sub).or_else(|| find(None))
     }
 
-    /// Every place that names an object: sections, lists, links, and PDO mappings.
+    /// All mentions of objects: in section names, lists, links and PDO mappings.
     pub fn mentions(&self) -> impl Iterator<Item = Mention> {
         self.sections.iter().flat_map(|section| {
             let of_pair = |(key, value): &(Span, Span)| section.mention(self.source, *key, *value);
@@ -93,7 +93,7 @@ impl<'a> Outline<'a> {
         })
     }
 
-    /// The place that names an object at an offset.
+    /// The mention at a byte offset.
     #[must_use]
     pub fn mention_at(&self, offset: u32) -> Option<Mention> {
         self.mentions().find(|mention| (mention.span.start..=mention.span.end).contains(&offset))
@@ -101,7 +101,7 @@ impl<'a> Outline<'a> {
 }
 
 impl Section {
-    /// Whether it lists objects.
+    /// Whether it is a list of objects.
     #[must_use]
     pub fn is_list(&self) -> bool {
         use SectionKind as S;
@@ -109,7 +109,7 @@ impl Section {
         is_of_device || matches!(self.kind, S::Object(_, ObjectPart::Links))
     }
 
-    /// Whether the value of a key is what a PDO maps.
+    /// Whether the key is an entry of a PDO mapping.
     #[must_use]
     pub fn is_mapping(&self, key: &str) -> bool {
         let SectionKind::Object(index, part) = self.kind else { return false };
@@ -121,7 +121,7 @@ impl Section {
             }
     }
 
-    /// The keys that CiA 306 has for it, but for those that are numbers.
+    /// The keys that CiA 306 defines for it, except keys that are numbers.
     #[must_use]
     pub fn known_keys(&self) -> &'static [&'static str] {
         keys_of(self.kind)
@@ -129,7 +129,7 @@ impl Section {
 
     fn own_mention(&self, source: &Source) -> Option<Mention> {
         let ((index, sub), name) = (self.object?, source.get(self.name));
-        // From the longest down, as sections are read: the `De` of `40Denotation` are digits as well.
+        // Try the longest index first, as parsing does: the `De` of `40Denotation` are hexadecimal digits, too.
         let is_index = |digits: &usize| name.get(..*digits).is_some_and(|it| u16::from_str_radix(it, 16) == Ok(index));
         let span = Span { end: self.name.start + (1..=4).rev().find(is_index)? as u32, ..self.name };
         Some(Mention { span, index, sub, prefix: "", rest: String::new() })
@@ -150,13 +150,13 @@ impl Section {
 }
 
 impl Mention {
-    /// Whether it is the name of a section.
+    /// Whether it is in the name of a section.
     #[must_use]
     pub fn is_section(&self) -> bool {
         self.prefix.is_empty()
     }
 
-    /// The text that names another object in its place.
+    /// The text that mentions another object instead.
     #[must_use]
     pub fn of_other(&self, index: u16) -> String {
         format!("{}{index:04X}{}", self.prefix, self.rest)

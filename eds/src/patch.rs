@@ -1,4 +1,4 @@
-//! A change of a text by its lines: what it does not name stays byte for byte.
+//! Changes of a text by lines. Lines that are not named stay byte for byte.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -6,23 +6,23 @@ use std::ops::Range;
 
 use crate::text::Source;
 
-/// One change. Lines count from 1, as they are before any change.
+/// One change. Lines count from 1, in the text before any change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The line becomes this.
+    /// Replaces a line.
     Line(u32, String),
-    /// This comes after the line.
+    /// Inserts text after a line.
     After(u32, String),
-    /// The lines from the first to the last go.
+    /// Removes the lines from the first to the last.
     Remove(u32, u32),
 }
 
-/// Changes of a text that are made together.
+/// Changes that are applied together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Patch(Vec<Change>);
 
 impl Patch {
-    /// Texts in the place of others, by bytes; none overlaps another.
+    /// Replaces byte ranges, which do not overlap, by other texts.
     pub(crate) fn of_bytes(source: &Source, mut edits: Vec<(Range<usize>, String)>) -> Self {
         edits.sort_by_key(|(at, _)| (at.start, at.end));
         let line = |at: usize| source.position(at as u32).line;
@@ -54,7 +54,7 @@ impl Patch {
         self.0.is_empty()
     }
 
-    /// The text with the changes. New lines end as most lines of the text do.
+    /// The text after the changes. New lines end as most lines of the text do.
     #[must_use]
     pub fn apply(&self, source: &Source) -> String {
         let mut becomes: BTreeMap<u32, Option<&str>> = BTreeMap::new();
@@ -87,7 +87,7 @@ impl Patch {
         text
     }
 
-    /// The lines that it reads or changes, so that no other patch may.
+    /// The lines that it reads or changes; patches are independent if they share none.
     pub(crate) fn lines(&self) -> BTreeSet<u32> {
         let of_change = |change: &Change| match change {
             Change::Line(line, _) | Change::After(line, _) => *line..=*line,
@@ -118,10 +118,10 @@ impl IntoIterator for Patch {
     }
 }
 
-/// What a patch begins with as help of a finding.
+/// The first line of a patch in the help of a finding.
 pub(crate) const HEADING: &str = "in the data sheet:";
 
-/// `in the data sheet:` and a line for each change, as help of a finding.
+/// The help of a finding: `in the data sheet:` and a line for each change.
 impl fmt::Display for Patch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(HEADING)?;

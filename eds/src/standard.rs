@@ -1,4 +1,4 @@
-//! What CiA 301 and CiA 402-2 define: the kind and the data types of their objects, and what their numbers mean.
+//! Objects of CiA 301 and CiA 402-2: their kinds, data types, and the meanings of their numbers.
 
 use crate::model::{Device, ObjectKind};
 use crate::types::DataType;
@@ -10,45 +10,45 @@ use lexican_cia::cia402::Mode;
 pub struct Standard {
     /// `CiA 301`.
     pub source: &'static str,
-    /// Whether it is a single value, an array or a record.
+    /// VAR, ARRAY or RECORD.
     pub kind: ObjectKind,
-    /// Whether ARRAY and RECORD are both common.
+    /// Whether both ARRAY and RECORD are common for this object.
     pub loose: bool,
-    /// What its numbers mean; of an array, those of its elements.
+    /// The meaning of its numbers; for an array, of its elements.
     pub meaning: Option<&'static Meaning>,
     types: Types,
 }
 
-/// What the numbers of an object mean.
+/// The meaning of an object's numbers.
 #[derive(Debug)]
 pub struct Meaning {
-    /// What it is called.
+    /// The name of the type in generated code.
     pub name: &'static str,
-    /// In a sentence.
+    /// One sentence.
     pub description: &'static str,
-    /// The names.
+    /// The named values or bits.
     pub numbers: Numbers,
 }
 
-/// Names for numbers.
+/// Names of values or bits.
 #[derive(Clone, Copy, Debug)]
 pub enum Numbers {
-    /// Of values.
+    /// Values and their names.
     Values(&'static [(i128, &'static str)]),
-    /// Of bits: the lowest, the highest, the name.
+    /// Bits: the lowest, the highest, the name.
     Bits(&'static [(u8, u8, &'static str)]),
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Types {
-    /// Of the single value, or of all entries but sub-index 0.
+    /// For the single value, or for all entries but sub-index 0.
     All(DataType),
-    /// Of sub-index 1 and on.
+    /// For each sub-index, from 1 on.
     Each(&'static [Option<DataType>]),
 }
 
 impl Standard {
-    /// The data type of a sub-index, where the standard fixes it.
+    /// The data type of a sub-index, if the standard fixes it.
     #[must_use]
     pub fn data_type(&self, sub: u8) -> Option<DataType> {
         match (self.kind.has_subs(), sub, self.types) {
@@ -60,7 +60,7 @@ impl Standard {
     }
 }
 
-/// The object with this index in CiA 301, or in the profile of the device.
+/// The object with this index in CiA 301, or in CiA 402 if that is the profile.
 #[must_use]
 pub fn object(index: u16, profile: Option<u16>) -> Option<Standard> {
     match index {
@@ -70,16 +70,16 @@ pub fn object(index: u16, profile: Option<u16>) -> Option<Standard> {
     }
 }
 
-/// What writing an entry does, where that is more than changing a parameter.
+/// The effect of writing an entry that is more than a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
-    /// It is what the device is to put out or to reach now: a target position, an output.
+    /// A target or an output that takes effect immediately: a target position, a digital output.
     SetPoint,
-    /// It makes the device do something: store, restore, program, change its state.
+    /// A command: store, restore, program, change a state.
     Command,
 }
 
-/// What CiA 301, 302, 401 and 402 make of an entry that is no parameter.
+/// The role of an entry by CiA 301, 302, 401 and 402; `None` if it is a parameter.
 ///
 /// A device whose 1000h names no profile is a drive of CiA 402 if it has 6040h, 6041h and 6060h.
 #[must_use]
@@ -91,28 +91,29 @@ pub fn role(device: &Device, index: u16, sub: u8) -> Option<Role> {
         (HIGH_RESOLUTION_TIME_STAMP, _) => Some(Role::SetPoint),
         (PREDEFINED_ERROR_FIELD | STORE_PARAMETERS | RESTORE_DEFAULT_PARAMETERS, _) => Some(Role::Command),
         (OS_COMMAND..=OS_PROMPT, _) => Some(Role::Command),
-        // CiA 302: configure slaves, download and start programs, request NMT and guarding.
+        // CiA 302: configure slaves, download and start programs, request NMT and node guarding.
         (0x1F25 | 0x1F50 | 0x1F51 | 0x1F82 | 0x1F83, _) => Some(Role::Command),
-        // The control word, also that of CiA 408.
+        // The control word, for CiA 408 as well.
         (0x6040, _) if has(0x6041) => Some(Role::Command),
-        // Each axis of a drive has 800h objects.
+        // Axes are 800h apart.
         (0x6000..=0x9FFF, sub) if is_drive => match (0x6000 + (index - 0x6000) % 0x800, sub) {
             (0x6040, _) => Some(Role::Command),
             // Clears the buffer of interpolated positions.
             (0x60C4, 6) => Some(Role::Command),
-            // Target velocity and percentage (vl), target torque and position, offsets, touch probes, interpolated positions.
+            // vl: target velocity and percentage; target torque and position, offsets, touch probes, interpolated
+            // positions.
             (0x6042 | 0x6052 | 0x6071 | 0x607A | 0x60B0..=0x60B2 | 0x60B8 | 0x60C1, _) => Some(Role::SetPoint),
-            // Outputs but not their mask; target velocity (pv).
+            // Outputs, but not their mask (60FEh:02); pv: target velocity.
             (0x60FE, 0 | 1) | (0x60FF, _) => Some(Role::SetPoint),
             _ => None,
         },
-        // Outputs of CiA 401: digital ones of 8, 1, 16 and 32 at a time, analogue ones.
+        // CiA 401: digital outputs in groups of 8, 1, 16 and 32, and analogue ones.
         (0x6200 | 0x6220 | 0x6300 | 0x6320 | 0x6410..=0x6414, _) if device.profile == Some(401) => Some(Role::SetPoint),
         _ => None,
     }
 }
 
-/// Whether an entry holds a code, an identifier, a signature or a word of bits, which the standards write in hexadecimal.
+/// Whether an entry holds a code, an identifier, a signature or bits, which the standards write in hexadecimal.
 #[must_use]
 pub fn is_hex(index: u16, sub: u8) -> bool {
     use cia301::*;
@@ -127,11 +128,11 @@ pub fn is_hex(index: u16, sub: u8) -> bool {
     }
 }
 
-/// CiA 301, 7.5.2.
+/// Objects of CiA 301, 7.5.2.
 fn communication(index: u16) -> Option<Standard> {
     use DataType as D;
     use cia301::*;
-    // Sub-index 4 shall not exist.
+    // Sub-index 4 is reserved.
     const PDO: &[Option<DataType>] =
         &[Some(D::Unsigned32), Some(D::Unsigned8), Some(D::Unsigned16), None, Some(D::Unsigned16), Some(D::Unsigned8)];
     const SDO: &[Option<DataType>] = &[Some(D::Unsigned32), Some(D::Unsigned32), Some(D::Unsigned8)];
@@ -154,11 +155,11 @@ fn communication(index: u16) -> Option<Standard> {
         _ if is_pdo_mapping(index) => (ObjectKind::Record, Types::All(D::Unsigned32)),
         _ => return None,
     };
-    // Mappings are lists of equal words, and many data sheets make them arrays.
+    // Mappings are lists of equal numbers, and many data sheets make them arrays.
     Some(Standard { source: "CiA 301", kind, loose: is_pdo_mapping(index), meaning: meaning(index), types })
 }
 
-/// CiA 402-2, by the index of the first axis.
+/// Objects of CiA 402-2, by the index for the first axis.
 fn cia402(index: u16) -> Option<Standard> {
     use DataType as D;
     const RAMP: &[Option<DataType>] = &[Some(D::Unsigned32), Some(D::Unsigned16)];
@@ -192,12 +193,12 @@ fn array(data_type: DataType) -> (ObjectKind, Types) {
     (ObjectKind::Array, Types::All(data_type))
 }
 
-/// What the numbers of an object mean; of CiA 402 by the index of the first axis.
+/// The meaning of an object's numbers; for CiA 402, by the index for the first axis.
 fn meaning(index: u16) -> Option<&'static Meaning> {
     MEANINGS.iter().find(|(indices, _)| indices.contains(&index)).map(|(_, meaning)| meaning)
 }
 
-/// The option codes from `first` to `last`.
+/// The values of option codes, from `first` to `last`.
 const fn stops(first: usize, last: usize) -> &'static [(i128, &'static str)] {
     const STOPS: &[(i128, &str)] = &[
         (0, "disable drive function"),
@@ -213,7 +214,7 @@ const fn stops(first: usize, last: usize) -> &'static [(i128, &'static str)] {
     STOPS.split_at(last + 1).0.split_at(first).1
 }
 
-/// Rows: indices, name, description, names of values or bits.
+/// One row each: indices, name, description, names of values or bits.
 macro_rules! meanings {
     ($([$($index:expr),*] $name:literal, $description:literal, $kind:ident $numbers:expr;)*) => {
         const MEANINGS: &[(&[u16], Meaning)] = &[$((

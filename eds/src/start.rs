@@ -1,23 +1,23 @@
-//! What a device starts with: the bytes of each entry before it is first written.
+//! The initial values of a device: the bytes of each entry before it is first written.
 
 use crate::model::number::{Number, fits_every_node, fitting, raw};
 use crate::model::{AccessType, Condition, Device, Entry, Value};
 use crate::types::DataType;
 use lexican_cia::cia301;
 
-/// The value that an entry starts with, as the wire has it.
+/// The initial value of an entry, in wire form.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Initial {
-    /// A number is little-endian and as long as its data type.
+    /// Little-endian, with the length of the data type.
     pub bytes: Vec<u8>,
-    /// Whether the node-ID is added to the number.
+    /// Whether the node-ID has to be added.
     pub node_relative: bool,
-    /// Whether the data sheet gives the entry this value, by a default or a DCF's `ParameterValue`.
+    /// Whether the data sheet states the value, as a default or as `ParameterValue` of a DCF.
     pub is_given: bool,
 }
 
 impl Initial {
-    /// The bytes in the device with this node-ID.
+    /// The bytes for the device with this node-ID.
     #[must_use]
     pub fn of_node(&self, node: u8) -> Vec<u8> {
         let mut carry = if self.node_relative { u16::from(node) } else { 0 };
@@ -30,14 +30,14 @@ impl Initial {
     }
 }
 
-/// What an entry of a device starts with: what a DCF configures, else the default.
+/// The initial value of an entry: as configured by a DCF, else the default.
 ///
-/// Where the data sheet gives neither, or no value of the data type: the identity (1018h) is that of `[DeviceInfo]`,
-/// sub-index 0 of a PDO mapping counts the objects that are mapped, that of several entries counts them (CiA 301, 7.4.3)
-/// unless it can be written, groups of parameters (1010h and 1011h) are stored and restored on command, and anything else
-/// is the value nearest to zero that the limits allow.
+/// If neither is given or valid: 1018h has the identity of `[DeviceInfo]`, sub-index 0 of a PDO mapping the number of
+/// mapped objects, a read-only sub-index 0 of other objects the highest sub-index (CiA 301, 7.4.3), and 1010h and 1011h
+/// the value 1, as parameters are stored and restored on command. Any other entry has the value nearest to zero within
+/// its limits.
 ///
-/// No error has occurred (1003h:00), even where editors write the number of fields or FEh as its default.
+/// 1003h:00 is 0, as no error has occurred, even if an editor wrote the number of fields or FEh as its default.
 #[must_use]
 pub fn initial(device: &Device, entry: &Entry) -> Initial {
     let given = given(entry);
@@ -54,7 +54,7 @@ pub fn initial(device: &Device, entry: &Entry) -> Initial {
     }
 }
 
-/// What the data sheet says that the entry holds, as far as that is a value of its data type in every node.
+/// The value that the data sheet gives the entry, if it fits the data type for every node-ID.
 fn given(entry: &Entry) -> Option<&Value> {
     let is_value = |value: &&Value| match *value {
         &Value::NodeIdPlus(base) => fits_every_node(base, entry.data_type),
@@ -64,13 +64,13 @@ fn given(entry: &Entry) -> Option<&Value> {
     [&entry.configured, &entry.default].into_iter().flatten().find(is_value)
 }
 
-/// The number that an entry starts with in every node.
+/// The initial value of an entry that is the same for every node-ID.
 fn number(device: &Device, entry: &Entry) -> Number {
     let stated = stated(device, entry);
     stated.unwrap_or_else(|| nearest_to_zero(entry.data_type, limits(device, entry)))
 }
 
-/// The number that the data sheet gives, in one place or another.
+/// The value that the data sheet gives, directly or elsewhere.
 fn stated(device: &Device, entry: &Entry) -> Option<Number> {
     if (entry.index, entry.sub) == (cia301::PREDEFINED_ERROR_FIELD, 0) {
         return Some(Number::Integer(0));
@@ -81,10 +81,10 @@ fn stated(device: &Device, entry: &Entry) -> Option<Number> {
         (cia301::IDENTITY, 1) => info.vendor_number,
         (cia301::IDENTITY, 2) => info.product_number,
         (cia301::IDENTITY, 3) => info.revision_number,
-        // The device stores, or restores, on command (CiA 301, 7.5.2.13 and 7.5.2.14).
+        // Bit 0: stores, or restores, on command (CiA 301, 7.5.2.13 and 7.5.2.14).
         (cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS, 1..) => Some(1),
         (index, 0) if cia301::is_pdo_mapping(index) => mapped(device, index).map(u32::from),
-        // What can be written counts something else, such as errors.
+        // A writable sub-index 0 counts something else, such as errors.
         (index, 0) if matches!(entry.access, AccessType::Ro | AccessType::Const) => {
             highest_sub(device, index).map(u32::from)
         }
@@ -93,14 +93,14 @@ fn stated(device: &Device, entry: &Entry) -> Option<Number> {
     given.or_else(|| fitting(&Value::Integer(elsewhere()?.into()), entry.data_type))
 }
 
-/// How many objects the PDO maps.
+/// The number of objects that the PDO maps.
 fn mapped(device: &Device, mapping: u16) -> Option<u8> {
     let mut pdos = device.pdos.iter();
     let pdo = pdos.find(|pdo| pdo.direction.mapping_parameter(pdo.number) == mapping)?;
     u8::try_from(pdo.mapping.len()).ok()
 }
 
-/// The highest sub-index, where there is more than sub-index 0. FFh does not count (CiA 301, 7.4.4).
+/// The highest sub-index, if there is more than sub-index 0. FFh is not counted (CiA 301, 7.4.4).
 fn highest_sub(device: &Device, index: u16) -> Option<u8> {
     let entries = &device.object(index)?.entries;
     entries.iter().map(|entry| entry.sub).rfind(|sub| (1..0xFF).contains(sub))
@@ -108,8 +108,7 @@ fn highest_sub(device: &Device, index: u16) -> Option<u8> {
 
 type Range = (Option<Number>, Option<Number>);
 
-/// The limits of an entry when the device starts, with those that depend on other entries; without them where no
-/// value is within all.
+/// The limits of an entry at start, including those that depend on other entries, unless they contradict each other.
 fn limits(device: &Device, entry: &Entry) -> Range {
     let limit = |value: Option<&Value>| fitting(value?, entry.data_type);
     let own = (limit(entry.low.as_ref()), limit(entry.high.as_ref()));

@@ -1,26 +1,24 @@
-//! A new data sheet to begin from: what CiA 301 demands, the objects of a device profile, and PDOs that map them.
+//! A new data sheet to begin with: the mandatory objects of CiA 301, those of a device profile, and PDOs that map them.
 
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, DeviceInfo, Direction, Entry, FileInfo, Object, ObjectKind, ObjectList, Value};
 use crate::text::Span;
 use lexican_cia::cia301;
 
-/// What a new data sheet says.
+/// The contents of a new data sheet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Template {
     pub file_name: String,
-    /// Who made the device.
     pub vendor_name: String,
     /// The vendor-ID that CiA has given them.
     pub vendor_number: u32,
-    /// The name of the device, also in 1008h.
+    /// Also the value of 1008h.
     pub product_name: String,
     /// The product code.
     pub product_number: u32,
     /// The revision number: major in the higher 16 bits, minor in the lower.
     pub revision_number: u32,
-    /// What the device is.
     pub profile: Profile,
     /// How many PDOs it receives: up to 512.
     pub receive_pdos: u16,
@@ -28,20 +26,20 @@ pub struct Template {
     pub transmit_pdos: u16,
 }
 
-/// What a device is.
+/// The kind of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
-    /// Nothing but CiA 301: its PDOs map nothing yet.
+    /// CiA 301 only; its PDOs map nothing yet.
     Cia301,
-    /// Inputs and outputs: two bytes and four words each (CiA 401).
+    /// CiA 401: inputs and outputs of two bytes and four words each.
     Cia401,
-    /// A servo drive that positions, turns and homes, also by cyclic synchronous modes (CiA 402).
+    /// CiA 402: a servo drive with profile position, profile velocity, homing and cyclic synchronous modes.
     Cia402,
 }
 
 impl Template {
-    /// The device, for [`write::eds`](crate::write::eds).
     #[must_use]
+    /// Makes the device, to be written with [`write::eds`](crate::write::eds).
     pub fn device(&self) -> Device {
         let info = DeviceInfo {
             vendor_name: Some(self.vendor_name.clone()),
@@ -131,7 +129,7 @@ impl Template {
     }
 }
 
-/// Data types that receive PDOs may leave gaps with.
+/// Data types with which receive PDOs may leave gaps.
 const DUMMIES: [DataType; 6] = [
     DataType::Integer8,
     DataType::Integer16,
@@ -141,11 +139,11 @@ const DUMMIES: [DataType; 6] = [
     DataType::Unsigned32,
 ];
 
-/// Mapping words: index, sub-index and length.
+/// Entries of a mapping parameter: index, sub-index and length.
 type Mapping = &'static [u32];
 
 impl Profile {
-    /// 1000h: the number of the profile, and which functions of it the device has.
+    /// 1000h: the number of the profile, and the supported functions.
     fn device_type(self) -> u32 {
         match self {
             Self::Cia301 => 0,
@@ -156,7 +154,7 @@ impl Profile {
         }
     }
 
-    /// What the profile maps into the first PDOs.
+    /// The mappings of the first PDOs by the profile.
     fn mappings(self, direction: Direction) -> &'static [Mapping] {
         match (self, direction) {
             (Self::Cia301, _) => &[],
@@ -258,7 +256,7 @@ fn drive() -> Vec<Object> {
     ]
 }
 
-/// The communication and the mapping parameter of a PDO. Those beyond the predefined connection set are switched off.
+/// The communication and the mapping parameter of a PDO, disabled if it is not in the predefined connection set.
 fn pdo(direction: Direction, number: u16, mapping: Mapping) -> [Object; 2] {
     use DataType as D;
     let name = if direction == Direction::Receive { "RPDO" } else { "TPDO" };
@@ -306,7 +304,7 @@ fn variable(index: u16, entry: Entry) -> Object {
     object(index, ObjectKind::Variable, &entry.name.clone(), vec![entry])
 }
 
-/// An ARRAY or RECORD of these from sub-index 1 on, with the highest of them in sub-index 0.
+/// An ARRAY or RECORD with these entries from sub-index 1 on; sub-index 0 is the highest sub-index.
 fn list(index: u16, kind: ObjectKind, name: &str, fields: Vec<Entry>) -> Object {
     let fields = fields.into_iter().zip(1..).map(|(entry, sub)| Entry { sub: entry.sub.max(sub), ..entry });
     let fields: Vec<Entry> = fields.collect();
@@ -315,7 +313,7 @@ fn list(index: u16, kind: ObjectKind, name: &str, fields: Vec<Entry>) -> Object 
     object(index, kind, name, [vec![count], fields].concat())
 }
 
-/// The same with what is in use in sub-index 0.
+/// The same with the number of entries in use in sub-index 0.
 fn with_count(mut object: Object, access: AccessType, count: u8) -> Object {
     object.entries[0] = Entry {
         name: "Number of entries".to_owned(),

@@ -1,5 +1,5 @@
-//! Writes a device as EDS or DCF (CiA 306-1). What is read back is the same device, but for what overlays say:
-//! that has no place in these formats.
+//! Writes a device as EDS or DCF (CiA 306-1). Reading the text gives the same device, except for overlays, which these
+//! formats cannot express.
 
 use std::collections::BTreeMap;
 use std::fmt::{Display, Write as _};
@@ -9,7 +9,7 @@ use crate::model::types::{Class, DataType};
 use crate::model::{Commissioning, Device, DeviceInfo, Entry, FileInfo, Module, Object, ObjectKind, ObjectList, Value};
 use crate::parse::syntax::Line;
 
-/// The device as EDS, without the values of a configured device. Lines end with CR LF.
+/// The device as EDS, without configured values. Lines end with CR LF.
 #[must_use]
 pub fn eds(device: &Device) -> String {
     Writer { out: String::new(), configured: false }.device(device)
@@ -39,13 +39,13 @@ pub(crate) fn entry_lines(entry: &Entry) -> Vec<String> {
 pub(crate) fn value(value: &Value, data_type: DataType) -> String {
     match value {
         Value::Integer(number) if data_type.class() == Class::Unsigned && *number > 0xFFFF => format!("0x{number:X}"),
-        // With an exponent where the number is long.
+        // Uses an exponent for long numbers.
         Value::Real(number) => format!("{number:?}"),
         other => one_line(&value_text(other)),
     }
 }
 
-/// A key that a data sheet has, or without a value one that it has not.
+/// A key of a data sheet; without a value, it is to be removed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Said {
     pub(crate) section: String,
@@ -53,7 +53,7 @@ pub(crate) struct Said {
     pub(crate) value: Option<String>,
 }
 
-/// All keys of what was written here.
+/// All keys of a text written by this module.
 pub(crate) fn said(text: &str) -> Vec<Said> {
     let mut section = String::new();
     let mut said = Vec::new();
@@ -69,7 +69,7 @@ pub(crate) fn said(text: &str) -> Vec<Said> {
     said
 }
 
-/// The keys that make the first text say what the second does, by section.
+/// The changes of keys that turn the first text into the second, by section.
 pub(crate) fn difference(from: &str, to: &str) -> Vec<Said> {
     type Keys = BTreeMap<(String, String), Option<String>>;
     let keys = |text: &str| said(text).into_iter().map(|it| ((it.section, it.key), it.value)).collect::<Keys>();
@@ -79,7 +79,7 @@ pub(crate) fn difference(from: &str, to: &str) -> Vec<Said> {
     changes.into_iter().map(|((section, key), value)| Said { section, key, value }).collect()
 }
 
-/// What the section of a list is called.
+/// The name of a list's section.
 pub(crate) fn list_name(list: ObjectList) -> &'static str {
     match list {
         ObjectList::Mandatory => "MandatoryObjects",
@@ -165,7 +165,7 @@ impl Writer {
     }
 
     fn commissioning(&mut self, commissioning: &Commissioning) {
-        // The standard has one m.
+        // The standard spells it with one m.
         self.section("DeviceComissioning");
         self.number("NodeID", commissioning.node_id);
         self.text("NodeName", &commissioning.node_name);
@@ -232,7 +232,7 @@ impl Writer {
     fn modules(&mut self, device: &Device) {
         if !device.modules.is_empty() {
             self.section("SupportedModules");
-            // The number claims modules from 1 on; others are there because their sections are.
+            // The count stands for modules 1 to n without gaps; others are written as sections.
             let gapless = device.modules.iter().zip(1..).take_while(|(module, number)| module.number == *number);
             self.pair("NrOfEntries", gapless.count());
             for module in &device.modules {
@@ -313,7 +313,7 @@ impl Writer {
         self.attributes(entry);
     }
 
-    /// What was written, without the empty lines between sections.
+    /// The lines without the empty ones between sections.
     fn lines(self) -> Vec<String> {
         self.out.lines().filter(|line| !line.is_empty()).map(str::to_owned).collect()
     }
@@ -403,7 +403,7 @@ fn hex4(number: u16) -> String {
     format!("0x{number:04X}")
 }
 
-/// A value has one line only.
+/// Line breaks become blanks: a value is one line.
 fn one_line(text: &str) -> String {
     text.replace(['\r', '\n'], " ")
 }
@@ -419,7 +419,7 @@ mod tests {
     use crate::text::Span;
     use crate::{Input, Source, load};
 
-    /// What a value in a data sheet can be: one line without blanks around.
+    /// A value of a data sheet: one line without blanks around it.
     fn text() -> impl Strategy<Value = String> {
         "[A-Za-z0-9°/][ -~ü°]{0,30}[A-Za-z0-9°)]"
     }
@@ -470,7 +470,7 @@ mod tests {
         ) -> Entry {
             let [default, configured, low, high] = values;
             let [denotation, designator, upload_file, download_file] = texts;
-            // Two zeros are read as no limits.
+            // Two zeros would be read as no limits.
             let is_zero = |limit: &Option<Value>| matches!(limit, Some(Value::Integer(0) | Value::Real(0.0)));
             let (low, high) = if is_zero(&low) && is_zero(&high) { (None, None) } else { (low, high) };
             let entry = Entry { name, data_type, access, pdo_mapping, default, ..Entry::new(0, 0, Span::default()) };
@@ -499,7 +499,7 @@ mod tests {
         ) -> Object {
             let entries = if kind.has_subs() { entries } else { [(0, single)].into() };
             let entries = entries.into_iter().map(|(sub, entry)| Entry { sub, ..entry }).collect::<Vec<_>>();
-            // The name and the denotation of a single value are those of its entry.
+            // A single value has the name and denotation of its entry.
             let name = if kind.has_subs() { name } else { entries[0].name.clone() };
             let [denotation, designator] = [denotation, designator].map(|text| text.filter(|_| kind.has_subs()));
             let object = Object { name, list, entries, flags, ..Object::new(0, kind, Span::default()) };
@@ -537,7 +537,7 @@ mod tests {
                 net_number: vendor_number, network_name, network_designator: last_eds.clone(),
                 manager: Some(flags[0]), serial_number: product_number,
             });
-            // A fixed object of a module is in none of the lists.
+            // Fixed objects of a module are in no list.
             let fixed: Vec<Object> = indexed(fixed).into_iter()
                 .map(|object| Object { list: ObjectList::Optional, ..object }).collect();
             let modules = match fixed.is_empty() {
@@ -551,7 +551,7 @@ mod tests {
                     bit_rates_kbit, granularity,
                     simple_boot_up_master: flags[1], simple_boot_up_slave: flags[2], dynamic_channels: flags[3],
                     group_messaging: flags[4], lss: flags[5],
-                    // A bit that means something would bring objects when it is read back.
+                    // A defined bit would add objects when the text is read.
                     receive_pdos: Some(1), transmit_pdos: None, compact_pdo: 0x40,
                     safety: flags[0], reserved: description.iter().map(|text| ("NG_Slave", text.clone())).collect(),
                 },

@@ -3,14 +3,14 @@
 use crate::model::types::DataType;
 pub use lexican_cia::cia402::Signal;
 
-/// What a driver has to know, as far as a data sheet says it.
+/// What a driver has to know, as far as the data sheet says it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Drive {
-    /// What to call it: `ProductName`, or else what 1008h holds.
+    /// `ProductName`, or else the value of 1008h.
     pub name: String,
-    /// How it is recognised.
+    /// What the device must answer to be taken for this drive.
     pub identity: Identity,
-    /// Every write by SDO takes four bytes, as the overlay says.
+    /// Whether every SDO write has to carry four bytes (overlay).
     pub always_four_bytes: bool,
     /// 6040h.
     pub control_word: Number,
@@ -22,15 +22,15 @@ pub struct Drive {
     pub mode_display: Option<Number>,
     /// 6064h. A drive that has profile position mode has it.
     pub actual_position: Option<Number>,
-    /// 606Ch. A drive without it has 6064h, by which it is seen to stand.
+    /// 606Ch. Without it, the driver watches 6064h to see whether the drive stands still.
     pub actual_velocity: Option<Number>,
     /// 607Ah. A drive that has profile position mode has it.
     pub target_position: Option<Number>,
     /// 6081h, 6083h and 6084h, of a drive with profile position mode.
     pub profile: Option<Profile>,
-    /// 60FFh, of a drive with profile velocity mode or the cyclic one.
+    /// 60FFh, of a drive with profile velocity or cyclic synchronous velocity mode.
     pub target_velocity: Option<Number>,
-    /// 6071h and 6077h, of a drive with torque profile mode or the cyclic one.
+    /// 6071h and 6077h, of a drive with profile torque or cyclic synchronous torque mode.
     pub torque: Option<Torque>,
     /// 60C1h:01, of a drive with interpolated position mode.
     pub interpolated_position: Option<Number>,
@@ -40,26 +40,25 @@ pub struct Drive {
     pub position_limits: Option<[Number; 2]>,
     /// 1003h:01.
     pub latest_fault: Option<Number>,
-    /// The numbers of its modes (6060h), ascending, as CiA 402 has them: 1 is profile position, 3 profile velocity.
-    /// One of these two is there.
+    /// The modes (numbers of 6060h), ascending. Profile position (1) or profile velocity (3) is among them.
     pub modes: Vec<i8>,
-    /// Homing, if it has the mode.
+    /// `None` if the drive has no homing mode.
     pub homing: Option<Homing>,
-    /// The option codes that it has of 605Ah to 605Eh.
+    /// The option codes 605Ah to 605Eh that the drive has.
     pub option_codes: Vec<Number>,
-    /// The positions that its touch probes latch, of 60BAh to 60BDh; none without 60B8h and 60B9h.
+    /// The latched positions of the touch probes (60BAh to 60BDh); empty without 60B8h and 60B9h.
     pub latched: Vec<Number>,
     /// The PDOs by which it takes orders.
     pub outputs: Outputs,
-    /// The PDOs in which it sends its status word by itself.
+    /// The PDOs that carry the status word and that the drive sends unasked.
     pub inputs: Vec<Pdo>,
     /// 1010h:01.
     pub store: Option<Number>,
     /// 1011h:01.
     pub restore: Option<Number>,
-    /// 1014h, if it can be written.
+    /// 1014h, if it is writable.
     pub emergencies: Option<Number>,
-    /// What 606Ch is counted in, if the overlay says it: `rev/min`, `1/1000 rev/min`.
+    /// The unit of 606Ch, if the overlay gives it: `rev/min`, `1/1000 rev/min`.
     pub velocity_unit: Option<String>,
     /// The emergency codes that the overlay names.
     pub codes: Vec<Code>,
@@ -68,11 +67,11 @@ pub struct Drive {
 /// How a drive is recognised.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// What 1018h:01 may hold, 0 also where it is missing; empty if the data sheet does not say it.
+    /// The possible values of 1018h:01, which include 0 where it may be missing; empty if the data sheet gives none.
     pub vendor_ids: Vec<u32>,
     /// The low half of 1000h.
     pub profile: u16,
-    /// What 1008h holds, empty if the data sheet does not say it; `None` if there is no 1008h.
+    /// The value of 1008h, empty if the data sheet gives none; `None` without 1008h.
     pub name: Option<String>,
 }
 
@@ -83,11 +82,11 @@ pub struct Number {
     pub index: u16,
     pub sub: u8,
     pub data_type: DataType,
-    /// The limits, if they are narrower than the data type.
+    /// `None` if the limits are those of the data type.
     pub limits: Option<(i64, i64)>,
 }
 
-/// The velocity and the ramps of a travel.
+/// Velocity and ramps of a motion in profile position mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Profile {
     /// 6081h.
@@ -107,22 +106,22 @@ pub struct Torque {
     pub actual: Number,
 }
 
-/// Homing mode.
+/// The objects of homing mode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Homing {
     /// 6098h.
     pub method: Number,
     /// 607Ch.
     pub offset: Number,
-    /// The methods that it has: 60E3h, or what the overlay or the limits of 6098h say; empty where nothing says it.
+    /// The supported methods, from 60E3h, or else the overlay or the limits of 6098h; empty if none of them says it.
     pub methods: Vec<i8>,
 }
 
-/// The PDOs by which a drive takes orders. Each carries nothing else: a driver fills what it does not know with zeros, which
-/// would be orders, too.
+/// The PDOs by which a drive takes orders. They map nothing else: a driver would fill unknown objects with zeros, which
+/// are orders, too.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// The control word. Without it, orders go by SDO, which keeps them in their order.
+    /// Control word alone. Without this PDO, orders go by SDO, which keeps them in order.
     pub control: Option<Pdo>,
     /// Control word and target position.
     pub position: Option<Pdo>,
@@ -149,7 +148,7 @@ pub struct Code {
 }
 
 impl Drive {
-    /// What velocities are counted in, if that is known. Without 606Ch the driver measures them.
+    /// The unit of velocities, if known. Without 606Ch, the driver derives velocities from positions, so there is none.
     #[must_use]
     pub fn velocity_unit(&self) -> Option<&str> {
         self.velocity_unit.as_deref().or(self.actual_velocity.is_none().then_some("units of 6064h per second"))
@@ -157,7 +156,7 @@ impl Drive {
 }
 
 impl Number {
-    /// The bytes on the wire.
+    /// The length on the wire, in bytes.
     #[must_use]
     pub fn size(&self) -> u8 {
         self.data_type.bits().unwrap_or(0) / 8
@@ -165,8 +164,7 @@ impl Number {
 }
 
 impl Homing {
-    /// The method that takes the current position for the home position: 35, or 37 for a drive that has only that one.
-    /// `None` for a drive that has neither.
+    /// The method that sets the current position as the home position: 35, or else 37. `None` if the drive has neither.
     #[must_use]
     pub fn on_the_spot(&self) -> Option<i8> {
         [35, 37].into_iter().find(|method| self.methods.is_empty() || self.methods.contains(method))

@@ -1,19 +1,19 @@
-//! What may be found in the data sheet of a drive.
+//! The codes of findings about drives.
 
 use crate::diagnostic::Severity::{self, Error, Warning};
 
-/// A code of a finding.
+/// The code of a finding, with its explanation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Stable words.
+    /// A stable code: `drive::…`.
     pub code: &'static str,
-    /// Its severity, unless a configuration says otherwise.
+    /// The severity, unless the configuration sets another one.
     pub severity: Severity,
     /// What it means and what to do.
     pub explain: &'static str,
 }
 
-/// All codes of findings that [`read`](super::read) may have, by name.
+/// All codes that [`read`](super::read) reports, sorted.
 pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "drive::left-out",
@@ -66,7 +66,6 @@ pub const FINDINGS: &[Finding] = &[
     },
 ];
 
-/// The severity of the findings of a code.
 pub(super) fn severity(code: &str) -> Severity {
     FINDINGS.iter().find(|finding| finding.code == code).map_or(Error, |finding| finding.severity)
 }

@@ -1,8 +1,8 @@
-//! What a data sheet says of a drive of CiA 402: where its objects are and how wide, its modes, what its PDOs carry, how it
-//! is recognised. Drivers and their generated code begin with it.
+//! What a data sheet says about a CiA 402 drive: indices and sizes of its objects, its modes, the contents of its PDOs,
+//! its identity. Drivers, generated ones as well, start from this.
 //!
-//! What CiA 402 leaves to the manufacturer, and what no data sheet can say (which bits refuse which order, how long things
-//! take, which codes are faults), is not in it.
+//! It leaves out what CiA 402 leaves to the manufacturer and no data sheet says: which bits refuse which order, how
+//! long things take, which codes are faults.
 
 mod data;
 mod finding;
@@ -21,10 +21,10 @@ use lexican_cia::cia301;
 use lexican_cia::cia402::Modes;
 use objects::{Need, Reader};
 
-/// Reads what a driver has to know.
+/// Reads what a driver has to know about a drive.
 ///
-/// There is no drive if a finding is an error: the device is not a drive of CiA 402, or lacks what every driver needs. What
-/// is left out because it contradicts CiA 402 is a warning.
+/// The drive is `None` if there is a finding of severity error: the device is no CiA 402 drive, or lacks something that
+/// every driver needs. An object that is left out because it contradicts CiA 402 is a warning.
 #[must_use]
 pub fn read(device: &Device) -> (Option<Drive>, Diagnostics) {
     let mut reader = Reader::new(device);
@@ -36,7 +36,7 @@ pub fn read(device: &Device) -> (Option<Drive>, Diagnostics) {
 
 fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
     profile(reader);
-    // All that is missing is found before anything is given up.
+    // Look up everything first, so that all missing objects are reported at once.
     let control_word = reader.needed(0x6040, "control word", Need::Word);
     let status_word = reader.needed(0x6041, "status word", Need::Status);
     let mode = reader.needed(0x6060, "mode of operation", Need::Written);
@@ -113,7 +113,7 @@ fn torque(reader: &mut Reader<'_>) -> Option<Torque> {
     Some(Torque { target: target?, actual: actual? })
 }
 
-/// The positions that touch probes latch, with registers and positions as wide as CiA 402 has them.
+/// The latched positions of the touch probes, where data types are those of CiA 402.
 fn latched(reader: &mut Reader<'_>) -> Vec<Number> {
     let control = reader.optional((0x60B8, 0), "touch probe function", Need::Word);
     let status = reader.optional((0x60B9, 0), "touch probe status", Need::Status);
@@ -138,7 +138,7 @@ fn profile(reader: &mut Reader<'_>) {
     }
 }
 
-/// 606Ch, or `Some(None)` where 6064h has to do.
+/// 606Ch. `Some(None)` if the drive lacks it but has 6064h to measure velocity with.
 fn actual_velocity(reader: &mut Reader<'_>, actual_position: Option<Number>) -> Option<Option<Number>> {
     if actual_position.is_none() {
         return reader.needed(0x606C, "actual velocity", Need::Moved).map(Some);
@@ -161,7 +161,8 @@ fn profile_of_travels(reader: &mut Reader<'_>) -> Option<Profile> {
     })
 }
 
-/// What the drive may answer. 0 stands for "not given" in either place, but a device answers what its object has.
+/// The vendor-IDs that the drive may answer. 0 stands for "not given" in 1018h and in `[DeviceInfo]`, but a device
+/// answers what its 1018h holds.
 fn vendor_ids(reader: &mut Reader<'_>) -> Vec<u32> {
     let device = reader.device;
     let entry = device.entry(cia301::IDENTITY, 1);
@@ -195,7 +196,7 @@ fn name(device: &Device) -> String {
     product.map(str::to_owned).or_else(|| device_name(device).filter(|name| !name.is_empty())).unwrap_or("drive".into())
 }
 
-/// What 1008h holds, without what pads it; `None` without the object.
+/// The value of 1008h without padding; `None` without the object.
 fn device_name(device: &Device) -> Option<String> {
     Some(match held(device.entry(cia301::MANUFACTURER_DEVICE_NAME, 0)?) {
         Some(Value::Text(name)) => name.trim_matches(|c: char| c.is_whitespace() || c == '\0').to_owned(),
@@ -203,14 +204,14 @@ fn device_name(device: &Device) -> Option<String> {
     })
 }
 
-/// The unit of 606Ch, where it has one and only one.
+/// The unit of 606Ch, if it has exactly one.
 fn velocity_unit(device: &Device) -> Option<String> {
     let Meaning::Quantity(name) = &device.entry(0x606C, 0)?.meaning else { return None };
     let [unit] = device.quantities.get(name)?.units.as_slice() else { return None };
     Some(unit.to_string())
 }
 
-/// The emergency codes that the overlay names, of 1003h or 603Fh.
+/// The emergency codes that the overlay names for 1003h or 603Fh.
 fn codes(device: &Device) -> Vec<Code> {
     let of = |index, sub| match &device.entry(index, sub)?.meaning {
         Meaning::Enumeration(name) => device.enumerations.get(name),

@@ -1,4 +1,4 @@
-//! Which modes and homing methods a drive has.
+//! The modes of operation and homing methods of a drive.
 
 use super::data::Homing;
 use super::objects::{Need, Reader};
@@ -6,12 +6,12 @@ use crate::model::pdo::held;
 use crate::model::{Device, Entry, Meaning, Value};
 use lexican_cia::cia402::Modes;
 
-/// The homing methods that CiA 402-2 reserves, up to its last one, and 0, which is none.
+/// The homing methods up to the last one that CiA 402-2 reserves, and 0, no homing.
 const RESERVED: &[i8] = &[0, 15, 16, 31, 32, 36];
 
-/// The modes of the drive, ascending: those of 6502h, of the overlay's enumeration of 6060h, or within its limits, as far as
-/// the objects are there; `targets` says which targets a driver can use. A drive with neither profile position nor profile
-/// velocity mode is an error.
+/// The modes of the drive, ascending, as 6502h states them, or else the overlay's enumeration of 6060h, or else the
+/// limits of 6060h. A mode whose objects are missing is left out. `targets` lists the target objects, and whether a
+/// driver can use them. A drive with neither profile position nor profile velocity mode is an error.
 pub(super) fn modes(reader: &mut Reader<'_>, targets: &[(u16, bool)]) -> Option<Vec<i8>> {
     let device = reader.device;
     let stated = stated(device);
@@ -48,11 +48,11 @@ pub(super) fn modes(reader: &mut Reader<'_>, targets: &[(u16, bool)]) -> Option<
     None
 }
 
-/// What says which modes there are.
+/// The modes that a data sheet states.
 struct Stated<'a> {
     modes: Vec<i8>,
     entry: &'a Entry,
-    /// Each mode is named, and does not merely lie between limits.
+    /// Whether each mode is named, not merely between limits.
     one_by_one: bool,
 }
 
@@ -70,7 +70,7 @@ fn stated(device: &Device) -> Option<Stated<'_>> {
     supported.or_else(named).or_else(limited)
 }
 
-/// Homing, if it is among the modes.
+/// The objects of homing mode, if the drive has the mode.
 pub(super) fn homing(reader: &mut Reader<'_>, modes: &[i8]) -> Option<Homing> {
     if !modes.contains(&6) {
         return None;
@@ -85,20 +85,21 @@ pub(super) fn homing(reader: &mut Reader<'_>, modes: &[i8]) -> Option<Homing> {
     };
     let entry = device.entry(0x6098, 0)?;
     let methods = listed().or_else(|| enumerated(device, entry)).or_else(|| {
-        // Between limits there are reserved ones.
+        // Limits include reserved methods.
         Some(between_limits(entry)?.into_iter().filter(|method| !RESERVED.contains(method)).collect())
     });
     Some(Homing { method, offset, methods: methods.unwrap_or_default() })
 }
 
-/// The values that an overlay names.
+/// The values of the overlay's enumeration.
 fn enumerated(device: &Device, entry: &Entry) -> Option<Vec<i8>> {
     let Meaning::Enumeration(name) = &entry.meaning else { return None };
     let values = device.enumerations.get(name)?.values.iter();
     Some(values.filter_map(|named| i8::try_from(named.value).ok()).collect())
 }
 
-/// The values between both limits; `None` where the limits say no more than the data type. Two equal ones say nothing.
+/// The values from the low to the high limit; `None` if the limits are those of the data type, or equal (tools write 0
+/// and 0 for no limits).
 fn between_limits(entry: &Entry) -> Option<Vec<i8>> {
     let limit = |value: &Option<Value>| entry.data_type.fit(value.as_ref()?.as_integer()?);
     let (low, high) = (limit(&entry.low)?, limit(&entry.high)?);

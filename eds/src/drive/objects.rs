@@ -8,13 +8,13 @@ use crate::model::{Device, Entry, Object, Value};
 use crate::standard;
 use crate::text::Span;
 
-/// A data sheet that is read, and what has been found in it.
+/// The data sheet, and the findings so far.
 pub(super) struct Reader<'a> {
     pub(super) device: &'a Device,
     pub(super) findings: Diagnostics,
 }
 
-/// What a driver does with an object.
+/// How a driver uses an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Need {
     /// Writes 16 bits.
@@ -36,12 +36,12 @@ impl<'a> Reader<'a> {
         Reader { device, findings: Diagnostics::default() }
     }
 
-    /// Reports a finding with the severity of its code.
+    /// Reports a finding; the severity is that of its code.
     pub(super) fn report(&mut self, code: &'static str, message: impl Into<String>, span: Span, help: &str) {
         self.findings.push(Diagnostic::new(code, severity(code), message).at(span, "").help(help));
     }
 
-    /// An object that every driver needs.
+    /// Reads an object that every driver needs; its absence is an error.
     pub(super) fn needed(&mut self, index: u16, what: &str, need: Need) -> Option<Number> {
         let Some(entry) = self.device.entry(index, 0) else {
             let message = format!("there is no {index:04X}h ({what})");
@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
         self.number(entry, what, need, "drive::object")
     }
 
-    /// An object that a driver uses where it is.
+    /// Reads an object that a driver can do without.
     pub(super) fn optional(&mut self, (index, sub): (u16, u8), what: &str, need: Need) -> Option<Number> {
         self.number(self.device.entry(index, sub)?, what, need, "drive::left-out")
     }
@@ -90,7 +90,7 @@ impl<'a> Reader<'a> {
         self.device.object(index).is_some_and(|object| object.kind.has_subs())
     }
 
-    /// The place of an object, or of the one before it.
+    /// The place of an object, or of the one before it if it is missing.
     pub(super) fn nearest(&self, index: u16) -> Span {
         let after = self.device.objects.partition_point(|object| object.index <= index);
         let before: Option<&Object> = self.device.objects[..after].last().or(self.device.objects.first());
@@ -124,7 +124,7 @@ impl Need {
     }
 }
 
-/// Limits that are narrower than the data type. Two equal ones, which tools write where there are none, limit nothing.
+/// Limits narrower than the data type. Equal limits are ignored: tools write them where there are none.
 fn limits(entry: &Entry) -> Option<(i64, i64)> {
     let (lowest, highest) = entry.data_type.range()?;
     let limit = |value: &Option<Value>| entry.data_type.fit(value.as_ref()?.as_integer()?);

@@ -1,11 +1,11 @@
-//! Which PDOs a driver can use.
+//! The PDOs that a driver can use.
 
 use super::data::{Drive, Number, Outputs, Pdo, Signal};
 use super::objects::Reader;
 use crate::model::{self, Direction, Mapped, Value};
 use lexican_cia::cia301;
 
-/// Event-driven, by the manufacturer and by the profile (CiA 301, 7.5.2.35): the drive waits for no SYNC.
+/// Event-driven, manufacturer-specific or by device profile (CiA 301, 7.5.2.35): the drive does not wait for SYNC.
 const EVENT_DRIVEN: [u8; 2] = [254, 255];
 
 pub(super) fn pdos(reader: &mut Reader<'_>, drive: &Drive) -> (Outputs, Vec<Pdo>) {
@@ -30,14 +30,14 @@ pub(super) fn pdos(reader: &mut Reader<'_>, drive: &Drive) -> (Outputs, Vec<Pdo>
             None => {}
         }
     }
-    // A control word by SDO might overtake a target by PDO, or fall behind it.
+    // A control word by SDO could overtake a target by PDO, or fall behind it.
     if outputs.control.is_none() {
         outputs = Outputs::default();
     }
     (outputs, inputs)
 }
 
-/// The COB-ID without the node-ID, of a PDO that is valid, event-driven and in its place of the predefined connection set.
+/// The COB-ID without node-ID, if the PDO is valid, event-driven and has its COB-ID of the predefined connection set.
 fn base(reader: &Reader<'_>, pdo: &model::Pdo) -> Option<u16> {
     let predefined = pdo.direction.predefined_cob_id(pdo.number)?;
     let event_driven = pdo.transmission_type.is_some_and(|kind| EVENT_DRIVEN.contains(&kind));
@@ -51,7 +51,7 @@ fn base(reader: &Reader<'_>, pdo: &model::Pdo) -> Option<u16> {
     (event_driven && in_place).then_some(predefined)
 }
 
-/// What a PDO carries; `None`, and a finding, if a driver cannot take it apart.
+/// The signals of a PDO; `None`, and a finding, if a driver cannot decode it.
 fn signals(reader: &mut Reader<'_>, pdo: &model::Pdo, drive: &Drive) -> Option<Vec<Signal>> {
     let mut signals = Vec::new();
     let (mut bit, mut others) = (0_u16, 0_u16);

@@ -1,4 +1,4 @@
-//! The lists of objects: numbered from 1 without gap, under the number of them.
+//! The lists of objects: a count, and lines numbered from 1 without gap.
 
 use crate::parse::number;
 use crate::parse::reader::number_of_key;
@@ -6,11 +6,11 @@ use crate::parse::section::without_blanks;
 use crate::parse::syntax::{Pair, Section, Syntax};
 use crate::patch::{Change, Patch};
 
-/// What a list counts its objects under.
+/// The key that holds the number of objects in a list.
 pub(crate) const COUNT: &str = "SupportedObjects";
 
-/// A list without some of its objects and with others at its end, numbered from 1. What stays keeps its order and its
-/// spelling. `None` if two lines have the same number, since readers differ in which of them counts.
+/// Removes objects from a list and appends others, and numbers it from 1. Lines that stay keep their order and
+/// spelling. `None` if two lines have the same number: readers differ in which of them counts.
 pub(crate) fn rewritten(
     syntax: &Syntax<'_>,
     list: &Section<'_>,
@@ -48,7 +48,7 @@ pub(crate) fn rewritten(
     Some(counted.into_iter().chain(patch).collect())
 }
 
-/// The number and the object of a line of a list.
+/// The number of a list's line, and the object that it names.
 pub(crate) fn listed<'s, 'a>(pair: &'s Pair<'a>) -> Option<(u32, u16, &'s Pair<'a>)> {
     let number = number_of_key(&without_blanks(pair.key), "", 10)?;
     let index = u16::try_from(number::integer(pair.value)?.value).ok()?;

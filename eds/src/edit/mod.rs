@@ -1,5 +1,5 @@
-//! Changes of a data sheet by keys, objects and sub-indices. Each is a [`Patch`] of the lines that have to change: the
-//! counts and lists that speak of what comes or goes are among them, comments and the order of all else stay.
+//! Edits of a data sheet: keys, objects and sub-indices. Each edit is a [`Patch`] of the affected lines, which include
+//! counts and lists; comments and the order of everything else stay.
 //!
 //! ```
 //! use lexican_eds::edit::{Place, set};
@@ -11,7 +11,7 @@
 //! # Ok::<(), lexican_eds::edit::EditError>(())
 //! ```
 //!
-//! An edit does not judge the result: that is up to [`load`](crate::load).
+//! An edit does not judge its result; [`load`](crate::load) does.
 
 pub(crate) mod lists;
 
@@ -31,7 +31,7 @@ use crate::text::Source;
 use crate::{write, xdd};
 use lexican_cia::cia301;
 
-/// What a key belongs to.
+/// The section that a key belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// `[FileInfo]`.
@@ -46,23 +46,23 @@ pub enum Place {
     Sub(u16, u8),
 }
 
-/// Why a data sheet cannot be changed so.
+/// Why an edit is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum EditError {
     /// There is no such section.
     #[error("there is no section [{0}]")]
     NoSection(String),
-    /// Not a key of that section.
+    /// CiA 306-1 has no such key in the section.
     #[error("{section} has no key {key:?}")]
     UnknownKey {
         /// The section.
         section: String,
-        /// As it was given.
+        /// The key as given.
         key: String,
-        /// The keys that it has.
+        /// The keys that the section may have.
         known: &'static [&'static str],
     },
-    /// A text of several lines.
+    /// A value must have one line.
     #[error("a value has one line only")]
     SeveralLines,
     /// The object or sub-index is there already.
@@ -71,13 +71,13 @@ pub enum EditError {
     /// A VAR has no sub-indices.
     #[error("{0:04X} has no sub-indices: it is no ARRAY or RECORD")]
     NoSubs(u16),
-    /// `CompactSubObj` or `CompactPDO` stands for it.
+    /// `CompactSubObj` or `CompactPDO` describes it, so it has no section.
     #[error("{0} has no section of its own: CompactSubObj or CompactPDO stands for it")]
     Compact(String),
-    /// The list numbers two objects the same.
+    /// Two lines of the list have the same number.
     #[error("the list [{0}] gives two objects the same number")]
     AmbiguousList(String),
-    /// What XML cannot say, or not there.
+    /// XML cannot express the key, or not in this section.
     #[error("XML has no place for {key} of {section}")]
     NotInXml {
         /// The section.
@@ -87,9 +87,9 @@ pub enum EditError {
     },
 }
 
-/// Another value for a key; without a value, the key goes. The keys are those of CiA 306-1, in any case.
+/// Sets the value of a key, or removes the key if `value` is `None`. Keys are those of CiA 306-1, in upper or lower
+/// case.
 ///
-/// Errors: if the section or the key does not exist, or the value has several lines.
 pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Result<Patch, EditError> {
     if value.is_some_and(|value| value.contains(['\r', '\n'])) {
         return Err(EditError::SeveralLines);
@@ -128,7 +128,7 @@ pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Resu
     })
 }
 
-/// A new object, behind those with smaller indices, at the end of the list that it says.
+/// Adds an object: its sections after those of smaller indices, and its line at the end of its list.
 pub fn add_object(sheet: &Source, object: &Object) -> Result<Patch, EditError> {
     let index = object.index;
     Editor::new(sheet).read(|syntax| {
@@ -149,8 +149,8 @@ pub fn add_object(sheet: &Source, object: &Object) -> Result<Patch, EditError> {
     })
 }
 
-/// A new sub-index of an ARRAY or RECORD, behind the smaller ones. `SubNumber` counts it, and if sub-index 0 has named the
-/// highest sub-index by default, it still does.
+/// Adds a sub-index to an ARRAY or RECORD, after the smaller ones. Updates `SubNumber`, and the default of sub-index 0
+/// if that was the highest sub-index.
 pub fn add_entry(sheet: &Source, entry: &Entry) -> Result<Patch, EditError> {
     let (index, sub) = (entry.index, entry.sub);
     Editor::new(sheet).read(|syntax| {
@@ -167,7 +167,7 @@ pub fn add_entry(sheet: &Source, entry: &Entry) -> Result<Patch, EditError> {
     })
 }
 
-/// Without an object: its sections go, and its line in a list.
+/// Removes an object: its sections, and its line in a list.
 pub fn remove_object(sheet: &Source, index: u16) -> Result<Patch, EditError> {
     Editor::new(sheet).read(|syntax| {
         if parts(syntax, index).next().is_none() {
@@ -188,7 +188,7 @@ pub fn remove_object(sheet: &Source, index: u16) -> Result<Patch, EditError> {
     })
 }
 
-/// Without a sub-index of an ARRAY or RECORD; the counts are those of [`add_entry`].
+/// Removes a sub-index of an ARRAY or RECORD, and updates the counts as [`add_entry`] does.
 pub fn remove_entry(sheet: &Source, index: u16, sub: u8) -> Result<Patch, EditError> {
     Editor::new(sheet).read(|syntax| {
         let header = with_subs(syntax, index)?;
@@ -200,8 +200,7 @@ pub fn remove_entry(sheet: &Source, index: u16, sub: u8) -> Result<Patch, EditEr
     })
 }
 
-/// Another index for an object: its sections, and what names it in lists, links and PDO mappings. The order of the sections
-/// stays.
+/// Changes the index of an object: in its sections, in lists, links and PDO mappings. The sections stay where they are.
 pub fn renumber(sheet: &Source, from: u16, to: u16) -> Result<Patch, EditError> {
     let outline = Outline::new(sheet);
     let has = |index: u16| outline.sections.iter().any(|section| section.object.is_some_and(|(it, _)| it == index));
@@ -236,7 +235,6 @@ impl Place {
     }
 }
 
-/// A data sheet as sections of keys.
 struct Editor<'a>(&'a Source);
 
 impl<'a> Editor<'a> {
@@ -250,7 +248,7 @@ impl<'a> Editor<'a> {
     }
 }
 
-/// The section of a kind that counts: the first.
+/// The first section of a kind: only that one counts.
 fn section<'s, 'a>(syntax: &'s Syntax<'a>, kind: SectionKind) -> Option<&'s Section<'a>> {
     syntax.sections.iter().find(|section| section.kind == kind)
 }
@@ -263,7 +261,7 @@ fn parts<'s, 'a>(syntax: &'s Syntax<'a>, index: u16) -> impl Iterator<Item = &'s
         .filter(move |section| matches!(section.kind, SectionKind::Object(other, _) if other == index))
 }
 
-/// The header of an object with sub-indices that have sections of their own.
+/// The header section of an object whose sub-indices have sections of their own.
 fn with_subs<'s, 'a>(syntax: &'s Syntax<'a>, index: u16) -> Result<&'s Section<'a>, EditError> {
     let header = section(syntax, Place::Object(index).kind());
     let header = header.ok_or_else(|| EditError::NoSection(format!("{index:04X}")))?;
@@ -285,12 +283,12 @@ fn value_of(section: &Section<'_>, key: Key) -> Option<i128> {
     number::integer(section.get(key.name())?.value).map(|read| read.value)
 }
 
-/// From the name of a section to its last key, from 0.
+/// The lines (from 0) of a section, from its name to its last key.
 fn lines(section: &Section<'_>) -> RangeInclusive<u32> {
     section.line..=section.pairs.last().map_or(section.line, |pair| pair.line)
 }
 
-/// A section with the empty line behind it.
+/// Removes a section and the empty line after it.
 fn removed(syntax: &Syntax<'_>, section: &Section<'_>) -> Change {
     let (first, last) = lines(section).into_inner();
     let blank_after =
@@ -298,7 +296,8 @@ fn removed(syntax: &Syntax<'_>, section: &Section<'_>) -> Change {
     Change::Remove(first + 1, last + 1 + u32::from(blank_after))
 }
 
-/// A line for a new key, behind the keys that CiA 306 has before it, with blanks around the equals sign as they have.
+/// Inserts a line for a new key in the order of CiA 306, with blanks around the equals sign if the other keys have
+/// them.
 fn added(syntax: &Syntax<'_>, section: &Section<'_>, known: &[&str], key: &str, value: &str) -> Change {
     let rank = |key: &str| position(known, key);
     let before = section.pairs.iter().filter(|pair| rank(pair.key) < rank(key)).max_by_key(|pair| rank(pair.key));
@@ -311,15 +310,15 @@ fn added(syntax: &Syntax<'_>, section: &Section<'_>, known: &[&str], key: &str, 
     Change::After(line, format!("{key}{equals}{value}"))
 }
 
-/// New sections behind a line, each after an empty one.
+/// Inserts sections after a line, each with an empty line before it.
 fn lines_after(line: u32, lines: &[String]) -> Patch {
     let starts = |line: &String| line.starts_with('[');
     let lines = lines.iter().flat_map(|line| starts(line).then(String::new).into_iter().chain([line.clone()]));
     lines.map(|text| Change::After(line, text)).collect()
 }
 
-/// The line, from 1, that the sections of a new object come after: the last of the objects with smaller indices, of the
-/// lists, or of the file.
+/// The line (from 1) after which the sections of a new object go: the end of the objects with smaller indices, else of
+/// the lists, else of the file.
 fn object_end(syntax: &Syntax<'_>, index: u16) -> u32 {
     let before = |section: &&Section<'_>| matches!(section.kind, SectionKind::Object(other, _) if other < index);
     let nearest = syntax.sections.iter().filter(before).max_by_key(|section| (section.kind, section.line));
@@ -336,13 +335,13 @@ fn list_end(syntax: &Syntax<'_>) -> u32 {
     before.last().map_or(syntax.source.line_count() as u32, |section| lines(section).end() + 1)
 }
 
-/// A list without an object, or with others.
+/// A list without one object, or with others appended.
 fn rewritten(syntax: &Syntax<'_>, list: &Section<'_>, without: Option<u16>, added: &[u16]) -> Result<Patch, EditError> {
     let patch = lists::rewritten(syntax, list, |_, index| Some(index) == without, added);
     patch.ok_or_else(|| EditError::AmbiguousList(list.name.to_owned()))
 }
 
-/// `NrOfRXPDO` and `NrOfTXPDO`, when the communication parameter of a PDO comes or goes.
+/// Updates `NrOfRXPDO` or `NrOfTXPDO` when the communication parameter of a PDO is added or removed.
 fn pdo_count(syntax: &Syntax<'_>, index: u16, more: i128) -> Option<Change> {
     let key = match index {
         cia301::RPDO_1..=cia301::RPDO_512 => "NrOfRXPDO",
@@ -354,7 +353,7 @@ fn pdo_count(syntax: &Syntax<'_>, index: u16, more: i128) -> Option<Change> {
     (count >= 0).then(|| syntax.with_value(pair, &count.to_string()))
 }
 
-/// `SubNumber`, and the highest sub-index in sub-index 0 if that was right.
+/// Updates `SubNumber`, and the default of sub-index 0 if that was the highest sub-index.
 fn counts(syntax: &Syntax<'_>, header: &Section<'_>, change: impl FnOnce(&mut Vec<u8>)) -> Vec<Change> {
     let SectionKind::Object(index, _) = header.kind else { return Vec::new() };
     let sub = |section: &Section<'_>| match section.kind {
@@ -385,7 +384,7 @@ fn counts(syntax: &Syntax<'_>, header: &Section<'_>, change: impl FnOnce(&mut Ve
     changes
 }
 
-/// A number in the notation of another.
+/// A number in the same notation as `other`.
 fn like(other: &str, number: usize) -> String {
     match other.get(..2) {
         Some(prefix @ ("0x" | "0X")) => format!("{prefix}{number:0digits$X}", digits = other.len() - 2),

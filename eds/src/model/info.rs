@@ -1,4 +1,4 @@
-//! What a data sheet says of its file and of the device as a whole.
+//! The sections of a data sheet about the file and the device as a whole.
 
 /// `[FileInfo]` (CiA 306-1, 6.3).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,11 +54,12 @@ pub struct DeviceInfo {
     pub compact_pdo: u32,
     /// `CANopenSafetySupported`.
     pub safety: bool,
-    /// Keys that CiA 306-1 reserves, and that tools have in common, with their values: nothing here depends on them.
+    /// The values of keys that CiA 306-1 reserves or that tools have in common. They are kept, but nothing depends on
+    /// them.
     pub reserved: Vec<(&'static str, String)>,
 }
 
-/// A program that belongs to the device.
+/// A program for the device (`[Tools]`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tool {
     /// `Name`.

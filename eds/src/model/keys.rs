@@ -51,7 +51,7 @@ impl Key {
         KEYS[self as usize]
     }
 
-    /// Whether a word is one of the keys.
+    /// The key of this name, as CiA 306 spells it; the word may be in upper or lower case.
     pub(crate) fn of(word: &str) -> Option<&'static str> {
         KEYS.into_iter().find(|key| key.eq_ignore_ascii_case(word))
     }
@@ -75,8 +75,8 @@ pub(crate) const FILE_INFO: [&str; 12] = [
     "LastEDS",
 ];
 
-/// The keys of `[DeviceInfo]`. The last nine mean nothing here: CiA 306-1 reserves six of them, for what older versions had, and the
-/// others, of node guarding, are those of CiA 311 as CANopenEditor writes them.
+/// The keys of `[DeviceInfo]`. The last nine have no effect: CiA 306-1 reserves six of them for older versions, and the
+/// three of node guarding are those of CiA 311, as CANopenEditor writes them.
 pub(crate) const DEVICE_INFO: [&str; 34] = [
     "VendorName",
     "VendorNumber",

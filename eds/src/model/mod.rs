@@ -1,5 +1,5 @@
-//! The device as its data sheet and overlay describe it: what code is generated from, what is dumped,
-//! compared and simulated. Nothing in here is text any more but names and descriptions.
+//! The device as data sheet and overlay describe it: the source of generated code, dumps, comparisons and simulation.
+//! Nothing is text any more except names and descriptions.
 
 mod info;
 pub(crate) mod keys;
@@ -32,7 +32,7 @@ pub struct Device {
     pub commissioning: Option<Commissioning>,
     /// The device profile: what the overlay says, else the low half of 1000h, as a DCF configures it or by default.
     pub profile: Option<u16>,
-    /// Whether every write by SDO carries four bytes, also for a shorter type (overlay).
+    /// Whether every SDO write carries four bytes, even for a shorter type (overlay).
     pub sdo_writes_four_bytes: bool,
     /// The objects, ascending by index.
     pub objects: Vec<Object>,
@@ -44,7 +44,7 @@ pub struct Device {
     pub quantities: BTreeMap<String, Quantity>,
     /// Interfaces other than CANopen, by name (overlay).
     pub interfaces: BTreeMap<String, Interface>,
-    /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
+    /// The PDOs by the defaults and the overlay: receive PDOs first, then by number.
     pub pdos: Vec<Pdo>,
     /// `[SupportedModules]` and the `[M1…]` sections of a modular device, by number.
     pub modules: Vec<Module>,
@@ -54,18 +54,18 @@ pub struct Device {
     pub tools: Vec<Tool>,
 }
 
-/// One index of the dictionary. What only few objects have, its [`ObjectDetails`], are fields like its own.
+/// One index of the dictionary. Rarely used attributes are in [`ObjectDetails`], to which it dereferences.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Object {
     pub index: u16,
     /// `ParameterName`.
     pub name: String,
-    /// Which list names it.
+    /// The list of the data sheet that names it.
     pub list: ObjectList,
     /// `ObjectType`.
     pub kind: ObjectKind,
-    /// The values: one at sub-index 0 of a VAR or DOMAIN; ascending by sub-index otherwise.
+    /// A VAR or DOMAIN has one, at sub-index 0; other objects have theirs in ascending order of sub-indices.
     pub entries: Vec<Entry>,
     /// `ObjFlags`: bit 0 refuses a write on download, bit 1 refuses a read on scan.
     pub flags: u32,
@@ -74,10 +74,10 @@ pub struct Object {
     pub(crate) details: Sparse<ObjectDetails>,
 }
 
-/// What only few objects have.
+/// Attributes that few objects have.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjectDetails {
-    /// What the overlay says.
+    /// From the overlay, for the documentation.
     pub description: Option<String>,
     /// `[xxxxObjectLinks]`: objects that belong to this one.
     pub links: Vec<u16>,
@@ -85,11 +85,11 @@ pub struct ObjectDetails {
     pub denotation: Option<String>,
     /// `ParamRefd` of a DCF: the reference designator of the parameter.
     pub designator: Option<String>,
-    /// What tools add in an XDD, by name.
+    /// What tools add in an XDD.
     pub properties: Option<Box<Properties>>,
 }
 
-/// Which of the three lists of a data sheet names an object.
+/// The three lists of objects in a data sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum ObjectList {
@@ -118,7 +118,8 @@ pub enum ObjectKind {
     Record,
 }
 
-/// One entry: what an SDO can address. What only few entries have, its [`EntryDetails`], are fields like its own.
+/// One entry, which an SDO addresses by index and sub-index. Rarely used attributes are in [`EntryDetails`], to which
+/// it dereferences.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Entry {
@@ -137,7 +138,7 @@ pub struct Entry {
     pub(crate) details: Sparse<EntryDetails>,
 }
 
-/// What only few entries have.
+/// Attributes that few entries have.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EntryDetails {
     /// `ParameterValue` of a DCF.
@@ -150,29 +151,30 @@ pub struct EntryDetails {
     pub denotation: Option<String>,
     /// `ParamRefd` of a DCF: the reference designator of the parameter.
     pub designator: Option<String>,
-    /// `SRDOMapping`: it can be mapped into a safety-relevant message (CiA 304).
+    /// `SRDOMapping`: whether it can be mapped into an SRDO, a safety-relevant message (CiA 304).
     pub srdo_mapping: bool,
-    /// `InvertedSRAD`: the index and sub-index of what holds it inverted, for such a message.
+    /// `InvertedSRAD`: index and sub-index of the entry with the inverted value for an SRDO.
     pub inverted: Option<(u16, u8)>,
-    /// `UploadFile` of a DCF: where data read from the device go.
+    /// `UploadFile` of a DCF: the file for data that is read from the device.
     pub upload_file: Option<String>,
-    /// `DownloadFile` of a DCF: where data written to the device come from.
+    /// `DownloadFile` of a DCF: the file with data that is written to the device.
     pub download_file: Option<String>,
-    /// What the overlay says the number means.
+    /// The meaning of the number (overlay).
     pub meaning: Meaning,
-    /// What the overlay says of its limits, where they depend on other objects.
+    /// Limits that depend on other entries (overlay).
     pub ranges: Vec<ConditionalRange>,
-    /// Of a number that holds characters, whether the first is in its highest byte and not in its lowest (overlay).
+    /// For a number that holds characters: whether the first one is in the highest byte; otherwise it is in the lowest
+    /// (overlay).
     pub first_character_high: bool,
     /// Whether the device keeps it without power (overlay).
     pub persistent: bool,
-    /// Why a simulated device holds it, but does not do what it is for (overlay); it does, when `None`.
+    /// Why a simulated device stores it without any effect (overlay); `None` if it has its effect.
     pub not_simulated: Option<String>,
-    /// In which NMT states it may be written (overlay); any, when `None`.
+    /// The NMT states in which it may be written (overlay); `None` for all.
     pub writable_in: Option<Box<[NmtState]>>,
-    /// What the overlay says, for the documentation.
+    /// From the overlay, for the documentation.
     pub description: Option<String>,
-    /// What tools add in an XDD, by name.
+    /// What tools add in an XDD.
     pub properties: Option<Box<Properties>>,
 }
 
@@ -183,7 +185,7 @@ pub struct Properties(pub Vec<(String, String)>);
 /// A value of the data sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A number of any integer type, or a BOOLEAN, or the 48 bits of a time.
+    /// A number of any integer type, a BOOLEAN, or the 48 bits of a time.
     Integer(i128),
     /// A REAL32 or REAL64.
     Real(f64),
@@ -196,8 +198,8 @@ pub enum Value {
 }
 
 impl Value {
-    /// The bytes of a VISIBLE_STRING. CiA 301 has those of ASCII alone; other characters are sent in ISO 8859-1 here, or all
-    /// in UTF-8 where that lacks one.
+    /// The bytes of a VISIBLE_STRING. CiA 301 allows ASCII only; a text with other characters is sent in ISO 8859-1, or
+    /// in UTF-8 if ISO 8859-1 lacks one of them.
     #[must_use]
     pub fn visible_string(text: &str) -> Vec<u8> {
         let single: Option<Vec<u8>> = text.chars().map(|letter| u8::try_from(letter).ok()).collect();
@@ -219,7 +221,7 @@ pub enum AccessType {
     Const,
 }
 
-/// What a number means beyond being a number.
+/// What a number stands for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Meaning {
     /// Just a number.
@@ -233,8 +235,8 @@ pub enum Meaning {
     BitField(String),
 }
 
-/// A physical quantity: what one count of a number is worth, in one unit or, where other objects
-/// decide (increments or 1/100 mm by the spindle pitch), in one of several.
+/// A physical quantity: what one count of a number is worth. If other objects decide between units (increments, or
+/// 1/100 mm by the spindle pitch), there are several.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Quantity {
@@ -247,7 +249,7 @@ pub struct Quantity {
 /// A physical unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// As people write it: `V`, `°C`, `rev/min`.
+    /// As in texts: `V`, `°C`, `rev/min`.
     pub symbol: String,
     /// The method name in generated code: `volts`, `degrees_celsius`.
     pub method: String,
@@ -255,11 +257,11 @@ pub struct Unit {
     pub num: i64,
     /// See `num`.
     pub den: i64,
-    /// When the unit applies only sometimes.
+    /// The condition under which the unit applies; `None` for always.
     pub when: Option<Condition>,
 }
 
-/// What one count is: `V`, `1/10 V`, `10 ms`.
+/// One count: `V`, `1/10 V`, `10 ms`.
 impl std::fmt::Display for Unit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (self.num, self.den) {
@@ -285,12 +287,12 @@ pub struct ConditionalRange {
 pub struct Condition {
     pub index: u16,
     pub sub: u8,
-    /// Whether it must be equal; else it must differ.
+    /// Whether the values must be equal; otherwise they must differ.
     pub equal: bool,
     pub value: i128,
 }
 
-/// States in which a device may be written to.
+/// The NMT states in which an entry may be writable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum NmtState {
@@ -305,7 +307,7 @@ pub struct Enumeration {
     pub description: Option<String>,
     /// The values, ascending.
     pub values: Vec<Named<i128>>,
-    /// Whether the overlay writes values in hexadecimal, as codes are.
+    /// Whether the overlay writes the values in hexadecimal, as is usual for codes.
     pub is_hex: bool,
     pub span: Span,
 }
@@ -317,7 +319,7 @@ pub struct BitField {
     pub description: Option<String>,
     /// The fields, ascending; they do not overlap.
     pub fields: Vec<Named<Bits>>,
-    /// Why a simulated device does not show or obey a field, by its lowest bit.
+    /// Why a simulated device neither shows nor obeys a field, by the lowest bit of the field.
     pub not_simulated: BTreeMap<u8, String>,
     pub span: Span,
 }
@@ -338,7 +340,7 @@ pub struct Named<T> {
     pub name: String,
     /// One sentence, for the documentation.
     pub description: Option<String>,
-    /// What has the name.
+    /// What the name stands for.
     pub value: T,
 }
 
@@ -353,9 +355,9 @@ pub struct Pdo {
     pub cob_id: Option<Value>,
     /// The default of sub-index 2.
     pub transmission_type: Option<u8>,
-    /// What is mapped, in order.
+    /// The mapped entries, in order.
     pub mapping: Vec<Mapped>,
-    /// Whether the mapping can be written.
+    /// Whether the mapping is writable.
     pub dynamic: bool,
 }
 
@@ -372,13 +374,13 @@ pub enum Direction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Mapped {
-    /// The index; of a data type when it is a placeholder.
+    /// The index of an object, or of a data type for a placeholder.
     pub index: u16,
     pub sub: u8,
     pub bits: u8,
 }
 
-/// Another interface of the device, whose parameters mostly are objects under other numbers.
+/// Another interface of the device. Most of its parameters are objects under other numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Interface {
@@ -391,17 +393,17 @@ pub struct Interface {
 /// A parameter of another interface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// What the interface calls it.
+    /// How the interface addresses it.
     pub number: ParameterNumber,
-    /// What it is: the object that it equals, with what differs. Its index is 0, which no object has, if it equals none.
+    /// The object that it equals, with what differs. Its index is 0, which no object has, if it equals none.
     pub entry: Entry,
-    /// How many elements it has: those of an ARRAY, from sub-index 1 on; else 1.
+    /// The number of elements: for an ARRAY, those from sub-index 1 on; otherwise 1.
     pub elements: u8,
-    /// The data type that the interface has for it; the numbers mean what those of the object do.
+    /// The data type on the interface; values mean the same as those of the object.
     pub data_type: DataType,
-    /// The numbers that the interface has for values of the enumeration, by their names; none where they are the same.
+    /// The numbers that the interface uses for values of the enumeration, by name; empty if they are the same.
     pub values: Vec<Named<i128>>,
-    /// When this is what the number stands for, if it stands for several things.
+    /// The condition under which the number stands for this parameter, if it stands for several.
     pub when: Option<Condition>,
     /// Where the overlay describes it.
     pub span: Span,
@@ -428,27 +430,26 @@ pub struct Module {
     pub order_code: Option<String>,
     /// `[M1Comments]`, line by line.
     pub comments: Vec<String>,
-    /// `[M1FixedObjects]`: what the device has as soon as one such module is plugged.
+    /// `[M1FixedObjects]`: objects that the device has once, however many of these modules are plugged in.
     pub fixed: Vec<Object>,
-    /// `[M1SubExtends]`: what every plugged module adds to the objects of the device.
+    /// `[M1SubExtends]`: sub-indices that each plugged module adds to objects of the device.
     pub extends: Vec<SubExtension>,
 }
 
 /// `[M1SubExt6000]`: sub-indices that each module adds to one object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubExtension {
-    /// What an added entry looks like; its sub-index is that of the first.
+    /// A template of the added entries; its sub-index is that of the first.
     pub entry: Entry,
     /// `ObjectType`.
     pub kind: ObjectKind,
-    /// `Count`: how many entries a module adds, by slot when there are several numbers; `bits` of a byte when
-    /// modules share one.
+    /// `Count`: how many entries a module adds; several numbers are by slot. In `bits`, modules share a byte.
     pub count: Vec<u16>,
-    /// `ObjExtend`: 0 when a further module adds entries, 1 when it goes to the next index.
+    /// `ObjExtend`: whether a further module uses the next index (1); otherwise it adds entries to the same one (0).
     pub next_index: bool,
 }
 
-/// A segment of `[DynamicChannels]`: where a programmable device puts network variables (CiA 302-4).
+/// A segment of `[DynamicChannels]`: indices where a programmable device puts network variables (CiA 302-4).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DynamicChannel {
     /// `TypeN`.
@@ -500,7 +501,7 @@ impl Device {
 }
 
 impl Object {
-    /// An object of which nothing is known but where it is.
+    /// An object of which only the place is known.
     #[must_use]
     pub fn new(index: u16, kind: ObjectKind, span: Span) -> Self {
         Self {
@@ -515,8 +516,8 @@ impl Object {
         }
     }
 
-    /// The same with these details instead of its own.
     #[must_use]
+    /// Replaces its details.
     pub fn with_details(self, details: ObjectDetails) -> Self {
         Self { details: Sparse::new(details), ..self }
     }
@@ -530,7 +531,7 @@ impl Object {
 }
 
 impl Entry {
-    /// An entry of which nothing is known but where it is.
+    /// An entry of which only the place is known.
     #[must_use]
     pub fn new(index: u16, sub: u8, span: Span) -> Self {
         Self {
@@ -546,15 +547,15 @@ impl Entry {
         }
     }
 
-    /// The same with these details instead of its own.
     #[must_use]
+    /// Replaces its details.
     pub fn with_details(self, details: EntryDetails) -> Self {
         Self { details: Sparse::new(details), ..self }
     }
 }
 
 impl ObjectList {
-    /// The list that an object belongs into by its index.
+    /// The list that CiA 306 assigns to an index.
     #[must_use]
     pub const fn of_index(index: u16) -> Self {
         match index {
@@ -725,12 +726,12 @@ impl DerefMut for Entry {
 }
 
 impl Device {
-    /// Forgets where everything was described, so that two devices from different files can be compared.
+    /// Clears all places, so that devices from different files can be compared.
     pub fn clear_spans(&mut self) {
         self.for_each_span(|span| *span = Span::default());
     }
 
-    /// All places where something was described.
+    /// Visits all places where something was described.
     pub(crate) fn for_each_span(&mut self, mut visit: impl FnMut(&mut Span)) {
         let of_modules = self.modules.iter_mut().flat_map(|module| &mut module.fixed);
         for object in self.objects.iter_mut().chain(of_modules) {
@@ -754,7 +755,7 @@ impl Device {
 }
 
 impl Parameter {
-    /// Index and sub-index of the object that it equals; of an ARRAY, of its first element.
+    /// The index and sub-index of the object that it equals (for an ARRAY, of the first element).
     #[must_use]
     pub fn object(&self) -> Option<(u16, u8)> {
         (self.entry.index > 0).then_some((self.entry.index, self.entry.sub))

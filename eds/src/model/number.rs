@@ -3,7 +3,7 @@
 use super::Value;
 use super::types::{Class, DataType};
 
-/// A value of a data type that has values of a fixed size.
+/// A value of a fixed-size data type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
     /// An integer, a BOOLEAN or a time.
@@ -13,7 +13,7 @@ pub enum Number {
 }
 
 impl Number {
-    /// Whether it is less; never true of numbers of different kinds.
+    /// Whether it is less than another; false for numbers of different kinds.
     #[must_use]
     pub fn is_below(self, other: Number) -> bool {
         match (self, other) {
@@ -24,7 +24,7 @@ impl Number {
     }
 }
 
-/// The value as one of `data_type`; `None` when it is not.
+/// The value in the range of `data_type`; `None` if it is outside or of another kind.
 #[must_use]
 pub fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     match (value, data_type.class()) {
@@ -35,20 +35,20 @@ pub fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     }
 }
 
-/// Whether a number that the node-ID is added to is one of `data_type` for every node.
+/// Whether `base` plus the node-ID is in the range of `data_type` for every node-ID.
 #[must_use]
 pub fn fits_every_node(base: i64, data_type: DataType) -> bool {
     let base = i128::from(base);
     data_type.range().is_some_and(|(low, high)| low <= base + 1 && base + 127 <= high)
 }
 
-/// What a REAL32 rounds to infinity is none of its values.
+/// `None` if a REAL32 would round the number to infinity.
 fn real(number: f64, data_type: DataType) -> Option<Number> {
     let held = if data_type == DataType::Real32 { f64::from(number as f32) } else { number };
     held.is_finite().then_some(Number::Real(number))
 }
 
-/// The wire form: bits beyond the data type's are zero.
+/// The wire form, a little-endian number; bits beyond the data type are zero.
 #[must_use]
 pub fn raw(number: Number, data_type: DataType) -> u64 {
     let bits = u32::from(data_type.bits().unwrap_or(64));

@@ -3,12 +3,10 @@
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 use lexican_cia::cia301::{self, connection};
 
-/// The most PDOs of each direction: their parameters have no more indices.
+/// The most PDOs of one direction: there are indices for no more.
 pub(crate) const MAX_PDOS: u16 = 512;
 
-/// All PDOs of which the dictionary holds a communication or mapping parameter.
-///
-/// What a DCF configures goes before the default.
+/// The PDOs that have a communication or mapping parameter in the dictionary.
 pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
     let mut pdos = Vec::new();
     for direction in [Direction::Receive, Direction::Transmit] {
@@ -25,27 +23,27 @@ pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
 }
 
 impl Device {
-    /// Describes the PDOs anew, after values of their parameters were changed.
+    /// Derives the PDOs again after values of their parameters were changed.
     pub fn describe_pdos(&mut self) {
         self.pdos = pdos(self);
     }
 }
 
 impl Direction {
-    /// The index of the communication parameter of a PDO: 1400h of the first receive PDO.
+    /// The index of the communication parameter of a PDO: 1400h for the first receive PDO.
     #[must_use]
     pub fn communication_parameter(self, number: u16) -> u16 {
         let first = if self == Direction::Receive { cia301::RPDO_1 } else { cia301::TPDO_1 };
         first + (number.clamp(1, MAX_PDOS) - 1)
     }
 
-    /// The index of the mapping parameter of a PDO: 1600h of the first receive PDO.
+    /// The index of the mapping parameter of a PDO: 1600h for the first receive PDO.
     #[must_use]
     pub fn mapping_parameter(self, number: u16) -> u16 {
         self.communication_parameter(number) + cia301::TO_MAPPING
     }
 
-    /// What the predefined connection set (CiA 301, 7.3.3) adds the node-ID to: it has the first four PDOs.
+    /// The COB-ID without node-ID in the predefined connection set (CiA 301, 7.3.3), which has the first four PDOs.
     #[must_use]
     pub fn predefined_cob_id(self, number: u16) -> Option<u16> {
         let first = if self == Direction::Receive { connection::RPDO_1 } else { connection::TPDO_1 };
@@ -53,12 +51,12 @@ impl Direction {
     }
 }
 
-/// What an entry holds: what is configured, else the default.
+/// The value of an entry: as configured by a DCF, else the default.
 pub(crate) fn held(entry: &Entry) -> Option<&Value> {
     entry.configured.as_ref().or(entry.default.as_ref())
 }
 
-/// What a word of a mapping parameter means: index, sub-index and length.
+/// Decodes an entry of a mapping parameter: index, sub-index and length.
 pub(crate) fn mapped(word: i128) -> Option<Mapped> {
     let word = u32::try_from(word).ok().filter(|&word| word != 0)?;
     Some(Mapped { index: (word >> 16) as u16, sub: (word >> 8) as u8, bits: word as u8 })
@@ -78,10 +76,10 @@ fn pdo(device: &Device, direction: Direction, number: u16) -> Pdo {
     }
 }
 
-/// The words up to the number in sub-index 0, or up to the first empty one without it.
+/// The mapped objects: as many as sub-index 0 says, or without it, those before the first empty entry.
 fn mapping_of(object: &Object) -> Vec<Mapped> {
     let number = |sub: u8| held(object.entry(sub)?)?.as_integer();
-    // 254 and 255 mark a multiplexed PDO (CiA 301): there is no mapping then.
+    // 254 and 255 mark a multiplexed PDO (CiA 301), which has no mapping.
     let count = number(0).unwrap_or(0x40).clamp(0, 0xFF) as u8;
     let count = if count > 0x40 { 0 } else { count };
     (1..=count).map_while(|sub| mapped(number(sub)?)).collect()

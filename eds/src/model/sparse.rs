@@ -1,13 +1,13 @@
-//! Where objects and entries have what most of them lack.
+//! Storage for attributes that most objects and entries lack.
 
-/// Details that most objects and entries lack, allocated only where they differ from the default: a data sheet may
-/// have 65,536 objects of a few bytes each, and limits, overlays and configurations are far larger than those.
+/// Details that are allocated only where they differ from the default: a data sheet may have 65,536 objects of a few
+/// bytes each, and limits, overlays and configurations take far more than that.
 #[derive(Clone, Debug)]
 pub(crate) struct Sparse<T>(Option<Box<T>>);
 
-/// Details that can be left out.
+/// Attributes that are mostly left at their default.
 pub(crate) trait Details: Default + PartialEq + 'static {
-    /// The default, which most objects or entries have.
+    /// The default, to refer to where nothing is allocated.
     fn none() -> &'static Self;
 }
 

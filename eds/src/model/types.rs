@@ -1,4 +1,4 @@
-//! The data types of CiA 301 (7.4.7, table 44), and what else a data sheet may name.
+//! The data types of CiA 301 (7.4.7, table 44), and other types that a data sheet may name.
 
 use std::fmt;
 
@@ -19,8 +19,7 @@ macro_rules! define {
             /// The data types of CiA 301, by code.
             pub const ALL: &[DataType] = &[$(DataType::$variant),*];
 
-            /// The type with the index `code` in the dictionary; total, what CiA 301 does not define is
-            /// [`Other`](Self::Other).
+            /// The data type with this index in the dictionary; [`Other`](Self::Other) if CiA 301 does not define it.
             #[must_use]
             pub const fn from_code(code: u16) -> Self {
                 match code { $($code => DataType::$variant,)* _ => DataType::Other(code) }
@@ -44,20 +43,20 @@ macro_rules! define {
 lexican_cia::data_types!(define);
 
 impl DataType {
-    /// The name in CiA 301: `UNSIGNED16`; the general `DEFTYPE`, `RECORD` or `UNKNOWN` for others, which
-    /// [`Display`](fmt::Display) tells apart by their index.
+    /// The name in CiA 301: `UNSIGNED16`; for other types `DEFTYPE`, `RECORD` or `UNKNOWN`. [`Display`](fmt::Display)
+    /// adds the index to these.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.known().map_or_else(|| other_name(self.code()), lexican_cia::DataType::name)
     }
 
-    /// The size in bits, as a PDO maps it; `None` for types of no fixed or no known size.
+    /// The size in bits, as a PDO maps it; `None` if it is not fixed or not known.
     #[must_use]
     pub fn bits(self) -> Option<u8> {
         self.known()?.bits()
     }
 
-    /// What the values are.
+    /// The kind of the values.
     #[must_use]
     pub fn class(self) -> Class {
         self.known().map_or(Class::Other, lexican_cia::DataType::class)
@@ -74,8 +73,8 @@ impl DataType {
         }
     }
 
-    /// The number as one of this type; `None` when it is not. Data sheets write negative numbers as the hexadecimal of
-    /// their two's complement.
+    /// The number in the range of this type; `None` if it is outside. A number whose sign bit is set counts as
+    /// negative: data sheets write negative numbers as hexadecimal two's complement.
     #[must_use]
     pub fn fit(self, number: i128) -> Option<i128> {
         let ((low, high), bits) = (self.range()?, self.bits()?);
@@ -88,13 +87,13 @@ impl DataType {
         }
     }
 
-    /// The type with this name in CiA 301 (`UNSIGNED16`), in any case.
+    /// The data type with this name in CiA 301 (`UNSIGNED16`), in upper or lower case.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|data_type| data_type.name().eq_ignore_ascii_case(name))
     }
 
-    /// Whether the data sheet names no type, or an index that no type can have.
+    /// Whether the data sheet names no type, or an index that cannot be a type.
     #[must_use]
     pub const fn is_unknown(self) -> bool {
         matches!(self, DataType::Other(code) if !matches!(code, 0x20..=0x25F))

@@ -13,7 +13,7 @@ impl Reader<'_> {
         let (description, list) = self.described(node, "parameters");
         let mut parameters: Vec<Parameter> = Vec::new();
         for node in list {
-            // Sub-indices of index 0 number those without an object.
+            // Parameters without object get index 0 and consecutive sub-indices.
             let without = parameters.iter().chain(self.device.parameters()).filter(|it| it.object().is_none()).count();
             let Some(parameter) = self.parameter(node, without) else { continue };
             let kind = |parameter: &Parameter| discriminant(&parameter.number);
@@ -22,7 +22,7 @@ impl Reader<'_> {
                 continue;
             }
             let same = |other: &&Parameter| {
-                // Under different conditions a number may stand for different things.
+                // A number may stand for different parameters under different conditions.
                 let apart = other.when.is_some() && parameter.when.is_some() && other.when != parameter.when;
                 other.number == parameter.number && !apart
             };
@@ -41,7 +41,7 @@ impl Reader<'_> {
         let before = self.out.total();
         let table = self.table(node)?;
         let span = self.span(node.span());
-        // The object first: all other keys say in what the parameter differs from it.
+        // Read the object first: the other keys say how the parameter differs from it.
         let object = table.iter().find(|(key, _)| key.get_ref() == "object");
         let (mut entry, elements) = match object {
             Some((_, node)) => self.equal(node)?,
@@ -84,7 +84,7 @@ impl Reader<'_> {
         self.expect_whole(node, before, parameter, expected)
     }
 
-    /// The entry that a parameter equals, and how many there are: all elements of an ARRAY that is named as a whole.
+    /// The entry that a parameter equals, and the number of elements: for an ARRAY named as a whole, all of them.
     fn equal(&mut self, node: &Node<'_>) -> Option<(Entry, u8)> {
         let text = self.text(node)?;
         let (index, sub) = self.expect(node, address(&text), "an object such as \"6041\" or \"6041:00\"")?;
@@ -96,7 +96,7 @@ impl Reader<'_> {
             self.push(Kind::OverlayObject(text.into()), node);
             return None;
         };
-        // PDOs, NMT states and what a DCF configures are of CANopen alone.
+        // PDOs, NMT states and the values of a DCF are specific to CANopen.
         let mut entry = Entry { default: None, pdo_mapping: false, ..entry.clone() };
         if entry.configured.is_some() || entry.writable_in.is_some() {
             (entry.configured, entry.writable_in) = (None, None);

@@ -1,6 +1,7 @@
 //! The keys of an overlay's tables.
 
-/// The keys of a table of an overlay, by its kind: `object`, or the list that it is in, such as `units`; empty for the file.
+/// The keys that a table of an overlay may have. `table` is its kind (`object`), or the list that it is in (`units`),
+/// or empty for the top level.
 #[must_use]
 pub fn keys_of(table: &str) -> &'static [&'static str] {
     match table {
@@ -35,7 +36,7 @@ pub fn keys_of(table: &str) -> &'static [&'static str] {
         "units" => &["symbol", "method", "scale", "when"],
         "pdo" => &["direction", "number", "cob_id", "transmission_type", "mapping"],
         "interface" => &["description", "parameters"],
-        // The last four are for parameters without an object, which would have them.
+        // The last four are for parameters without object; others take them from their object.
         "parameters" => &[
             "number",
             "object",

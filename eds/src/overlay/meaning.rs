@@ -67,7 +67,7 @@ impl Reader<'_> {
         self.device.quantities.insert(name.get_ref().to_string(), Quantity { description, units, span });
     }
 
-    /// `description`, and the list under `key`.
+    /// Reads `description`, and the list under `key`.
     pub(super) fn described<'n, 'i>(&mut self, node: &'n Node<'i>, key: &str) -> (Option<String>, Vec<&'n Node<'i>>) {
         let (mut description, mut list) = (None, None);
         let before = self.out.total();
@@ -103,7 +103,7 @@ impl Reader<'_> {
         self.expect_whole(node, before, named, &format!("a table with `{what}` and `name`"))
     }
 
-    /// The reason beside `simulated = false`, empty if it is missing.
+    /// The `reason` of `simulated = false`, empty if it is missing; `None` if it is simulated.
     pub(super) fn not_simulated(&mut self, table: &DeTable<'_>) -> Option<String> {
         let key = |key: &str| table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, node)| node);
         let reason = key("reason").and_then(|node| node.get_ref().as_str()).unwrap_or_default().trim();
@@ -111,7 +111,7 @@ impl Reader<'_> {
         (!simulated).then(|| reason.to_owned())
     }
 
-    /// `3` or `"4..7"`.
+    /// A bit `3` or a range `"4..7"`.
     fn bits(&mut self, node: &Node<'_>) -> Option<Bits> {
         let bits = match node.get_ref().as_str() {
             None => self.number(node).map(|bit| Bits { low: bit, high: bit })?,
@@ -146,7 +146,7 @@ impl Reader<'_> {
         self.expect_whole(node, before, unit, "a unit with `symbol`, `method` and `scale`")
     }
 
-    /// A word that can be the name of a method.
+    /// A word that is valid as a method name.
     fn method(&mut self, node: &Node<'_>) -> Option<String> {
         let method = self.text(node)?;
         let word = method.starts_with(|c: char| c.is_ascii_lowercase())

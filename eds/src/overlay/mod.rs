@@ -1,5 +1,5 @@
-//! What a data sheet does not say, or says wrongly: corrections, units, enumerations, bit fields, conditional
-//! limits and PDOs, in a TOML file beside the data sheet, which is never edited.
+//! Overlays: TOML files beside a data sheet, which itself is never edited. They hold what the data sheet lacks or has
+//! wrong: corrections, units, enumerations, bit fields, conditional limits and PDOs.
 //!
 //! ```toml
 //! [overlay]
@@ -54,11 +54,11 @@
 //! ]
 //! ```
 //!
-//! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
-//! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. A parameter that equals an
-//! ARRAY as a whole, `object = "1003"`, has its elements from sub-index 1 on. All users of a quantity, enumeration or bit field have
-//! the same data type. `[object."3400..36FF"]` takes `simulated` and `reason` for all entries in between. Several
-//! overlays are applied in order, and a later one wins.
+//! The keys of `[object."2410"]` about the object itself apply to it; those about entries apply to sub-index 0 of a
+//! VAR, or to each sub-index but 0 of an ARRAY, with separate findings for each. A parameter that equals an ARRAY as a
+//! whole, `object = "1003"`, has its elements from sub-index 1 on. All users of a quantity, enumeration or bit field
+//! have the same data type. `[object."3400..36FF"]` takes `simulated` and `reason` for all entries in the range.
+//! Several overlays are applied in order; later ones win.
 
 mod interface;
 mod keys;
@@ -80,10 +80,10 @@ use crate::model::{Condition, Device, Meaning, Pdo};
 use crate::text::{Source, Span};
 use lexican_cia::cia301;
 
-/// The newest format that is known.
+/// The newest known version of the overlay format.
 const FORMAT: i128 = 1;
 
-/// What overlays have changed, and where they say so.
+/// What overlays have changed, with the places that say so.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Changes {
     /// Corrected keys of entries.
@@ -97,23 +97,22 @@ pub(crate) struct Changes {
     pub(crate) accepted: Vec<Accepted>,
 }
 
-/// Findings that are as they should be: the data sheet says what the device does.
+/// A finding that an overlay accepts.
 #[derive(Clone, Debug)]
 pub(crate) struct Accepted {
     pub(crate) index: u16,
-    /// One entry; else the object with all its entries.
+    /// The sub-index; `None` for the object with all its entries.
     pub(crate) sub: Option<u8>,
     pub(crate) code: String,
     pub(crate) span: Span,
 }
 
-/// A key of an entry that an overlay gives another value.
+/// A key of an entry that an overlay corrects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Correction {
     pub(crate) index: u16,
     pub(crate) sub: u8,
     pub(crate) key: Key,
-    /// Where the overlay says so.
     pub(crate) span: Span,
 }
 
@@ -130,12 +129,12 @@ pub(crate) struct Use {
 #[derive(Clone, Debug)]
 pub(crate) struct Extra {
     pub(crate) pdo: Pdo,
-    /// The table.
+    /// The `[[pdo]]` table.
     pub(crate) span: Span,
 }
 
 impl Changes {
-    /// Where an overlay corrects this key; the last one that does.
+    /// The place of the last correction of this key.
     pub(crate) fn correction(&self, index: u16, sub: u8, key: Key) -> Option<Span> {
         let of_key = |c: &&Correction| (c.index, c.sub, c.key) == (index, sub, key);
         self.corrections.iter().rev().find(of_key).map(|correction| correction.span)
@@ -157,7 +156,7 @@ pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: 
     reader.document(table.get_ref());
 }
 
-/// The device profile: what an overlay says, else the low half of the default of 1000h.
+/// The device profile: from an overlay, else the low half of 1000h.
 pub(crate) fn profile(device: &Device, changes: &Changes) -> Option<u16> {
     let device_type = || {
         let entry = device.entry(cia301::DEVICE_TYPE, 0)?;
@@ -197,8 +196,8 @@ impl Reader<'_> {
                 _ => self.unknown(key, keys_of("")),
             }
         }
-        // At last, because they take over what may have been corrected: a mapping the length of the data type, a
-        // parameter all of its object.
+        // PDOs and interfaces come last, because they depend on corrections: a mapping has the length of the data type,
+        // and a parameter copies its object.
         for (key, node) in table {
             match key.get_ref().as_ref() {
                 "pdo" => self.pdos(node),

@@ -10,7 +10,7 @@ use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
 
-/// Of several objects at once.
+/// The keys allowed for a range of objects.
 const SEVERAL: [&str; 2] = ["simulated", "reason"];
 
 impl Reader<'_> {
@@ -27,7 +27,7 @@ impl Reader<'_> {
             self.push(Kind::OverlayObject(name.get_ref().as_ref().into()), name);
             return;
         };
-        // Taken out while it is changed, so that the rest of the device stays at hand.
+        // Take the entries out while they are changed, to be able to borrow the rest of the device.
         let mut entries = std::mem::take(&mut self.device.objects[at].entries);
         match sub {
             Some(sub) => match entries.iter_mut().find(|entry| entry.sub == sub) {
@@ -43,7 +43,7 @@ impl Reader<'_> {
         self.device.objects[at].entries = entries;
     }
 
-    /// All entries from one index to another: what is not simulated.
+    /// `simulated = false` for all entries in a range of indices.
     fn several(&mut self, ends: &[&str; 2], table: &DeTable<'_>, name: &Name<'_>) {
         let [Some((first, None)), Some((last, None))] = ends.map(address) else {
             self.push(Kind::OverlayValue { expected: "\"3400..36FF\"".into() }, name);
@@ -68,14 +68,14 @@ impl Reader<'_> {
         }
     }
 
-    /// The object itself, and the entries it stands for.
+    /// The object itself, and the entries that the table applies to.
     fn whole(&mut self, at: usize, entries: &mut [Entry], table: &DeTable<'_>, name: &Name<'_>) {
         let kind = self.device.objects[at].kind;
         let index = self.device.objects[at].index;
         for (key, node) in table {
             match key.get_ref().as_ref() {
                 "accept" => self.accept(index, None, node),
-                // Of a single value they are read with its entry.
+                // For a single value, these are read with its entry.
                 "name" | "description" if !kind.has_subs() => {}
                 "name" => {
                     if let Some(name) = self.text(node) {
@@ -111,12 +111,12 @@ impl Reader<'_> {
         }
         let before = self.out.kept();
         for entry in entries.iter_mut().filter(|entry| entry.sub > 0) {
-            // The words are about the object; all the rest is about every entry.
+            // Name and description are those of the object; all other keys apply to every entry.
             let words = (entry.name.clone(), entry.description.clone());
             let others = std::mem::take(self.out);
             self.entry(entry, table, name);
             (entry.name, entry.description) = words;
-            // What is wrong with the overlay itself is found at every entry, and reported once.
+            // Mistakes in the overlay itself are found again at every entry; report them once.
             for finding in std::mem::replace(self.out, others).iter() {
                 if !self.out.has(before, &finding.kind, finding.span) {
                     self.out.push(finding.kind.clone(), finding.span);
@@ -128,7 +128,7 @@ impl Reader<'_> {
     fn entry(&mut self, entry: &mut Entry, table: &DeTable<'_>, name: &Name<'_>) {
         let mut reason = false;
         let mut corrected = false;
-        // The data type first: it decides how values are read.
+        // Read the data type first: it decides how values are read.
         for (key, node) in table {
             if key.get_ref() == "data_type" {
                 self.data_type(entry, node);
@@ -138,7 +138,7 @@ impl Reader<'_> {
         for (key, node) in table {
             match key.get_ref().as_ref() {
                 "data_type" => {}
-                // Read with the address; it takes a reason as well.
+                // Already read with the address; requires a reason, too.
                 "accept" => corrected = true,
                 "reason" => reason = self.text(node).is_some_and(|reason| !reason.trim().is_empty()),
                 "name" => {

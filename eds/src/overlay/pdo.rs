@@ -55,7 +55,7 @@ impl Reader<'_> {
         self.expect_whole(node, before, pdo, "a PDO with `direction` and `number`")
     }
 
-    /// `"6041:00"`, as long as its data type; or a data type such as `"0005:00"` for a gap.
+    /// An object `"6041:00"` with the length of its data type, or a data type such as `"0005:00"` for a gap.
     fn mapped(&mut self, node: &Node<'_>) -> Option<Mapped> {
         let text = self.text(node)?;
         let (index, sub) = self.expect(node, address(&text), "an entry such as \"6041:00\"")?;
@@ -73,7 +73,7 @@ impl Reader<'_> {
     }
 }
 
-/// Puts the PDOs of the overlays in the place of those that the data sheet describes, or beside them.
+/// Replaces PDOs of the data sheet by those of the overlays, and adds the others.
 pub(crate) fn merge(device: &mut Device, changes: &Changes) {
     for Extra { pdo, .. } in &changes.pdos {
         let same = |other: &&mut Pdo| (other.direction, other.number) == (pdo.direction, pdo.number);

@@ -1,4 +1,4 @@
-//! Values of an overlay: what is of the wrong kind is reported and read as absent.
+//! Reads values of an overlay. A value of the wrong kind is reported and then treated as absent.
 
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -30,7 +30,7 @@ impl Reader<'_> {
         self.expect(node, as_integer(node.get_ref()), "an integer")
     }
 
-    /// An integer of some type.
+    /// An integer in the range of `T`.
     pub(super) fn number<T: TryFrom<i128>>(&mut self, node: &Node<'_>) -> Option<T> {
         let integer = self.integer(node)?;
         let is_signed = T::try_from(-1).is_ok();
@@ -41,7 +41,7 @@ impl Reader<'_> {
         self.expect(node, T::try_from(integer).ok(), &expected)
     }
 
-    /// A value of a data type: a number, a text, or text in the notation of a data sheet.
+    /// A value of a data type: a TOML number, a text, or a text in the notation of a data sheet.
     pub(super) fn value(&mut self, node: &Node<'_>, data_type: DataType) -> Option<Value> {
         let text = match node.get_ref() {
             DeValue::String(text) => text.to_string(),
@@ -72,8 +72,8 @@ impl Reader<'_> {
         value
     }
 
-    /// The same for what is made of several values: adds no finding if one of them was already wrong, that is, if there
-    /// are more findings than `before`.
+    /// The same for a value composed of several: adds no finding if one of its parts was reported already, that is, if
+    /// there are more findings than `before`.
     pub(super) fn expect_whole<T>(
         &mut self,
         node: &Node<'_>,

@@ -1,5 +1,5 @@
-//! Entries that are described all at once (CiA 306-1): `CompactSubObj` with `[xxxxName]`, and `[xxxxValue]`
-//! and `[xxxxDenotation]` of a DCF.
+//! Compact descriptions of many entries at once (CiA 306-1): `CompactSubObj` with `[xxxxName]`, and in a DCF
+//! `[xxxxValue]` and `[xxxxDenotation]`.
 
 use crate::finding::Kind;
 use crate::model::keys::Key;
@@ -11,19 +11,19 @@ use crate::parse::reader::{Numbered, Reader};
 use crate::parse::section::ObjectPart;
 use crate::parse::syntax::{Pair, Section};
 
-/// The most entries that are written out in a file; see the rule `eds::too-many-entries`.
+/// The most entries that are expanded in one file; see the rule `eds::too-many-entries`.
 const MAX_COMPACT_ENTRIES: usize = 100_000;
-/// So long are all their texts together, in bytes: each entry has its own.
+/// The most bytes that the texts of all expanded entries may take: each entry has its own copy.
 const MAX_COMPACT_BYTES: usize = 16 << 20;
 
 impl<'a, 's> Reader<'a, 's> {
-    /// The entries that `CompactSubObj` stands for; without it, the header of an object has no use for some keys.
+    /// Expands `CompactSubObj`. Without it, reports keys that have no meaning in the header of an object.
     pub(crate) fn compact_entries(&mut self, object: &mut Object, facts: &ObjectFacts, fields: &Fields<'a, 's>) {
         if facts.compact == 0 {
             let unused = [Key::DataType, Key::AccessType, Key::PdoMapping, Key::DefaultValue, Key::ParameterValue];
             let limits = [Key::LowLimit, Key::HighLimit, Key::UploadFile, Key::DownloadFile];
             let safety = [Key::SrdoMapping, Key::InvertedSrad];
-            // Without any sub-index it may be a single value, which is another finding.
+            // An object without any sub-index may be meant as a single value, which another rule reports.
             for key in unused.into_iter().chain(limits).chain(safety).filter(|_| facts.subs > 0) {
                 self.without_effect(fields[key as usize]);
             }
@@ -36,7 +36,7 @@ impl<'a, 's> Reader<'a, 's> {
             ..Entry::new(object.index, 0, object.span)
         });
         let mut fields = *fields;
-        // Denotation and designator are those of the object.
+        // Denotation and reference designator belong to the object, not to its entries.
         fields[Key::Denotation as usize] = None;
         fields[Key::ParamRefd as usize] = None;
         let template = self.entry(object.index, 0, object.span, &fields, ObjectKind::Variable);
@@ -109,7 +109,7 @@ impl<'a, 's> Reader<'a, 's> {
     }
 }
 
-/// How long the texts of an entry are that is written out many times.
+/// The bytes of text in an entry that is expanded many times.
 fn texts(entry: &Entry) -> usize {
     let values = [&entry.default, &entry.configured, &entry.low, &entry.high].into_iter().flatten();
     let of_value = |value: &Value| match value {

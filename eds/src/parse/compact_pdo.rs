@@ -1,9 +1,9 @@
-//! PDO parameters that a data sheet leaves out because `CompactPDO` says what they look like (CiA 306-1, 6.4).
+//! Expands PDO parameters that a data sheet leaves out because `CompactPDO` describes them (CiA 306-1, 6.4).
 //!
-//! `NrOfRXPDO` and `NrOfTXPDO` count the PDOs of the device. Those that no section describes have the lowest free
-//! numbers; of one that is half described the other half is left out. Bit n of `CompactPDO` says that their
-//! communication parameters have sub-index n + 1. Their mappings are empty and can be written, with as many entries
-//! as pieces of `Granularity` fit into a frame; of bytes, which most devices map, where the file does not say.
+//! `NrOfRXPDO` and `NrOfTXPDO` count the PDOs of the device. PDOs without any section get the lowest free numbers; if
+//! only one of the two parameters of a PDO has sections, the other one is added. Bit n of `CompactPDO` means that
+//! communication parameters have sub-index n + 1. Mappings are empty and writable, with as many entries as pieces of
+//! `Granularity` bits fit into a frame; without that key, bytes, as most devices map.
 
 use crate::finding::{Findings, Kind};
 use crate::model::pdo::MAX_PDOS;
@@ -17,7 +17,7 @@ use lexican_cia::cia301;
 /// The bits of `CompactPDO` that CiA 306-1 defines, one for each of sub-indices 1 to 6.
 pub(crate) const DEFINED_BITS: u32 = 0x3F;
 
-/// The most entries that are added to a file: enough for all PDOs with mappings of bytes.
+/// The most entries added to a file: enough for all PDOs with mappings of bytes.
 const MAX_ENTRIES: usize = 20_000;
 
 /// Sub-indices 1 to 6 of a communication parameter (CiA 301, 7.5.2.35 and 7.5.2.37).
@@ -30,7 +30,6 @@ const SUBS: [(&str, DataType); 6] = [
     ("SYNC start value", DataType::Unsigned8),
 ];
 
-/// Adds the parameters that are left out.
 pub(crate) fn expand(device: &mut Device, facts: &mut Facts<'_>, out: &mut Findings) {
     let section = facts.section(SectionKind::DeviceInfo);
     let Some(pair) = section.and_then(|section| section.get("CompactPDO")) else { return };
@@ -64,7 +63,7 @@ fn is_new(device: &Device, object: &Object) -> bool {
     device.object(object.index).is_none()
 }
 
-/// The PDOs of which a parameter is left out.
+/// The numbers of the PDOs that lack a parameter.
 pub(crate) fn numbers(device: &Device, direction: Direction) -> Vec<u16> {
     if device.info.compact_pdo & DEFINED_BITS == 0 {
         return Vec::new();
@@ -88,7 +87,7 @@ pub(crate) fn numbers(device: &Device, direction: Direction) -> Vec<u16> {
     (1..=MAX_PDOS).filter(is_left_out).collect()
 }
 
-/// The parameters of one PDO.
+/// Makes the parameters of one PDO.
 struct Parameters<'a> {
     device: &'a Device,
     direction: Direction,
@@ -123,13 +122,14 @@ impl Parameters<'_> {
         object
     }
 
-    /// The predefined connection set has the first four of each direction (CiA 301, 7.3.3); the others are off.
+    /// The first four PDOs of each direction have a COB-ID of the predefined connection set (CiA 301, 7.3.3); the
+    /// others are disabled.
     fn cob_id(&self) -> Value {
         let predefined = self.direction.predefined_cob_id(self.number);
         predefined.map_or(Value::Integer(cia301::INVALID.into()), |id| Value::NodeIdPlus(id.into()))
     }
 
-    /// A record that so far has sub-index 0 alone.
+    /// A record that has only sub-index 0 yet.
     fn object(&self, index: u16, what: &str, access: AccessType, highest: i128) -> Object {
         let direction = if self.direction == Direction::Receive { "RPDO" } else { "TPDO" };
         let mut count = self.entry(index, 0, "Highest sub-index", DataType::Unsigned8, Some(Value::Integer(highest)));

@@ -1,4 +1,4 @@
-//! What the rules need to know of a data sheet beyond the model.
+//! What rules need to know about a data sheet besides the model.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use crate::parse::section::{ObjectPart, SectionKind};
 use crate::parse::syntax::{Section, Syntax};
 use crate::text::{Source, Span};
 
-/// The sections and keys, and what they say of lists and objects.
+/// Sections and keys, lists, and facts about objects.
 pub(crate) struct Facts<'a> {
     pub(crate) syntax: Syntax<'a>,
     pub(crate) lists: Vec<List>,
-    /// As many as the model has objects, and in the same order.
+    /// One for each object of the model, in the same order.
     pub(crate) objects: Vec<ObjectFacts>,
     pub(crate) unlimited: Vec<Unlimited>,
-    /// The sections that describe entries in a table, by their numbers in the file.
+    /// The positions of sections that describe entries in a table.
     tables: BTreeMap<(u16, ObjectPart), usize>,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Facts<'a> {
         Self { syntax, lists, objects, unlimited: Vec::new(), tables }
     }
 
-    /// Of a text that is no data sheet.
+    /// For a text that is no data sheet.
     pub(crate) fn none(source: &'a Source) -> Self {
         Self::new(Syntax { source, sections: Vec::new() }, Vec::new(), Vec::new())
     }
@@ -43,13 +43,13 @@ impl<'a> Facts<'a> {
         self.syntax.sections.iter().find(|section| section.kind == kind)
     }
 
-    /// `[2000Name]`, `[2000Value]` and `[2000Denotation]`.
+    /// The first section `[2000Name]`, `[2000Value]` or `[2000Denotation]`, by part.
     pub(crate) fn table(&self, index: u16, part: ObjectPart) -> Option<&Section<'a>> {
         Some(&self.syntax.sections[*self.tables.get(&(index, part))?])
     }
 
-    /// The object that a place in the data sheet is about, and the sub-index when it has a section of its own; none
-    /// for the beginning of the file, which stands for the whole.
+    /// The object that a place in the data sheet is about, and the sub-index if it has its own section. `None` for the
+    /// beginning of the file, which stands for the whole file.
     pub(crate) fn address_of(&self, span: Span) -> Option<(u16, Option<u8>)> {
         if span.source != 0 || span == Span::eds(0, 0) {
             return None;
@@ -65,35 +65,34 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// An entry whose limits are both 0, which editors write where nothing was entered.
+/// An entry whose limits are both 0: editors write that for "no limits".
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unlimited {
     pub(crate) index: u16,
     pub(crate) sub: u8,
-    /// Where they are.
     pub(crate) limits: [Span; 2],
 }
 
-/// What the rules want to know of an object beyond the model.
+/// What rules need to know about an object besides the model.
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectFacts {
     /// Whether there is a section `[1018]`.
     pub(crate) header: bool,
-    /// How many `[1018subN]` there are.
+    /// The number of sections `[1018subN]`.
     pub(crate) subs: u16,
     pub(crate) sub_number: Option<u16>,
-    /// `CompactSubObj`, when it is not 0.
+    /// `CompactSubObj`; 0 without it.
     pub(crate) compact: u8,
-    /// `ObjectType`, where it is given and understood.
+    /// `ObjectType`, if it is given and valid.
     pub(crate) declared: Option<ObjectKind>,
     /// The list that names it.
     pub(crate) listed: Option<ObjectList>,
-    /// Whether no section describes it: it follows from `CompactPDO`.
+    /// Whether it has no section, but follows from `CompactPDO`.
     pub(crate) implied: bool,
 }
 
 impl ObjectFacts {
-    /// Of an object that no section describes.
+    /// For an object without any section.
     pub(crate) fn implied(kind: ObjectKind) -> Self {
         Self { header: true, subs: 0, sub_number: None, compact: 0, declared: Some(kind), listed: None, implied: true }
     }
@@ -104,11 +103,11 @@ pub(crate) struct List {
     pub(crate) list: ObjectList,
     /// The name of the section.
     pub(crate) span: Span,
-    /// `SupportedObjects`.
+    /// The count that `SupportedObjects` states.
     pub(crate) said: Option<(u32, Span)>,
-    /// What is listed, in the order of the numbers.
+    /// The listed objects, in the order of their numbers.
     pub(crate) entries: Vec<Listed>,
-    /// What has the number of another object, and so is not listed.
+    /// Lines whose number another line has already; they are not read as listed.
     pub(crate) doubled: Vec<Listed>,
 }
 

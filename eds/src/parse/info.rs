@@ -1,4 +1,4 @@
-//! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4 and 7).
+//! The sections about the file and the device (CiA 306-1, 6.3, 6.4 and 7).
 
 use crate::edit::lists::listed;
 use crate::finding::Kind;
@@ -12,7 +12,7 @@ use crate::parse::section::SectionKind;
 use crate::parse::syntax::{Pair, Section};
 
 impl<'a, 's> Reader<'a, 's> {
-    /// Everything but objects and modules. Whether the section was one of these.
+    /// Reads all sections but those of objects and modules; false if the section is of another kind.
     pub(crate) fn info(&mut self, section: &'s Section<'a>, device: &mut Device) -> bool {
         match section.kind {
             SectionKind::FileInfo => device.file = self.file_info(section),
@@ -25,7 +25,7 @@ impl<'a, 's> Reader<'a, 's> {
         true
     }
 
-    /// `[Comments]`, in the order of the numbers.
+    /// The lines of `[Comments]`, in the order of their numbers.
     pub(crate) fn comments(&mut self, section: &'s Section<'a>) -> Vec<String> {
         let ([count], lines) = self.numbered(section, "Line", 10, &["Lines"]);
         self.count(count, lines.len());
@@ -138,7 +138,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    /// The list that a section is, if it is one.
+    /// Reads the section if it is a list of objects.
     pub(crate) fn list(&mut self, section: &'s Section<'a>) -> Option<List> {
         let list = match section.kind {
             SectionKind::MandatoryObjects => ObjectList::Mandatory,

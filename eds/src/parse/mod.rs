@@ -1,4 +1,4 @@
-//! The whole data sheet: its sections in groups, each read by the part of CiA 306 it belongs to.
+//! Reads the whole data sheet: groups its sections, and hands each group to the file for its kind.
 
 mod compact;
 mod compact_pdo;
@@ -23,19 +23,19 @@ use crate::finding::{Findings, Kind};
 use crate::model::{Device, Module, ObjectList};
 use crate::text::{Encoding, Source, Span};
 
-/// Whether a text is XML, by its first character.
+/// Whether a text is XML, judged by its first character.
 #[must_use]
 pub fn is_xml(sheet: &Source) -> bool {
     sheet.text().trim_start().starts_with('<')
 }
 
-/// Whether a text is one that can be a data sheet.
+/// Whether a text can be a data sheet at all; otherwise adds a finding.
 pub(crate) fn is_readable(eds: &Source, out: &mut Findings) -> bool {
     if let Some(refusal) = eds.refusal() {
         out.push(Kind::FileSize(refusal), Span::eds(0, 0));
         return false;
     }
-    // XML says itself what it is encoded in.
+    // XML declares its own encoding.
     if eds.encoding() != Encoding::Utf8 && !is_xml(eds) {
         let first = eds.text().char_indices().find(|(_, c)| !c.is_ascii());
         let (start, end) = first.map_or((0, 0), |(at, c)| (at, at + c.len_utf8()));
@@ -44,19 +44,19 @@ pub(crate) fn is_readable(eds: &Source, out: &mut Findings) -> bool {
     true
 }
 
-/// Whether the sections are those of a CPJ (CiA 306-3): nodes of a network, and no objects.
+/// Whether it is a CPJ (CiA 306-3): sections of nodes in a network, and no objects.
 pub(crate) fn is_project(syntax: &Syntax<'_>, out: &mut Findings) -> bool {
     let topology = syntax.sections.iter().find(|section| section.name.eq_ignore_ascii_case("Topology"));
     let topology = topology.filter(|_| !syntax.sections.iter().any(|section| is_object(section.kind)));
     topology.inspect(|section| out.push(Kind::Project, syntax.name_span(section))).is_some()
 }
 
-/// Reads all sections; the objects are ascending by index.
+/// Reads all sections; the objects of the result are in ascending order.
 pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts<'a>) {
     let mut reader = Reader::new(&syntax, out);
     let sections = sorted(&mut reader);
     let mut lists = Vec::new();
-    // They are large, and there may be many: room for more than there are would cost most of all memory.
+    // Reserve the exact number: objects are large and many, and spare room would take most of all memory.
     let count = sections.chunk_by(together).filter(|group| is_object(group[0].kind)).count();
     let mut device = Device { objects: Vec::with_capacity(count), ..Device::default() };
     let mut objects = Vec::with_capacity(count);
@@ -89,7 +89,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts
             _ => lists.extend(reader.list(section)),
         }
     }
-    // Modules with sections of their own replace those that are only counted.
+    // Modules with their own sections replace those that are only listed.
     let described = |module: &Module| modules.binary_search_by_key(&module.number, |other| other.number).is_ok();
     device.modules.retain(|module| !described(module));
     device.modules.append(&mut modules);
@@ -108,7 +108,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts
     (device, facts)
 }
 
-/// The sections by kind, without those that repeat an earlier one.
+/// The sections sorted by kind, without those that repeat an earlier one.
 fn sorted<'a, 's>(reader: &mut Reader<'a, 's>) -> Vec<&'s Section<'a>> {
     let syntax = reader.syntax;
     let mut sections: Vec<&'s Section<'a>> = syntax.sections.iter().collect();
@@ -160,7 +160,7 @@ fn module_part<'a, 's>(section: &'s Section<'a>) -> Option<(ModulePart, &'s Sect
     }
 }
 
-/// Gives each object the list that names it, or the one it belongs into.
+/// Sets the list of each object: the one that names it, or the one that its index belongs to.
 fn assign_lists(device: &mut Device, facts: &mut Facts<'_>) {
     let mut listed: Vec<(u16, ObjectList)> = Vec::new();
     for list in &facts.lists {

@@ -50,14 +50,15 @@ impl<'a, 's> Reader<'a, 's> {
         module
     }
 
-    /// `[SupportedModules]`, `[ConnectedModules]`, `[DynamicChannels]` and `[Tools]`. Whether it was one of these.
+    /// Reads `[SupportedModules]`, `[ConnectedModules]`, `[DynamicChannels]` and `[Tools]`; false if the section is
+    /// none of these.
     pub(crate) fn extras(&mut self, section: &'s Section<'a>, device: &mut Device) -> bool {
         match section.kind {
             SectionKind::SupportedModules => {
                 let [count] = self.fields(section, &["NrOfEntries"]);
                 let said: Option<u16> = self.number(count);
                 let modules = (1..=said.unwrap_or(0)).map(|number| Module { number, ..Module::default() });
-                // A device of more modules does not exist; a file that says so must not cost memory.
+                // No device has more modules; a file that claims more must not take memory.
                 device.modules.extend(modules.take(1000));
             }
             SectionKind::ConnectedModules => {
@@ -90,10 +91,10 @@ impl<'a, 's> Reader<'a, 's> {
         module.order_code = self.text(order_code);
     }
 
-    /// Whether what a list of the module names is described by a section.
+    /// Reports an object that a list of the module names but no section describes.
     fn described(&mut self, pair: &'s Pair<'a>, list: ModulePart, parts: &[(ModulePart, &'s Section<'a>)]) {
         let Some(index) = self.number::<u16>(Some(pair)) else { return };
-        // The parts are sorted: the first that is not less than the wanted one is it, or there is none.
+        // The parts are sorted, so the first one that is not less is the wanted one, or it is missing.
         let first = match list {
             ModulePart::FixedObjects => ModulePart::Fixed(index, ObjectPart::Header),
             _ => ModulePart::SubExt(index),

@@ -1,17 +1,17 @@
-//! Numbers as CiA 306-1 writes them, and as people do.
+//! Numbers as CiA 306-1 writes them, and in other spellings that people use.
 
 use crate::finding::Oddity;
 use crate::model::Value;
 use crate::model::types::{Class, DataType};
 
-/// A number with what was odd about it.
+/// A number, with what was irregular about it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Read<T> {
     pub(crate) value: T,
     pub(crate) oddity: Option<Oddity>,
 }
 
-/// An integer; `None` when it is none.
+/// Reads an integer; `None` if it is none.
 pub(crate) fn integer(text: &str) -> Option<Read<i128>> {
     let text = text.trim();
     if let Some(value) = plain_integer(text) {
@@ -24,7 +24,7 @@ pub(crate) fn integer(text: &str) -> Option<Read<i128>> {
     odd_integer(text).map(|value| Read { value, oddity: Some(Oddity::Spelling) })
 }
 
-/// `$NODEID` plus numbers in any order; `None` when no variable is in it.
+/// Reads `$NODEID` plus numbers in any order; `None` without a variable.
 pub(crate) fn formula(text: &str) -> Option<Read<i64>> {
     text.contains('$').then_some(())?;
     let (text, mut oddity) = without_comment(text);
@@ -48,7 +48,7 @@ pub(crate) fn formula(text: &str) -> Option<Read<i64>> {
     (variables == 1).then_some(Read { value: offset, oddity })
 }
 
-/// A value of a data type; `Ok(None)` for none at all, `Err` when it is not one.
+/// Reads a value of a data type; `Ok(None)` if the text is empty, `Err` if it is not a value of the type.
 pub(crate) fn value(text: &str, data_type: DataType) -> Result<Option<Read<Value>>, ()> {
     let text = text.trim();
     if text.is_empty() {
@@ -82,7 +82,7 @@ fn days_and_ms(text: &str) -> Option<i128> {
     valid.then_some(days << 32 | ms)
 }
 
-/// What stands before a comment on the same line.
+/// The text before a comment on the same line.
 fn without_comment(text: &str) -> (&str, Option<Oddity>) {
     match text.split_once([';', '#']) {
         Some((before, _)) => (before.trim_end(), Some(Oddity::Comment)),
@@ -106,11 +106,11 @@ fn plain_integer(text: &str) -> Option<Read<i128>> {
         }
         _ => (digits, 10, None),
     };
-    // `from_str_radix` would take a second sign.
+    // `from_str_radix` would accept a second sign.
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
     }
-    // Most numbers are short, and quicker read as such.
+    // Faster than `i128` for the usual short numbers.
     let value = match digits.len() {
         ..16 => u64::from_str_radix(digits, radix).ok()?.into(),
         _ => i128::from_str_radix(digits, radix).ok()?,
@@ -118,7 +118,7 @@ fn plain_integer(text: &str) -> Option<Read<i128>> {
     Some(Read { value: if negative { -value } else { value }, oddity })
 }
 
-/// Numbers that CiA 306 does not know but that mean one thing only.
+/// Reads spellings that CiA 306 does not define but that can mean only one number.
 fn odd_integer(text: &str) -> Option<i128> {
     if text.eq_ignore_ascii_case("true") {
         return Some(1);
@@ -130,14 +130,14 @@ fn odd_integer(text: &str) -> Option<i128> {
         let digits = hex.strip_prefix("0x").unwrap_or(hex);
         return digits.bytes().all(|b| b.is_ascii_hexdigit()).then(|| i128::from_str_radix(digits, 16).ok())?;
     }
-    // The suffix of C needs a point before it: `1F` could also be hexadecimal without its `0x`.
+    // The suffix `f` of C needs a point before it: `1F` could also be hexadecimal with its `0x` missing.
     let decimal = text.strip_suffix(['f', 'F']).filter(|decimal| decimal.contains('.')).unwrap_or(text);
     let number: f64 = decimal.parse().ok()?;
     let whole = number.is_finite() && number.fract() == 0.0 && number.abs() < 1e15;
     (whole && text.bytes().any(|b| b.is_ascii_digit())).then_some(number as i128)
 }
 
-/// Hexadecimal with the sign bit of the type set is a negative number.
+/// A hexadecimal number is negative if the sign bit of its type is set.
 fn signed(text: &str, value: i128, data_type: DataType) -> i128 {
     let (Class::Signed, Some(bits)) = (data_type.class(), data_type.bits()) else { return value };
     let hex = text.starts_with("0x") || text.starts_with("0X");
@@ -145,7 +145,7 @@ fn signed(text: &str, value: i128, data_type: DataType) -> i128 {
     if hex && (sign..sign << 1).contains(&value) { value - (sign << 1) } else { value }
 }
 
-/// A REAL: decimal, or hexadecimal for the bits of IEEE 754.
+/// Reads a REAL: decimal, or in hexadecimal as the bits of IEEE 754.
 fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
     let (number, mut oddity) = without_comment(text);
     if let Some(hex) = number.strip_prefix("0x").or_else(|| number.strip_prefix("0X")) {
@@ -157,7 +157,7 @@ fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
             }
             _ => (f64::from_bits(bits), f64::from_bits(bits).is_subnormal()),
         };
-        // Nobody means a denormal: 0xFFFF is 65535.
+        // Nobody means a subnormal number: 0xFFFF is 65535.
         if is_subnormal {
             return Some(Read { value: Value::Real(bits as f64), oddity: oddity.or(Some(Oddity::Spelling)) });
         }
@@ -170,7 +170,7 @@ fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
     value.is_finite().then_some(Read { value: Value::Real(value), oddity })
 }
 
-/// Pairs of hexadecimal digits, with or without blanks between them; else the text is kept as it is.
+/// Reads pairs of hexadecimal digits, with or without blanks between them; any other text is kept as it is.
 fn bytes(text: &str, data_type: DataType) -> Read<Value> {
     let digits: String = text.trim_start_matches("0x").split_whitespace().collect();
     let padded = if digits.len() % 2 == 1 { format!("0{digits}") } else { digits };
@@ -184,7 +184,7 @@ fn bytes(text: &str, data_type: DataType) -> Read<Value> {
     }
 }
 
-/// A value whose data type is unknown.
+/// Reads a value whose data type is unknown.
 fn any(text: &str) -> Read<Value> {
     if let Some(Read { value, oddity }) = formula(text) {
         Read { value: Value::NodeIdPlus(value), oddity }
@@ -228,7 +228,7 @@ mod tests {
     fn what_is_no_integer_is_refused() {
         for text in
             ["", "x", "0x", "1.5", "--1", "0x-1", "12 V", "h", "f", "nan", "inf", "0xG", ";", "9".repeat(60).as_str()]
-                // Hexadecimal without 0x, which must not pass for the 1.0f of C.
+                // Hexadecimal without 0x, not to be taken for the suffix of `1.0f`.
                 .into_iter()
                 .chain(["1F", "0F", "1f", "FF", "0x0x1Fh", "1.0ff"])
         {

@@ -14,7 +14,7 @@ use crate::text::Span;
 /// The pairs of a section by [`Key`].
 pub(crate) type Fields<'a, 's> = [Option<&'s Pair<'a>>; KEYS.len()];
 
-/// All sections that belong to one index, ordered by part; at least one.
+/// The sections that belong to one index, ordered by part; never empty.
 pub(crate) type Parts<'a, 's> = [(ObjectPart, &'s Section<'a>)];
 
 impl<'a, 's> Reader<'a, 's> {
@@ -92,7 +92,7 @@ impl<'a, 's> Reader<'a, 's> {
         })
     }
 
-    /// `DefaultValue`, `ParameterValue` or a limit; `None` when there is none, or after a report.
+    /// Reads `DefaultValue`, `ParameterValue` or a limit; `None` if it is absent or was reported.
     pub(crate) fn value(&mut self, pair: Option<&Pair<'_>>, data_type: DataType) -> Option<Value> {
         let pair = pair.filter(|pair| !pair.value.is_empty())?;
         match number::value(pair.value, data_type) {
@@ -112,7 +112,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    /// The limits; none when both are 0, which editors write where nothing was entered.
+    /// Reads the limits. Both are absent if both are 0: editors write that for "no limits".
     fn limits(
         &mut self,
         index: u16,
@@ -121,7 +121,7 @@ impl<'a, 's> Reader<'a, 's> {
         data_type: DataType,
     ) -> [Option<Value>; 2] {
         let mut limits = pairs.map(|pair| self.value(pair, data_type));
-        // Editors write the range of the unsigned type, 0 to 0xFFFF for an INTEGER16, where nothing was entered.
+        // For "no limits" editors write the range of the unsigned type: 0 to 0xFFFF for an INTEGER16.
         if let [Some(Value::Integer(0..)), Some(Value::Integer(high @ ..0))] = &mut limits
             && let Some(bits) = data_type.bits()
             && pairs[1].is_some_and(|pair| !pair.value.starts_with('-'))
@@ -135,7 +135,7 @@ impl<'a, 's> Reader<'a, 's> {
         [None, None]
     }
 
-    /// The kind of `[1018sub1]`, which is a variable or a domain.
+    /// The kind of `[1018sub1]`: a variable or a domain.
     fn sub_kind(&mut self, fields: &Fields<'a, 's>) -> ObjectKind {
         match self.object_type(fields[Key::ObjectType as usize]) {
             Some(kind) if kind.has_subs() => {
@@ -149,7 +149,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    /// `ObjectType`, when it says something.
+    /// Reads `ObjectType`; `None` if it is empty or invalid.
     pub(crate) fn object_type(&mut self, pair: Option<&'s Pair<'a>>) -> Option<ObjectKind> {
         let pair = nonempty(pair)?;
         let code: u8 = self.number(Some(pair))?;
@@ -160,11 +160,11 @@ impl<'a, 's> Reader<'a, 's> {
         kind
     }
 
-    /// `DataType` of what is described at `span`.
+    /// Reads `DataType` of the object or entry described at `span`.
     pub(crate) fn data_type(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> DataType {
         let missing = if kind == ObjectKind::Domain { DataType::Domain } else { DataType::Other(0) };
         let Some(pair) = nonempty(pair) else {
-            // The object code of a DOMAIN says it all, and a NULL has none.
+            // A DOMAIN needs no data type besides its object code, and a NULL has none.
             if !matches!(kind, ObjectKind::Domain | ObjectKind::Null) {
                 self.out.push(Kind::MissingDataType, span);
             }
@@ -181,7 +181,7 @@ impl<'a, 's> Reader<'a, 's> {
         data_type
     }
 
-    /// `AccessType` of what is described at `span`.
+    /// Reads `AccessType` of the object or entry described at `span`.
     pub(crate) fn access(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> AccessType {
         let Some(pair) = nonempty(pair) else {
             if !matches!(kind, ObjectKind::Domain | ObjectKind::Null | ObjectKind::DefType) {
@@ -213,7 +213,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    /// Reports a key that has a value, but no meaning where it stands.
+    /// Reports a key that has a value but no meaning in its section.
     pub(crate) fn without_effect(&mut self, pair: Option<&'s Pair<'a>>) {
         if let Some(pair) = nonempty(pair).filter(|pair| !matches!(pair.value, "0" | "0x0")) {
             self.group(Group::WithoutEffect, pair.key, self.syntax.key_span(pair));
@@ -221,14 +221,14 @@ impl<'a, 's> Reader<'a, 's> {
     }
 }
 
-/// The pair, when it has a value.
+/// The pair, unless its value is empty.
 pub(crate) fn nonempty<'a, 's>(pair: Option<&'s Pair<'a>>) -> Option<&'s Pair<'a>> {
     pair.filter(|pair| !pair.value.is_empty())
 }
 
-/// The kind of the object. With sub-indices it is no variable, even if its `ObjectType` says so.
+/// The kind of the object: not a variable if it has sub-indices, even if `ObjectType` says so.
 fn kind(facts: &ObjectFacts) -> ObjectKind {
-    // What is known of an object without a section of its own are its sub-indices.
+    // An object without its own section is known only by its sub-indices.
     let several = facts.subs > 0 || facts.compact > 0 || !facts.header;
     match facts.declared {
         Some(kind) if kind.has_subs() || !several => kind,
@@ -239,7 +239,7 @@ fn kind(facts: &ObjectFacts) -> ObjectKind {
     }
 }
 
-/// What an access word outside the standard means, and whether that is beyond doubt.
+/// The meaning of a non-standard access word, and whether it is beyond doubt.
 fn guess_access(word: &str) -> (AccessType, bool) {
     match word.to_ascii_lowercase().as_str() {
         "r" | "read" | "readonly" | "read only" | "read-only" => (AccessType::Ro, true),

@@ -1,4 +1,4 @@
-//! From sections and keys to objects: what every part of reading needs.
+//! Reads keys: what the files for all kinds of sections share.
 
 use std::collections::BTreeMap;
 
@@ -15,14 +15,14 @@ pub(crate) struct Reader<'a, 's> {
     pub(crate) syntax: &'s Syntax<'a>,
     pub(crate) out: &'s mut Findings,
     grouped: BTreeMap<Group, Groups>,
-    /// How many entries `CompactSubObj` stood for so far, and how long their texts are.
+    /// The number of entries that `CompactSubObj` has added so far, and the bytes of their texts.
     pub(crate) compact_entries: usize,
     pub(crate) compact_bytes: usize,
     /// Entries whose limits are both 0.
     pub(crate) unlimited: Vec<Unlimited>,
 }
 
-/// What is reported once for all keys of a name.
+/// Findings that are reported once for all keys of the same name.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Group {
     Unknown,
@@ -31,12 +31,11 @@ pub(crate) enum Group {
     RealBits,
 }
 
-/// The keys of a group.
 #[derive(Default)]
 struct Groups {
-    /// By the name in lower case, as many as findings of a kind are kept.
+    /// By the name in lower case; at most as many names as findings of one kind are kept.
     by_key: BTreeMap<Box<str>, (Repeated, Span)>,
-    /// How many keys had other names.
+    /// The number of keys with further names.
     more: usize,
 }
 
@@ -51,7 +50,7 @@ impl<'a, 's> Reader<'a, 's> {
         Self { syntax, out, grouped: BTreeMap::new(), compact_entries: 0, compact_bytes: 0, unlimited: Vec::new() }
     }
 
-    /// The pairs of a section by the position of their keys in a table; unknown and repeated keys are reported.
+    /// The pairs of a section, each at the position of its key in `table`. Reports unknown and repeated keys.
     pub(crate) fn fields<const N: usize>(
         &mut self,
         section: &'s Section<'a>,
@@ -67,7 +66,7 @@ impl<'a, 's> Reader<'a, 's> {
         fields
     }
 
-    /// The pairs whose keys are `prefix` and a number, ascending; and those in `table`.
+    /// The pairs whose keys are `prefix` and a number, in ascending order, and those whose keys are in `table`.
     pub(crate) fn numbered<const N: usize>(
         &mut self,
         section: &'s Section<'a>,
@@ -97,12 +96,12 @@ impl<'a, 's> Reader<'a, 's> {
         (fields, found)
     }
 
-    /// A text; `None` when the key is absent or empty.
+    /// Reads a text; `None` if the key is absent or empty.
     pub(crate) fn text(&self, pair: Option<&Pair<'_>>) -> Option<String> {
         pair.filter(|pair| !pair.value.is_empty()).map(|pair| pair.value.to_owned())
     }
 
-    /// A number of some type; `None` when the key is absent or empty, or after a report.
+    /// Reads a number in the range of `T`; `None` if the key is absent or empty, or was reported.
     pub(crate) fn number<T: TryFrom<i128>>(&mut self, pair: Option<&Pair<'_>>) -> Option<T> {
         let pair = pair?;
         if pair.value.is_empty() {
@@ -122,11 +121,11 @@ impl<'a, 's> Reader<'a, 's> {
         number
     }
 
-    /// A flag that is 0 or 1; absent or empty is 0.
+    /// Reads a flag, 0 or 1; absent or empty means 0.
     pub(crate) fn flag(&mut self, pair: Option<&Pair<'_>>) -> bool {
         let Some(pair) = pair else { return false };
         match pair.value {
-            // The most frequent values of the most frequent keys.
+            // Shortcut for the most frequent values.
             "0" | "0x0" => return false,
             "1" | "0x1" => return true,
             _ => {}
@@ -138,7 +137,7 @@ impl<'a, 's> Reader<'a, 's> {
         value != 0
     }
 
-    /// Reports what was odd about a number.
+    /// Reports the irregularity of a number.
     pub(crate) fn oddity(&mut self, oddity: Option<Oddity>, pair: &Pair<'_>) {
         if let Some(oddity) = oddity {
             let span = self.syntax.value_span(pair);
@@ -162,7 +161,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    /// Hands over what was grouped.
+    /// Hands over the grouped findings.
     pub(crate) fn finish(self) -> Vec<Unlimited> {
         for (group, Groups { by_key, mut more }) in self.grouped {
             let kind = match group {
@@ -182,7 +181,7 @@ impl<'a, 's> Reader<'a, 's> {
         self.group(Group::Unknown, pair.key, self.syntax.key_span(pair));
     }
 
-    /// Fills a slot; of several pairs with one key the first counts.
+    /// Fills a slot; the first of several pairs with the same key counts.
     pub(crate) fn keep_first(&mut self, slot: &mut Option<&'s Pair<'a>>, pair: &'s Pair<'a>) {
         match slot {
             Some(first) => self.repeated(first, pair),

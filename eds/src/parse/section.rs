@@ -1,8 +1,8 @@
-//! What the name of a section says (CiA 306-1), and how names are compared.
+//! Section names (CiA 306-1), and how names are compared.
 
 use std::borrow::Cow;
 
-/// What a section is about. The order brings together what belongs to one object, its header first.
+/// What a section is about. In this order, the sections of an object follow each other, header first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum SectionKind {
     FileInfo,
@@ -60,9 +60,9 @@ pub(crate) enum ModulePart {
 }
 
 impl SectionKind {
-    /// In any case, with blanks anywhere.
+    /// Ignores case and blanks.
     pub(crate) fn of(name: &str) -> Self {
-        // By far the most sections are objects in plain spelling.
+        // Shortcut: most sections are objects in the plain spelling.
         if let Some((index, part)) = object(name) {
             return Self::Object(index, part);
         }
@@ -76,7 +76,7 @@ impl SectionKind {
             "mandatoryobjects" => Self::MandatoryObjects,
             "optionalobjects" => Self::OptionalObjects,
             "manufacturerobjects" => Self::ManufacturerObjects,
-            // The standard has one m; people have two.
+            // The standard spells it with one m; people use two.
             "devicecomissioning" | "devicecommissioning" => Self::Commissioning,
             "supportedmodules" => Self::SupportedModules,
             "connectedmodules" => Self::ConnectedModules,
@@ -126,7 +126,7 @@ fn module_part(name: &str) -> Option<ModulePart> {
 }
 
 fn object(name: &str) -> Option<(u16, ObjectPart)> {
-    // From the longest index down: the `De` of `Denotation` are digits as well.
+    // Try the longest index first: the `De` of `Denotation` are hexadecimal digits, too.
     (1..=4).rev().find_map(|digits| {
         let (index, part) = name.split_at_checked(digits)?;
         Some((hex(index, 4)?, object_part(part)?))
@@ -154,10 +154,10 @@ fn hex(text: &str, digits: usize) -> Option<u16> {
     fits.then(|| u16::from_str_radix(text, 16).ok())?
 }
 
-/// Where a key is in a table, in any case and with blanks anywhere.
+/// The position of a key in a table, ignoring case and blanks.
 pub(crate) fn position(table: &[&str], key: &str) -> Option<usize> {
     let find = |key: &str| table.iter().position(|name| name.eq_ignore_ascii_case(key));
-    // By far the most are spelled as the standard has them.
+    // Shortcut: most keys have the spelling of the standard.
     let exact = table.iter().position(|&name| name == key);
     exact.or_else(|| find(key)).or_else(|| key.contains(char::is_whitespace).then(|| find(&without_blanks(key)))?)
 }

@@ -1,9 +1,9 @@
 //! Sections and keys, and where they are.
 //!
-//! rust-ini is the tokeniser. A pass over the lines goes first: it hands on only lines that are a section or a
-//! key, in a form that rust-ini reads as CiA 306 means it, reports what it had to repair, and remembers the line
-//! of each. So the n-th section and the n-th key of rust-ini are those of the n-th remembered line, which is all
-//! it takes to find the columns again when a finding needs them.
+//! rust-ini is the tokeniser. A first pass over the lines hands rust-ini only lines that are a section or a key, in a
+//! form that rust-ini reads as CiA 306 means it, reports what it had to repair, and remembers the number of each line.
+//! The n-th section or key of rust-ini is then the n-th remembered line, from which its columns are found when a
+//! finding needs them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -19,16 +19,16 @@ use crate::text::{Source, Span};
 /// The longest line that CiA 306-1 allows.
 pub(crate) const MAX_LINE_LENGTH: usize = 255;
 
-/// The first half: what rust-ini made of the repaired lines, close together. [`Syntax`] borrows the text, and has
-/// no use for the lengths any more once it is made.
+/// The tokens of a file: the text that rust-ini made of the repaired lines, in one piece. [`Syntax`] borrows the text,
+/// and then no longer needs the lengths.
 #[derive(Default)]
 pub(crate) struct Tokens {
-    /// All names, keys and values one after the other.
+    /// All names, keys and values concatenated.
     pub(crate) text: String,
     pub(crate) lengths: Lengths,
 }
 
-/// Where the names, keys and values in a text end.
+/// The lengths that take the text apart again.
 #[derive(Default)]
 pub(crate) struct Lengths {
     sections: Vec<SectionToken>,
@@ -74,14 +74,14 @@ pub(crate) struct Pair<'a> {
     pub(crate) line: u32,
 }
 
-/// What a line is.
+/// The kinds of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Line<'a> {
     /// Nothing.
     Blank,
     /// `; comment`.
     Comment(&'a str),
-    /// `[name]`, and what follows.
+    /// `[name]`, and the rest of the line.
     Section { name: &'a str, closed: bool, rest: &'a str },
     /// `key=value`, separated by a colon when the line has no equals sign.
     Pair { key: &'a str, value: &'a str, separator: Separator },
@@ -90,7 +90,7 @@ pub(crate) enum Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Total: every line is one of these.
+    /// Classifies a line.
     pub(crate) fn of(text: &'a str) -> Self {
         let text = text.trim();
         match text.as_bytes() {
@@ -119,17 +119,17 @@ impl<'a> Line<'a> {
     }
 }
 
-/// How much of a section rust-ini gets at a time: what it makes of it takes some twenty times as much memory.
-/// In tests almost every line begins a portion.
+/// The most lines that rust-ini gets at a time: its result takes about twenty times the memory. In tests it is small,
+/// so that almost every section has several portions.
 const PORTION: u32 = if cfg!(test) { 8 } else { 64 * 1024 };
 
-/// Repairs the lines, reports what was repaired, and lets rust-ini read the rest; but not what it has read before.
+/// Repairs the lines, reports the repairs, and lets rust-ini read every portion that is not in `memory` already.
 pub(crate) fn tokenize(source: &Source, out: &mut Findings, mut memory: Option<&mut Memory>) -> Tokens {
-    // Keys before the first section are in one without name.
+    // Keys before the first section belong to a section without name.
     let mut tokens = Tokens::default();
     tokens.lengths.sections.push(SectionToken { line: 0, name: 0, keys: 0 });
     let (mut first, mut start, mut is_read) = (0, 0, true);
-    // By far the most lines begin with a key.
+    // Shortcut: most lines are keys.
     let begins_with_key =
         |start: u32| source.text().as_bytes().get(start as usize).is_some_and(u8::is_ascii_alphanumeric);
     let is_section = |line: usize| source.line(line).trim_start().starts_with('[');
@@ -161,10 +161,11 @@ pub(crate) fn tokenize(source: &Source, out: &mut Findings, mut memory: Option<&
     tokens
 }
 
-/// What the sections of a data sheet were read as, for when it is read again: while it is typed, most stay as they are.
+/// The tokens of the last reading of a data sheet, reused when it is read again: while somebody types, most sections
+/// stay as they are.
 #[derive(Default)]
 pub struct Memory {
-    /// By their texts, and whether they were there in this reading.
+    /// By the text of the portion; the flag says whether it occurred in the current reading.
     portions: BTreeMap<Box<str>, (Portion, bool)>,
 }
 
@@ -178,22 +179,22 @@ impl Memory {
         portion
     }
 
-    /// Forgets what is not there any more.
+    /// Drops portions that no longer occur.
     fn forget(&mut self) {
         self.portions.retain(|_, (_, is_there)| std::mem::take(is_there));
     }
 }
 
-/// A section, or a part of a large one. Its lines and places count from its beginning: it is the same wherever it stands.
+/// A section, or a part of a large one. Lines and places count from its beginning, so that it can move within the file.
 #[derive(Default)]
 struct Portion {
-    /// The length of the name, where the section begins.
+    /// The length of the section's name, if the portion begins with it.
     name: Option<u32>,
     keys: Vec<KeyToken>,
-    /// Name, keys and values one after the other.
+    /// Name, keys and values concatenated.
     text: String,
     findings: Vec<(Kind, Span)>,
-    /// Whether rust-ini found what the lines have.
+    /// Whether rust-ini found as many sections and keys as the lines have.
     is_read: bool,
 }
 
@@ -225,7 +226,7 @@ impl Portion {
         portion
     }
 
-    /// Fills in what rust-ini finds; `None` when that is more or less than the lines have.
+    /// Fills in the tokens of rust-ini; `None` if there are more or fewer than the lines have.
     fn fill(&mut self, clean: &str) -> Option<()> {
         let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
         let ini = Ini::load_from_str_opt(clean, options).ok()?;
@@ -244,7 +245,7 @@ impl Portion {
         (tokens.next().is_none() && sections.next().is_none()).then_some(())
     }
 
-    /// The same from the lines themselves.
+    /// Fills in the tokens from the lines, without rust-ini.
     fn fill_from_lines(&mut self, source: &Source, first: usize) {
         self.text.clear();
         if let Line::Section { name, .. } = Line::of(source.line(first)) {
@@ -288,7 +289,7 @@ impl<'a> Syntax<'a> {
             let pairs: Box<[Pair<'a>]> = of_section
                 .map(|token| Pair { key: next(token.key), value: next(token.value), line: token.line })
                 .collect();
-            // The section before the first is one only when it holds something.
+            // The keys before the first section name count as a section only if there are any.
             if !sections.is_empty() || !pairs.is_empty() || section.line > 0 || !name.is_empty() {
                 sections.push(Section { name, kind: SectionKind::of(name), line: section.line, pairs });
             }
@@ -310,19 +311,19 @@ impl<'a> Syntax<'a> {
         part(start, text, key)
     }
 
-    /// The value of a pair; the place behind the separator when it is empty.
+    /// The value of a pair; if empty, the position behind the separator.
     pub(crate) fn value_span(&self, pair: &Pair<'_>) -> Span {
         let (start, text) = self.line(pair.line);
         let Line::Pair { value, .. } = Line::of(text) else { return Span::eds(start, start) };
         part(start, text, value)
     }
 
-    /// The line of a place with another text there.
+    /// Replaces a place within its line.
     pub(crate) fn with(&self, span: Span, by: &str) -> Change {
         with(self.source, span, by)
     }
 
-    /// The line of a pair with another value.
+    /// Replaces the value of a pair.
     pub(crate) fn with_value(&self, pair: &Pair<'_>, value: &str) -> Change {
         self.with(self.value_span(pair), value)
     }
@@ -340,7 +341,7 @@ impl<'a> Syntax<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// The first pair with this key, in any case.
+    /// The first pair with this key, in upper or lower case.
     pub(crate) fn get(&self, key: &str) -> Option<&Pair<'a>> {
         self.pairs.iter().find(|pair| position(&[key], pair.key).is_some())
     }
@@ -353,7 +354,7 @@ fn push_section(clean: &mut String, name: &str) {
     clean.push_str("]\n");
 }
 
-/// A colon would separate, a backslash would hide the equals sign or join lines.
+/// To rust-ini, a colon separates, and a backslash hides the equals sign or joins lines.
 fn push_pair(clean: &mut String, key: &str, value: &str) {
     push_replaced(clean, key, &['\\', ':']);
     clean.push('=');
@@ -365,7 +366,7 @@ fn push_replaced(clean: &mut String, text: &str, forbidden: &[char]) {
     if text.contains(forbidden) { clean.push_str(&text.replace(forbidden, "_")) } else { clean.push_str(text) }
 }
 
-/// The line of a place with another text there.
+/// Replaces a place within its line.
 pub(crate) fn with(source: &Source, span: Span, by: &str) -> Change {
     let line = source.line_at(span.start);
     let (start, text) = (source.line_range(line).0, source.line(line));
@@ -373,15 +374,14 @@ pub(crate) fn with(source: &Source, span: Span, by: &str) -> Change {
     Change::Line(line as u32 + 1, [&text[..from], by, &text[to..]].concat())
 }
 
-/// The place of a part of a line that begins at `start`.
+/// The place of `part`, a slice of the line that begins at offset `start`.
 pub(crate) fn part(start: u32, line: &str, part: &str) -> Span {
-    // Both are slices of the same line.
     let offset = (part.as_ptr() as usize).wrapping_sub(line.as_ptr() as usize);
     let offset = if offset <= line.len() { offset as u32 } else { line.len() as u32 };
     Span::eds(start + offset, start + offset + part.len() as u32)
 }
 
-/// What is odd about a line that begins at `start`.
+/// Reports irregularities of the line that begins at offset `start`.
 fn report(line: Line<'_>, text: &str, start: u32, out: &mut Vec<(Kind, Span)>) {
     if text.len() > MAX_LINE_LENGTH
         && let Some((cut, _)) = text.char_indices().nth(MAX_LINE_LENGTH)

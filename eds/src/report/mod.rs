@@ -1,4 +1,4 @@
-//! Findings as text, with the lines they are about; as JSON and SARIF in the modules below.
+//! Findings as text with the affected lines; as JSON and SARIF in the modules below.
 
 mod json;
 mod sarif;
@@ -11,7 +11,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Render
 use crate::diagnostic::{Diagnostic, Diagnostics, Label, Severity};
 use crate::text::{Input, Source};
 
-/// The most lines between two places of one source that are shown in one piece.
+/// Two places of one source are shown in one piece if at most this many lines are between them.
 const MAX_GAP_LINES: usize = 12;
 
 impl Diagnostics {
@@ -63,13 +63,14 @@ impl Diagnostic {
         if let Some(help) = &self.help {
             group = group.element(Level::HELP.message(help.as_str()));
         }
-        // It shows the controls of ASCII as pictures, but hands on those of 80h to 9Fh, which terminals obey as well.
+        // annotate-snippets shows ASCII controls as pictures, but passes on C1 controls (80h to 9Fh), which terminals
+        // obey as well.
         let is_c1 = |c: char| matches!(c, '\u{80}'..='\u{9F}');
         renderer.render(&[group]).replace(is_c1, "\u{FFFD}")
     }
 }
 
-/// A line in which nothing moves a cursor, changes a colour or rings a bell: names come from files of others.
+/// Replaces controls that would move the cursor, change colours or ring the bell: names come from foreign files.
 fn visible(line: &str) -> String {
     let picture = |c: char| match c {
         '\0'..='\u{1F}' => char::from_u32(0x2400 + u32::from(c)).unwrap_or(char::REPLACEMENT_CHARACTER),
@@ -79,7 +80,7 @@ fn visible(line: &str) -> String {
     line.chars().map(picture).collect()
 }
 
-/// Longer pieces are not shown, only named.
+/// Longer pieces are only named, not shown.
 const MAX_PIECE_BYTES: usize = 4096;
 
 /// Neighbouring lines with the labels on them.

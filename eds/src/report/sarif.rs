@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Label};
 use crate::rules;
 use crate::text::Input;
 
-/// One SARIF log with a run of this tool over any number of files.
+/// A SARIF log with one run of this tool over any number of files.
 #[must_use]
 pub fn sarif<'a>(files: impl IntoIterator<Item = (&'a Input, &'a Diagnostics)>) -> Value {
     let mut codes = BTreeSet::new();
@@ -33,8 +33,8 @@ pub fn sarif<'a>(files: impl IntoIterator<Item = (&'a Input, &'a Diagnostics)>) 
 }
 
 impl Diagnostics {
-    /// A SARIF log of these findings alone.
     #[must_use]
+    /// A SARIF log with the findings of one file.
     pub fn to_sarif(&self, input: &Input) -> Value {
         sarif([(input, self)])
     }

@@ -1,4 +1,4 @@
-//! What CiA 301 and the device profile demand.
+//! Rules of CiA 301 and of device profiles.
 
 use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, listed, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
@@ -28,7 +28,7 @@ pub(super) fn object_type(cx: &Context<'_>, out: &mut Out<'_>) {
     for (object, facts) in cx.objects() {
         let Some(standard) = standard::object(object.index, cx.device.profile) else { continue };
         let same = object.kind == standard.kind || facts.declared.is_none();
-        // What is a list of equal values may be either.
+        // A list of equal values may be an ARRAY or a RECORD.
         let alike = object.kind.has_subs() && standard.kind.has_subs() && standard.loose;
         if !same && !alike {
             let [found, expected] = [object.kind, standard.kind].map(with_article);
@@ -108,25 +108,26 @@ pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
     let Some(value) = value else { return };
     let profile = |value: u32| value & 0xFFFF;
     let is_drive = has_on_any_axis(cx, 0x6040) && has_on_any_axis(cx, 0x6041);
-    // Fluid power (408) has the same two words, and FFFFh is a device of several profiles.
+    // Fluid power (408) has controlword and statusword as well, and FFFFh is a device of several profiles.
     let is_free = matches!(profile(value), 402 | 408 | 0xFFFF);
     let halves_swapped = (value & 0xFF00_FF00) >> 8 | (value & 0x00FF_00FF) << 8;
     let swapped = [halves_swapped, value.swap_bytes(), value.rotate_left(16)];
-    // Profiles are numbered from 301 on. A number that is no profile, but is one with its bytes swapped, has the wrong byte order.
+    // Profiles have numbers from 301 on. If a number is no profile, but is one with bytes swapped, the byte order is
+    // wrong.
     let is_profile = |&value: &u32| (301..500).contains(&profile(value));
     let swapped = swapped.into_iter().find(is_profile).filter(|_| !is_profile(&value));
-    // Without a profile only the bytes of both halves are beyond doubt: the high half may be anything.
+    // If the low half is 0, only a swap of all four bytes is beyond doubt: the high half may hold anything.
     let swapped = swapped.filter(|&swapped| profile(value) != 0 || swapped == value.swap_bytes());
     let swapped = swapped.filter(|&swapped| profile(swapped) == 402 || !is_drive);
     let (message, text, right) = match swapped {
         Some(swapped) => ("the bytes of the device type are swapped", format!("{swapped:#X} was meant"), swapped),
         None if is_drive && !is_free => {
             let text = format!("says profile {}", profile(value));
-            // The high half means something else in another profile.
+            // The high half of another profile has another meaning.
             let kind = if profile(value) == 0 { value & 0xFFFF_0000 } else { 0 };
             ("the device has controlword and statusword, but is no drive of CiA 402", text, kind | 402)
         }
-        // Without any of the bits it says nothing of them.
+        // If all four bits are 0, the device type says nothing about inputs and outputs.
         None if profile(value) == 401 && value >> 16 & 0xF != 0 && denied(cx, value) != 0 => {
             let (right, words) = (value | denied(cx, value), ["digital inputs", "digital outputs", "analogue inputs"]);
             let words = words.into_iter().chain(["analogue outputs"]).zip(16..);
@@ -141,7 +142,7 @@ pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
     out.push(note.mend(can.then(|| cx.correct(entry, &format!("default = {right:#X}")))));
 }
 
-/// The bits 16 to 19 of a device type of CiA 401 that are 0 though there are such inputs and outputs.
+/// Bits 16 to 19 of a CiA 401 device type that are 0 although the device has such inputs or outputs.
 fn denied(cx: &Context<'_>, device_type: u32) -> u32 {
     let any = |indices: &[u16]| indices.iter().any(|&index| cx.device.object(index).is_some());
     let there = [
@@ -153,7 +154,7 @@ fn denied(cx: &Context<'_>, device_type: u32) -> u32 {
     (16..).zip(there).filter(|&(bit, there)| there && device_type & 1 << bit == 0).map(|(bit, _)| 1 << bit).sum()
 }
 
-/// An object of the profile may be that of any axis, 800h apart.
+/// Whether the device has an object of the profile on any axis; axes are 800h apart.
 fn has_on_any_axis(cx: &Context<'_>, index: u16) -> bool {
     (0..8).any(|axis| cx.device.object(index + axis * 0x800).is_some())
 }
@@ -202,7 +203,7 @@ pub(super) fn two_error_controls(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// Another default for an entry, unless a DCF configures it.
+/// A remedy that sets the default of an entry, unless a DCF configures the entry.
 fn default(cx: &Context<'_>, entry: &Entry, value: &str) -> Option<String> {
     entry.configured.is_none().then(|| cx.correct(entry, &format!("default = {value}")))
 }
@@ -218,7 +219,7 @@ pub(super) fn identity(cx: &Context<'_>, out: &mut Out<'_>) {
         let entry = cx.device.entry(IDENTITY, sub);
         let value = entry.and_then(|entry| entry.default.as_ref()).and_then(Value::as_integer);
         let (Some(entry), Some(value), Some(said)) = (entry, value, said) else { continue };
-        // 0 stands for "not given" in either place.
+        // 0 means "not given" in both places.
         if value == i128::from(said) || value == 0 || said == 0 {
             continue;
         }
@@ -239,7 +240,7 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     let good = match &entry.default {
         None => true,
         Some(Value::NodeIdPlus(id)) => id & i64::from(cia301::IDENTIFIER) == i64::from(connection::EMCY),
-        // Without a formula the number fits one node only, as in a DCF.
+        // A number without `$NODEID` fits only one node, the one of a DCF.
         Some(Value::Integer(id)) => id & INVALID != 0 || Some(id & IDENTIFIER) == of_the_node(cx),
         Some(_) => true,
     };
@@ -250,7 +251,7 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// The COB-ID of EMCY in the node that a DCF is for.
+/// The COB-ID of EMCY for the node of a DCF.
 fn of_the_node(cx: &Context<'_>) -> Option<i128> {
     let node_id = cx.device.commissioning.as_ref()?.node_id?;
     Some(i128::from(connection::EMCY) + i128::from(node_id))

@@ -1,4 +1,4 @@
-//! What rules look at, where it is written, and the words that they share.
+//! What rules look at, with its places, and words that rules share.
 
 use crate::model::keys::Key;
 use crate::model::types::DataType;
@@ -18,18 +18,18 @@ pub(super) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// The objects with what is known of them beyond the model.
+    /// The objects with the facts about them.
     pub(super) fn objects(&self) -> impl Iterator<Item = (&'a Object, &'a ObjectFacts)> {
         self.device.objects.iter().zip(&self.facts.objects)
     }
 
-    /// All mappings: the PDO, the number of the mapping from 1, and what is mapped.
+    /// All mapped objects, each with its PDO and its number (from 1) in the mapping.
     pub(super) fn mapped(&self) -> impl Iterator<Item = (&'a Pdo, u8, Mapped)> {
         let of_pdo = |pdo: &'a Pdo| pdo.mapping.iter().zip(1..).map(move |(&mapped, number)| (pdo, number, mapped));
         self.device.pdos.iter().flat_map(of_pdo)
     }
 
-    /// The place of a key's value in a section that there is once.
+    /// The place of a key's value in a section that occurs once.
     pub(super) fn value_in(&self, kind: SectionKind, key: &str) -> Option<Span> {
         let pair = self.facts.section(kind)?.get(key)?;
         Some(self.facts.syntax.value_span(pair))
@@ -40,12 +40,12 @@ impl<'a> Context<'a> {
         self.value_in(SectionKind::DeviceInfo, key)
     }
 
-    /// The place of a section's name; that of the whole file without the section.
+    /// The place of a section's name, or of the whole file without that section.
     pub(super) fn section_span(&self, kind: SectionKind) -> Span {
         self.facts.section(kind).map_or(Span::eds(0, 0), |section| self.facts.syntax.name_span(section))
     }
 
-    /// The place of a mapping; that of the number of mappings for 0.
+    /// The place of an entry of a PDO mapping; `number` 0 is the count.
     pub(super) fn mapping_span(&self, pdo: &Pdo, number: u8) -> Span {
         let object = self.device.object(pdo.direction.mapping_parameter(pdo.number));
         self.parameter_span(pdo, object, number, |pdo| !pdo.mapping.is_empty())
@@ -71,15 +71,15 @@ impl<'a> Context<'a> {
         object.entry(sub).map_or(object.span, |entry| self.entry_span(entry, held_by(entry)))
     }
 
-    /// The place of a key's value in the section of an object or entry; the name of the section without that key.
+    /// The place of a key's value in the section of an object or entry, or of the section's name without that key.
     pub(super) fn value_span(&self, of: Span, key: Key) -> Span {
         let syntax = &self.facts.syntax;
         let pair = syntax.section_at(of).and_then(|section| section.get(key.name()));
         pair.map_or(of, |pair| syntax.value_span(pair))
     }
 
-    /// The place of a key's value of an entry: in the overlay when that corrects it, in `[2000Value]` and the like
-    /// when its value is there.
+    /// The place of a key's value for an entry: in the overlay that corrects it, or in `[2000Value]` and the like if
+    /// its value is there.
     pub(super) fn entry_span(&self, entry: &Entry, key: Key) -> Span {
         let corrected = self.changes.correction(entry.index, entry.sub, key);
         corrected.or_else(|| self.in_table(entry, key)).unwrap_or_else(|| self.value_span(entry.span, key))
@@ -98,8 +98,8 @@ impl<'a> Context<'a> {
         Some(self.facts.syntax.value_span(pair))
     }
 
-    /// The data sheet with another value of a key of an entry; `None` if the entry has no section of its own, or if an
-    /// overlay corrects that value.
+    /// A patch that sets a key in the section of an entry; `None` if the entry has no section of its own or an overlay
+    /// corrects that key.
     pub(super) fn set_own(&self, entry: &Entry, key: Key, value: &str) -> Option<Patch> {
         let section = self.facts.syntax.section_at(entry.span)?;
         let own = match section.kind {
@@ -110,20 +110,20 @@ impl<'a> Context<'a> {
         (own && !corrected).then(|| Patch::from_iter([self.set_in(section, key.name(), value)]))
     }
 
-    /// The object or entry that a place is about: in the data sheet, or in an overlay that corrects one.
+    /// The object or entry that a place in the data sheet or in an overlay is about.
     pub(super) fn address_of(&self, span: Span) -> Option<(u16, Option<u8>)> {
         let at = || self.changes.corrections.iter().find(|correction| correction.span == span);
         self.facts.address_of(span).or_else(|| at().map(|correction| (correction.index, Some(correction.sub))))
     }
 
-    /// The number (from 1) and the text of the line of the data sheet that a place is in.
+    /// The number (from 1) and the text of the data sheet's line with this place.
     pub(super) fn line(&self, span: Span) -> Option<(u32, &'a str)> {
         let source = self.facts.syntax.source;
         let line = source.position(span.start).line;
         (span.source == 0).then(|| (line, source.line(line as usize - 1)))
     }
 
-    /// How an overlay calls the entry: `2000`, `2000:01`.
+    /// The address of an entry in overlays: `2000`, `2000:01`.
     pub(super) fn address(&self, entry: &Entry) -> String {
         match self.device.object(entry.index) {
             Some(object) if !object.kind.has_subs() => format!("{:04X}", entry.index),
@@ -136,14 +136,14 @@ impl<'a> Context<'a> {
         self.mapped().any(|(_, _, mapped)| (mapped.index, mapped.sub) == (entry.index, entry.sub))
     }
 
-    /// The smallest and the largest number of a data type. The sign of one that the device defines is
-    /// unknown, so both are possible.
+    /// The smallest and the largest number of a data type. For a type that the device defines, the sign is unknown, so
+    /// both are included.
     pub(super) fn range(&self, data_type: DataType) -> Option<(i128, i128)> {
         let defined = || self.device.bits(data_type).map(|bits| (-(1 << (bits - 1)), (1 << bits) - 1));
         data_type.range().or_else(|| matches!(data_type, DataType::Other(_)).then(defined)?)
     }
 
-    /// Whether a data type can have a value, for every node-ID.
+    /// Whether a value is in the range of a data type for every node-ID.
     pub(super) fn fits(&self, data_type: DataType, value: Option<&Value>) -> bool {
         let range = self.range(data_type);
         let within = |low: i128, high: i128| range.is_none_or(|range| range.0 <= low && high <= range.1);
@@ -155,8 +155,8 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether `value` could be the default: it fits the data type and the limits, and does not make a
-    /// configured value one that cannot be downloaded.
+    /// Whether `value` could be the default: it fits data type and limits, and does not turn a configured value into
+    /// one that cannot be downloaded.
     pub(super) fn can_default(&self, entry: &Entry, value: i128) -> bool {
         let limit = |limit: &Option<Value>| limit.as_ref().and_then(Value::as_integer);
         let within =
@@ -165,7 +165,7 @@ impl<'a> Context<'a> {
         within && downloads && self.fits(entry.data_type, Some(&Value::Integer(value)))
     }
 
-    /// Whether all that an entry says would fit another integer type, and no PDO depends on its length.
+    /// Whether all values of an entry fit another integer type, and no PDO depends on its length.
     pub(super) fn can_become(&self, entry: &Entry, data_type: DataType) -> bool {
         let values = [&entry.default, &entry.configured, &entry.low, &entry.high];
         let integers = data_type.range().is_some() && entry.data_type.range().is_some();
@@ -177,7 +177,7 @@ fn same_pdo(extra: &Extra, pdo: &Pdo) -> bool {
     (extra.pdo.direction, extra.pdo.number) == (pdo.direction, pdo.number)
 }
 
-/// The key that says what an entry holds.
+/// The key that holds the value of an entry.
 pub(super) fn held_by(entry: &Entry) -> Key {
     if entry.configured.is_some() { Key::ParameterValue } else { Key::DefaultValue }
 }
@@ -187,7 +187,7 @@ pub(super) fn place(entry: &Entry) -> String {
     format!("{:04X}:{:02X}", entry.index, entry.sub)
 }
 
-/// Whether a mapping leaves a gap as long as a data type.
+/// Whether a mapped object is a data type, which leaves a gap.
 pub(super) fn is_dummy(mapped: Mapped) -> bool {
     mapped.index < 0x20 && mapped.sub == 0
 }
@@ -198,13 +198,13 @@ pub(super) fn pdo_name(pdo: &Pdo) -> String {
     format!("{direction} {}", pdo.number)
 }
 
-/// The identifier of 29 bits in a COB-ID parameter.
+/// Mask of the 29-bit identifier in a COB-ID parameter.
 pub(super) const IDENTIFIER: i128 = cia301::IDENTIFIER as i128;
-/// The identifier of 11 bits in it.
+/// Mask of the 11-bit identifier.
 pub(super) const BASE_IDENTIFIER: i128 = cia301::BASE_IDENTIFIER as i128;
-/// The bit in it that makes the identifier one of 29 bits.
+/// The bit that makes the identifier one of 29 bits.
 pub(super) const EXTENDED: i128 = cia301::EXTENDED as i128;
-/// The bit in it that switches the object off.
+/// The bit that disables the COB-ID.
 pub(super) const INVALID: i128 = cia301::INVALID as i128;
 
 /// `1 key`, `2 keys`, `2 entries`.

@@ -1,4 +1,4 @@
-//! What the file says of itself and of the device as a whole; modules and dynamic channels.
+//! Rules about the file and the device as a whole, modules and dynamic channels.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use crate::parse::COMPACT_PDO_BITS;
 use crate::parse::section::SectionKind;
 use crate::text::Span;
 
-/// The keys of `[DeviceInfo]` that CiA 306-1 requires and that nothing stands for.
+/// Keys of `[DeviceInfo]` that CiA 306-1 requires and that nothing else can replace.
 pub(super) const REQUIRED: [&str; 7] =
     ["VendorName", "VendorNumber", "ProductName", "ProductNumber", "Granularity", "NrOfRXPDO", "NrOfTXPDO"];
 
@@ -64,7 +64,7 @@ pub(super) fn bad_date(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// The numbers of a date or time, with the sign that stands between them.
+/// The three numbers of a date or time, and their positions; `between` separates them.
 fn numbers(text: &str, between: char) -> Option<[(usize, u16); 3]> {
     let mut parts = text.split(between).map(|part| Some((part.len(), part.parse().ok()?)));
     let numbers = [parts.next()??, parts.next()??, parts.next().unwrap_or(Some((0, 0)))?];
@@ -82,7 +82,7 @@ fn is_time(text: &str) -> bool {
     matches!(numbers(clock, ':'), Some([(2, 0..=12), (2, 0..=59), (0, _)]))
 }
 
-/// A date whose order is beyond doubt: `2011-03-07`, `7.3.2011` and `16-08-2007`.
+/// A date whose order of day and month is beyond doubt: `2011-03-07`, `7.3.2011`, `16-08-2007`.
 fn as_date(text: &str) -> Option<String> {
     let (day, month, year) = match (numbers(text, '-'), numbers(text, '.')) {
         (Some([(4, year), (_, month), (_, day)]), _) => (day, month, year),
@@ -93,7 +93,7 @@ fn as_date(text: &str) -> Option<String> {
     Some(format!("{month:02}-{day:02}-{year:04}")).filter(|date| is_date(date))
 }
 
-/// A time of 24 hours, with or without seconds, or an hour of one digit.
+/// A time in 24-hour form, with or without seconds; the hour may have one digit.
 fn as_time(text: &str) -> Option<String> {
     let padded = Some(format!("0{}", text.trim())).filter(|padded| is_time(padded));
     if padded.is_some() {

@@ -1,4 +1,4 @@
-//! Values against data types, limits and access rights.
+//! Rules about values, their data types, limits and access rights.
 
 use super::context::{Context, place};
 use super::remedy::toml;
@@ -14,7 +14,6 @@ use crate::patch::{Change, Patch};
 use crate::standard;
 use lexican_cia::cia301;
 
-/// Whether one number is above another.
 fn above(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Integer(a), Value::Integer(b)) => a > b,
@@ -51,7 +50,8 @@ pub(super) fn limits_reversed(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// What the hexadecimal digits of the low limit are as a negative number of 8 or 16 bits, in a longer signed type.
+/// The low limit read as a negative number of 8 or 16 bits, where a longer signed type has only that many hexadecimal
+/// digits.
 fn narrower(cx: &Context<'_>, entry: &Entry, low: &Value) -> Option<(u8, Value)> {
     let low = low.as_integer().filter(|_| entry.data_type.class() == Class::Signed)?;
     let (_, line) = cx.line(cx.entry_span(entry, Key::LowLimit))?;
@@ -66,7 +66,7 @@ pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
         for (key, value) in [(Key::LowLimit, &entry.low), (Key::HighLimit, &entry.high)] {
             let Some(note) = outside_type(cx, entry, key, value.as_ref()) else { continue };
             let range = cx.range(entry.data_type).zip(value.as_ref().and_then(Value::as_integer));
-            // Only where the type is the narrower one; else the type is wrong.
+            // Only if the data type is the narrower one; otherwise the type is wrong.
             let nearest = range.and_then(|((low, high), value)| match key {
                 Key::LowLimit => (value < low).then_some(Value::Integer(low)),
                 _ => (value > high).then_some(Value::Integer(high)),
@@ -83,7 +83,7 @@ pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// Whether the entry's values that are inside the limits stay inside when the limit `key` becomes `limit`.
+/// Whether values inside the limits stay inside after the limit `key` becomes `limit`.
 fn keeps_order(entry: &Entry, key: Key, limit: &Value) -> bool {
     let others = [&entry.default, &entry.configured, if key == Key::LowLimit { &entry.high } else { &entry.low }];
     let beyond = |value: &&Value| if key == Key::LowLimit { above(limit, value) } else { above(value, limit) };
@@ -100,7 +100,7 @@ pub(super) fn default_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// A number that its data type cannot have.
+/// Reports a value outside the range of its data type.
 fn outside_type(cx: &Context<'_>, entry: &Entry, key: Key, value: Option<&Value>) -> Option<Diagnostic> {
     if cx.fits(entry.data_type, value) {
         return None;
@@ -126,7 +126,7 @@ pub(super) fn value_outside_limits(cx: &Context<'_>, out: &mut Out<'_>) {
 
 fn outside_limits(cx: &Context<'_>, entry: &Entry, key: Key, value: Option<&Value>, out: &mut Out<'_>) {
     let Some(value) = value else { return };
-    // Reversed limits have a rule of their own.
+    // Reversed limits have their own rule.
     if let Some((low, high)) = entry.low.as_ref().zip(entry.high.as_ref())
         && above(low, high)
     {
@@ -171,7 +171,7 @@ pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnosti
     let Kind::RealBits(Repeated { key, count }) = &finding.kind else { return None };
     let (line, _) = cx.line(finding.span)?;
     let text = &cx.facts.syntax.source.text()[finding.span.start as usize..finding.span.end as usize];
-    // The bits of a REAL64 have more digits than a REAL32 can have.
+    // More digits than the bits of a REAL32 have.
     let data_type = if text.len() > "0x12345678".len() { DataType::Real64 } else { DataType::Real32 };
     let Some(Value::Real(value)) = number::value(text, data_type).ok().flatten().map(|read| read.value) else {
         return None;
@@ -188,9 +188,9 @@ pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnosti
 
 pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
-        // To store and to restore parameters takes one value by nature.
+        // Storing and restoring parameters takes a single value by design.
         let is_command = matches!(entry.index, cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS);
-        // With the same default, it is meant: the device has this one value only.
+        // If the default is the same value, this is intended: the device has only this value.
         if entry.low == entry.high && entry.default != entry.low && !is_command {
             let note = note(format!("{} can have one value only", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
@@ -201,11 +201,11 @@ pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.configured.is_some() && !entry.access.writable()) {
-        // Without a default, no value disagrees with the configured one.
+        // Without a default there is nothing that the configured value could differ from.
         if entry.default.is_some() && entry.configured != entry.default {
             let span = cx.entry_span(entry, Key::ParameterValue);
             let note = note(format!("{} is {}", place(entry), entry.access.name())).at(span, "cannot be written");
-            // In a table the count would change with the line.
+            // In a table, removing the line would make its count wrong.
             let own =
                 cx.facts.syntax.section_at(entry.span).and_then(|section| section.get(Key::ParameterValue.name()));
             let removed = own.and_then(|_| cx.remove(span));
@@ -225,14 +225,14 @@ pub(super) fn constant_without_default(cx: &Context<'_>, out: &mut Out<'_>) {
                 continue;
             };
             let note = note.mend(Some(cx.correct(entry, &format!("default = {sub}"))));
-            // The default could not be read, so its value is not known here.
+            // If a default is given but could not be read, its value is unknown here.
             let absent = cx.entry_span(entry, Key::DefaultValue) == entry.span;
             out.push(note.fix(absent.then(|| cx.set_own(entry, Key::DefaultValue, &sub.to_string())).flatten()));
         }
     }
 }
 
-/// What sub-index 0 of an array or record says.
+/// The highest sub-index, as sub-index 0 of an array or record says it.
 fn highest_sub(cx: &Context<'_>, entry: &Entry) -> Option<u8> {
     let object = cx.device.object(entry.index)?;
     let list = matches!(object.kind, ObjectKind::Array | ObjectKind::Record) && entry.sub == 0;
@@ -270,7 +270,7 @@ pub(super) fn mappable_parameter(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// The entry without the right to be mapped, where nothing needs that.
+/// A remedy that removes the entry's mappability, if nothing needs it.
 fn not_mappable(cx: &Context<'_>, entry: &Entry) -> Option<String> {
     let needed = cx.is_mapped(entry) || matches!(entry.access, AccessType::Rwr | AccessType::Rww);
     (!needed).then(|| cx.correct(entry, "pdo_mapping = false"))

@@ -1,4 +1,4 @@
-//! Files, lines, sections and keys.
+//! Rules about files, lines, sections and keys.
 
 use super::context::{Context, plural};
 use super::lists::numbered_anew;
@@ -16,7 +16,7 @@ use crate::text::{Encoding, MAX_BYTES, MAX_LINES, Refusal, Span};
 pub(super) fn file_size(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::FileSize(refusal) = finding.kind else { return None };
     Some(note(match refusal {
-        // Reading has stopped there, so how many there are is not known.
+        // Reading stopped there, so the size of the rest is unknown.
         Refusal::TooLong { .. } => format!("the file has more than {MAX_BYTES} bytes, which is as many as are read"),
         Refusal::TooManyLines { lines } => format!("the file has {lines} lines; at most {MAX_LINES} are read"),
     }))
@@ -60,7 +60,7 @@ pub(super) fn unclosed_section(cx: &Context<'_>, finding: &Finding) -> Option<Di
         _ => None,
     });
     let note = note("the section name has no closing bracket").at(finding.span, "read as the name");
-    // Where an unknown name ends is not known either.
+    // The extent of an unknown section is unknown as well.
     let known = cx.facts.syntax.section_at(finding.span).is_some_and(|section| section.kind != SectionKind::Unknown);
     Some(if known { note.fix(mended) } else { note.mend(mended) })
 }
@@ -81,7 +81,7 @@ pub(super) fn no_equals_sign(cx: &Context<'_>, finding: &Finding) -> Option<Diag
     let (line, text) = cx.line(finding.span)?;
     let Line::Pair { key, value, .. } = Line::of(text) else { return Some(note) };
     let mended = Some(Patch::from_iter([Change::Line(line, format!("{key}={value}"))]));
-    // Text with a colon in it looks like a key, too.
+    // A text with a colon looks like a key, too.
     let known =
         [&KEYS[..], &FILE_INFO, &DEVICE_INFO, &COMMISSIONING].iter().any(|table| position(table, key).is_some());
     Some(if known { note.fix(mended) } else { note.mend(mended) })
@@ -178,7 +178,7 @@ fn repeated(key: &Repeated, what: &str, first: Span) -> Diagnostic {
     note(format!("the key `{key}` {what}{times}")).at(first, if *count == 1 { "" } else { "first here" })
 }
 
-/// Lines that nothing is read from.
+/// Makes lines that nothing is read from removable.
 fn removable(cx: &Context<'_>, key: &Repeated, note: Diagnostic) -> Diagnostic {
     let only = note.span().filter(|_| key.count == 1 && !is_required(&key.key));
     match only.and_then(|span| cx.remove(span)) {
@@ -187,14 +187,14 @@ fn removable(cx: &Context<'_>, key: &Repeated, note: Diagnostic) -> Diagnostic {
     }
 }
 
-/// Whether other rules miss the key when it is not there.
+/// Whether another rule reports the absence of the key.
 fn is_required(key: &str) -> bool {
     position(&super::info::REQUIRED, key).is_some()
         || key.eq_ignore_ascii_case("SupportedObjects")
         || key.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// Without a key that is read as absent: in sections where nothing else counts or refers to it.
+/// A patch that removes a key, in sections where nothing counts or refers to it.
 pub(super) fn without_key(cx: &Context<'_>, span: Span, key: &str) -> Option<Patch> {
     let (line, _) = cx.line(span)?;
     let sections = &cx.facts.syntax.sections;

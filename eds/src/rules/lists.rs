@@ -1,4 +1,4 @@
-//! The lists of objects.
+//! Rules about the lists of objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,8 +24,8 @@ pub(super) fn object_without_section(_: &Context<'_>, finding: &Finding) -> Opti
 
 const FIRST_THE_NUMBERS: &str = "two objects of this list have the same number; give one of them another one first";
 
-/// A line of a list whose number is taken with a number that is free, the smallest first, if the object that it names is
-/// described and not listed elsewhere.
+/// A patch for a line whose number is taken: gives it the smallest free number, if its object is described and not
+/// listed elsewhere.
 pub(super) fn numbered_anew(cx: &Context<'_>, key: Span) -> Option<Patch> {
     let (line, _) = cx.line(key)?;
     let is_here = |doubled: &Listed| cx.line(doubled.span).is_some_and(|(there, _)| there == line);
@@ -38,7 +38,7 @@ pub(super) fn numbered_anew(cx: &Context<'_>, key: Span) -> Option<Patch> {
     let is_free = |number: &u32| list.entries.iter().all(|listed| listed.number != *number);
     let free = (1..).filter(is_free).nth(at).filter(|_| facts.listed.is_none() && !is_again)?;
     let renumbered = cx.facts.syntax.with(key, &free.to_string());
-    // The number of entries after the fix; it may be what the file says already.
+    // The count after the fix; the file may state it already.
     let count = list.entries.len() + list.doubled.len();
     let is_counted = list.said.is_some_and(|(said, _)| said as usize == count) || list.doubled.len() > 1;
     let counted = (!is_counted).then(|| cx.set_in(section, COUNT, &count.to_string()));
@@ -49,7 +49,7 @@ pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for list in &cx.facts.lists {
         let found = list.entries.len();
         let set = || cx.set(list.span, COUNT, &found.to_string());
-        // An object under the number of another one is not among the entries; the count is right with it.
+        // An object whose number is taken is not among the entries, but the count includes it.
         let is_doubled = !list.doubled.is_empty();
         match list.said {
             Some((said, _)) if is_doubled && said as usize == found + list.doubled.len() => {}
@@ -79,7 +79,7 @@ pub(super) fn list_gap(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// What [`in_order`] returns, found out once for all findings.
+/// The result of [`in_order`], computed once for all findings.
 #[derive(Default)]
 struct InOrder(Option<Option<Arc<Patch>>>);
 
@@ -89,7 +89,7 @@ impl InOrder {
     }
 }
 
-/// All lists with each object once, in the list that its index belongs to, numbered from 1.
+/// A patch that puts each object once into the list that its index belongs to, and numbers the lists from 1.
 fn in_order(cx: &Context<'_>) -> Option<Patch> {
     let is_misplaced = |list: ObjectList, index: u16| {
         (list == ObjectList::Manufacturer) != (ObjectList::of_index(index) == ObjectList::Manufacturer)
@@ -116,7 +116,7 @@ fn in_order(cx: &Context<'_>) -> Option<Patch> {
         let goes = |pair: &Pair<'_>, _| goes.contains(&cx.facts.syntax.value_span(pair));
         patch.extend(rewritten(&cx.facts.syntax, section, goes, &here)?);
     }
-    // The objects that are left belong to no list.
+    // An object left over would belong to a list that the file lacks.
     moved.is_empty().then_some(patch)
 }
 
@@ -135,7 +135,7 @@ pub(super) fn object_not_listed(cx: &Context<'_>, out: &mut Out<'_>) {
     out.push(finding.help(added(cx, &unlisted).unwrap_or_else(|| NAME_THEM.to_owned())));
 }
 
-/// The lists with these objects at their ends.
+/// A remedy that appends objects to the lists.
 fn added(cx: &Context<'_>, objects: &[&Object]) -> Option<String> {
     let mut lines = Vec::new();
     for kind in [ObjectList::Mandatory, ObjectList::Optional, ObjectList::Manufacturer] {

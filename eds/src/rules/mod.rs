@@ -1,4 +1,4 @@
-//! The rules: a table with a row each, and their functions by subject in the files beside it.
+//! The rules: a table with one row each, and their functions in files by subject.
 //!
 //! A new rule is a row in `table.rs`, a function, and a golden case under `tests/golden/`.
 
@@ -43,7 +43,7 @@ pub fn rule(code: &str) -> Option<&'static Rule> {
     rules().iter().find(|rule| rule.code == code)
 }
 
-/// Applies all rules to a finished model and to what was found on the way to it.
+/// Applies all rules to the finished model and to what parsing and overlays have found.
 pub(crate) fn apply(device: &Device, facts: &Facts<'_>, changes: &Changes, found: &Findings) -> Diagnostics {
     let context = Context { device, facts, changes };
     let mut diagnostics = Diagnostics::default();
@@ -65,7 +65,7 @@ pub(crate) fn apply(device: &Device, facts: &Facts<'_>, changes: &Changes, found
     diagnostics
 }
 
-/// What was found in a text that is no data sheet at all.
+/// Reports what was found in a text that is no data sheet.
 pub(crate) fn of_text(facts: &Facts<'_>, found: &Findings) -> Diagnostics {
     let context = Context { device: &Device::default(), facts, changes: &Changes::default() };
     let mut diagnostics = Diagnostics::default();
@@ -93,10 +93,10 @@ fn read(
     }
 }
 
-/// Places in the data sheet where an overlay says otherwise: what was found there does not count any more.
+/// Places in the data sheet that an overlay corrects: findings there are void.
 struct Corrected {
     values: BTreeSet<Span>,
-    /// Entries whose data type or access type comes from the overlay alone.
+    /// Entries whose missing data type (true) or access type (false) an overlay supplies.
     missing: BTreeSet<(bool, Span)>,
 }
 
@@ -128,7 +128,7 @@ impl Corrected {
     }
 }
 
-/// Takes back the findings that overlays accept, and reports what is accepted in vain.
+/// Removes the findings that overlays accept, and reports acceptances without a finding.
 fn accept(context: &Context<'_>, diagnostics: &mut Diagnostics) {
     let accepted = &context.changes.accepted;
     let mut used = vec![false; accepted.len()];

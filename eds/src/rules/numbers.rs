@@ -1,4 +1,4 @@
-//! Numbers and values as they are written.
+//! Rules about the notation of numbers and values.
 
 use super::context::{Context, are};
 use super::lines::without_key;
@@ -68,7 +68,7 @@ pub(super) fn odd_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnost
     };
     let note = note(format!("`{text}` is an odd spelling for `{key}`")).at(finding.span, "");
     let mended = plain.and_then(|plain| cx.replace(finding.span, &plain));
-    // The integer 0xFFFF of a REAL could still be meant as its bits.
+    // For a REAL, 0xFFFF could also mean the bits.
     if text.starts_with("0x") || text.starts_with("0X") {
         return Some(note.mend(mended.map(|mended| format!("as it is read, {mended}"))));
     }
@@ -95,7 +95,7 @@ fn odd(finding: &Finding) -> Option<(&str, &str, Oddity)> {
     }
 }
 
-/// A number or formula as CiA 306 writes it.
+/// A number or formula in the notation of CiA 306.
 fn plain(text: &str) -> Option<String> {
     if let Some(formula) = number::formula(text) {
         return Some(value_text(&Value::NodeIdPlus(formula.value)));

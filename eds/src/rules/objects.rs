@@ -1,4 +1,4 @@
-//! Objects, their sub-indices, names, data types and access types.
+//! Rules about objects, their sub-indices, names, data types and access types.
 
 use super::context::{Context, are, listed, place};
 use super::remedy::{MAX_STEPS, overlay, overlays, quoted};
@@ -53,17 +53,17 @@ type Address = (u16, Option<u8>);
 pub(super) fn same_name(cx: &Context<'_>, out: &mut Out<'_>) {
     let objects = cx.device.objects.iter().map(|object| (object.name.as_str(), (object.index, None)));
     same_names("objects", objects, cx, out);
-    // The entries of an array are numbered; only those of a record go by their names.
+    // The entries of an array are addressed by number; only those of a record by name.
     for record in cx.device.objects.iter().filter(|object| object.kind == ObjectKind::Record) {
         let entries = record.entries.iter().map(|entry| (entry.name.as_str(), (entry.index, Some(entry.sub))));
         same_names("entries", entries, cx, out);
     }
 }
 
-/// One finding for each name that several objects have.
+/// Reports each name that several objects have, once.
 fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, cx: &Context<'_>, out: &mut Out<'_>) {
     let names = names.map(|(name, address)| (identifier(name), address, name));
-    // Without a letter a name becomes no identifier; the address is the name then.
+    // A name without letters gives no identifier; the address is used instead.
     let mut names: Vec<(String, Address, &str)> = names.filter(|(name, ..)| !name.is_empty()).collect();
     names.sort();
     for namesakes in names.chunk_by(|a, b| a.0 == b.0).filter(|namesakes| namesakes.len() > 1) {
@@ -89,7 +89,8 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
     }
 }
 
-/// Whether these are one object of a profile, on several axes. 67FFh of each is its device type, as 1000h is of all.
+/// Whether these are the same object of a profile on several axes. 67FFh is the device type of each axis, as 1000h is
+/// of all.
 fn is_on_axes(namesakes: &[(String, Address, &str)]) -> bool {
     let objects = || namesakes.iter().filter_map(|(_, (index, sub), _)| sub.is_none().then_some(*index));
     let of_axis = |index: u16| match index {
@@ -116,7 +117,7 @@ fn name_span(cx: &Context<'_>, (index, sub): Address) -> Span {
     }
 }
 
-/// Letters and digits in lower case.
+/// The letters and digits of a name, in lower case.
 fn identifier(name: &str) -> String {
     let of_byte = |byte: u8| byte.is_ascii_alphanumeric().then(|| char::from(byte.to_ascii_lowercase()));
     let mut identifier = String::with_capacity(name.len());
@@ -202,7 +203,7 @@ pub(super) fn sub_0_type(cx: &Context<'_>, out: &mut Out<'_>) {
         if entry.data_type != DataType::Unsigned8 && !entry.data_type.is_unknown() {
             let note = note(format!("{} is {}", place(entry), entry.data_type));
             let note = note.at(cx.entry_span(entry, Key::DataType), "expected UNSIGNED8");
-            // Only the device can say what it sends, so the data sheet is left as it is.
+            // Only the device knows the length that it sends, so the data sheet is not changed.
             let corrected = || cx.correct(entry, "data_type = \"UNSIGNED8\"");
             let can = cx.can_become(entry, DataType::Unsigned8);
             out.push(note.mend(can.then(|| format!("if the device answers with one byte, {}", corrected()))));
@@ -219,7 +220,7 @@ pub(super) fn highest_sub(cx: &Context<'_>, out: &mut Out<'_>) {
         let highest = object.entries.iter().rev().find(|entry| entry.sub != 0xFF);
         let Some((count, highest)) = object.entry(0).zip(highest) else { continue };
         let Some(Value::Integer(said)) = count.default else { continue };
-        // What can be written counts the entries in use.
+        // A writable sub-index 0 counts the entries in use.
         let counts_used = count.access.writable() && said < i128::from(highest.sub);
         if said != i128::from(highest.sub) && !counts_used {
             let note = note(format!("the highest sub-index is {}, not {said}", highest.sub));
@@ -332,7 +333,7 @@ fn standard_type(cx: &Context<'_>, span: Span) -> Option<String> {
     let (index, sub) = cx.facts.address_of(span)?;
     let entry = cx.device.entry(index, sub.unwrap_or(0))?;
     let data_type = standard::object(index, cx.device.profile)?.data_type(entry.sub)?;
-    // `CompactSubObj` names the data type of all entries but this one.
+    // `CompactSubObj` gives a data type to all entries but sub-index 0.
     entry.data_type.is_unknown().then_some(())?;
     Some(overlay(&cx.address(entry), &format!("data_type = \"{data_type}\"")))
 }

@@ -1,4 +1,4 @@
-//! Overlays.
+//! Rules about overlays.
 
 use super::context::Context;
 use super::rule::{Out, note};
@@ -99,7 +99,7 @@ pub(super) fn duplicate_parameter(_: &Context<'_>, finding: &Finding) -> Option<
     Some(note.help("give it its own number, or say of both when they apply: `when = \"6060:00 == 1\"`"))
 }
 
-/// An overlay accepts a finding that there is not, or of a rule that does not exist: the rule's code, and the diagnostic.
+/// Reports an accepted finding that does not occur or whose rule does not exist; returns the code of the rule as well.
 pub(super) fn accepted_in_vain(accepted: &Accepted, is_rule: bool) -> (&'static str, Diagnostic) {
     let Accepted { code, span, .. } = accepted;
     if is_rule {
@@ -142,7 +142,7 @@ fn enumeration_of<'a>(cx: &Context<'a>, entry: &Entry) -> Option<&'a Enumeration
     cx.device.enumerations.get(name)
 }
 
-/// The entry that uses a meaning: of the data sheet, or a parameter that equals none.
+/// The entry that uses a meaning: an entry of the data sheet, or a parameter without object.
 fn user<'a>(cx: &Context<'a>, used: &Use) -> Option<&'a Entry> {
     let is_here = |entry: &&Entry| (entry.index, entry.sub) == (used.index, used.sub);
     let of_parameters = || cx.device.parameters().map(|parameter| &parameter.entry).find(is_here);
@@ -161,7 +161,7 @@ pub(super) fn parameter_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
         };
         let limit = |limit: &Option<Value>, otherwise| limit.as_ref().and_then(Value::as_integer).unwrap_or(otherwise);
         let ends = [limit(&entry.low, of_object.0), limit(&entry.high, of_object.1)];
-        // Numbers of its own stand for those of the object.
+        // Numbers of the parameter replace those of the object.
         let own = parameter.values.iter().map(|value| value.value);
         let mut numbers = own.chain(ends.into_iter().filter(|_| parameter.values.is_empty()));
         if let Some(number) = numbers.find(|number| !(lowest..=highest).contains(number)) {

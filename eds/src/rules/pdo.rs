@@ -1,4 +1,4 @@
-//! PDOs.
+//! Rules about PDOs.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ pub(super) fn not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note.at(cx.mapping_span(pdo, number), "mapped here");
             let note = note.and(cx.entry_span(entry, Key::PdoMapping), "says that it cannot");
             let can = cia301::can_be_mapped(entry.index) && entry.data_type.bits().is_some();
-            // An entry that can be mapped should say in which direction.
+            // The access type should say in which direction an entry can be mapped.
             let access = match entry.access {
                 AccessType::Rw => format!("\n{}", access_by(cx, entry)),
                 _ => String::new(),
@@ -73,13 +73,13 @@ pub(super) fn wrong_length(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
-/// Whether all PDOs that map the entry map it with this length.
+/// Whether every mapping of the entry has this length.
 fn only_here(cx: &Context<'_>, mapped: Mapped) -> bool {
     let same = |other: Mapped| (other.index, other.sub) == (mapped.index, mapped.sub);
     cx.mapped().filter(|(_, _, other)| same(*other)).all(|(_, _, other)| other.bits == mapped.bits)
 }
 
-/// The type of the same kind with so many bits.
+/// The data type of the same kind with this many bits.
 fn of_length(data_type: DataType, bits: u8) -> Option<DataType> {
     let same = |other: &&DataType| other.class() == data_type.class() && other.bits() == Some(bits);
     DataType::ALL.iter().find(same).copied()
@@ -100,7 +100,7 @@ pub(super) fn mapping_count(cx: &Context<'_>, out: &mut Out<'_>) {
         let object = cx.device.object(pdo.direction.mapping_parameter(pdo.number));
         let Some(entry) = object.and_then(|object| object.entry(0)) else { continue };
         let Some(Value::Integer(count)) = held(entry) else { continue };
-        // 254 and 255 mark multiplexed PDOs.
+        // 254 and 255 mark a multiplexed PDO, which has no mapping.
         if matches!(count, 254 | 255) || *count == pdo.mapping.len() as i128 {
             continue;
         }
@@ -140,7 +140,7 @@ fn is_mapped_both_ways(cx: &Context<'_>, entry: &Entry) -> bool {
     [Direction::Receive, Direction::Transmit].into_iter().all(|direction| is_mapped_by(cx, entry, direction))
 }
 
-/// The access type, as an overlay writes it, that fits the PDOs which map an entry.
+/// The access type, as overlays write it, that suits the PDOs that map an entry.
 fn access_by(cx: &Context<'_>, entry: &Entry) -> String {
     let access = match is_mapped_by(cx, entry, Direction::Receive) {
         _ if is_mapped_both_ways(cx, entry) => "rw",
@@ -151,7 +151,7 @@ fn access_by(cx: &Context<'_>, entry: &Entry) -> String {
 }
 
 pub(super) fn open_direction(cx: &Context<'_>, out: &mut Out<'_>) {
-    // Communication parameters, and what has no size to be mapped with, other rules report.
+    // Other rules report communication parameters and entries without a size.
     let is_open = |entry: &&Entry| {
         let fits = cx.device.bits(entry.data_type).is_some_and(|bits| bits <= 64);
         let is_rw = entry.pdo_mapping && entry.access == AccessType::Rw && entry.index >= 0x2000;
@@ -244,7 +244,7 @@ pub(super) fn cob_id_collision(cx: &Context<'_>, out: &mut Out<'_>) {
             continue;
         }
         match seen.get(&(node, id)) {
-            // Two RPDOs may take one frame.
+            // Several RPDOs may receive the same frame.
             Some(first) if first.direction == Direction::Receive && pdo.direction == Direction::Receive => {}
             Some(first) => {
                 let names = [pdo_name(first), pdo_name(pdo)];
@@ -267,7 +267,8 @@ pub(super) fn restricted_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
         let mut node_ids = if node { 1..=127 } else { 0..=0 };
         if node_ids.all(|node_id| cia301::is_restricted((id & BASE_IDENTIFIER) as u32 + node_id)) {
             let note = note(format!("the COB-ID of {} is restricted", pdo_name(pdo))).at(cx.pdo_span(pdo, 1), "");
-            // The identifiers of the predefined connection set are those of node-ID 0 in it (CiA 301, 7.3.3).
+            // The predefined connection set (CiA 301, 7.3.3) adds the node-ID to these identifiers, so they would be
+            // those of node-ID 0.
             let predefined = (1..=4).any(|number| {
                 let ids =
                     [Direction::Receive, Direction::Transmit].map(|direction| direction.predefined_cob_id(number));
@@ -322,7 +323,7 @@ pub(super) fn granularity(cx: &Context<'_>, out: &mut Out<'_>) {
     let note = note.at(span, format!("{common} would agree with all mapped lengths"));
     let bits = plural(first.bits.into(), "bit");
     let note = note.and(cx.mapping_span(pdo, number), format!("{bits}{first_of_them}"));
-    // Any other length is that of a wrong mapping.
+    // Another divisor comes from a wrong mapping, not from a granularity.
     let is_usual = common == 1 || (common <= 64 && common % 8 == 0);
     out.push(note.mend(is_usual.then(|| cx.replace(span, &common.to_string())).flatten()));
 }

@@ -1,7 +1,7 @@
-//! Remedies: what to write to be rid of a finding, in a form that can be copied. A test applies every one.
+//! Remedies: what to write to get rid of a finding, ready to be copied. A test applies every one.
 //!
-//! A remedy is a line that says where, `in the data sheet:` or `in an overlay:`, and what to write there below it.
-//! Several of them below each other are alternatives.
+//! A remedy is a line `in the data sheet:` or `in an overlay:`, followed by what to write there. Several remedies in a
+//! row are alternatives.
 
 use std::fmt::{Display, Write as _};
 use std::sync::Arc;
@@ -15,15 +15,15 @@ use crate::parse::syntax::Section;
 use crate::patch::{Change, Patch};
 use crate::text::Span;
 
-/// The most lines of a file, or tables of an overlay, that one remedy writes out.
+/// The most lines or overlay tables that a remedy writes out.
 pub(super) const MAX_STEPS: usize = 8;
 
-/// `in an overlay:` and a table for an object or entry, with a reason.
+/// `in an overlay:` with the table of an object or entry, and a reason.
 pub(super) fn overlay(address: &str, keys: &str) -> String {
     overlays([(address.to_owned(), keys.to_owned())])
 }
 
-/// The same for several objects or entries.
+/// The same with several tables.
 pub(super) fn overlays(tables: impl IntoIterator<Item = (String, String)>) -> String {
     let mut text = "in an overlay:".to_owned();
     for (address, keys) in tables {
@@ -32,12 +32,12 @@ pub(super) fn overlays(tables: impl IntoIterator<Item = (String, String)>) -> St
     text
 }
 
-/// How an overlay accepts the findings of a code there.
+/// A remedy that accepts the findings of a code for an object or entry.
 pub(super) fn accept(address: &str, code: &str) -> String {
     overlay(address, &format!("accept = [\"{code}\"]"))
 }
 
-/// A value as an overlay writes it.
+/// A value in the TOML of an overlay.
 pub(super) fn toml(value: &Value) -> String {
     match value {
         Value::Integer(number) if i64::try_from(*number).is_ok() => number.to_string(),
@@ -46,30 +46,30 @@ pub(super) fn toml(value: &Value) -> String {
     }
 }
 
-/// A text as an overlay writes it.
+/// A text in the TOML of an overlay.
 pub(super) fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
 impl Context<'_> {
-    /// The data sheet with this in the place of a span.
+    /// Replaces a span in the data sheet.
     pub(super) fn replace(&self, span: Span, by: &str) -> Option<Patch> {
         (span.source == 0).then(|| Patch::from_iter([self.facts.syntax.with(span, by)]))
     }
 
-    /// The data sheet without the line of a span.
+    /// Removes the line of a span from the data sheet.
     pub(super) fn remove(&self, span: Span) -> Option<Patch> {
         let (line, _) = self.line(span)?;
         Some(Patch::from_iter([Change::Remove(line, line)]))
     }
 
-    /// The data sheet with another value of a key in the section whose name is at `section`.
+    /// Sets a key in the section whose name is at `section`.
     pub(super) fn set(&self, section: Span, key: &str, value: &str) -> Option<Patch> {
         let section = self.facts.syntax.section_at(section)?;
         Some(Patch::from_iter([self.set_in(section, key, value)]))
     }
 
-    /// The same for a section that there is once.
+    /// Sets a key in a section that occurs once.
     pub(super) fn set_info(&self, kind: SectionKind, key: &str, value: &str) -> Option<Patch> {
         Some(Patch::from_iter([self.set_in(self.facts.section(kind)?, key, value)]))
     }
@@ -81,19 +81,19 @@ impl Context<'_> {
         }
     }
 
-    /// An overlay with other keys for an entry.
+    /// A remedy that sets keys of an entry in an overlay.
     pub(super) fn correct(&self, entry: &Entry, keys: &str) -> String {
         overlay(&self.address(entry), keys)
     }
 
-    /// An overlay that takes a finding about an entry as it is.
+    /// A remedy that accepts a finding about an entry.
     pub(super) fn accept(&self, entry: &Entry, code: &str) -> String {
         accept(&place(entry), code)
     }
 }
 
 impl Diagnostic {
-    /// The remedy, if there is one; else [`rest`] finds one.
+    /// Sets the remedy, if there is one; otherwise [`rest`] supplies it.
     pub(super) fn mend(self, remedy: Option<impl Display>) -> Self {
         match remedy {
             Some(remedy) => self.help(remedy.to_string()),
@@ -101,7 +101,7 @@ impl Diagnostic {
         }
     }
 
-    /// Adds the one right answer, if there is one. It is shown as the remedy too, unless it is long or a remedy was given.
+    /// Sets the fix, if there is one. It also becomes the remedy unless it is long or there is one already.
     pub(super) fn fix(mut self, fix: Option<impl Into<Arc<Patch>>>) -> Self {
         self.fix = fix.map(Into::into);
         let short = self.fix.as_ref().filter(|fix| fix.changes().len() <= MAX_STEPS && self.help.is_none());
@@ -110,7 +110,7 @@ impl Diagnostic {
     }
 }
 
-/// What can be done about a finding for which its rule has no remedy: accept it, where it is about an object.
+/// The remedy for findings whose rule gives none: accept the finding, if it is about an object.
 pub(super) fn rest(context: &Context<'_>, finding: &Diagnostic) -> Option<String> {
     let span = finding.span().filter(|span| span.source == 0)?;
     Some(match context.facts.address_of(span) {

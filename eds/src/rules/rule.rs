@@ -1,53 +1,54 @@
-//! What a rule is, and what it reports with.
+//! The definition of a rule, and how it reports.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::finding::Finding;
 use crate::text::Span;
 
-/// The most places that are shown of one finding.
+/// The most places that one finding shows.
 const MAX_PLACES: usize = 4;
 
-/// A rule.
+/// A rule: one row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// The code of its findings.
+    /// `eds::missing-key`.
     pub code: &'static str,
     /// How bad its findings are.
     pub severity: Severity,
-    /// What holds where it finds nothing: one sentence.
+    /// The requirement, in one sentence.
     pub holds: &'static str,
-    /// Why that matters, and what is done about it: one paragraph.
+    /// Why it matters, and what is done about it, in one paragraph.
     pub why: &'static str,
-    /// What [`fix`](mod@crate::fix) does about its findings, if there is one right answer: one sentence.
+    /// What [`fix`](mod@crate::fix) changes, in one sentence; `None` without a fix.
     pub fixes: Option<&'static str>,
     pub(super) find: Find,
 }
 
-/// How a rule comes to its findings.
+/// Where the findings of a rule come from.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Find {
-    /// It puts into words what parsing or an overlay has found.
+    /// Puts into words what parsing or an overlay has found.
     Read(fn(&Context<'_>, &Finding) -> Option<Diagnostic>),
-    /// It looks at the finished model.
+    /// Checks the finished model.
     Check(fn(&Context<'_>, &mut Out<'_>)),
-    /// It is about the findings themselves.
+    /// Is about the other findings, and so comes last.
     Last,
 }
 
-/// Where a rule puts its findings.
+/// Collects the findings of a rule.
 pub(super) struct Out<'o> {
     pub(super) rule: &'static Rule,
     pub(super) diagnostics: &'o mut Diagnostics,
 }
 
-/// A finding in the words of a rule, whose code and severity it gets from the table.
+/// A finding with this message; the table supplies code and severity.
 pub(super) fn note(message: impl Into<String>) -> Diagnostic {
     Diagnostic::new("", Severity::Note, message)
 }
 
 impl Diagnostic {
-    /// At several places, of which the first few are shown: the remark at the first one, and at each of the others.
+    /// Adds places, of which the first few are shown: with the remark `first` at the first one and `other` at each
+    /// other.
     pub(super) fn at_each(self, places: impl IntoIterator<Item = Span>, first: &str, other: &str) -> Self {
         let places = places.into_iter().take(MAX_PLACES).enumerate();
         places.fold(self, |note, (at, span)| if at == 0 { note.at(span, first) } else { note.and(span, other) })

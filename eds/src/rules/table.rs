@@ -5,7 +5,7 @@ use super::rule::Rule;
 use super::{cia301, info, limits, lines, lists, numbers, objects, overlays, pdo, xdd};
 use crate::diagnostic::Severity;
 
-/// A row each: the code, how bad its findings are, where they come from, what holds, why that matters, and what is fixed
+/// One row each: code, severity, where the findings come from, the requirement, why it matters, and what is fixed
 /// without asking.
 macro_rules! rules {
     ($($code:literal $severity:ident $find:expr, $holds:literal, $why:literal $(, fixes $fixes:literal)?;)*) => {

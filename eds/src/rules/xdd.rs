@@ -1,4 +1,4 @@
-//! What only an XDD, XDC or XPD (CiA 311) can have.
+//! Rules about what only an XDD, XDC or XPD (CiA 311) can contain.
 
 use super::context::Context;
 use super::rule::note;

@@ -1,32 +1,32 @@
-//! The encodings that data sheets come in, read and written.
+//! The encodings of data sheets.
 
-/// How the bytes of a file were read.
+/// The encoding of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// UTF-8 (or ASCII).
     Utf8,
     /// UTF-8 with a byte order mark.
     Utf8WithMark,
-    /// UTF-16, the lower byte first.
+    /// UTF-16, little-endian.
     Utf16Le {
         /// Whether the file begins with a byte order mark.
         mark: bool,
     },
-    /// UTF-16, the higher byte first.
+    /// UTF-16, big-endian.
     Utf16Be {
         /// Whether the file begins with a byte order mark.
         mark: bool,
     },
-    /// Code page 1252 of Windows, because the bytes are not UTF-8.
+    /// Windows code page 1252: the bytes are not UTF-8.
     Windows1252,
-    /// Code page 437 of DOS, because code page 1252 gives signs within words.
+    /// DOS code page 437: in code page 1252, symbols would stand within words.
     CodePage437,
     /// Code page 850 of DOS, for the same reason.
     CodePage850,
 }
 
 impl Encoding {
-    /// As people call it.
+    /// The usual name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -39,7 +39,7 @@ impl Encoding {
         }
     }
 
-    /// A text in this encoding; `None` when the encoding lacks one of the characters.
+    /// Encodes a text; `None` if the encoding lacks one of the characters.
     #[must_use]
     pub fn encode(self, text: &str) -> Option<Vec<u8>> {
         let utf_16 = |mark: bool, bytes: fn(u16) -> [u8; 2]| {
@@ -59,26 +59,26 @@ impl Encoding {
         }
     }
 
-    /// The characters of the bytes from 80h on, of a code page.
+    /// The characters for the bytes from 80h on.
     fn high(self) -> impl Iterator<Item = char> {
         let table = match self {
             Self::CodePage437 => CODE_PAGE_437,
             Self::CodePage850 => CODE_PAGE_850,
             _ => WINDOWS_1252,
         };
-        // 1252 goes on as Unicode does from A0h.
+        // From A0h on, code page 1252 equals Unicode.
         table.chars().chain('\u{A0}'..='\u{FF}').take(0x80)
     }
 }
 
-/// 80h to 9Fh; the five holes stay the C1 controls, as browsers read them.
+/// 80h to 9Fh; the five undefined bytes are C1 controls, as in browsers.
 const WINDOWS_1252: &str = "€\u{81}‚ƒ„…†‡ˆ‰Š‹Œ\u{8D}Ž\u{8F}\u{90}‘’“”•–—˜™š›œ\u{9D}žŸ";
 
 const CODE_PAGE_437: &str = "ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜ¢£¥₧ƒáíóúñÑªº¿⌐¬½¼¡«»░▒▓│┤╡╢╖╕╣║╗╝╜╛┐└┴┬├─┼╞╟╚╔╩╦╠═╬╧╨╤╥╙╘╒╓╫╪┘┌█▄▌▐▀αßΓπΣσµτΦΘΩδ∞φε∩≡±≥≤⌠⌡÷≈°∙·√ⁿ²■\u{A0}";
 
 const CODE_PAGE_850: &str = "ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜø£Ø×ƒáíóúñÑªº¿®¬½¼¡«»░▒▓│┤ÁÂÀ©╣║╗╝¢¥┐└┴┬├─┼ãÃ╚╔╩╦╠═╬¤ðÐÊËÈıÍÎÏ┘┌█▄¦Ì▀ÓßÔÒõÕµþÞÚÛÙýÝ¯´\u{AD}±‗¾¶§÷¸°¨·¹³²■\u{A0}";
 
-/// The text of a file, and how it was encoded.
+/// Decodes the bytes of a file.
 pub(super) fn decode(bytes: &[u8]) -> (String, Encoding) {
     let (le, be) = (|mark| Encoding::Utf16Le { mark }, |mark| Encoding::Utf16Be { mark });
     match bytes {
@@ -114,19 +114,19 @@ fn code_page(bytes: &[u8]) -> (String, Encoding) {
     (bytes.iter().map(character).collect(), encoding)
 }
 
-/// Code page 1252, unless it gives something within a word that no word has: a low or closing quotation mark, a
-/// dagger or a control. DOS has umlauts and accents there.
+/// Code page 1252, unless it gives a character that does not occur within words: a low or closing quotation mark, a
+/// dagger or a control. In the DOS code pages, these bytes are letters with umlauts and accents.
 fn which_code_page(bytes: &[u8]) -> Encoding {
     let is_letter = |byte: u8| byte.is_ascii_alphabetic() || !byte.is_ascii();
     let within_word = |bytes: &&[u8]| is_letter(bytes[0]) && is_letter(bytes[2]) && (bytes[0] & bytes[2]).is_ascii();
     let middle = || bytes.windows(3).filter(within_word).map(|bytes| bytes[1]);
-    // `’`, `–` and the like do stand between letters.
+    // `’`, `–` and the like do occur between letters.
     let is_nonsense =
         |byte: u8| matches!(byte, 0x81 | 0x82 | 0x84 | 0x86..=0x88 | 0x8B | 0x8D | 0x8F | 0x90 | 0x94 | 0x98 | 0x9D);
     if !middle().any(is_nonsense) {
         return Encoding::Windows1252;
     }
-    // Where the two pages of DOS differ, 437 has no letters but Greek ones, which stand alone.
+    // Where the two DOS code pages differ, the only letters of 437 are Greek ones, which stand alone.
     let differs = |byte: u8| {
         let at = |encoding: Encoding| encoding.high().nth(usize::from(byte & 0x7F));
         byte >= 0x80 && at(Encoding::CodePage437) != at(Encoding::CodePage850)

@@ -1,6 +1,6 @@
 //! Texts within XML and HTML.
 
-/// A text as XML and HTML have it between tags and in quotes, without what no XML can hold.
+/// Escapes a text for XML and HTML, in content and in quotes; leaves out characters that XML cannot contain.
 #[must_use]
 pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());

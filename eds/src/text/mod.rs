@@ -8,15 +8,15 @@ use std::fmt;
 pub use encoding::Encoding;
 pub use markup::escaped;
 
-/// The largest file that is read, in bytes.
+/// Larger files are not read.
 pub const MAX_BYTES: usize = 64 * 1024 * 1024;
-/// The largest number of lines that is read.
+/// Files with more lines are not read.
 pub const MAX_LINES: usize = 1_000_000;
 
-/// A data sheet with its overlays; also what findings need to show the lines they are about.
+/// A data sheet with its overlays. Rendering findings needs it as well, to show the lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// The data sheet.
+    /// The data sheet, of any format that [`load`](crate::load) reads.
     pub eds: Source,
     /// The overlays, applied in order.
     pub overlays: Vec<Source>,
@@ -29,14 +29,14 @@ impl Input {
         Self { eds, overlays: Vec::new() }
     }
 
-    /// The same with one overlay more.
+    /// Adds an overlay.
     #[must_use]
     pub fn overlay(mut self, overlay: Source) -> Self {
         self.overlays.push(overlay);
         self
     }
 
-    /// The text that spans with this number are in.
+    /// The text with this number in spans: 0 is the data sheet, n the n-th overlay.
     #[must_use]
     pub fn source(&self, number: u16) -> Option<&Source> {
         match number {
@@ -51,37 +51,36 @@ impl Input {
 pub struct Source {
     name: String,
     text: String,
-    /// Byte offset of each line's first character; never empty.
+    /// The byte offset of each line; never empty.
     lines: Vec<u32>,
     encoding: Encoding,
     refusal: Option<Refusal>,
 }
 
-/// Why a file is not read at all.
+/// Why a file is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// Longer than [`MAX_BYTES`].
     TooLong {
-        /// The size in bytes.
+        /// The size of the file, or of its decoded text.
         bytes: usize,
     },
     /// More than [`MAX_LINES`].
     TooManyLines {
-        /// The number of lines.
+        /// The number of lines in the file.
         lines: usize,
     },
 }
 
 impl Source {
-    /// A text under the name that diagnostics show, usually a path.
+    /// A text; `name` is what findings show, usually a path.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
         Self::with_encoding(name.into(), text.into(), Encoding::Utf8)
     }
 
-    /// The bytes of a file: UTF-8 or UTF-16, with or without byte order mark, else one of the code pages 1252, 850
-    /// and 437.
+    /// Decodes a file: UTF-8 or UTF-16, with or without byte order mark, or else code page 1252, 850 or 437.
     ///
-    /// Never fails: a file beyond the bounds becomes an empty text with a [`refusal`](Self::refusal), which
+    /// Never fails: a file beyond the limits becomes an empty text with a [`refusal`](Self::refusal), which
     /// [`load`](crate::load) reports.
     pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Self {
         let name = name.into();
@@ -104,13 +103,13 @@ impl Source {
         &self.text
     }
 
-    /// How the bytes were read.
     #[must_use]
+    /// The encoding that the bytes were in.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// Why the file was not read.
+    /// Why the file was not read; `None` if it was.
     #[must_use]
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
@@ -137,30 +136,30 @@ impl Source {
         self.lines.partition_point(|&start| start <= offset).max(1) - 1
     }
 
-    /// The text at a place in it; empty for a place that is not.
+    /// The text at a place; empty if the place is outside.
     #[must_use]
     pub fn get(&self, span: Span) -> &str {
         self.text.get(span.start as usize..span.end as usize).unwrap_or_default()
     }
 
-    /// Another text under the same name and in the same encoding.
+    /// Another text with the same name and encoding.
     #[must_use]
     pub fn with_text(&self, text: impl Into<String>) -> Self {
         Self::with_encoding(self.name.clone(), text.into(), self.encoding)
     }
 
-    /// The bytes of the file; `None` when its encoding lacks one of the characters.
+    /// The encoded text; `None` if the encoding lacks one of the characters.
     #[must_use]
     pub fn to_bytes(&self) -> Option<Vec<u8>> {
         self.encoding.encode(&self.text)
     }
 
-    /// How most lines end.
+    /// The line ending of most lines.
     pub(crate) fn end_of_line(&self) -> &'static str {
         if self.text.matches("\r\n").count() * 2 > self.text.matches('\n').count() { "\r\n" } else { "\n" }
     }
 
-    /// The byte range of a line (from 0) without its end; empty beyond the last.
+    /// The byte range of a line (from 0) without its ending; empty beyond the last line.
     #[must_use]
     pub fn line_range(&self, line: usize) -> (u32, u32) {
         let [start, next] = [self.line_start(line), self.line_start(line + 1)];
@@ -168,12 +167,12 @@ impl Source {
         (start, next - ends.take_while(|byte| matches!(byte, b'\r' | b'\n')).count() as u32)
     }
 
-    /// Where a line (from 0) begins; where the text ends beyond the last.
+    /// The byte offset of a line (from 0), or of the end of the text beyond the last line.
     pub(crate) fn line_start(&self, line: usize) -> u32 {
         self.lines.get(line).map_or(self.text.len() as u32, |&start| start)
     }
 
-    /// The text of a line (from 0) without its end.
+    /// The text of a line (from 0) without its ending.
     #[must_use]
     pub fn line(&self, line: usize) -> &str {
         let (start, end) = self.line_range(line);
@@ -181,7 +180,7 @@ impl Source {
     }
 
     fn with_encoding(name: String, text: String, encoding: Encoding) -> Self {
-        // A BOM of UTF-16 doubles nothing, but code page 1252 may: the bound holds for the text as well.
+        // Decoding code page 1252 can enlarge a text, so limit the decoded text as well.
         if text.len() > 2 * MAX_BYTES {
             return Self::refused(name, Refusal::TooLong { bytes: text.len() });
         }
@@ -200,9 +199,9 @@ impl Source {
 /// A line and a column, both from 1; the column counts characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
-    /// The line.
+    /// From 1.
     pub line: u32,
-    /// The column.
+    /// From 1, in characters.
     pub column: u32,
 }
 
@@ -212,31 +211,31 @@ impl fmt::Display for Position {
     }
 }
 
-/// A place: a byte range in one of the texts of an [`Input`].
+/// A place: a byte range in one text of an [`Input`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
     /// Which text: 0 is the data sheet, n the n-th overlay.
     pub source: u16,
-    /// The first byte.
+    /// The offset of the first byte.
     pub start: u32,
-    /// The byte after the last.
+    /// The end, exclusive.
     pub end: u32,
 }
 
 impl Span {
-    /// The bytes `start..end` of the data sheet.
+    /// A range of bytes in the data sheet.
     #[must_use]
     pub const fn eds(start: u32, end: u32) -> Self {
         Self { source: 0, start, end }
     }
 }
 
-/// Where each line begins. A line ends with LF, CR LF or, in files from old hands, CR.
+/// The byte offset of each line. A line ends with LF, CR LF or, in very old files, CR.
 fn line_starts(text: &str) -> Vec<u32> {
     let bytes = text.as_bytes();
     let mut lines = vec![0];
     for (i, &byte) in bytes.iter().enumerate() {
-        // Most bytes are beyond both.
+        // Shortcut: most bytes are greater than both.
         if byte <= b'\r' && (byte == b'\n' || (byte == b'\r' && bytes.get(i + 1) != Some(&b'\n'))) {
             lines.push(i as u32 + 1);
         }
