@@ -1,4 +1,4 @@
-//! CiA 402: modes of operation (6060h, 6061h; CiA 402-2, 8.3), and what PDOs carry.
+//! CiA 402: modes of operation (6060h, 6061h; CiA 402-2, 8.3), and the objects in PDOs of drives.
 
 macro_rules! modes {
     ($($(#[$doc:meta])* $mode:ident = $number:literal, $name:literal, $object:literal;)*) => {
@@ -15,22 +15,22 @@ macro_rules! modes {
                 match self { $(Mode::$mode => $name,)* }
             }
 
-            /// The object that the mode cannot do without: its target, but the method of homing.
+            /// The object that the mode requires: its target, or the homing method.
             #[must_use]
             pub const fn object(self) -> u16 {
                 match self { $(Mode::$mode => $object,)* }
             }
 
-            /// What the numbers of 6060h and 6061h mean.
+            /// The values of 6060h and 6061h with their names.
             pub const VALUES: &[(i128, &str)] = &[(0, "none"), $(($number, $name)),*];
 
-            /// What the bits of 6502h mean: the lowest, the highest, the name.
+            /// The bits of 6502h: the lowest, the highest, the name.
             pub const SUPPORTED: &[(u8, u8, &str)] =
                 &[$(($number - 1, $number - 1, $name),)* (16, 31, "manufacturer specific")];
         }
 
         impl Modes {
-            /// The numbers of CiA 402, ascending.
+            /// The numbers in CiA 402, ascending.
             pub const CIA_402: Modes = Modes(&[$(($number, Mode::$mode)),*]);
         }
     };
@@ -59,32 +59,32 @@ impl Mode {
         matches!(self, Mode::CyclicPosition | Mode::CyclicVelocity | Mode::CyclicTorque)
     }
 
-    /// Whether the drive is given a torque.
+    /// Whether the target is a torque (6071h).
     #[must_use]
     pub const fn is_torque(self) -> bool {
         self.object() == 0x6071
     }
 }
 
-/// Which number means which mode in a device.
+/// The numbers of the modes in a device, which may differ from CiA 402.
 #[derive(Clone, Copy, Debug)]
 pub struct Modes(pub &'static [(i8, Mode)]);
 
 impl Modes {
-    /// The number of a mode; `None` when the device does not have it.
+    /// The number of a mode; `None` if the device lacks it.
     #[must_use]
     pub fn code(&self, mode: Mode) -> Option<i8> {
         self.0.iter().find(|(_, other)| *other == mode).map(|(code, _)| *code)
     }
 
-    /// The mode of a number; `None` when the device does not have it.
+    /// The mode with a number; `None` if the device lacks it.
     #[must_use]
     pub fn mode(&self, code: i8) -> Option<Mode> {
         self.0.iter().find(|(other, _)| *other == code).map(|(_, mode)| *mode)
     }
 }
 
-/// Something that a PDO of a drive carries.
+/// A part of a drive's PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// 6040h.

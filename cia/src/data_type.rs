@@ -3,7 +3,7 @@
 use core::fmt;
 use core::num::NonZeroU8;
 
-/// Hands the rows of all data types to a macro, by code: `name = code, name in CiA 301, bits, class;`.
+/// Passes the rows of all data types, ascending by code, to a macro: `name = code, name in CiA 301, bits, class;`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! data_types {
@@ -52,7 +52,7 @@ macro_rules! define {
             /// All data types, by code.
             pub const ALL: &[DataType] = &[$(DataType::$variant),*];
 
-            /// The type with the index `code` in the data type area of the dictionary.
+            /// The type with this index in the data type area of the dictionary.
             #[must_use]
             pub const fn from_code(code: u16) -> Option<Self> {
                 match code { $($code => Some(DataType::$variant),)* _ => None }
@@ -64,18 +64,18 @@ macro_rules! define {
                 match self { $(DataType::$variant => $name,)* }
             }
 
-            /// The size in bits, as a PDO maps it; `None` for types of no fixed size.
+            /// The size in bits, as a PDO maps it; `None` if it is not fixed.
             #[inline]
             #[must_use]
             pub const fn bits(self) -> Option<u8> {
                 Self::bits_of_code(self as u16)
             }
 
-            /// The same of the type with this index, below 20h; `None` if there is none, too.
+            /// The size of the type with this index, below 20h; `None` if it is not fixed or there is no such type.
             #[inline]
             #[must_use]
             pub const fn bits_of_code(code: u16) -> Option<u8> {
-                // A table, because as a match this becomes a jump, at several places of each SDO segment.
+                // A table, because a `match` would be inlined as a jump table at several places of each SDO segment.
                 const BITS: [Option<NonZeroU8>; 32] = {
                     let mut bits: [Option<NonZeroU8>; 32] = [None; 32];
                     $(bits[$code] = if let Some(bits) = $bits { NonZeroU8::new(bits) } else { None };)*
@@ -87,7 +87,7 @@ macro_rules! define {
                 }
             }
 
-            /// What the values are.
+            /// The kind of its values.
             #[inline]
             #[must_use]
             pub const fn class(self) -> Class {
@@ -100,7 +100,7 @@ macro_rules! define {
 data_types!(define);
 
 impl DataType {
-    /// The size in bytes, as an SDO transfers it (a BOOLEAN takes one); `None` without a fixed size.
+    /// The size in bytes, as an SDO transfers it (one for BOOLEAN); `None` if it is not fixed.
     #[inline]
     #[must_use]
     pub const fn size(self) -> Option<usize> {
@@ -110,7 +110,7 @@ impl DataType {
         }
     }
 
-    /// Whether this is a number of which no bit is a sign.
+    /// Whether it is one of UNSIGNED8 to UNSIGNED64.
     #[inline]
     #[must_use]
     pub const fn is_unsigned(self) -> bool {
@@ -131,7 +131,7 @@ impl fmt::Display for DataType {
     }
 }
 
-/// The classes of data types.
+/// A kind of values, of any size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Class {
     /// BOOLEAN.
@@ -148,6 +148,6 @@ pub enum Class {
     Bytes,
     /// TIME_OF_DAY and TIME_DIFFERENCE.
     Time,
-    /// What CiA 301 does not define; no [`DataType`] is of it.
+    /// Types that CiA 301 does not define; no [`DataType`] has this class.
     Other,
 }
