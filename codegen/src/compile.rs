@@ -1,4 +1,4 @@
-//! From the model to text.
+//! Generates code from a model.
 
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostics, Span, meanings};
@@ -8,20 +8,20 @@ use crate::options::Options;
 use crate::scope::{self, Claim};
 use crate::{defined, emit, plan};
 
-/// Generated code and findings.
+/// Generated code and what was found on the way.
 #[derive(Clone, Debug)]
 pub struct Output {
     /// The generated code: items for any module.
     pub code: String,
-    /// What in the data sheet could not be generated as it is written; see [`FINDINGS`](crate::FINDINGS).
+    /// What could not be generated as the data sheet has it; see [`FINDINGS`](crate::FINDINGS).
     pub diagnostics: Diagnostics,
 }
 
-/// Generates the typed dictionary of a device. Pure: the same device and options give the same bytes.
+/// Generates the typed dictionary of a device. The same device and options always give the same bytes.
 ///
 /// # Panics
 ///
-/// When `options.runtime_path` is not a path; [`Config`](crate::Config) checks it.
+/// If `options.runtime_path` is not a path; [`Config`](crate::Config) checks it.
 #[must_use]
 pub fn compile(device: &Device, options: &Options) -> Output {
     let mut diagnostics = Diagnostics::default();
@@ -32,8 +32,8 @@ pub fn compile(device: &Device, options: &Options) -> Output {
     planned(device, diagnostics, |plan| emit::emit(plan, drive.as_ref(), options))
 }
 
-/// Generates the structs of a device's PDOs alone, for a module inside of that with the rest, of which it has the types:
-/// nodes of one data sheet have different PDOs.
+/// Generates only the structs of a device's PDOs, for a module inside the one with the rest, whose types they use.
+/// Nodes with the same data sheet may have different PDOs.
 ///
 /// # Panics
 ///
@@ -51,7 +51,7 @@ fn planned(device: &Device, mut diagnostics: Diagnostics, emit: impl FnOnce(&pla
     Output { code, diagnostics }
 }
 
-/// The identifiers of modules by these names: no two are equal, and none is in `reserved`.
+/// Module identifiers for these names: all different, and none of them in `reserved`.
 #[must_use]
 pub fn module_names(names: &[&str], reserved: &[&str]) -> Vec<String> {
     let claim = |name: &&str| Claim::new(name, Case::Snake, "x".into(), Span::default());

@@ -1,4 +1,4 @@
-//! What a build script uses: files in, [`compile`], files out.
+//! The interface for build scripts: reads files, calls [`compile`], writes files.
 
 use std::collections::BTreeSet;
 use std::io::Read as _;
@@ -14,15 +14,15 @@ use crate::findings::FINDINGS;
 use crate::name::{self, Case};
 use crate::options::Options;
 
-/// What to generate, and where to. Every method takes and returns the configuration, so that it chains.
+/// What to generate, and where to write it. Methods can be chained.
 ///
-/// Each data sheet becomes one file, named after the file it comes from in snake case: `eds/Drive-2.eds`
-/// becomes `drive_2.rs`, to be included by `lexican_runtime::include_od!("drive_2")`.
+/// Each data sheet becomes one file, named after it in snake case: `eds/Drive-2.eds` becomes `drive_2.rs`, to be
+/// included by `lexican_runtime::include_od!("drive_2")`.
 #[derive(Clone, Debug, Default)]
 #[must_use = "nothing happens before `generate`"]
 pub struct Config {
     sheets: Vec<Sheet>,
-    /// Settings that were given before the data sheet that they belong to.
+    /// A setting that was given before any data sheet; [`generate`](Self::generate) reports it.
     stray: Option<Stray>,
     rules: Vec<Rule>,
     out_dir: Option<PathBuf>,
@@ -55,22 +55,22 @@ struct Rule {
 }
 
 impl Config {
-    /// No data sheet yet; only the manager's side is generated.
+    /// A configuration without data sheets that generates the manager's side only.
     pub fn new() -> Self {
         Config::default()
     }
 
-    /// Adds a data sheet or device configuration file. Relative paths start at the folder of the package.
+    /// Adds a data sheet or DCF. Relative paths start at the folder of the package.
     pub fn eds(self, path: impl AsRef<Path>) -> Self {
         self.sheet(Origin::File(path.as_ref().to_owned()))
     }
 
-    /// Adds a device of the library that comes with lexican, `vendor/device`, with its overlay.
+    /// Adds a device of lexican's library, `vendor/device`, with its overlay.
     pub fn device(self, name: &str) -> Self {
         self.sheet(Origin::Library(name.to_owned()))
     }
 
-    /// Adds an overlay to the data sheet that was added last. Several apply in order.
+    /// Adds an overlay to the latest data sheet. Several overlays are applied in order.
     pub fn overlay(mut self, path: impl AsRef<Path>) -> Self {
         match self.sheets.last_mut() {
             Some(sheet) => sheet.overlays.push(path.as_ref().to_owned()),
@@ -79,7 +79,7 @@ impl Config {
         self
     }
 
-    /// Names the file of the data sheet that was added last, without `.rs`.
+    /// Sets the name of the file that the latest data sheet becomes, without `.rs`.
     pub fn module(mut self, name: &str) -> Self {
         match self.sheets.last_mut() {
             Some(sheet) => sheet.module = Some(name.to_owned()),
@@ -88,57 +88,58 @@ impl Config {
         self
     }
 
-    /// Makes all findings of this code (`eds::missing-key`) errors.
+    /// Makes all findings with this code (`eds::missing-key`) errors.
     pub fn deny(self, code: &str) -> Self {
         self.rule(code, Some(Severity::Error))
     }
 
-    /// Drops all findings of this code.
+    /// Removes all findings with this code.
     pub fn allow(self, code: &str) -> Self {
         self.rule(code, None)
     }
 
-    /// Whether the device's side is generated too: `TABLE`, `Storage` and `storage(node)`. Off by default.
+    /// Whether the device's side is generated as well: `TABLE`, `Storage` and `storage(node)`. Off by default.
     ///
-    /// A new `Storage` holds the defaults (`DefaultValue`). Of a device configuration file it holds what that
-    /// configures (`ParameterValue`), and the default of what it does not; the handles' `default` stays the default.
+    /// A new `Storage` holds the values that a DCF configures (`ParameterValue`), and otherwise the defaults
+    /// (`DefaultValue`). `default` of a handle is the default even so.
     pub fn storage(mut self, on: bool) -> Self {
         self.options.storage = on;
         self
     }
 
-    /// Whether the table `NAMES` is generated, for tools that show names and units. Off by default.
+    /// Whether the table `NAMES` is generated, with which tools show names and units. Off by default.
     pub fn names(mut self, on: bool) -> Self {
         self.options.names = on;
         self
     }
 
-    /// Whether a driver is generated for a drive of CiA 402, the module `driver`: `DESCRIPTION`, all that the data sheet
-    /// says of the drive; `Kind`, which has it; and `Drive`. The crate then depends on `lexican-driver`. Off by default.
+    /// Whether the module `driver` is generated, for a drive of CiA 402: `DESCRIPTION` holds what the data sheet says
+    /// of the drive, `Kind` is the type with that description, and `Drive` its driver. The crate then depends on
+    /// `lexican-driver`. Off by default.
     ///
-    /// A data sheet that is not one of a drive is an error: the findings say what it lacks, or contradicts.
+    /// It is an error if the data sheet does not describe a drive; the findings say what is missing or contradictory.
     pub fn driver(mut self, on: bool) -> Self {
         self.options.driver = on;
         self
     }
 
-    /// The path of the runtime, for a crate that re-exports it; `::lexican_runtime` by default.
+    /// The path of the runtime, if a crate re-exports it; `::lexican_runtime` by default.
     pub fn runtime_path(mut self, path: &str) -> Self {
         self.options.runtime_path = path.to_owned();
         self
     }
 
-    /// The folder to write to; by default the `OUT_DIR` of the build script.
+    /// The output folder; the build script's `OUT_DIR` by default.
     pub fn out_dir(mut self, path: impl AsRef<Path>) -> Self {
         self.out_dir = Some(path.as_ref().to_owned());
         self
     }
 
-    /// Reads, generates and writes.
+    /// Reads the data sheets, generates code and writes it.
     ///
-    /// Cargo is given the files to watch, and one warning for each data sheet with findings; several findings stand with
-    /// their lines in `NAME.findings.txt` beside the code. A file is written whole or not at all, and only if its content
-    /// changes.
+    /// Tells Cargo which files to watch, and shows one warning for each data sheet with findings; several findings are
+    /// written to `NAME.findings.txt` beside the code, with their lines. Files are written whole or not at all, and
+    /// only if their content changes.
     ///
     /// After an error nothing is written, not even for data sheets without errors.
     pub fn generate(self) -> Result<(), Error> {
@@ -165,8 +166,8 @@ impl Config {
         finish(&out_dir, files, &warnings)
     }
 
-    /// Writes what another generator makes of a file, as [`generate`](Config::generate) writes what it makes of a data
-    /// sheet: an error among the findings is one of the build, a warning is shown, and `include_od!(name)` includes it.
+    /// Writes the code that another generator makes from a file, in the same way as [`generate`](Config::generate): a
+    /// finding that is an error fails the build, warnings are shown, and `include_od!(name)` includes the code.
     pub fn emit(
         self,
         name: &str,
@@ -181,7 +182,7 @@ impl Config {
         finish(&out_dir, vec![(name.to_owned(), code(&self.options))], &[warnings])
     }
 
-    /// Checks what was set; the folder to write to.
+    /// Checks the settings, and returns the output folder.
     fn begin(&self) -> Result<PathBuf, Error> {
         if !name::is_path(&self.options.runtime_path) {
             return Err(Error::RuntimePath(self.options.runtime_path.clone()));
@@ -189,8 +190,8 @@ impl Config {
         if let Some(Rule { code, .. }) = self.rules.iter().find(|rule| !codes().any(|code| code == rule.code)) {
             return Err(Error::UnknownCode { code: code.clone(), near: near(code, codes()) });
         }
-        // Without any such line Cargo would watch every file of the package. The script itself it always does, under
-        // whatever name; a name that is not there would have it run every time.
+        // Without any such line, Cargo would watch every file of the package. It always watches the build script
+        // itself, whatever its name; a file that does not exist would run the script every time.
         println!("cargo:rerun-if-changed=Cargo.toml");
         self.out_dir.clone().or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)
     }
@@ -207,7 +208,7 @@ impl Config {
 }
 
 impl Sheet {
-    /// The name of the file to write, and what it is generated from.
+    /// The name of the output file, and the input.
     fn read(&self) -> Result<(String, Input), Error> {
         let (stem, mut input) = match &self.origin {
             Origin::File(path) => {
@@ -252,7 +253,7 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<(String,
     Ok((output.code, warnings))
 }
 
-/// The warnings, if there is no error.
+/// The findings below error; an error if there is one.
 fn without_errors(findings: &Diagnostics, input: &Input, place: &str) -> Result<Vec<Diagnostic>, Error> {
     if findings.has_errors() {
         let errors = findings.count(Severity::Error);
@@ -266,7 +267,7 @@ fn without_errors(findings: &Diagnostics, input: &Input, place: &str) -> Result<
     Ok(findings.iter().filter(|finding| finding.severity == Severity::Warning).cloned().collect())
 }
 
-/// Writes the files, shows the warnings.
+/// Writes the files and shows the warnings.
 fn finish(out_dir: &Path, files: Vec<(String, String)>, warnings: &[Warnings]) -> Result<(), Error> {
     files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))?;
     warnings.iter().try_for_each(Warnings::show)?;
@@ -274,7 +275,7 @@ fn finish(out_dir: &Path, files: Vec<(String, String)>, warnings: &[Warnings]) -
     Ok(())
 }
 
-/// Lets `include_od!` say which names there are: those of all calls of a build script.
+/// Tells `include_od!` the names of all files, for its message about an unknown one.
 fn announce(names: impl Iterator<Item = String>) {
     static ALL: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -288,14 +289,14 @@ fn announce(names: impl Iterator<Item = String>) {
 
 /// The warnings about a data sheet.
 struct Warnings {
-    /// Where all of them stand with their lines, if they are several.
+    /// The file with all warnings and their lines, if there are several.
     report: PathBuf,
     findings: Vec<Diagnostic>,
     input: Input,
 }
 
 impl Warnings {
-    /// One line for Cargo, which shows it at every build; the rest is in a file beside the code.
+    /// Shows one line through Cargo, which repeats it at every build; writes the rest to a file beside the code.
     fn show(&self) -> Result<(), Error> {
         let Some(line) = self.line() else { return self.forget() };
         println!("cargo:warning={line}");
@@ -316,7 +317,7 @@ impl Warnings {
         }
     }
 
-    /// The line; none without a warning.
+    /// The line for Cargo; `None` without a warning.
     fn line(&self) -> Option<String> {
         let first = self.findings.first()?.render_short(&self.input).replace(['\n', '\r'], " ");
         Some(match self.findings.len() {
@@ -329,7 +330,7 @@ impl Warnings {
 
 fn read(path: &Path) -> Result<Vec<u8>, Error> {
     println!("cargo:rerun-if-changed={}", path.display());
-    // One byte beyond the bound is enough to be refused, which is a finding.
+    // One byte more than allowed is enough for the finding that the file is too large.
     let bound = text::MAX_BYTES as u64 + 1;
     let mut bytes = Vec::new();
     let read = fs::File::open(path).and_then(|file| file.take(bound).read_to_end(&mut bytes));
@@ -348,8 +349,8 @@ fn not_a_data_sheet(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// Writes through a file beside it, so that there is never half a file, and only if something changes, so that nothing
-/// is compiled again.
+/// Writes to a temporary file and renames it, so that no half-written file remains. A file that would not change is not
+/// touched, so that nothing is compiled again.
 fn write(path: &Path, code: &str) -> Result<(), Error> {
     if fs::read(path).is_ok_and(|old| old == code.as_bytes()) {
         return Ok(());
@@ -357,13 +358,13 @@ fn write(path: &Path, code: &str) -> Result<(), Error> {
     let beside = path.with_extension(format!("rs.{}", std::process::id()));
     let written = fs::write(&beside, code).and_then(|()| fs::rename(&beside, path));
     written.map_err(|reason| {
-        // The error is about the file, not about what may remain beside it.
+        // Report why the file could not be written, not why the temporary one remains.
         let _ = fs::remove_file(&beside);
         Error::Write { path: path.to_owned(), reason }
     })
 }
 
-/// The codes of all findings.
+/// The codes of all findings that can occur.
 fn codes() -> impl Iterator<Item = &'static str> {
     let of_drives = drive::FINDINGS.iter().map(|finding| finding.code);
     rules::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code)).chain(of_drives)

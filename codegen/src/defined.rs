@@ -1,13 +1,13 @@
-//! Data types that the device defines itself, by a DEFTYPE in the area of the data types (CiA 301, 7.4.7).
+//! Data types that the device itself defines with DEFTYPE objects in the data type area (CiA 301, 7.4.7).
 //!
-//! A DEFTYPE gives only a length in bits. So its values are an unsigned number of as many whole bytes, because an SDO
-//! transfers no less, with the length as its limit; whether the bits have a sign or a fraction is unknown. The members
-//! of a DEFSTRUCT have not even a length, and stay bytes.
+//! A DEFTYPE states only a length in bits; whether the bits have a sign or a fraction is unknown. So a value becomes an
+//! unsigned number of whole bytes, as an SDO transfers it, limited to this length. The members of a DEFSTRUCT do not
+//! even state a length, and stay bytes.
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
 
-/// Gives the entries of such types the data type of CiA 301 that holds their bits.
+/// Replaces such types in all entries by the UNSIGNED type that holds their bits.
 pub(crate) fn resolve(device: &mut Device) {
     let lengths: Vec<Option<u8>> = device.entries().map(|entry| length(device, entry)).collect();
     let entries = device.objects.iter_mut().flat_map(|object| &mut object.entries);
@@ -32,7 +32,7 @@ fn apply(entry: &mut Entry, bits: u8) {
     entry.default = entry.default.take().and_then(|value| as_bits(value, bits));
     entry.configured = entry.configured.take().and_then(|value| as_bits(value, bits));
     if [&entry.low, &entry.high].into_iter().flatten().any(is_negative) {
-        // They are limits of a number with a sign, not of its bits.
+        // They limit a signed number, not its bits.
         (entry.low, entry.high) = (None, None);
     }
     if !bits.is_multiple_of(8) && entry.high.is_none() {
@@ -41,7 +41,7 @@ fn apply(entry: &mut Entry, bits: u8) {
     entry.data_type = unsigned(bits);
 }
 
-/// The value as unsigned bits; `None` of one with more bits, which the reader has reported.
+/// The value as unsigned bits; `None` if it has more bits, which the reader has reported.
 fn as_bits(value: Value, bits: u8) -> Option<Value> {
     match value {
         Value::Integer(number @ ..0) => Some(Value::Integer(number + (1 << bits))).filter(|value| !is_negative(value)),

@@ -1,9 +1,9 @@
-//! What generating may find.
+//! The findings of generating.
 
 use lexican_eds::drive::Finding;
 use lexican_eds::{Diagnostic, Severity};
 
-/// All codes of findings that generating may have, by name. What is found in the data sheet of a drive is in
+/// All codes that generating may report, sorted. Those about the data sheet of a drive are in
 /// [`lexican_eds::drive::FINDINGS`].
 pub const FINDINGS: &[Finding] = &[
     Finding {
@@ -39,7 +39,6 @@ pub const FINDINGS: &[Finding] = &[
     },
 ];
 
-/// A finding of generating.
 pub(crate) fn warning(code: &'static str, message: String) -> Diagnostic {
     debug_assert!(FINDINGS.iter().any(|finding| finding.code == code), "{code} is documented");
     Diagnostic::new(code, Severity::Warning, message)

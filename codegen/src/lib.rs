@@ -8,20 +8,20 @@
 //!
 //! and in the crate, `mod od { lexican_runtime::include_od!("drive"); }`.
 //!
-//! [`compile`] turns a model into text, the same bytes for the same input. [`Config`] is for build scripts, and the only
-//! part with I/O.
+//! [`compile`] turns a model into text; the same input gives the same bytes. [`Config`] is for build scripts, and the
+//! only part that does I/O.
 //!
-//! Generated code is the data sheet in rows: names, types, numbers, documentation. Codes and bits are in hexadecimal,
-//! quantities in decimal. Macros and types of `lexican-runtime` make code of the rows. It has no inner attributes and no
-//! `unsafe`. What it imports is a glob of the runtime, which gives way to other names: types of the data sheet may be
-//! called like types of the runtime, and the code may be included into a module that imports the same types itself.
+//! Generated code consists of rows of names, types, numbers and documentation, from which macros and types of
+//! `lexican-runtime` make the code. Codes and bits are in hexadecimal, quantities in decimal. There are no inner
+//! attributes and no `unsafe`. It imports the runtime by a glob, over which other names take precedence: types of the
+//! data sheet may have the names of runtime types, and the including module may import the same types itself.
 //!
-//! For a drive of CiA 402, [`Config::driver`] adds what its driver has to know, so that a drive that does what the profile
-//! says needs no line of its own.
+//! For a CiA 402 drive, [`Config::driver`] adds the description for its driver. A drive that follows the profile needs
+//! no handwritten line.
 //!
 //! # Findings
 //!
-//! Besides those of the data sheet (`lexican-eds`), generating has findings of its own; see [`FINDINGS`].
+//! Generating has findings of its own besides those of `lexican-eds`; see [`FINDINGS`].
 
 mod compile;
 mod config;

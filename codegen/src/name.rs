@@ -1,8 +1,9 @@
-//! Identifiers from the names of a data sheet. `tests/names.tsv` freezes the rules: an update of lexican renames nothing.
+//! Identifiers made from the names in a data sheet. `tests/names.tsv` freezes the rules, so that updating lexican
+//! renames nothing.
 
 use lexican_eds::model::Object;
 
-/// How an identifier is written.
+/// The spelling of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Case {
     /// `MOTOR_SPEED`.
@@ -13,7 +14,7 @@ pub(crate) enum Case {
     Pascal,
 }
 
-/// The keywords of Rust, of all editions, and what is reserved.
+/// The keywords of all editions of Rust, reserved ones included.
 #[rustfmt::skip]
 const KEYWORDS: [&str; 52] = [
     "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn", "else",
@@ -22,10 +23,10 @@ const KEYWORDS: [&str; 52] = [
     "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 ];
 
-/// The longest identifier in snake case, without the underscores that Rust asks for.
+/// The longest identifier in snake case, not counting underscores that Rust requires.
 const MAX_LENGTH: usize = 60;
 
-/// The identifier for a name; empty when the name has no letter and no digit.
+/// The identifier for a name; empty if the name has neither letter nor digit.
 pub(crate) fn identifier(name: &str, case: Case) -> String {
     let joined = join(&short_words(name), case);
     if joined.starts_with(|c: char| c.is_ascii_digit()) {
@@ -37,7 +38,7 @@ pub(crate) fn identifier(name: &str, case: Case) -> String {
     }
 }
 
-/// Whether it is a path of Rust, such as `::lexican_runtime` or `crate::bus`.
+/// Whether it is a Rust path, such as `::lexican_runtime` or `crate::bus`.
 pub(crate) fn is_path(path: &str) -> bool {
     let is_letter = |c: char| c.is_alphabetic() || c == '_';
     path.strip_prefix("::").unwrap_or(path).split("::").all(|name| {
@@ -48,9 +49,9 @@ pub(crate) fn is_path(path: &str) -> bool {
     })
 }
 
-/// Appends `suffix`, which is made of lower-case words.
+/// Appends `suffix`, which consists of lower-case words.
 pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String {
-    // With a suffix it is no keyword any more, and two underscores are no snake case.
+    // With a suffix it is no longer a keyword, and snake case has no double underscores.
     let identifier = identifier.trim_end_matches('_');
     match case {
         Case::Shouty => format!("{identifier}_{}", suffix.to_uppercase()),
@@ -59,9 +60,9 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
     }
 }
 
-/// The words of a name, fewer where they are longer than [`MAX_LENGTH`]: first without remarks in brackets, then
-/// without those before the last, which often is the number of an element. The result depends on the name alone,
-/// so it does not change when objects are added.
+/// The words of a name. If they exceed [`MAX_LENGTH`], remarks in brackets are dropped first, then words before the
+/// last one, which is often the number of an element. The result depends on the name alone, so adding objects does not
+/// change it.
 fn short_words(name: &str) -> Vec<String> {
     let all = words(name);
     if length(&all) <= MAX_LENGTH {
@@ -78,12 +79,12 @@ fn short_words(name: &str) -> Vec<String> {
     words
 }
 
-/// In snake case.
+/// The length in snake case.
 fn length(words: &[String]) -> usize {
     words.iter().map(|word| word.len() + 1).sum::<usize>().saturating_sub(1)
 }
 
-/// The name with a blank instead of text in brackets. An opening bracket without its partner is no bracket.
+/// The name with a blank in place of each text in brackets. An unmatched opening bracket does not count.
 fn outside_brackets(name: &str) -> String {
     let mut outside = String::new();
     let mut rest = name;
@@ -131,13 +132,13 @@ fn join(words: &[String], case: Case) -> String {
     }
 }
 
-/// What stands between words in Pascal case: two digits need an underscore, since `Mode2_6040` is not `Mode26040`.
+/// The separator of words in Pascal case: an underscore between digits, so that `Mode2_6040` is not `Mode26040`.
 fn between(before: &str, after: &str) -> &'static str {
     let is_digit = |c: char| c.is_ascii_digit();
     if before.ends_with(is_digit) && after.starts_with(is_digit) { "_" } else { "" }
 }
 
-/// A letter or digit as it is commonly written in ASCII; empty for anything else.
+/// The usual ASCII spelling of a letter or digit; empty for anything else.
 fn plain(c: char) -> String {
     let letters = match c {
         'a'..='z' | 'A'..='Z' | '0'..='9' => return c.to_string(),
@@ -161,7 +162,7 @@ fn plain(c: char) -> String {
     letters.to_owned()
 }
 
-/// `2410_01`, as it is appended to names; `2410` for an object of one value.
+/// The suffix for an address: `2410_01`, or `2410` for an object with one value.
 pub(crate) fn address_suffix(object: &Object, sub: Option<u8>) -> String {
     match sub {
         Some(sub) => format!("{:04x}_{sub:02x}", object.index),
@@ -240,7 +241,7 @@ mod tests {
         check("位置", "", "", "");
     }
 
-    /// Names as real data sheets have them. A line that changes breaks the code of users who update.
+    /// Names from real data sheets. Changing a line breaks the code of users who update.
     #[test]
     fn the_identifiers_of_200_real_names_never_change() {
         let table = include_str!("../tests/names.tsv");
@@ -256,7 +257,7 @@ mod tests {
     #[test]
     fn a_keyword_is_no_identifier_and_a_path_has_none() {
         let refused = KEYWORDS.iter().filter(|word| syn::parse_str::<syn::Ident>(word).is_err());
-        // syn does not know the keyword of edition 2024.
+        // syn does not know the keyword of edition 2024 yet.
         assert_eq!(refused.count(), KEYWORDS.len() - 1);
         assert_eq!(identifier("gen", Case::Snake), "gen_");
         for path in

@@ -1,17 +1,17 @@
-//! What to generate.
+//! The options of generating.
 
 /// What to generate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Whether the device's side is generated too: `TABLE`, `Storage` and what the overlay says of conditions. It
-    /// starts with what a DCF configures, else with the defaults.
+    /// Whether the device's side is generated as well: `TABLE`, `Storage` and the conditions of the overlay. Initial
+    /// values are those that a DCF configures, else the defaults.
     pub storage: bool,
-    /// Whether the table `NAMES` is generated, by which tools show entries. It takes room in the flash.
+    /// Whether the table `NAMES` is generated, with which tools show entries. It takes flash memory.
     pub names: bool,
-    /// Whether the module `driver` is generated, which describes a drive of CiA 402 for `lexican-driver`: its
-    /// `DESCRIPTION`, its `Kind`, and `Drive`.
+    /// Whether the module `driver` is generated: `DESCRIPTION`, `Kind` and `Drive` of a CiA 402 drive, for
+    /// `lexican-driver`.
     pub driver: bool,
-    /// The path of the runtime: `::lexican_runtime`, or where a crate re-exports it.
+    /// The path of the runtime: `::lexican_runtime`, or the path by which a crate re-exports it.
     pub runtime_path: String,
 }
 

@@ -1,4 +1,4 @@
-//! Names that stand side by side: the first keeps a name that several want.
+//! Resolves names in one scope: if several items want the same name, the first one gets it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,21 +12,20 @@ const MAX_PLACES: usize = 4;
 /// The most names that are listed.
 const MAX_NAMES: usize = 8;
 
-/// One name that an item would like to have.
+/// The name that an item wants.
 #[derive(Clone, Debug)]
 pub(crate) struct Claim {
     /// The identifier.
     pub(crate) wanted: String,
-    /// How it is written.
     pub(crate) case: Case,
-    /// What is appended when several items want the same name: lower-case words, mostly an address.
+    /// Appended if the name is taken already: lower-case words, mostly the address.
     pub(crate) suffix: String,
-    /// Where the data sheet names it.
+    /// The place in the data sheet.
     pub(crate) span: Span,
 }
 
 impl Claim {
-    /// The identifier of `name`; `empty` when that has no letter.
+    /// Claims the identifier of `name`, or `empty` if that has no letter.
     pub(crate) fn new(name: &str, case: Case, suffix: String, span: Span) -> Self {
         let mut wanted = name::identifier(name, case);
         if wanted.is_empty() {
@@ -36,9 +35,9 @@ impl Claim {
     }
 }
 
-/// The identifiers of all claims, in their order; no two are equal and none is in `reserved`.
+/// The identifiers for all claims, in order: all different, and none of them in `reserved`.
 ///
-/// Each name goes to the first who wants it, so that an item which is added after the others renames none of them.
+/// The first claim of a name gets it, so that an item appended later renames none of the others.
 pub(crate) fn resolve(scope: &str, reserved: &[&str], claims: &[Claim], findings: &mut Diagnostics) -> Vec<String> {
     let mut taken: BTreeSet<String> = reserved.iter().map(|&name| name.to_owned()).collect();
     let mut groups: BTreeMap<&str, Vec<&Claim>> = BTreeMap::new();
@@ -62,7 +61,7 @@ pub(crate) fn resolve(scope: &str, reserved: &[&str], claims: &[Claim], findings
     resolved
 }
 
-/// The finding that several items want one name; `chosen` are the names they get instead, in their order.
+/// The finding that several items want one name; `chosen` are the names that they get, in order.
 fn collision<'a>(
     scope: &str,
     wanted: &str,

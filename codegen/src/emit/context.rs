@@ -1,4 +1,4 @@
-//! What all emitters need.
+//! What all emitters share.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,13 @@ use quote::{format_ident, quote};
 
 use crate::plan::{Plan, Shape};
 
-/// What is printed, and how it names the runtime.
 pub(super) struct Context<'a> {
     pub(super) plan: &'a Plan<'a>,
     /// The path of the runtime.
     pub(super) runtime: TokenStream,
-    /// Whether the code is also the device's, which writes objects that are read-only on the bus.
+    /// Whether the device's side is generated as well; it may write objects that are read-only on the bus.
     pub(super) is_device: bool,
-    /// The names of types that the code defines itself.
+    /// The names of the types in the generated code.
     own: BTreeSet<&'a str>,
 }
 
@@ -33,7 +32,7 @@ impl<'a> Context<'a> {
         Context { plan, runtime, is_device, own }
     }
 
-    /// Whether an entry holds a code, an identifier or a word of bits, which are written in hexadecimal, and no quantity.
+    /// Whether an entry is written in hexadecimal: a code, an identifier or a word of bits, and no quantity.
     pub(super) fn is_hex(&self, entry: &Entry) -> bool {
         let is_code = || self.plan.newtype_of(entry).is_some_and(|newtype| newtype.is_hex);
         let is_word = || matches!(entry.meaning, Meaning::BitField(_));
@@ -41,13 +40,13 @@ impl<'a> Context<'a> {
         is_unsigned && (standard::is_hex(entry.index, entry.sub) || is_word() || is_code())
     }
 
-    /// A type of the runtime's module `object`: by its name alone, unless the data sheet has a type of that name, which
-    /// goes before what a glob imports.
+    /// A type of the runtime's module `object`, by its bare name, or by its path if the data sheet has a type of that
+    /// name, which takes precedence over the glob import.
     pub(super) fn object(&self, name: &str) -> TokenStream {
         let (runtime, ident) = (&self.runtime, format_ident!("{name}"));
         match name {
             name if !self.own.contains(name) => quote!(#ident),
-            // Marked with the device.
+            // The aliases with the device as type parameter.
             "Object" | "Array" => quote!(marked::#ident),
             _ => quote!(#runtime::object::#ident),
         }

@@ -1,4 +1,4 @@
-//! Documentation of items: always the same facts in the same order, escaped.
+//! Doc comments of items: the same facts in the same order, escaped.
 
 use lexican_eds::model::number::Number;
 use lexican_eds::model::{Condition, Entry, Meaning, NmtState, Unit, Value};
@@ -7,13 +7,13 @@ use super::context::Context;
 use super::literal;
 use crate::plan::{Access, Default, Handle, Item, Mapping, ParameterItem};
 
-/// Lines of documentation in front of an item that is indented by `indent`; an empty one separates paragraphs.
+/// Doc lines before an item that is indented by `indent`; empty lines separate paragraphs.
 fn text(lines: &[String], aliases: &[String], indent: &str) -> String {
     let mut text = String::new();
     for line in lines {
         text.extend([indent, if line.is_empty() { "///" } else { "/// " }, line, "\n"]);
     }
-    // Nothing else is allowed in an alias.
+    // rustdoc allows no other characters in an alias.
     let is_allowed =
         |alias: &&String| !alias.is_empty() && alias.chars().all(|c| c.is_ascii_graphic() && !matches!(c, '"' | '\''));
     let aliases: Vec<String> = aliases.iter().filter(is_allowed).map(|alias| format!("\"{alias}\"")).collect();
@@ -23,7 +23,7 @@ fn text(lines: &[String], aliases: &[String], indent: &str) -> String {
     text + indent + &format!("#[doc(alias({}))]\n", aliases.join(", "))
 }
 
-/// The documentation of an entry, with the aliases that a search for its address finds.
+/// The docs of an entry, with its address as a search alias.
 pub(super) fn handle(
     context: &Context<'_>,
     title: &str,
@@ -39,7 +39,6 @@ pub(super) fn handle(
     text(&lines, &[full, format!("{:04X}", entry.index)], indent)
 }
 
-/// The documentation of a parameter of another interface.
 pub(super) fn parameter(context: &Context<'_>, item: &ParameterItem<'_>) -> String {
     let parameter = item.parameter;
     let number = parameter.number.to_string();
@@ -63,7 +62,6 @@ pub(super) fn parameter(context: &Context<'_>, item: &ParameterItem<'_>) -> Stri
     text(&lines, &aliases, "")
 }
 
-/// The documentation of an array or record.
 pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handle<'_>>) -> String {
     let object = item.object;
     let kind = object.kind.name();
@@ -97,19 +95,19 @@ pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handl
     text(&lines, &[format!("0x{index}"), index], "")
 }
 
-/// A name as the first line.
+/// The name as the first line.
 pub(super) fn sentence(name: &str, otherwise: &str) -> String {
     let escaped = escape(name);
     if escaped.is_empty() { otherwise.to_owned() } else { escaped }
 }
 
-/// A paragraph of its own, after an empty line.
+/// A paragraph, with an empty line before it.
 pub(super) fn paragraph(text: Option<&str>) -> Vec<String> {
     let escaped = escape(text.unwrap_or_default());
     if escaped.is_empty() { Vec::new() } else { vec![String::new(), escaped] }
 }
 
-/// Words with single blanks between them, and nothing that a reader of the code does not see.
+/// Single blanks between words, and no invisible characters.
 pub(super) fn one_line(text: &str) -> String {
     let words: Vec<&str> = text
         .split(|c: char| c.is_whitespace() || c.is_control() || turns_text(c))
@@ -118,18 +116,18 @@ pub(super) fn one_line(text: &str) -> String {
     words.join(" ")
 }
 
-/// Whether a character changes the direction of the text after it: rustc refuses it in comments, because code would
-/// look other than it is (`text_direction_codepoint_in_comment`).
+/// Whether a character changes the text direction. rustc refuses these in comments, because they make code look
+/// different from what it is (`text_direction_codepoint_in_comment`).
 fn turns_text(c: char) -> bool {
     matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Text that means itself in Markdown, on one line.
+/// Escapes Markdown; the result is one line.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::new();
     for (at, c) in one_line(text).char_indices() {
         let is_markup = matches!(c, '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '#' | '|' | '~' | '$' | '&');
-        // At the start of a line these make lists, quotes and headings; `1.` does as well.
+        // At the start of a line, these begin lists, quotes or headings; so does `1.`.
         let starts_block = at == 0 && matches!(c, '-' | '+' | '=' | '/' | ':' | '!');
         let ends_number = matches!(c, '.' | ')') && escaped.chars().all(|c| c.is_ascii_digit());
         // `http://` would be a bare link.
@@ -184,10 +182,10 @@ fn access(access: Access) -> &'static str {
     }
 }
 
-/// Descriptions, unit and what else the overlay says.
+/// The descriptions, the unit and other facts of the overlay.
 fn remarks(context: &Context<'_>, entry: &Entry, object_text: Option<&str>) -> Vec<String> {
     let mut text = paragraph(object_text);
-    // A single value is an object and an entry, which an overlay describes both at once.
+    // A single value is both an object and an entry, which an overlay may describe with the same text.
     text.extend(paragraph(entry.description.as_deref().filter(|text| Some(*text) != object_text)));
     let mut facts = Vec::new();
     if let Meaning::Quantity(name) = &entry.meaning
@@ -246,7 +244,7 @@ fn shown_number(number: Number, in_hex: bool) -> String {
 fn shown(value: &Value, in_hex: bool) -> String {
     match value {
         Value::Integer(integer) => literal::integer(*integer, in_hex),
-        // In the fewest digits.
+        // Use the fewest digits that give the same number.
         Value::Real(real) if f64::from(*real as f32) == *real => format!("{:?}", *real as f32),
         Value::Real(real) => format!("{real:?}"),
         Value::Text(text) => format!("\"{text}\""),

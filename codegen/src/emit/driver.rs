@@ -1,4 +1,4 @@
-//! The driver's side: what the data sheet says of a drive of CiA 402, as a description for `lexican-driver`.
+//! The driver's side: the data sheet of a CiA 402 drive as a description for `lexican-driver`.
 
 use lexican_eds::cia402::Modes;
 use lexican_eds::drive::{Code, Drive, Homing, Number, Pdo};
@@ -8,17 +8,17 @@ use super::docs;
 use super::layout::line;
 use crate::plan::Shape;
 
-/// The reaction that each option code chooses.
+/// The option codes, and the reaction that each configures.
 const REACTIONS: &[(u16, &str)] =
     &[(0x605A, "QuickStop"), (0x605B, "Shutdown"), (0x605C, "DisableOperation"), (0x605D, "Halt"), (0x605E, "Fault")];
 
-/// The first of the positions that touch probes latch.
+/// 60BAh, the first of the positions that touch probes latch.
 const LATCHED: u16 = 0x60BA;
 
 /// The longest line.
 const WIDTH: usize = 120;
 
-/// A module of its own, so that its names and imports meet none of the data sheet.
+/// Writes a separate module, so that its names and imports do not collide with those of the data sheet.
 pub(super) fn driver(context: &Context<'_>, drive: &Drive, code: &mut String) {
     let name = docs::escape(&drive.name);
     *code += &format!(
@@ -54,7 +54,7 @@ pub mod driver {{
 ";
 }
 
-/// What is otherwise than CiA 402 has it, in the order of the description.
+/// The fields that differ from plain CiA 402, in the order of the description.
 fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
     let number = |number: &Number| self::number(context, number);
     let optional = |field: &Option<Number>| option(field.as_ref().map(number));
@@ -171,7 +171,7 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
     fields
 }
 
-/// The handle of an object, with the limits that are narrower than its data type.
+/// The handle of an object, with its limits if they are narrower than the data type.
 fn number(context: &Context<'_>, number: &Number) -> String {
     let item = context.plan.items.iter().find(|item| item.object.index == number.index);
     let member = item.map_or_else(String::new, |item| match &item.shape {
@@ -200,7 +200,7 @@ fn option(value: Option<String>) -> String {
     value.map_or_else(|| "None".to_owned(), |value| format!("Some({value})"))
 }
 
-/// Fields, and a constant that has the others, if there are any: on one line if there are few.
+/// A struct literal with these fields, and `..others` if not all are given; on one line if there are few.
 fn record(head: &str, fields: Vec<String>, others: Option<&str>) -> String {
     let others = others.map(|others| format!("..{others}"));
     if let ([only], Some(others)) = (fields.as_slice(), &others)
@@ -216,7 +216,7 @@ fn record(head: &str, fields: Vec<String>, others: Option<&str>) -> String {
     format!("{head} {{\n{fields}{}        }}", others.unwrap_or_default())
 }
 
-/// Rows, on one line if there is room for them.
+/// Rows between `before` and `after`, on one line if they fit.
 fn list(before: &str, rows: Vec<String>, after: &str, indent: &str) -> String {
     let flat = format!("{before}{}{after}", rows.join(", "));
     if indent.len() + flat.len() < WIDTH {

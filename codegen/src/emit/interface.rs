@@ -1,4 +1,4 @@
-//! Parameters of other interfaces: a module with a handle for each, and the table of all.
+//! Parameters of other interfaces: one module per interface, with a handle for each parameter and a table of all.
 
 use lexican_eds::model::ParameterNumber;
 use lexican_eds::model::number::Number;
@@ -10,7 +10,7 @@ use super::layout::{self, Chain, Generic, line};
 use super::{docs, literal, object};
 use crate::plan::{InterfaceItem, ParameterItem};
 
-/// A module of its own, since parameters have the names of objects.
+/// Writes a separate module, since parameters have the same names as objects.
 pub(super) fn interface(context: &Context<'_>, item: &InterfaceItem<'_>, code: &mut String) {
     let by_text = item.parameters.first().is_some_and(|it| matches!(it.parameter.number, ParameterNumber::Text(_)));
     let number = if by_text { quote!(&str) } else { quote!(u16) };
@@ -78,7 +78,7 @@ fn value(context: &Context<'_>, item: &ParameterItem<'_>) -> Chain {
     }
 }
 
-/// A limit that a row has room for; beyond that, the data type is the limit.
+/// A limit as an integer of the row; larger ones are left out, as the data type then limits.
 fn integer(number: Number) -> Option<TokenStream> {
     match number {
         Number::Integer(integer) => Some(literal::spelled(i64::try_from(integer).ok()?.into(), false)),

@@ -1,8 +1,8 @@
-//! Where blanks and line breaks come in what is written: a line of tokens each, as rustfmt would have it.
+//! Blanks and line breaks of the generated code: each row of tokens is laid out as rustfmt would.
 
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
-/// No line is longer, unless a name is.
+/// The longest line, unless a name is longer.
 const WIDTH: usize = 120;
 
 /// A type with parameters: `path<a, b>`.
@@ -11,7 +11,7 @@ pub(super) struct Generic {
     pub(super) parameters: Vec<TokenStream>,
 }
 
-/// A call, and methods called on what it returns.
+/// A call followed by method calls.
 pub(super) struct Chain {
     pub(super) first: TokenStream,
     pub(super) methods: Vec<TokenStream>,
@@ -34,7 +34,7 @@ impl Chain {
         line(&self.first) + &self.methods.iter().map(line).collect::<String>()
     }
 
-    /// On one line if there is room for it beside `beside` characters.
+    /// On one line if it fits, `beside` other characters included.
     fn lines(&self, beside: usize, indent: &str) -> String {
         let line = self.line();
         if beside + line.len() <= WIDTH {
@@ -80,11 +80,11 @@ pub(super) fn rows(indent: &str, rows: impl IntoIterator<Item = String>) -> Stri
     text + "]"
 }
 
-/// `b"..."`, broken where a line is full.
+/// `b"..."`, continued on the next line when a line is full.
 pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
     let mut lines = vec![String::new()];
     for (at, &byte) in bytes.iter().enumerate() {
-        // Before a digit `\0` looks like an octal number of C.
+        // Before a digit, `\0` would look like an octal number of C.
         let is_before_digit = bytes.get(at + 1).is_some_and(|next| matches!(next, b'0'..=b'7'));
         let escaped = match byte {
             0 if !is_before_digit => "\\0".to_owned(),
@@ -93,7 +93,7 @@ pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
         if lines.last().is_some_and(|line| indent.len() + line.len() + escaped.len() >= WIDTH) {
             lines.push(String::new());
         }
-        // A blank that begins a line would be taken for its indent.
+        // A continued line loses its leading blanks.
         let line = lines.last_mut().expect("there is a line");
         *line += if byte == b' ' && line.is_empty() { "\\x20" } else { &escaped };
     }

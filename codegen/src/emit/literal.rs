@@ -1,4 +1,4 @@
-//! Numbers and types of leaves, as a data sheet prints them.
+//! Literals of numbers, and paths of leaf types, in the notation of the data sheet.
 
 use lexican_eds::model::number::{Number, fitting, raw};
 use lexican_eds::model::{Condition, Entry, Value};
@@ -9,7 +9,7 @@ use quote::{format_ident, quote};
 use super::context::Context;
 use crate::plan::Type;
 
-/// A number that is spelled as a literal of Rust.
+/// A literal from its spelling.
 pub(super) fn number(spelled: &str) -> Literal {
     spelled.parse().expect("a number that was formatted is a literal")
 }
@@ -26,12 +26,12 @@ pub(super) fn bits(low: u8, high: u8) -> TokenStream {
     if low == high { quote!(#first) } else { quote!(#first..=#last) }
 }
 
-/// A code in hexadecimal, a quantity in decimal.
+/// Codes are hexadecimal, quantities decimal.
 pub(super) fn integer(number: i128, in_hex: bool) -> String {
     if in_hex && number > 9 { format!("0x{number:X}") } else { number.to_string() }
 }
 
-/// A number as the wire has it, which in Rust is a `u64`.
+/// The wire form of a number, a `u64` in Rust.
 pub(super) fn wire_form(context: &Context<'_>, entry: &Entry, number: Number) -> TokenStream {
     let raw = raw(number, entry.data_type);
     match (number, entry.data_type.bits()) {
@@ -48,13 +48,13 @@ pub(super) fn wire_form(context: &Context<'_>, entry: &Entry, number: Number) ->
     }
 }
 
-/// An integer as [`integer`] spells it.
+/// The integer as a literal, spelled as by [`integer`].
 pub(super) fn spelled(number: i128, in_hex: bool) -> TokenStream {
     let literal = self::number(&integer(number, in_hex));
     quote!(#literal)
 }
 
-/// A condition, with the number in the wire form of the entry that decides.
+/// A condition; the number is in the wire form of the entry that it compares.
 pub(super) fn condition(context: &Context<'_>, condition: &Condition) -> TokenStream {
     let value = context.plan.entry(condition.index, condition.sub).and_then(|entry| {
         let number = fitting(&Value::Integer(condition.value), entry.data_type)?;
@@ -113,7 +113,7 @@ fn runtime_type(data_type: DataType) -> &'static str {
 }
 
 impl Context<'_> {
-    /// A type, as a path.
+    /// The path of a type.
     pub(super) fn r#type(&self, r#type: Type) -> TokenStream {
         match r#type {
             Type::Plain(data_type) => rust_type(self, data_type),
@@ -124,7 +124,7 @@ impl Context<'_> {
         }
     }
 
-    /// A value of a type; integers in hexadecimal where the data sheet has them so.
+    /// A value of a type; integers in hexadecimal if the data sheet writes them so.
     pub(super) fn value(&self, r#type: Type, number: Number, in_hex: bool) -> TokenStream {
         match r#type {
             Type::Plain(data_type) => self.plain_value(data_type, number, in_hex),
@@ -166,7 +166,7 @@ impl Context<'_> {
     }
 }
 
-/// A finite number.
+/// A literal of a finite number.
 fn float(data_type: DataType, real: f64) -> TokenStream {
     let digits = if data_type == DataType::Real32 { format!("{:?}", real as f32) } else { format!("{real:?}") };
     let literal = number(&digits);

@@ -59,7 +59,7 @@ fn bit_rows(context: &Context<'_>, newtype: &Newtype<'_>, field: &BitField, fiel
     fields.iter().map(row).collect()
 }
 
-/// Whether an object of this type can be written.
+/// Whether any object of this type is writable.
 fn is_writable(context: &Context<'_>, newtype: &Newtype<'_>) -> bool {
     context.plan.entry_handles().any(|handle| {
         let of_this = context.plan.newtype_of(handle.entry).is_some_and(|other| other.ident == newtype.ident);
@@ -79,12 +79,12 @@ fn unit_rows(context: &Context<'_>, quantity: &Quantity, methods: &[String]) -> 
     rows.collect()
 }
 
-/// A row below its documentation.
+/// A row after its docs.
 fn row(above: &str, row: &TokenStream) -> String {
     format!("{above}        {}\n", line(row))
 }
 
-/// The description, above a row.
+/// The description, as docs of a row.
 fn above<T>(named: &Named<T>) -> String {
     match docs::escape(named.description.as_deref().unwrap_or_default()) {
         none if none.is_empty() => none,
@@ -92,7 +92,7 @@ fn above<T>(named: &Named<T>) -> String {
     }
 }
 
-/// The name; followed by the name as Markdown, if its characters would be markup.
+/// The name, followed by the name escaped for Markdown if that differs.
 fn name<T>(named: &Named<T>) -> TokenStream {
     let name = &named.name;
     match docs::sentence(name, "(no name)") {

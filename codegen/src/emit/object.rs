@@ -1,4 +1,4 @@
-//! Objects: constants, arrays, records.
+//! Constants, arrays and records.
 
 use lexican_eds::model::number::Number;
 use proc_macro2::{Literal, TokenStream};
@@ -30,7 +30,7 @@ fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &
     *code += &docs::whole(context, item, Some(first));
     *code += &allowed(first, "");
     let mut parameters = parameters(context, first, count.access != Access::Ro);
-    // The access right of sub-index 0 is left out where it is `ro`.
+    // Access of sub-index 0 is left out if it is `ro`, the default.
     parameters.extend((count.access != Access::Ro).then(|| marker(context, count.access)));
     let path = context.object("Array");
     let (count, Chain { first, methods }) = (Literal::usize_unsuffixed(elements.len()), handle_value(context, first));
@@ -38,7 +38,7 @@ fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &
     layout::constant(code, &item.ident, &Generic { path, parameters }, &Chain { first: value, methods: Vec::new() });
 }
 
-/// The type derives nothing: it is a name and no value, and every `derive` costs each build of each user.
+/// The type derives nothing: it has no values, and every `derive` slows down each user's build.
 fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[Handle<'_>], code: &mut String) {
     let ident = &item.ident;
     *code += &docs::whole(context, item, None);
@@ -55,7 +55,7 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
     *code += "}\n";
 }
 
-/// Clippy takes a number near a mathematical constant for that constant.
+/// Clippy suggests constants of `std` for numbers close to them.
 fn allowed(handle: &Handle<'_>, indent: &str) -> String {
     let is_fraction = |number: Number| matches!(number, Number::Real(real) if (real * 10.0).fract() != 0.0);
     let has_fraction = handle.limits.is_some_and(|(low, high)| is_fraction(low) || is_fraction(high))
@@ -67,7 +67,7 @@ fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> Generic {
     Generic { path: context.object("Object"), parameters: parameters(context, handle, false) }
 }
 
-/// Type, access and mapping; the mapping is left out where it is none.
+/// Type, access and mapping; no mapping if the entry cannot be mapped.
 fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<TokenStream> {
     let mapping = match handle.mapping {
         Mapping::Unmapped if whole => Some("Unmapped"),

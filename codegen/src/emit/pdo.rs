@@ -76,7 +76,7 @@ fn field(context: &Context<'_>, field: &Field<'_>) -> String {
         none if none.is_empty() => at,
         name => format!("{name} ({at})"),
     };
-    // Nothing of a field without bits is taken or placed.
+    // A field without bits has no bit range.
     let bits = match mapped.bits {
         0 => literal::bits(64, 64),
         bits => literal::bits(field.low, field.low + bits - 1),
@@ -88,12 +88,11 @@ fn field(context: &Context<'_>, field: &Field<'_>) -> String {
 #[derive(Clone, Copy)]
 enum CobId {
     NodeIdPlus(u32),
-    /// The same for every node.
+    /// The same identifier for every node.
     Fixed(u32),
 }
 
-/// The default COB-ID; of the first four as the predefined connection set has it (CiA 301, 7.3.3) where the
-/// data sheet says nothing.
+/// The default COB-ID; without one, the first four PDOs have that of the predefined connection set (CiA 301, 7.3.3).
 fn default_cob_id(pdo: &Pdo) -> Option<CobId> {
     match (&pdo.cob_id, pdo.number) {
         (&Some(Value::NodeIdPlus(base)), _) => {

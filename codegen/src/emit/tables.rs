@@ -1,5 +1,5 @@
-//! The device's side (the table of all entries, the bytes that a device starts with, what the overlay says of
-//! conditions), and the table of names.
+//! The device's side (the table of all entries, the initial bytes, the conditions of the overlay), and the table of
+//! names.
 
 use lexican_eds::model::number::fitting;
 use lexican_eds::model::{Entry, NmtState, Object, Value};
@@ -13,9 +13,9 @@ use super::{layout, literal};
 use crate::plan::{Access, Handle, Mapping, Newtype, NewtypeKind};
 use lexican_eds::start;
 
-/// The least capacity, in bytes, of a text or a string of bytes that may become longer than its default.
+/// The smallest capacity, in bytes, of a string that may become longer than its default.
 const TEXT_CAPACITY: usize = 32;
-/// A capacity is a `u16` in the table.
+/// The table stores a capacity as `u16`.
 const MAX_CAPACITY: usize = 0xFFFF;
 
 pub(super) fn device(context: &Context<'_>, code: &mut String) {
@@ -52,22 +52,22 @@ pub fn storage(node: {runtime}::NodeId) -> Storage {{
     conditions(context, code);
 }
 
-/// The bytes of all defaults, and what else the table holds beside its rows.
+/// The bytes of all defaults, and the limits that rows refer to.
 #[derive(Debug, Default)]
 struct Image {
     bytes: Vec<u8>,
     limits: Vec<String>,
 }
 
-/// A row of the table, and the entries that it stands for.
+/// A row of the table, for one entry or for several alike.
 #[derive(Debug)]
 struct Row<'a> {
     first: &'a Entry,
     last: u8,
-    /// Where the value of the last entry ends.
+    /// The offset behind the value of the last entry.
     end: usize,
     place: Place,
-    /// What the entries have in common, as code: their type and rights, and what follows their place.
+    /// The code that entries of one row have in common: type and rights before the place, and what follows it.
     facts: [String; 2],
 }
 
@@ -92,7 +92,7 @@ fn rows(context: &Context<'_>, image: &mut Image) -> Vec<String> {
 }
 
 impl Row<'_> {
-    /// Whether the next entry is one more of the same kind.
+    /// Whether `next` is alike, so that this row can stand for it, too.
     fn goes_on_with(&self, next: &Row<'_>) -> bool {
         let is_number = self.first.data_type.bits().is_some();
         let follows = self.first.index == next.first.index
@@ -158,7 +158,7 @@ impl Image {
         Place { offset, capacity, plus_node: false }
     }
 
-    /// The row of these limits, which may have been used before.
+    /// The position of these limits in the list; equal limits are stored once.
     fn limit(&mut self, limit: String) -> usize {
         let found = self.limits.iter().position(|known| *known == limit);
         found.unwrap_or_else(|| {
@@ -213,7 +213,7 @@ pub static PERSISTENT: &[{}] = {};
     );
 }
 
-/// The table that tools show entries by.
+/// Writes the table by which tools show entries.
 pub(super) fn names(context: &Context<'_>, code: &mut String) {
     let [path, types, meanings] = ["Name", "DataType", "Meaning"].map(|name| context.object(name));
     let rows = context.plan.device.objects.iter().flat_map(|described| {

@@ -1,4 +1,4 @@
-//! Parameters of other interfaces, each interface as a module.
+//! Parameters of other interfaces; each interface becomes a module.
 
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Interface, Meaning, Parameter};
@@ -8,9 +8,9 @@ use super::value::Types;
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 
-/// Names that interfaces must leave free.
+/// Module names that interfaces must not take.
 const MODULES: &[&str] = &["driver", "marked"];
-/// Names that parameters must leave free.
+/// Names that parameters must not take.
 const RESERVED: &[&str] = &["TABLE"];
 
 #[derive(Debug)]
@@ -24,9 +24,9 @@ pub(crate) struct InterfaceItem<'a> {
 #[derive(Debug)]
 pub(crate) struct ParameterItem<'a> {
     pub(crate) parameter: &'a Parameter,
-    /// As that of the object.
+    /// As for the object that the parameter equals.
     pub(crate) handle: Handle<'a>,
-    /// Numbers of the interface with those of the object, by the former.
+    /// Numbers of the interface and the equal numbers of the object, by the former.
     pub(crate) codes: Vec<(i128, i128)>,
 }
 
@@ -46,14 +46,14 @@ fn item<'a>(
     ident: String,
     findings: &mut Diagnostics,
 ) -> InterfaceItem<'a> {
-    // What is no integer, the reader has reported.
+    // Parameters that are no integers were reported by the reader.
     let carried = interface
         .parameters
         .iter()
         .filter(|parameter| parameter.data_type.range().is_some() && parameter.entry.data_type.range().is_some());
     let mut parameters: Vec<ParameterItem<'a>> = carried
         .map(|parameter| {
-            // Findings about an object are reported where it is defined.
+            // Findings about an object are reported for the object itself.
             let handle = handle(&parameter.entry, types, &mut Diagnostics::default());
             ParameterItem { parameter, handle, codes: codes(device, parameter) }
         })
@@ -68,7 +68,7 @@ fn item<'a>(
     InterfaceItem { ident, name, interface, parameters }
 }
 
-/// What an enumeration does not have, the reader has reported.
+/// Values that the enumeration lacks were reported by the reader.
 fn codes(device: &Device, parameter: &Parameter) -> Vec<(i128, i128)> {
     let Meaning::Enumeration(name) = &parameter.entry.meaning else { return Vec::new() };
     let known = device.enumerations.get(name).map_or(&[][..], |enumeration| &enumeration.values);

@@ -1,4 +1,4 @@
-//! What to generate, with all decisions made: names, types, shapes. The emitters only print it.
+//! The plan: names, types and shapes of everything that is generated. Emitters decide nothing, they only print it.
 
 mod interface;
 mod newtype;
@@ -19,7 +19,7 @@ use value::{Types, type_of};
 
 use crate::scope::{self, Claim};
 
-/// Names at the top that lexican uses itself.
+/// Names at the top level that lexican itself uses.
 const RESERVED: &[&str] = &[
     "BIT_RATES_KBIT",
     "DEVICE",
@@ -39,16 +39,15 @@ const RESERVED: &[&str] = &[
     "WRITABLE_IN",
 ];
 
-/// What to generate.
 #[derive(Debug)]
 pub(crate) struct Plan<'a> {
     pub(crate) device: &'a Device,
-    /// By kind and name.
+    /// Sorted by kind and name.
     pub(crate) newtypes: Vec<Newtype<'a>>,
-    /// By index.
+    /// Sorted by index.
     pub(crate) items: Vec<Item<'a>>,
     pub(crate) pdos: Vec<PdoItem<'a>>,
-    /// By name.
+    /// Sorted by name.
     pub(crate) interfaces: Vec<InterfaceItem<'a>>,
     types: Types,
 }
@@ -60,7 +59,7 @@ impl<'a> Plan<'a> {
         let pdos = pdo::pdos(device, &types, findings);
         let interfaces = interface::interfaces(device, &types, findings);
 
-        // Everything at the top shares one scope: a one-letter constant and a one-letter type would collide.
+        // All top-level names share one scope: a constant and a type of one letter would collide.
         let pdo_names: Vec<String> = pdos.iter().map(|pdo| pdo.ident.clone()).collect();
         let reserved: Vec<&str> = RESERVED.iter().copied().chain(pdo_names.iter().map(String::as_str)).collect();
         let mut claims: Vec<Claim> = newtypes.iter().map(|newtype| newtype.claim.clone()).collect();
@@ -99,7 +98,7 @@ impl<'a> Plan<'a> {
         self.device.entry(index, sub)
     }
 
-    /// What the data sheet calls an entry; of a single value that is the name of the object.
+    /// The name of an entry in the data sheet; for a single value, that of its object.
     pub(crate) fn name(&self, index: u16, sub: u8) -> Option<&'a str> {
         let object = self.device.object(index)?;
         let entry = object.entry(sub)?;

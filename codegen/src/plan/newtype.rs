@@ -1,4 +1,4 @@
-//! Enumerations, bit fields and quantities of the overlay, as types.
+//! Types for enumerations, bit fields and quantities of the overlay.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,21 +12,21 @@ use super::value::{Type, Types};
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 
-/// A type over a plain data type.
+/// A newtype over a plain data type.
 #[derive(Debug)]
 pub(crate) struct Newtype<'a> {
     pub(crate) ident: String,
     pub(crate) claim: Claim,
-    /// In the words of the overlay.
+    /// The name in the overlay.
     pub(crate) name: &'a str,
     pub(crate) data_type: DataType,
     pub(crate) description: Option<&'a str>,
-    /// Whether its values are codes, which are written in hexadecimal.
+    /// Whether its values are codes, to be written in hexadecimal.
     pub(crate) is_hex: bool,
     pub(crate) kind: NewtypeKind<'a>,
 }
 
-/// What the values of a newtype are. Names of members stand beside them, in their order.
+/// The kind of a newtype, with the names of its members in order.
 #[derive(Debug)]
 pub(crate) enum NewtypeKind<'a> {
     Enumeration { enumeration: &'a Enumeration, values: Vec<(String, usize, i128)> },
@@ -43,11 +43,11 @@ enum Sort {
 
 type Key<'a> = (Sort, &'a str, DataType);
 
-/// Names that a newtype's own members must leave free.
+/// Names that members of a newtype must not take.
 const RESERVED: &[&str] =
     &["BITS", "NAMES", "UNITS", "as_ref", "deref", "hash", "index", "len", "name", "neg", "new", "not"];
 
-/// The types that entries use, and which entry uses which.
+/// The types that entries use, and the type of each entry.
 pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Vec<Newtype<'a>>, Types) {
     let used = uses(device);
     let keys: BTreeSet<Key<'a>> = used.values().copied().collect();
@@ -67,10 +67,10 @@ pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Ve
     (newtypes, types)
 }
 
-/// What a data type cannot be, the reader has reported.
+/// Uses on a data type that cannot carry the meaning were reported by the reader.
 fn uses(device: &Device) -> BTreeMap<(u16, u8), Key<'_>> {
     let mut uses = BTreeMap::new();
-    // A parameter of another interface has the meaning of its object, or, with index 0, one of its own.
+    // A parameter of another interface has the meaning of its object; without an object (index 0), it has its own.
     let without_object = device.parameters().filter(|parameter| parameter.object().is_none());
     for entry in device.entries().chain(without_object.map(|parameter| &parameter.entry)) {
         let (sort, name, known) = match &entry.meaning {
@@ -127,7 +127,8 @@ fn newtype<'a>(
     Some(Newtype { ident: String::new(), claim, name, data_type, description, is_hex, kind })
 }
 
-/// One meaning on several data types is several types: that of the lowest address has the bare name.
+/// A meaning that is used on several data types becomes several types; the one with the lowest address gets the bare
+/// name.
 fn claim((sort, name, data_type): Key<'_>, is_first: bool, span: Span) -> Claim {
     let suffix = match sort {
         Sort::Enumeration => "values",
@@ -150,7 +151,7 @@ fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnos
         .filter_map(|(row, value)| {
             match fitting(&Value::Integer(value.value), data_type) {
                 Some(Number::Integer(number)) => Some((row, number)),
-                // The reader has reported it.
+                // Reported by the reader.
                 _ => None,
             }
         })
@@ -166,7 +167,7 @@ fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnos
 }
 
 fn fields(field: &BitField, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize)> {
-    // Values that do not fit were reported when the data sheet was read.
+    // Fields that do not fit were reported by the reader.
     let fits = |&(_, bits): &(usize, &Named<Bits>)| {
         bits.value.low <= bits.value.high && Some(bits.value.high) < data_type.bits()
     };
@@ -185,14 +186,14 @@ fn methods(quantity: &Quantity, findings: &mut Diagnostics) -> Vec<String> {
     resolve("unit", "from", &claims, findings)
 }
 
-/// Names that each have a companion: `with_mode` beside `mode`, whose names are taken as well.
+/// Resolves names that each have a companion, `with_mode` for `mode`; the companions' names are taken, too.
 fn resolve(what: &str, companion: &str, claims: &[Claim], findings: &mut Diagnostics) -> Vec<String> {
     let companions: Vec<String> = claims.iter().map(|claim| self::companion(companion, &claim.wanted)).collect();
     let reserved: Vec<&str> = RESERVED.iter().copied().chain(companions.iter().map(String::as_str)).collect();
     scope::resolve(what, &reserved, claims, findings)
 }
 
-/// The name of the companion of `name`: without the underscores that a keyword or a digit asked for.
+/// The companion of `name`, without underscores that were added for a keyword or a digit.
 pub(crate) fn companion(prefix: &str, name: &str) -> String {
     format!("{prefix}_{}", name.trim_matches('_'))
 }

@@ -1,4 +1,4 @@
-//! The shape of each object: a constant, an array, or a record with one function per member.
+//! How each object is generated: as a constant, an array, or a record with one function per member.
 
 use lexican_eds::Diagnostics;
 use lexican_eds::model::number::{Number, fits_every_node, fitting};
@@ -10,11 +10,10 @@ use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};
 
-/// Names that the members of a record must leave free: what the handle of an array has, and what clippy
-/// expects to be a method of a trait of `core` (`should_implement_trait`).
+/// Names that members of a record must not take: methods of the array handle, and names that clippy expects to be
+/// methods of traits in `core` (`should_implement_trait`).
 const RESERVED: &[&str] = &["at", "into_iter", "iter", "neg", "new", "not"];
 
-/// One object.
 #[derive(Debug)]
 pub(crate) struct Item<'a> {
     pub(crate) object: &'a Object,
@@ -22,16 +21,15 @@ pub(crate) struct Item<'a> {
     pub(crate) shape: Shape<'a>,
 }
 
-/// How an object is generated.
 #[derive(Debug)]
 pub(crate) enum Shape<'a> {
     Variable(Handle<'a>),
-    /// Elements that differ in nothing but their sub-index, and in what a DCF configures.
+    /// Elements that differ only in sub-index and configured value.
     Array {
         count: Handle<'a>,
         elements: Vec<Handle<'a>>,
     },
-    /// Members by sub-index; `ident` is the type's.
+    /// Members by sub-index; `ident` is the name of the record's type.
     Record {
         ident: String,
         members: Vec<Handle<'a>>,
@@ -41,28 +39,28 @@ pub(crate) enum Shape<'a> {
 /// One entry.
 #[derive(Clone, Debug)]
 pub(crate) struct Handle<'a> {
-    /// Of a record's member.
+    /// The name of a record's member; empty otherwise.
     pub(crate) ident: String,
     pub(crate) entry: &'a Entry,
     pub(crate) r#type: Type,
     pub(crate) access: Access,
     pub(crate) mapping: Mapping,
-    /// The default, when the type has values.
+    /// The default; `None` if the type is none with values.
     pub(crate) default: Option<Default>,
-    /// What a DCF configures instead of the default.
+    /// The value that a DCF configures instead of the default.
     pub(crate) configured: Option<Default>,
-    /// The limits, unless they are those of the data type.
+    /// The limits; `None` if they are those of the data type.
     pub(crate) limits: Option<(Number, Number)>,
 }
 
-/// What a new device holds.
+/// The initial value of an entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Default {
     Number(Number),
     NodeIdPlus(i64),
 }
 
-/// The access markers of the runtime.
+/// The runtime's access markers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     Ro,
@@ -71,7 +69,7 @@ pub(crate) enum Access {
     Const,
 }
 
-/// The mapping markers of the runtime.
+/// The runtime's mapping markers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mapping {
     Unmapped,
@@ -85,7 +83,8 @@ impl Item<'_> {
         Claim::new(&self.object.name, Case::Shouty, address_suffix(self.object, None), self.object.span)
     }
 
-    /// Users do not write the name of a record's type, so it leaves the plain names to types of the overlay.
+    /// A record's type is seldom named by users, so its name ends in `Record` and leaves plain names to types of the
+    /// overlay.
     pub(crate) fn record_claim(&self) -> Option<Claim> {
         let Shape::Record { .. } = self.shape else { return None };
         let suffix = address_suffix(self.object, None);
@@ -212,8 +211,8 @@ fn extremes(data_type: DataType) -> (Number, Number) {
     }
 }
 
-/// Whether the elements differ only in their number, in values and in words: elements with names of their own are used
-/// like the members of a record.
+/// Whether the elements differ only in number, value and description. Elements with individual names become members of
+/// a record.
 fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
     let Some(first) = elements.first() else { return false };
     let is_counter = count.entry.sub == 0 && count.entry.data_type == DataType::Unsigned8;
@@ -231,7 +230,7 @@ fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
     is_counter && subs.eq(1..=elements.len() as u8) && elements.iter().all(alike)
 }
 
-/// Whether the names are equal but for numbers (`Entry 3`, `Entry 0A`).
+/// Whether two names differ only in numbers (`Entry 3`, `Entry 0A`).
 fn has_same_words(a: &Entry, b: &Entry) -> bool {
     fn words(entry: &Entry) -> impl Iterator<Item = &str> {
         let numbers = [format!("{:x}", entry.sub), format!("{:02x}", entry.sub)];

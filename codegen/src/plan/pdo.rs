@@ -1,4 +1,4 @@
-//! PDOs with a default mapping, as structs.
+//! PDOs with a default mapping; each becomes a struct.
 
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Direction, Entry, Mapped, Object, Pdo};
@@ -8,7 +8,7 @@ use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};
 
-/// Names that the fields must leave free: none collides with a method, but `self` is none.
+/// The fields may take any name: all methods of the struct take `self`, so none collides with a field.
 const RESERVED: &[&str] = &[];
 
 #[derive(Debug)]
@@ -18,16 +18,16 @@ pub(crate) struct PdoItem<'a> {
     pub(crate) fields: Vec<Field<'a>>,
 }
 
-/// A mapped object that is no placeholder.
+/// A mapped object, not a placeholder.
 #[derive(Debug)]
 pub(crate) struct Field<'a> {
     pub(crate) ident: String,
-    /// `None`: the bare bits.
+    /// `None` for bare bits.
     pub(crate) r#type: Option<Type>,
     pub(crate) mapped: Mapped,
-    /// Its lowest bit in the PDO.
+    /// The lowest bit in the PDO.
     pub(crate) low: u8,
-    /// In the words of the data sheet, when it describes the object.
+    /// The name in the data sheet, if that describes the object.
     pub(crate) name: Option<&'a str>,
 }
 
@@ -48,7 +48,7 @@ fn item<'a>(device: &'a Device, pdo: &'a Pdo, types: &Types, findings: &mut Diag
     let mut fields = Vec::new();
     let mut claims = Vec::new();
     for &mapped in &pdo.mapping {
-        // An index of the data type area is a placeholder (CiA 301, 7.4.7.1).
+        // A data type as mapped object is a placeholder (CiA 301, 7.4.7.1).
         if mapped.index >= 0x0020 {
             let found = find(device, mapped);
             let typed = found.filter(|(_, entry)| has_values(entry.data_type));

@@ -10,18 +10,18 @@ use lexican_eds::types::{Class, DataType};
 pub(crate) enum Type {
     /// A data type of CiA 301.
     Plain(DataType),
-    /// A row of [`Plan::newtypes`](super::Plan::newtypes).
+    /// The position in [`Plan::newtypes`](super::Plan::newtypes).
     Newtype(usize),
 }
 
-/// Which type each entry has that an overlay gives a meaning.
+/// The types of entries to which an overlay gives a meaning, by address.
 pub(crate) type Types = BTreeMap<(u16, u8), Type>;
 
 pub(crate) fn type_of(entry: &Entry, types: &Types) -> Type {
     types.get(&(entry.index, entry.sub)).copied().unwrap_or(Type::Plain(entry.data_type))
 }
 
-/// Whether the type holds values of a fixed size.
+/// Whether values of the type have a fixed size.
 pub(crate) fn has_values(data_type: DataType) -> bool {
     !matches!(data_type.class(), Class::Text | Class::Bytes | Class::Other)
 }
