@@ -1,4 +1,4 @@
-//! The data sheet of a device: in a file, or of a device of the library.
+//! Data sheets, from a file or from the device library.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,46 +10,46 @@ use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, library};
 use crate::text::files::{ReadError, read};
 use crate::text::similarity::similarity;
 
-/// A device as its data sheet describes it, and the findings about that.
+/// A device as described by its data sheet, with the findings about it.
 #[derive(Clone, Debug)]
 pub struct DataSheet {
     /// The texts: the data sheet and its overlays.
     pub input: Input,
     /// What they describe.
     pub device: Device,
-    /// What is wrong with them. A data sheet with [errors](DataSheet::errors) is used as far as it can be read, and its user
-    /// says so.
+    /// The findings. A data sheet with [errors](DataSheet::errors) is still used as far as it could be read; the user
+    /// is told so.
     pub diagnostics: Diagnostics,
-    /// The device of the library that it is, if it came from there.
+    /// The id of the device in the library, if it is from there.
     pub library: Option<&'static str>,
 }
 
-/// Why there is no data sheet.
+/// Why there is no usable data sheet.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DataSheetError {
-    /// A file that is there cannot be read.
+    /// The file exists, but cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The name is that of a file, which is not there, and of no known device.
+    /// The name looks like that of a file, which does not exist, and no known device has it.
     #[error("{error}")]
     NoFile {
-        /// The name.
+        /// As given.
         name: String,
-        /// Why it cannot be read.
+        /// From looking for the file.
         #[source]
         error: ReadError,
     },
     /// Neither a file nor a known device has this name.
     #[error("no file and no known device is called {name:?}")]
     Unknown {
-        /// The name.
+        /// As given.
         name: String,
     },
-    /// The text describes nothing.
+    /// The text describes no object.
     #[error("{}:1:1: the file describes no object", sheet.input.eds.name())]
     NoObject {
-        /// The text, and the findings about it.
+        /// The text with its findings.
         sheet: Box<DataSheet>,
     },
 }
@@ -70,49 +70,49 @@ impl DataSheetError {
 }
 
 impl DataSheet {
-    /// What a text describes, which may be nothing.
+    /// Reads the texts; the device may turn out to have no object.
     #[must_use]
     pub fn parse(input: Input) -> Self {
         let (device, diagnostics) = lexican_eds::load(&input);
         DataSheet { input, device, diagnostics, library: None }
     }
 
-    /// A text that describes a device.
+    /// Reads the texts. Errors: [`DataSheetError::NoObject`] if the device has no object.
     pub fn new(input: Input) -> Result<Self, DataSheetError> {
         let sheet = DataSheet::parse(input);
         if sheet.device.objects.is_empty() { Err(DataSheetError::NoObject { sheet: sheet.into() }) } else { Ok(sheet) }
     }
 
-    /// The data sheet of this name, which is that of a file or else of a device of the library, with overlays from files.
-    /// [`recognise`](crate::node::identity::recognise) has the names of devices that are known by their identity.
+    /// Loads the data sheet with this name, of a file or else of the library, with overlays from files. The name may
+    /// also be one that [`recognise`](crate::node::identity::recognise) returns.
     pub fn load(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
         let (input, library) = find_known(name)?;
         let sheet = DataSheet::new(with_overlays(input, overlays)?)?;
         Ok(DataSheet { library, ..sheet })
     }
 
-    /// As [`load`](DataSheet::load), without looking for what is wrong.
+    /// As [`load`](DataSheet::load), but without applying rules.
     pub fn load_unjudged(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
         let (input, library) = find_known(name)?;
         let input = with_overlays(input, overlays)?;
         let device = lexican_eds::device(&input);
         let sheet = DataSheet { device, diagnostics: Diagnostics::default(), library, input };
-        // Why it describes nothing is among the findings.
+        // If it has no object, load it with findings, which say why.
         if sheet.device.objects.is_empty() { DataSheet::new(sheet.input) } else { Ok(sheet) }
     }
 
-    /// The findings because of which part of it could not be read.
+    /// The findings that are errors: something could not be read.
     pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.severity == Severity::Error)
     }
 }
 
-/// The texts of this name: a file, else a device of the library.
+/// The texts with this name, from a file or else from the library.
 pub fn find(name: &str) -> Result<Input, DataSheetError> {
     find_known(name).map(|(input, _)| input)
 }
 
-/// [`find`], and which device of the library it is, if it is one.
+/// As [`find`], with the id of the device if it is from the library.
 pub fn find_known(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
     let path = Path::new(name);
     if path.is_file() {
@@ -127,13 +127,13 @@ pub fn find_known(name: &str) -> Result<(Input, Option<&'static str>), DataSheet
     }
 }
 
-/// The texts of a device of the library.
+/// The texts of a device in the library, with its id.
 pub fn find_shipped(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
     let shipped = library::find(name).ok_or_else(|| DataSheetError::Unknown { name: name.to_owned() })?;
     Ok((shipped.input(), Some(shipped.id)))
 }
 
-/// The name of a device in a file: a data sheet in the folder of the file, else a device that lexican knows.
+/// A name as another file gives it: a data sheet in the folder of that file, or else a device of the library.
 #[must_use]
 pub fn beside(folder: &Path, name: &str) -> String {
     let path = folder.join(name);
@@ -145,7 +145,7 @@ pub fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input, ReadEr
     overlays.iter().try_fold(input, |input, path| Ok(input.overlay(read(path)?)))
 }
 
-/// Why a name is not that of a file that could be read.
+/// The error for a name that is not a readable file.
 fn no_file(path: &Path) -> io::Error {
     match std::fs::metadata(path) {
         Ok(data) if data.is_dir() => io::ErrorKind::IsADirectory.into(),
@@ -159,7 +159,7 @@ fn looks_like_a_file(path: &Path) -> bool {
     path.exists() || Format::of(path).is_some() || extension == "txt" || path.is_absolute()
 }
 
-/// Suggests similar names, the most similar first.
+/// A hint with similar names, the most similar first.
 fn similar(name: &str) -> String {
     let similarity = |shipped: &library::Shipped| {
         let names = shipped.names.iter().copied().chain([shipped.id]).chain(shipped.id.split('/'));

@@ -1,6 +1,7 @@
-//! A device in the place of one that has failed: found, given its node-ID, checked, restored, its protection tested, and compared.
+//! Replaces a failed device: finds the new one, gives it the node-ID, checks and restores it, tests its protection,
+//! compares.
 //!
-//! What has been done is seen of the device and kept nowhere else, so [`replace`] that was interrupted anywhere is called again.
+//! The progress shows in the device and is stored nowhere else, so if [`replace`] was interrupted, call it again.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -35,51 +36,51 @@ use crate::values::wire::written;
 const BOOTING: Duration = Duration::from_millis(10_000);
 /// How long a device may take to answer.
 const ANSWERING: Duration = Duration::from_millis(300);
-/// How long a device hears its manager before that falls silent.
+/// How long a device receives the heartbeat of its manager before that stops.
 const HEARING: Duration = Duration::from_millis(1_000);
-/// The error code of a device that misses its manager (CiA 301, table 26).
+/// The error code for a missing heartbeat or guarding (CiA 301, table 26).
 const MISSED: u16 = 0x8130;
-/// How often a drive is asked for its state.
+/// The interval of reading a drive's state.
 const LOOK: Duration = Duration::from_millis(20);
 const CONTROL_WORD: Address = Address::new(0x6040, 0);
 const STATUS_WORD: Address = Address::new(0x6041, 0);
 const READY: Option<State> = Some(State::ReadyToSwitchOn);
-/// Storing all parameters.
+/// 1010h:01.
 const STORE: Address = Address::new(cia301::STORE_PARAMETERS, 1);
 
-/// What takes the place of what.
+/// The new device, and what it has to become.
 #[derive(Debug)]
 pub struct Replacement<'a> {
-    /// What the device before it had.
+    /// The backup of the device that it replaces.
     pub archived: &'a ArchivedNode,
-    /// The data sheet by which it is read and written.
+    /// The data sheet, by which it is read and written.
     pub sheet: &'a Device,
-    /// Units and meanings of its values.
+    /// Overlays with units and meanings of its values.
     pub overlays: &'a [Source],
-    /// What the machine wants it to say of itself (1018h).
+    /// The identity (1018h) that the machine requires of it.
     pub identity: Identity,
-    /// The node-IDs of the other nodes of the machine, and of its manager.
+    /// The node-IDs of the machine's other nodes and of its manager.
     pub others: Vec<NodeId>,
     /// How the machine boots it.
     pub assignment: Assignment<Vec<u8>>,
-    /// By what it notices that its manager is gone.
+    /// How it notices that its manager is gone; `None` if it does not watch the manager.
     pub watched: Option<Watched>,
-    /// The times of LSS.
+    /// The times for LSS.
     pub times: Times,
-    /// Also a device of another vendor or product.
+    /// Whether a device of another vendor or product is accepted.
     pub force: bool,
 }
 
-/// By what a device notices that its manager is gone.
+/// How a device notices that its manager is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watched {
-    /// The node-ID under which the manager sends heartbeats, and their period; none for a device that is guarded.
+    /// The manager's node-ID and heartbeat period; `None` if the device is guarded instead.
     pub heartbeat: Option<(NodeId, Duration)>,
-    /// How soon it has to notice.
+    /// The time within which it has to notice.
     pub within: Duration,
 }
 
-/// What has been done.
+/// A step that has been done.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum Step {
@@ -122,7 +123,7 @@ impl fmt::Display for Step {
     }
 }
 
-/// Why a device has not taken the place.
+/// Why a replacement failed.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the words of an error say what it is")]
 pub enum ReplaceError {
@@ -163,7 +164,7 @@ impl From<LinkError> for ReplaceError {
 }
 
 impl ReplaceError {
-    /// What to do about it. Then the replacement is begun again, and goes on.
+    /// What to do about it before calling [`replace`] again, which then continues.
     #[must_use]
     pub const fn remedy(&self) -> &'static str {
         match self {
@@ -183,19 +184,19 @@ impl ReplaceError {
     }
 }
 
-/// What happens meanwhile.
+/// What a replacement reports.
 #[derive(Debug)]
 pub enum Replacing<'a> {
     /// A step has been done.
     Done(&'a Step),
-    /// Parameters are read or written.
+    /// Parameters are being read or written.
     At(Progress<'a>),
 }
 
-/// Gets what happens; the replacement ends at a [`ControlFlow::Break`].
+/// Gets reports; [`ControlFlow::Break`] ends the replacement.
 pub type OnReplacing<'a> = &'a mut dyn FnMut(Replacing<'_>) -> ControlFlow<()>;
 
-/// Lets a device take the place of the one before. After an error it can be called again.
+/// Makes the new device take the place of the failed one. After an error, it can be called again and continues.
 pub fn replace<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<(), ReplaceError> {
     find(link, of, see)?;
     configure(link, of, see)?;
@@ -216,13 +217,13 @@ impl Replacement<'_> {
         self.archived.node
     }
 
-    /// Whether a device is of the kind of the one before.
+    /// Whether a device has the vendor-ID and product code of the one that it replaces.
     fn is_kind(&self, vendor: Option<u32>, product: Option<u32>) -> bool {
         (vendor, product) == (self.archived.identity[0], self.archived.identity[1])
     }
 }
 
-/// Finds the device, and gives it its node-ID.
+/// Finds the device and gives it its node-ID.
 fn find<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<(), ReplaceError> {
     if is_present(link, of, see)? {
         return Ok(());
@@ -233,7 +234,7 @@ fn find<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Re
     unconfigured.retain(|it| of.force || of.is_kind(Some(it.vendor), Some(it.product)));
     let (identity, before) = match unconfigured.as_slice() {
         [identity] => (*identity, None),
-        // One that had been told its node-ID has it since the session.
+        // A device that was given its node-ID in an earlier run may start to use it only after the session.
         [] if is_present(link, of, see)? => return Ok(()),
         [] => stranger(link, of)?,
         several => return Err(ReplaceError::Several(several.len())),
@@ -252,7 +253,7 @@ fn by_lss(identity: Identity) -> lss::Identity {
     lss::Identity { vendor, product, revision, serial }
 }
 
-/// Whether a device answers at the node-ID.
+/// Whether a device answers at the node-ID; if so, has it store the node-ID.
 fn is_present<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<bool, ReplaceError> {
     if answering(link, &[of.node()])?.is_empty() {
         return Ok(false);
@@ -260,14 +261,14 @@ fn is_present<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>)
     let identity = read_identity(&mut RemoteNode::new(&mut network(link)?, of.node()))?;
     let is_the_same = identity[3].is_some_and(|serial| serial != 0) && identity == of.archived.identity;
     done(see, &Step::Present { identity, is_the_same })?;
-    // It may have got its node-ID, and not have stored it yet.
+    // An earlier run may have given it the node-ID without storing it.
     match Session::run(&mut *link, of.times, |session| session.name(by_lss(identity), of.node(), true)) {
         Ok(_) | Err(Trouble::Refused(_)) => Ok(true),
         Err(trouble) => Err(trouble.into()),
     }
 }
 
-/// The only device of the kind that is none of the machine: the identity that LSS selects it by, and its node-ID.
+/// The only device of this product that does not belong to the machine: its identity for LSS, and its node-ID.
 fn stranger<L: Link>(link: &mut L, of: &Replacement<'_>) -> Result<(lss::Identity, Option<NodeId>), ReplaceError> {
     let nodes = (1..=127).filter_map(NodeId::new).filter(|node| *node != of.node() && !of.others.contains(node));
     let mut found = Vec::new();
@@ -284,13 +285,13 @@ fn stranger<L: Link>(link: &mut L, of: &Replacement<'_>) -> Result<(lss::Identit
     }
 }
 
-/// A network on a link of which something else has chosen the frames.
+/// A network on a link without a filter, which an LSS session may have set.
 fn network<L: Link>(link: &mut L) -> Result<Network<&mut L>, LinkError> {
     link.listen_to(&[])?;
     Ok(Network::new(link))
 }
 
-/// Which of some node-IDs answer SDO.
+/// Those of the node-IDs that respond to SDO.
 fn answering<L: Link>(link: &mut L, nodes: &[NodeId]) -> Result<Vec<NodeId>, LinkError> {
     let device_type = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) };
     link.listen_to(&[])?;
@@ -310,7 +311,7 @@ fn answering<L: Link>(link: &mut L, nodes: &[NodeId]) -> Result<Vec<NodeId>, Lin
     Ok(answering)
 }
 
-/// Checks what the device is, and writes what differs.
+/// Checks the identity of the device, and writes parameters that differ.
 fn configure<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<(), ReplaceError> {
     let mut network = network(link)?;
     let mut node = RemoteNode::new(&mut network, of.node());
@@ -333,7 +334,7 @@ fn configure<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) 
     done(see, &Step::Restored { written, equal, stored })
 }
 
-/// Writes what differs, and lets the device store it, if it can.
+/// Writes parameters that differ, and has the device store them if it can.
 fn write<L: Link>(
     node: &mut RemoteNode<'_, L>,
     of: &Replacement<'_>,
@@ -350,7 +351,7 @@ fn has_store(of: &Replacement<'_>) -> bool {
     of.sheet.entry(STORE.index(), STORE.sub()).is_some()
 }
 
-/// Resets the device; whether it boots. It has then what it keeps.
+/// Resets the device and returns whether it boots; then it has only what it has stored.
 fn boots<L: Link>(link: &mut L, of: &Replacement<'_>) -> Result<bool, ReplaceError> {
     let mut network = network(link)?;
     network.command(NmtCommand::ResetNode, Some(of.node()))?;
@@ -358,7 +359,7 @@ fn boots<L: Link>(link: &mut L, of: &Replacement<'_>) -> Result<bool, ReplaceErr
     Ok(network.wait_for(BOOTING, is_boot_up)?.is_some())
 }
 
-/// Reads all that can be read, and compares it with the backup.
+/// Reads everything that can be read, and compares it with the backup.
 fn prove<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<(), ReplaceError> {
     let mut network = network(link)?;
     let mut node = RemoteNode::new(&mut network, of.node());
@@ -380,7 +381,7 @@ fn prove<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> R
     }
 }
 
-/// Boots the device as the machine does, falls silent, and waits for it to notice.
+/// Boots the device as the machine does, stops the heartbeat or guarding, and waits for the device to notice.
 fn protect<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) -> Result<(), ReplaceError> {
     let Some(watched) = of.watched else {
         return done(see, &Step::Untested("by the machine, it does not watch its manager"));
@@ -393,14 +394,15 @@ fn protect<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) ->
     }
     let mut plan = host::Plan::new(OnLoss::ResetNode);
     let mut assignment = of.assignment.clone();
-    // The other nodes are not reset for it.
+    // Leave the other nodes running.
     (assignment.mandatory, assignment.plan.keep_alive) = (true, true);
     plan.assign(node, assignment).expect("there is room for one node");
     network.boot(plan, BOOTING, |_| {}).map_err(|error| match error {
         BootNetworkError::Link(error) => error.into(),
         BootNetworkError::NotReady(error) => ReplaceError::NotBooted(error.to_string()),
     })?;
-    // A drive without power is not moved by it, and some show nothing else of what they notice.
+    // A drive without power cannot move by being enabled, and the state is the only sign of some drives that they have
+    // noticed.
     let is_drive = role(of.sheet, CONTROL_WORD.index(), CONTROL_WORD.sub()) == Some(Role::Command);
     let shutdown = written(Some(of.sheet), vec![0x06, 0x00]);
     let is_ready =
@@ -423,14 +425,14 @@ fn protect<L: Link>(link: &mut L, of: &Replacement<'_>, see: OnReplacing<'_>) ->
     done(see, &noticed?)
 }
 
-/// The state of a drive; `None` if it does not say.
+/// The state of a drive; `None` if its status word encodes none.
 fn state<L: Link>(link: &mut L, node: NodeId) -> Result<Option<State>, Ended> {
     let read = RemoteNode::new(&mut network(link)?, node).read(STATUS_WORD)?.ok();
     let word = read.and_then(|data| Some(u16::from_le_bytes([*data.first()?, *data.get(1)?])));
     Ok(word.and_then(State::from_status_word))
 }
 
-/// Whether a device notices that nobody watches it any more. A drive that `is_ready` to be switched on leaves that state.
+/// Whether a device notices that its manager is gone. A drive that `is_ready` to switch on leaves that state.
 fn notices<L: Link>(
     link: &mut L,
     node: NodeId,

@@ -1,4 +1,4 @@
-//! What is new on a bus: frames that only repeat the one before are left out.
+//! What is new on a bus: leaves out frames that only repeat the one before.
 
 use std::collections::BTreeMap;
 
@@ -23,8 +23,8 @@ struct Last {
 }
 
 impl Changes {
-    /// Handles a frame; returns what is new in it: of a PDO the values that differ from those of the one before, of other
-    /// frames all or nothing.
+    /// Handles a frame, and returns what is new in it: for a PDO, the values that differ from the last ones; for other
+    /// frames, everything or nothing.
     pub fn observe(&mut self, frame: &Frame, decoded: Decoded) -> Option<Decoded> {
         let fields = match &decoded.detail {
             Detail::Pdo(pdo) => pdo.fields.clone(),
@@ -39,14 +39,14 @@ impl Changes {
             Detail::Pdo(mut pdo) if !pdo.fields.is_empty() && !before.fields.is_empty() => {
                 pdo.fields.retain(|field| !before.fields.contains(field));
                 let text = pdo.fields.iter().map(ValueReport::brief).collect::<Vec<_>>().join(", ");
-                // Bits that belong to no entry may differ.
+                // Bits outside of all entries may differ even so.
                 (!pdo.fields.is_empty()).then_some(Decoded { text, detail: Detail::Pdo(pdo), ..decoded })
             }
             _ => Some(decoded),
         }
     }
 
-    /// Handles a transfer; returns whether it carried another value, or ended otherwise, than the one before of the entry.
+    /// Handles a transfer; returns whether its value or its end differs from the last transfer of the entry.
     pub fn observe_transfer(&mut self, transfer: &Transfer) -> bool {
         let Some(report) = &transfer.report else { return true };
         let outcome = format!("{:?} {:?}", transfer.end, report.text);

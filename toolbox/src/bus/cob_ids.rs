@@ -1,4 +1,4 @@
-//! COB-IDs as people write them.
+//! COB-IDs in the notation of users.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -40,7 +40,7 @@ fn cob_id(word: &str) -> Option<CobId> {
     }
 }
 
-/// A text names no identifiers.
+/// The text does not name COB-IDs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` names no identifiers; write 185,280-28F in hexadecimal, with eight digits for extended ones")]
 pub struct InvalidIds {

@@ -1,4 +1,4 @@
-//! Which frames to show.
+//! Filters: which frames to show.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,21 +13,21 @@ use crate::decode::{Decoded, Detail, Service};
 use crate::values::lookup::same_name;
 use crate::values::report::ValueReport;
 
-/// Which frames to show: those that fulfil each condition. A condition of several values is fulfilled by any of them, one
-/// without values by all frames.
+/// A filter for frames. A frame must meet all conditions; a condition with several values is met by any of them, one
+/// without values by every frame.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
-    /// The node that sends or receives it; broadcasts belong to none.
+    /// The node that sends or receives the frame; broadcasts have none.
     pub nodes: Vec<NodeId>,
     /// The protocol.
     pub services: Vec<ServiceFilter>,
-    /// A protocol that is not shown.
+    /// Protocols to hide.
     pub without: Vec<ServiceFilter>,
-    /// An object whose value it carries, or whose transfer it belongs to.
+    /// Objects: a frame carries the value of one, or belongs to its transfer.
     pub objects: Vec<String>,
     /// The COB-ID.
     pub ids: Option<CobIds>,
-    /// What its text contains, in upper or lower case.
+    /// Texts that the frame's text contains, in upper or lower case.
     pub texts: Vec<String>,
 }
 
@@ -48,9 +48,9 @@ impl Filter {
         self.accepts(Some(transfer.node), Service::Sdo, &ids, is_object, || transfer.to_string())
     }
 
-    /// Whether a frame is shown whose content was not kept, but the entries that it carries and its name and text.
+    /// Whether a frame is shown of which only entries, name and text are known.
     ///
-    /// Objects are compared by their addresses, and by the names in its text.
+    /// Objects are compared by address, or by name in the text.
     #[must_use]
     pub fn matches_words(
         &self,
@@ -96,7 +96,7 @@ fn reports(detail: &Detail) -> &[ValueReport] {
     }
 }
 
-/// Whether an entry is the one that people call so: by its address, the index of its object, or its name.
+/// Whether a text means this entry: by its address, the index of its object, or its name.
 fn is_object(report: &ValueReport, text: &str) -> bool {
     is_address(report.address, text)
         || [&report.name, &report.entry].into_iter().flatten().any(|name| same_name(name, text))
@@ -110,11 +110,11 @@ fn is_address(address: Address, text: &str) -> bool {
     wanted.eq_ignore_ascii_case(&address) || wanted.eq_ignore_ascii_case(index)
 }
 
-/// A protocol, or several that belong together.
+/// A protocol, or a group of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ServiceFilter(usize);
 
-/// The words, and what they stand for.
+/// The words of users, and the protocols that they stand for.
 const SERVICES: &[(&str, &[Service])] = &[
     ("nmt", &[Service::Nmt]),
     ("sync", &[Service::Sync]),
@@ -160,7 +160,7 @@ mod tests {
     use crate::samples;
     use lexican_runtime::host::candump::Line;
 
-    /// The frames of a bus that a filter shows.
+    /// Checks which frames of a sample bus a filter shows.
     #[track_caller]
     fn check(filter: &Filter, expected: &str) {
         let bus = "000#0105 080# 085#2031050000000000 185#3702 185#3702000000 605#4018100100000000 \

@@ -1,4 +1,4 @@
-//! What happens on a bus: which frames are worth a look, what belongs together, and how much there is of it.
+//! A bus as a whole: filters, changes, SDO transfers, statistics.
 
 pub mod changes;
 pub mod cob_ids;

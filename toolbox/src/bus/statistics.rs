@@ -1,4 +1,4 @@
-//! What a bus carries, by numbers: load, rates and jitter by COB-ID, nodes that fell silent, response times.
+//! Statistics of a bus: load, rates and jitter by COB-ID, silent nodes, response times.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,13 +10,13 @@ use serde::Serialize;
 
 use crate::decode::{Decoded, Detail, Side};
 
-/// The span over which the present load and rate are counted.
+/// Current load and rate are counted over this span.
 const WINDOW: Duration = Duration::from_secs(1);
 
-/// Counts the frames of a bus. Its memory is bounded by the number of COB-IDs.
+/// Counts the frames of a bus. Memory is bounded by the number of COB-IDs.
 #[derive(Debug, Default)]
 pub struct Statistics {
-    /// Bits per second.
+    /// In bits per second; `None` if unknown.
     bit_rate: Option<u32>,
     began: Option<Instant>,
     last: Instant,
@@ -32,7 +32,7 @@ pub struct Statistics {
 /// The most changes of the bus's state that are kept.
 const MAX_STATES: usize = 64;
 
-/// The frames of the second that runs, of the one before, and the most in any.
+/// The frames of the current second, of the one before, and the most in any second.
 #[derive(Debug, Default)]
 struct Window {
     began: Instant,
@@ -84,13 +84,13 @@ struct Node {
     answers: Gaps,
 }
 
-/// The shortest, the longest and the mean of spans of time, and how they spread.
+/// The shortest, longest and mean interval, and its deviation.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gaps {
     count: u64,
     shortest: Duration,
     longest: Duration,
-    /// In seconds: mean and sum of squared distances, as Welford's method updates them.
+    /// In seconds: the mean, and the sum of squared deviations, by Welford's method.
     mean: f64,
     squares: f64,
 }
@@ -118,7 +118,7 @@ impl Gaps {
 }
 
 impl Statistics {
-    /// Statistics of a bus with this bit rate in bits per second; without one its load is not known.
+    /// Statistics of a bus; `bit_rate` is in bits per second. The load is unknown without it.
     #[must_use]
     pub fn new(bit_rate: Option<u32>) -> Self {
         Statistics { bit_rate, ..Statistics::default() }
@@ -152,7 +152,7 @@ impl Statistics {
     fn observe_node(&mut self, at: Instant, decoded: &Decoded) {
         let Some(node) = decoded.node else { return };
         if !decoded.is_from_node() {
-            // A node that was only asked has not been heard.
+            // A request to a node does not show that the node is alive.
             if let (Detail::Sdo(sdo), Some(node)) = (&decoded.detail, self.nodes.get_mut(&node)) {
                 node.asked = Some(at);
                 node.aborts += u32::from(sdo.abort.is_some());
@@ -186,12 +186,12 @@ impl Statistics {
         }
     }
 
-    /// Frames were received by the machine, but not by us.
+    /// Counts frames that the machine received but we lost.
     pub fn miss(&mut self, frames: u32) {
         self.missing += u64::from(frames);
     }
 
-    /// The bus is in another state.
+    /// Notes a change of the bus's state.
     pub fn change_state(&mut self, at: Instant, state: BusState) {
         if self.states.len() < MAX_STATES {
             self.states.push((at, state));
@@ -243,7 +243,7 @@ impl Id {
 impl Node {
     fn report(&self, id: NodeId, now: Instant) -> NodeReport {
         let is_silent = self.beat.is_some_and(|beat| {
-            // Two heartbeats are missing; of a node with one heartbeat the time is unknown.
+            // Two heartbeats are missing. After a single heartbeat the period is unknown.
             self.beats.count > 0 && now.since(beat).as_secs_f64() > self.beats.mean * 2.5
         });
         NodeReport {
@@ -263,27 +263,27 @@ impl Node {
 /// The numbers of a bus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// From the first frame.
+    /// Since the first frame.
     pub seconds: f64,
     /// All of them.
     pub frames: u64,
-    /// On average.
+    /// The mean since the first frame.
     pub frames_per_second: f64,
-    /// In the last whole second; until then, so far.
+    /// In the last complete second; at first, in the current one.
     pub frames_last_second: u32,
-    /// The part of the time in which the bus carries bits, on average; unknown without a bit rate.
+    /// The mean share of time in which the bus carries bits; `None` without a bit rate.
     pub load_percent: Option<f64>,
-    /// In the last whole second.
+    /// In the last complete second.
     pub load_percent_last_second: Option<f64>,
     /// In the second with the most bits.
     pub load_percent_peak: Option<f64>,
-    /// They came faster than they were read.
+    /// Frames that were lost because they came faster than they were read.
     pub missing_frames: u64,
     /// Changes of the bus's state, with their times in seconds.
     pub states: Vec<(f64, String)>,
-    /// In ascending order.
+    /// Ascending by COB-ID.
     pub ids: Vec<IdReport>,
-    /// In ascending order: those that were heard.
+    /// The nodes that were heard, ascending.
     pub nodes: Vec<NodeReport>,
 }
 
@@ -294,13 +294,13 @@ pub struct IdReport {
     pub id: String,
     /// `TPDO1`.
     pub name: String,
-    /// Whose it is.
+    /// `None` for broadcasts.
     pub node: Option<u8>,
     /// Their number.
     pub frames: u64,
-    /// On average.
+    /// The mean.
     pub frames_per_second: f64,
-    /// From frame to frame.
+    /// Intervals between frames.
     pub gaps: Option<Spans>,
 }
 
@@ -309,29 +309,29 @@ pub struct IdReport {
 pub struct NodeReport {
     /// Its node-ID.
     pub node: u8,
-    /// By its error control.
+    /// The NMT state by its error control.
     pub state: Option<String>,
-    /// Since when nothing was heard of a node that misses two heartbeats.
+    /// How long a node that misses two heartbeats has been silent; `None` for others.
     pub silent_seconds: Option<f64>,
-    /// From heartbeat to heartbeat.
+    /// Intervals between heartbeats.
     pub heartbeat: Option<Spans>,
     /// The number of boot-up messages.
     pub boot_ups: u32,
-    /// The number of emergency messages, but for those that say that an error is gone.
+    /// The number of emergency messages, except those for "no error" (0000h).
     pub emergencies: u32,
-    /// The last one in words.
+    /// The last one as text.
     pub last_emergency: Option<String>,
-    /// By either side.
+    /// Aborts by client or server.
     pub sdo_aborts: u32,
-    /// From a request to its response.
+    /// Intervals from a request to its response.
     pub sdo_response: Option<Spans>,
 }
 
-/// Spans of time in milliseconds.
+/// Intervals, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Spans {
-    /// Their number.
+    /// The number of intervals.
     pub count: u64,
     pub shortest_ms: f64,
     pub mean_ms: f64,
@@ -346,7 +346,7 @@ mod tests {
     use crate::decode::Decoder;
     use lexican_runtime::host::candump::Line;
 
-    /// The report of a bus as of `now_ms`, of frames with their times in milliseconds.
+    /// The report at `now_ms` of frames with their times in milliseconds.
     fn report(bit_rate: Option<u32>, frames: &[(u64, &str)], now_ms: u64) -> Report {
         let (mut decoder, mut statistics) = (Decoder::new(), Statistics::new(bit_rate));
         for (at, text) in frames {
@@ -358,7 +358,7 @@ mod tests {
 
     #[test]
     fn load_is_bits_by_time() {
-        // 53 bits each, and 100 of them in a second of 125 kbit/s.
+        // 53 bits each, and 100 of them in a second at 125 kbit/s.
         let frames: Vec<_> = (0..200).map(|number| (number * 10, "000#")).collect();
         let report = report(Some(125_000), &frames, 2000);
         let percent = 100.0 * 53.0 * 100.0 / 125_000.0;
@@ -390,7 +390,7 @@ mod tests {
         assert_eq!(node(600).silent_seconds, Some(0.3));
         assert_eq!(node(600).state.as_deref(), Some("OPERATIONAL"));
         assert_eq!(node(600).heartbeat.unwrap().mean_ms, 100.0);
-        // One heartbeat does not say when the next is due.
+        // A single heartbeat does not tell the period.
         assert_eq!(report(None, &beats, 9000).nodes[1].silent_seconds, None);
     }
 

@@ -1,4 +1,4 @@
-//! SDO transfers as one thing, whatever number of frames they took.
+//! SDO transfers, each put together from its frames.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,7 +10,7 @@ use crate::decode::{Decoded, Detail, Sdo, Side, Step};
 use crate::text::json::{abort, access};
 use crate::values::report::ValueReport;
 
-/// A transfer that has been silent for so long is over: no client waits longer.
+/// A transfer that is silent for this long is over: no client waits longer.
 const FORGOTTEN: Duration = Duration::from_secs(10);
 
 /// Follows the SDO transfers of all nodes.
@@ -19,7 +19,7 @@ pub struct Transfers {
     open: BTreeMap<NodeId, Transfer>,
 }
 
-/// An SDO transfer.
+/// An SDO transfer, from its first frame to its last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transfer {
     /// The server.
@@ -30,11 +30,11 @@ pub struct Transfer {
     pub ended: Instant,
     /// The number of its frames.
     pub frames: u32,
-    /// Whether it is a download, if its beginning was heard.
+    /// Whether it is a download; `None` if its beginning was not heard.
     pub writes: Option<bool>,
     /// `expedited`, `segmented` or `block`.
     pub kind: Option<&'static str>,
-    /// The entry, and its value if all of it was heard.
+    /// The entry, with the value if all of it was heard.
     pub report: Option<ValueReport>,
     /// How it ended.
     pub end: End,
@@ -47,17 +47,17 @@ pub enum End {
     Done,
     /// One side aborted it.
     Aborted {
-        /// Who did.
+        /// The side that aborted.
         by: Side,
-        /// Why.
+        /// The reason.
         code: AbortCode,
     },
-    /// Another one began, or nothing was heard for ten seconds.
+    /// Another transfer began, or there was no frame for ten seconds.
     Unanswered,
 }
 
 impl Transfers {
-    /// Handles a frame; returns the transfer that ended with it. A request that begins another transfer ends the one before.
+    /// Handles a frame; returns the transfer that it ends. A request for a new transfer ends the current one.
     pub fn observe(&mut self, at: Instant, decoded: &Decoded) -> Option<Transfer> {
         let (Detail::Sdo(sdo), Some(node)) = (&decoded.detail, decoded.node) else { return None };
         let unanswered = if begins(sdo) { self.open.remove(&node) } else { None };
@@ -66,12 +66,12 @@ impl Transfers {
         if transfer.end == End::Unanswered { unanswered } else { self.open.remove(&node) }
     }
 
-    /// The transfers that have begun and not ended.
+    /// The transfers that have not ended.
     pub fn open(&self) -> impl Iterator<Item = &Transfer> {
         self.open.values()
     }
 
-    /// A transfer of which nothing was heard for ten seconds.
+    /// Ends a transfer without frames for ten seconds; returns it.
     pub fn forget(&mut self, now: Instant) -> Option<Transfer> {
         let (node, _) = self.open.iter().find(|(_, transfer)| now.since(transfer.ended) >= FORGOTTEN)?;
         let node = *node;
@@ -79,7 +79,7 @@ impl Transfers {
     }
 }
 
-/// Whether a client begins a transfer.
+/// Whether a frame of a client begins a transfer.
 fn begins(sdo: &Sdo) -> bool {
     use Step::{InitiateBlockDownload, InitiateBlockUpload, InitiateDownload, InitiateUpload};
     sdo.side == Side::Client
@@ -97,7 +97,7 @@ impl Transfer {
         self.frames += 1;
         self.writes = sdo.writes.or(self.writes);
         self.kind = sdo.transfer.or(self.kind);
-        // A frame may name the entry without its value, after one that had it.
+        // Keep a report with value if a later frame names only the entry.
         if let Some(report) = sdo.report.as_ref().filter(|it| it.text.is_some() || self.report.is_none()) {
             self.report = Some(report.clone());
         }
@@ -178,7 +178,7 @@ mod tests {
     use crate::samples;
     use lexican_runtime::host::candump::Line;
 
-    /// The transfers of a bus, with a frame every millisecond; at the end those that are forgotten.
+    /// Checks the transfers of a bus with a frame every millisecond, including those that are forgotten at the end.
     #[track_caller]
     fn check(frames: &str, expected: &[&str]) {
         let device = samples::drive();
@@ -209,7 +209,7 @@ mod tests {
                 "6: read 1000:00: no answer (0.0 ms)",
             ],
         );
-        // A response whose request was missed, and an abort of nothing.
+        // A response to a missed request, and an abort without a transfer.
         check(
             "585#4364600000000000 606#8000100000000405",
             &[

@@ -1,4 +1,4 @@
-//! Many frames of one PDO at once: a column of numbers for each entry that it carries.
+//! Decodes many frames of one PDO at once: one column of numbers per entry.
 
 use lexican_eds::model::Value;
 use lexican_eds::types::{Class, DataType};
@@ -10,17 +10,17 @@ use crate::pdo::PdoState;
 use crate::values::DeviceValues;
 use crate::values::wire::of_bits;
 
-/// What the frames of a PDO have of one entry, for any number of frames.
+/// One entry of a PDO, to decode its numbers in any number of frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// The entry.
     pub address: Address,
-    /// Its name; after that of its object, or its address, where another column has the same.
+    /// The name of the entry; if another column has the same, preceded by the name of its object or by its address.
     pub name: String,
-    /// The unit of its numbers.
+    /// The unit of the numbers; `None` for counts of the device.
     pub unit: Option<String>,
     data_type: DataType,
-    /// What a number is multiplied by, and divided by.
+    /// Factor and divisor for the unit.
     scale: Option<(f64, f64)>,
     low: u32,
     bits: u8,
@@ -29,17 +29,17 @@ pub struct Column {
 /// The numbers of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers {
-    /// As the device counts.
+    /// Counts of the device.
     Integers(Vec<i64>),
-    /// Those that 63 bits cannot hold.
+    /// Counts that do not fit `i64`.
     Unsigned(Vec<u64>),
-    /// In their unit, or real by their type.
+    /// Numbers in the unit, or of a REAL type.
     Reals(Vec<f64>),
 }
 
 impl Column {
-    /// The columns of a PDO, without dummy entries, in the units that hold by what was seen of its device. Bits of entries that the
-    /// data sheet does not have are numbers.
+    /// The columns of a PDO without dummy entries, in the units that hold by the values seen. Bits of entries that the
+    /// data sheet lacks become numbers.
     #[must_use]
     pub fn of_pdo(values: &DeviceValues<'_>, pdo: &PdoState) -> Vec<Column> {
         let (mut columns, mut low) = (Vec::<Column>::new(), 0);
@@ -53,7 +53,7 @@ impl Column {
             }
             let names = entry.map(|entry| [entry.name.clone(), values.name(entry)]).into_iter().flatten();
             let name = names.chain([address.to_string()]).find(|name| columns.iter().all(|other| other.name != *name));
-            // Real numbers are in their unit already, as they come.
+            // A REAL is in its unit already.
             let counts = entry.filter(|entry| entry.data_type.class() != Class::Real);
             let unit = counts.and_then(|entry| values.unit(entry));
             columns.push(Column {
@@ -69,7 +69,7 @@ impl Column {
         columns
     }
 
-    /// The numbers of frames, whose bytes are little-endian.
+    /// The numbers of frames, given as little-endian words.
     #[must_use]
     pub fn numbers(&self, frames: &[u64]) -> Numbers {
         let up = 64 - u32::from(self.bits.clamp(1, 64));
@@ -86,7 +86,7 @@ impl Column {
         }
     }
 
-    /// A real number; of another size than its type, none.
+    /// A REAL; NaN if its size is not that of its type.
     fn real(&self, raw: u64) -> f64 {
         match of_bits(self.data_type, self.bits, raw) {
             Value::Real(number) => number,
@@ -95,7 +95,7 @@ impl Column {
     }
 }
 
-/// The bytes of a frame as a number; those that it lacks are 0.
+/// The bytes of a frame as a little-endian number, filled up with zeros.
 #[must_use]
 pub fn word(data: &[u8]) -> u64 {
     let mut bytes = [0; 8];
@@ -103,7 +103,8 @@ pub fn word(data: &[u8]) -> u64 {
     u64::from_le_bytes(bytes)
 }
 
-/// When a PDO came in a log, and its bytes. Frames that are shorter than its mapping are left out, as receivers do (CiA 301, 7.2.2.4).
+/// The times and data of a PDO in a log. Frames shorter than its mapping are left out, as receivers ignore them (CiA
+/// 301, 7.2.2.4).
 pub fn of_log(log: Reader, pdo: &PdoState) -> Result<(Vec<Instant>, Vec<u64>), LogError> {
     let is_wanted =
         |frame: &Frame| frame.id() == pdo.cob_id.id() && !frame.is_remote() && u32::from(frame.dlc()) * 8 >= pdo.bits();
@@ -132,7 +133,7 @@ mod tests {
 
     const NODE: NodeId = NodeId::literal(5);
 
-    /// The numbers of a column, as [`content`] has them.
+    /// The numbers of a column, in the form of [`content`].
     fn numbers(numbers: Numbers) -> Vec<(Option<i128>, Option<f64>)> {
         match numbers {
             Numbers::Integers(all) => all.into_iter().map(|it| (Some(it.into()), None)).collect(),
@@ -141,7 +142,7 @@ mod tests {
         }
     }
 
-    /// All frames at once come to what they do one by one.
+    /// Checks that decoding all frames at once equals decoding them one by one.
     fn check(device: &Device, pdo: &PdoState) {
         let frames: Vec<u64> = (0..200_u64).map(|it| it.wrapping_mul(0x9E37_79B9_7F4A_7C15)).collect();
         let mapping = pdo.mapping.iter();

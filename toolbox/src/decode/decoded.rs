@@ -1,4 +1,4 @@
-//! A frame as text, and as the fields that JSON has of it.
+//! A decoded frame, as text and as JSON fields.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ use crate::text::json::{abort, access, bytes, digits, fields_of};
 use crate::values::hex;
 use crate::values::report::ValueReport;
 
-/// A frame, decoded.
+/// A decoded frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// The protocol.
@@ -51,12 +51,12 @@ pub enum Service {
     ErrorControl,
     /// Layer setting services.
     Lss,
-    /// None that is known.
+    /// Any other frame.
     Unknown,
 }
 
 impl Decoded {
-    /// Whether only the node itself sends such a frame.
+    /// Whether only the node itself sends such frames.
     pub fn is_from_node(&self) -> bool {
         match &self.detail {
             Detail::Sdo(sdo) => sdo.side == Side::Server,
@@ -81,28 +81,28 @@ impl Decoded {
         Decoded { text: text.into(), detail, ..self }
     }
 
-    /// A frame that breaks the protocol of its service.
+    /// A frame that violates the protocol of its service.
     pub(super) fn unreadable(self, frame: &Frame) -> Self {
         let text = format!("not readable: {} bytes {}", frame.dlc(), hex(frame.data()));
         Decoded { text, alarming: true, ..self }
     }
 }
 
-/// The content of a frame. In JSON it is an object by the name of its service, such as `{"sync": {"counter": 7}}`.
+/// The content of a frame. In JSON it is an object with the service as key: `{"sync": {"counter": 7}}`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detail {
-    /// Nothing is known of it.
+    /// Unknown content.
     None,
     /// A command to nodes.
     #[serde(serialize_with = "nmt")]
     Nmt(NmtCommand),
-    /// The SYNC message.
+    /// A SYNC message.
     Sync {
         /// The counter, if 1019h is used.
         counter: Option<u8>,
     },
-    /// The TIME message.
+    /// A TIME message.
     #[serde(rename = "time_of_day")]
     Time {
         /// Since 1984-01-01.
@@ -141,14 +141,14 @@ pub struct Emcy {
     /// The error code.
     #[serde(serialize_with = "digits")]
     pub code: u16,
-    /// By the data sheet, else by CiA 301.
+    /// From the data sheet, else from CiA 301.
     pub meaning: Option<String>,
     /// The error register (1001h).
     #[serde(serialize_with = "digits")]
     pub register: u8,
-    /// The names of its bits.
+    /// The names of the register's set bits.
     pub register_text: String,
-    /// The vendor's bytes.
+    /// The manufacturer-specific bytes.
     #[serde(rename = "msef", serialize_with = "bytes")]
     pub vendor: [u8; 5],
 }
@@ -158,7 +158,7 @@ pub struct Emcy {
 pub struct Pdo {
     /// From 1.
     pub number: u16,
-    /// Whether the device receives it.
+    /// Whether it is an RPDO of the device.
     #[serde(rename = "direction", serialize_with = "direction")]
     pub received: bool,
     /// The mapped entries, in order; empty if the device is unknown, and for a remote frame.
@@ -171,7 +171,7 @@ pub struct Sdo {
     /// Who sends the frame.
     #[serde(rename = "from")]
     pub side: Side,
-    /// What it is in the protocol.
+    /// Its step in the protocol.
     #[serde(rename = "command")]
     pub step: Step,
     /// Whether the transfer is a download, if that is known.
@@ -180,7 +180,7 @@ pub struct Sdo {
     /// `expedited`, `segmented` or `block`, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub transfer: Option<&'static str>,
-    /// The entry; with its value when the transfer has carried all of it.
+    /// The entry, with the value if the transfer has carried all of it.
     #[serde(flatten)]
     pub report: Option<ValueReport>,
     /// The announced number of bytes.
@@ -192,7 +192,7 @@ pub struct Sdo {
     /// Whether no segment follows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last: Option<bool>,
-    /// The number of a segment of a block, or of the last one that is confirmed.
+    /// The number of a segment within a block, or of the last confirmed one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sequence: Option<u8>,
     /// The number of segments of a block.

@@ -1,6 +1,6 @@
-//! Detects two nodes with one node-ID.
+//! Detects two nodes with the same node-ID.
 //!
-//! A frame does not name its sender. These frames, however, one node alone does not send:
+//! A frame does not name its sender, but a single node does not send any of these:
 //!
 //! - an SDO response without a request. A server responds once (CiA 301, 7.2.4.3), except within a block transfer, and
 //!   may abort a transfer that has timed out;
@@ -9,8 +9,8 @@
 //! - heartbeats in two rhythms (short, long, short, long), or more of them than the producer time (1017h) allows if a
 //!   transfer has carried it.
 //!
-//! A listener may miss a frame, and a node may restart by itself, so each is a suspicion, whose text names the other
-//! cause. Two nodes that send the same bits at the same time cannot be distinguished from one.
+//! A listener may miss frames, and a node may restart by itself, so each of these is only a suspicion, and its text
+//! names the other possible cause. Two nodes that always send the same bits at the same time cannot be told apart.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -38,7 +38,7 @@ const SLOW_ENOUGH: Duration = Duration::from_millis(100);
 /// The number of heartbeats that make a rhythm.
 const BEATS: usize = 5;
 
-/// What indicates two nodes with one node-ID.
+/// What suggests that two nodes have the same node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Evidence {
@@ -65,14 +65,14 @@ impl fmt::Display for Evidence {
     }
 }
 
-/// Watches the nodes of a bus for two of one node-ID.
+/// Looks for pairs of nodes with the same node-ID.
 #[derive(Default)]
 pub struct DuplicateNodes {
     nodes: BTreeMap<NodeId, NodeHistory>,
 }
 
 impl DuplicateNodes {
-    /// Handles a frame; returns a suspicion, at most once in a while.
+    /// Handles a frame; returns a suspicion, each at most once in ten seconds.
     pub fn observe(&mut self, at: Instant, decoded: &Decoded) -> Option<(NodeId, Evidence)> {
         if let Detail::Nmt(command) = decoded.detail {
             let resets = command.target() == NmtState::Initialising;
@@ -89,7 +89,7 @@ impl DuplicateNodes {
     }
 }
 
-/// What was heard of one node-ID.
+/// What was heard with one node-ID.
 #[derive(Default)]
 struct NodeHistory {
     /// The number of SDO requests without a response; `None` if it is unknown.
@@ -165,7 +165,7 @@ impl NodeHistory {
         }
     }
 
-    /// 1017h was read or written.
+    /// Learns the producer time from a transfer of 1017h.
     fn learn_period(&mut self, sdo: &Sdo) {
         let is_period = |report: &&ValueReport| report.address.index() == cia301::PRODUCER_HEARTBEAT_TIME;
         let report = sdo.report.as_ref().filter(is_period).filter(|_| sdo.complete);
@@ -209,7 +209,7 @@ impl NodeHistory {
         let gaps: Vec<u64> = times.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
         let &[a, b, c, d] = gaps.as_slice() else { return false };
         let enough = |sum: u64| sum >= SLOW_ENOUGH.as_micros();
-        // One producer may be late once, but three of its periods are never shorter than two.
+        // One producer may be late once, but three of its periods never take less than two.
         let crowded = self.period.is_some_and(|period| {
             let period = period.as_micros();
             enough(period) && [a + b + c, b + c + d].iter().all(|sum| *sum < 2 * period)
@@ -226,7 +226,7 @@ mod tests {
     use crate::decode::Decoder;
     use lexican_runtime::host::candump::Line;
 
-    /// The suspicions about these frames, each after its time in ms.
+    /// Checks the suspicions about these frames; times are in ms.
     #[track_caller]
     fn check(script: &str, expected: &[(u64, u8, Evidence)]) {
         let (mut decoder, mut duplicates, mut found) = (Decoder::new(), DuplicateNodes::default(), Vec::new());
@@ -247,10 +247,10 @@ mod tests {
     fn a_response_without_a_request_is_suspicious() {
         check(&format!("0@{READ} 1@{ANSWER} 2@{READ} 3@{ANSWER}"), &[]);
         check(&format!("0@{READ} 1@{ANSWER} 2@{ANSWER}"), &[(2, 5, Evidence::SecondAnswer)]);
-        // Reported once in ten seconds.
+        // Reported once in ten seconds, not for each response.
         let twice = format!("0@{READ} 1@{ANSWER} 2@{ANSWER} 3@{ANSWER} 11000@{ANSWER}");
         check(&twice, &[(2, 5, Evidence::SecondAnswer), (11000, 5, Evidence::SecondAnswer)]);
-        // A retry gets two responses; without requests nothing is known; a server may time out.
+        // A retry gets two responses; without requests nothing is known; a server may send an abort on a time-out.
         check(&format!("0@{READ} 1@{READ} 2@{ANSWER} 3@{ANSWER}"), &[]);
         check(&format!("0@{ANSWER} 1@{ANSWER} 2@{ANSWER}"), &[]);
         check(&format!("0@{READ} 1@{ANSWER} 2000@585#8000000000000405"), &[]);

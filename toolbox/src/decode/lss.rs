@@ -4,7 +4,7 @@ use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{BIT_TIMING_TABLE, Bound, LssRequest, LssResponse, LssState, Part};
 use serde_json::{Value as Json, json};
 
-/// The entry of automatic bit rate detection.
+/// The bit rate table's entry for automatic detection.
 pub const AUTOMATIC: u8 = 9;
 
 /// `select by product = 1402h`.
@@ -51,7 +51,7 @@ pub fn response_text(response: LssResponse) -> String {
     }
 }
 
-/// Whether a device refuses.
+/// Whether a response is a refusal.
 pub fn refuses(response: LssResponse) -> bool {
     match response {
         LssResponse::ConfigureNode { error, .. }
@@ -137,7 +137,7 @@ fn part_name(part: Part) -> &'static str {
     }
 }
 
-/// The number that a bound limits, the relation, and its suffix in JSON.
+/// The number that a bound of a range limits, the relation, and the suffix in JSON.
 fn bound_parts(bound: Bound) -> (Part, &'static str, &'static str) {
     match bound {
         Bound::Vendor => (Part::Vendor, "=", ""),

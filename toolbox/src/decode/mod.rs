@@ -1,4 +1,4 @@
-//! Frames as text and JSON: the service, the node, and the values by name and unit.
+//! Decodes frames to text and JSON: service, node, values with names and units.
 
 pub mod columns;
 mod decoded;
@@ -23,8 +23,8 @@ pub use pdo::content;
 
 use sdo::Channel;
 
-/// Decodes the frames of a bus. It remembers what SDO transfers carry, so that it can decode segments, units that depend
-/// on settings, and PDOs that are configured over SDO.
+/// Decodes the frames of a bus in order. It remembers the values of SDO transfers, on which segments, units and PDO
+/// mappings of later frames depend.
 #[derive(Default)]
 pub struct Decoder<'a> {
     nodes: BTreeMap<NodeId, DeviceValues<'a>>,
@@ -33,24 +33,24 @@ pub struct Decoder<'a> {
 }
 
 impl<'a> Decoder<'a> {
-    /// A decoder that knows no device.
+    /// A decoder without any data sheet.
     pub fn new() -> Self {
         Decoder::default()
     }
 
-    /// Sets the device of a node.
+    /// Sets the data sheet of a node.
     pub fn introduce(&mut self, node: NodeId, device: &'a Device) {
         self.nodes.insert(node, DeviceValues::new(device));
         self.pdos = pdo::table(&self.nodes);
     }
 
-    /// The values of a node that were seen, if its device is known.
+    /// The values seen of a node; `None` without a data sheet.
     #[must_use]
     pub fn values(&self, node: NodeId) -> Option<&DeviceValues<'a>> {
         self.nodes.get(&node)
     }
 
-    /// What a PDO of a known device carries, in order, as the frames so far have configured it; empty for other frames.
+    /// The current mapping of a PDO with a data sheet; empty for other frames.
     #[must_use]
     pub fn mapping(&self, frame: &Frame) -> Vec<Mapped> {
         self.pdos.get(&frame.id()).map(|pdo| pdo.mapping.clone()).unwrap_or_default()
@@ -86,7 +86,7 @@ impl<'a> Decoder<'a> {
             connection::SDO_RESPONSE => self.sdo(node, Side::Server, frame),
             connection::SDO_REQUEST => self.sdo(node, Side::Client, frame),
             connection::ERROR_CONTROL => network::error_control(node, frame),
-            // The PDOs of a known device are those of its configuration.
+            // The PDOs of a node with data sheet are decoded by its configuration.
             connection::TPDO_1..connection::SDO_RESPONSE if !self.nodes.contains_key(&node) => {
                 pdo::predefined(base, node, frame)
             }
@@ -107,7 +107,7 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// What each frame is decoded to is held by `golden` in `cli/tests`.
+/// The golden log in `cli/tests` checks the decoding of each kind of frame.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,7 +131,7 @@ mod tests {
         let mut noise = 1_u64;
         for round in 0..40 {
             for id in (0..0x800).filter(|id| round < 2 || matches!(id & 0x7F, 0 | 5 | 6)) {
-                // Knuth's multiplicative generator.
+                // Knuth's linear congruential generator.
                 noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                 let len = (noise >> 60) as usize % 9;
                 let data = noise.to_le_bytes();

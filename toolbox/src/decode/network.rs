@@ -1,4 +1,4 @@
-//! Frames of the network: NMT, SYNC, TIME, EMCY, error control and LSS.
+//! Decodes NMT, SYNC, TIME, EMCY, error control and LSS.
 
 use lexican_eds::model::Value;
 use lexican_runtime::object::Address;
@@ -61,7 +61,7 @@ pub(super) fn emergency(node: NodeId, device: Option<&DeviceValues<'_>>, frame: 
     };
     let code = emergency.code.0;
     let entry = |index, sub| device.and_then(|device| Some((device, device.entry(Address::new(index, sub))?)));
-    // A data sheet names the EMCY codes at the first entry of the error history.
+    // Overlays name EMCY codes at 1003h:01, the first entry of the error history.
     let named = entry(cia301::PREDEFINED_ERROR_FIELD, 1).and_then(|(device, entry)| device.name_of(entry, code.into()));
     let group = || emergency.code.group().and_then(ErrorCode::text);
     let meaning = named.or(emergency.code.text()).or_else(group);

@@ -1,4 +1,4 @@
-//! PDOs: by the configuration of a known device, else by the predefined connection set.
+//! Decodes PDOs: by the configuration if there is a data sheet, else by the predefined connection set.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -15,7 +15,7 @@ use crate::values::report::ValueReport;
 use crate::values::wire::of_bits;
 use crate::values::{DeviceValues, resolved};
 
-/// A PDO of a known device, as it is configured.
+/// A PDO with its current configuration.
 pub(super) struct Configured<'a> {
     node: NodeId,
     received: bool,
@@ -24,11 +24,11 @@ pub(super) struct Configured<'a> {
     slots: Vec<Slot<'a>>,
 }
 
-/// Bits of a PDO.
+/// A mapped object.
 struct Slot<'a> {
     bits: u8,
     entry: Option<&'a Entry>,
-    /// What is known without its value; `None` of a dummy entry.
+    /// The report without value; `None` for a dummy entry.
     blank: Option<ValueReport>,
 }
 
@@ -42,8 +42,8 @@ impl<'a> Slot<'a> {
     }
 }
 
-/// The PDOs of known devices by their COB-IDs: to find out how one is configured takes longer than to decode it. Of two with
-/// the same COB-ID it has that of the lower node-ID.
+/// The PDOs of nodes with data sheets, by COB-ID: finding the configuration takes longer than decoding. If two have the
+/// same COB-ID, that of the lower node-ID is used.
 pub(super) fn table<'a>(nodes: &BTreeMap<NodeId, DeviceValues<'a>>) -> HashMap<CobId, Configured<'a>> {
     let mut table = HashMap::new();
     for (node, device) in nodes {
@@ -83,8 +83,8 @@ impl Configured<'_> {
             field.add_brief(&mut text);
         }
         if len > expected {
-            // A device uses the bytes that are mapped, and may send EMCY 8220h because of the others (CiA 301, 7.2.2.4). A
-            // PDO that it sends itself must be as long as its mapping.
+            // An RPDO that is too long is used by the device, which may send EMCY 8220h for it (CiA 301, 7.2.2.4). A
+            // TPDO must be as long as its mapping.
             text += &format!("{}{len} bytes instead of {expected}", separator(&text));
             decoded.alarming = !received;
         }
@@ -92,7 +92,7 @@ impl Configured<'_> {
     }
 }
 
-/// A PDO of an unknown device, by the predefined connection set (CiA 301, 7.3.3).
+/// A PDO without data sheet, by the predefined connection set (CiA 301, 7.3.3).
 pub(super) fn predefined(base: u16, node: NodeId, frame: &Frame) -> Decoded {
     let number = (base - connection::TPDO_1) / 0x100 + 1;
     let text = if frame.is_remote() { "asked for".to_owned() } else { String::new() };
@@ -104,19 +104,19 @@ fn new(received: bool, number: u16, node: NodeId) -> Decoded {
         true => (Service::Rpdo, "RPDO", ["RPDO1", "RPDO2", "RPDO3", "RPDO4"]),
         false => (Service::Tpdo, "TPDO", ["TPDO1", "TPDO2", "TPDO3", "TPDO4"]),
     };
-    // Nearly all PDOs are among the first four, whose names are not made for each frame.
+    // Nearly all PDOs are among the first four; their names need no allocation.
     let known = first.get(usize::from(number).wrapping_sub(1)).copied();
     let name = known.map_or_else(|| Cow::Owned(format!("{word}{number}")), Cow::Borrowed);
     let detail = Detail::Pdo(Pdo { number, received, fields: Vec::new() });
     Decoded::new(service, name, Some(node)).with("", detail)
 }
 
-/// What stands before the next part of a text.
+/// The separator before the next part of a text.
 fn separator(text: &str) -> &'static str {
     if text.is_empty() { "" } else { ", " }
 }
 
-/// The COB-ID of a PDO: as seen on the bus, else by the data sheet.
+/// The COB-ID of a PDO: as seen on the bus, else from the data sheet.
 pub(crate) fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) -> Option<CobId> {
     let seen = device.seen(Address::new(parameter(pdo)?, 1));
     let given = || resolved(pdo.cob_id.as_ref()?, node).as_integer();
@@ -124,7 +124,7 @@ pub(crate) fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) 
     PdoCobId(raw).is_valid().then(|| PdoCobId(raw).id())
 }
 
-/// The mapping of a PDO: as seen on the bus, else by the data sheet.
+/// The mapping of a PDO: as seen on the bus, else from the data sheet.
 pub(crate) fn mapping(device: &DeviceValues<'_>, pdo: &model::Pdo) -> Vec<Mapped> {
     let seen = parameter(pdo).and_then(|parameter| {
         let entry = |sub| device.seen(Address::new(parameter + cia301::TO_MAPPING, sub));
@@ -147,7 +147,7 @@ fn parameter(pdo: &model::Pdo) -> Option<u16> {
     })
 }
 
-/// The mapped values of a PDO's data, without dummy entries.
+/// The mapped values in a PDO's data, without dummy entries.
 pub fn content(device: &mut DeviceValues<'_>, mapping: &[Mapped], data: &[u8]) -> Vec<ValueReport> {
     let slots: Vec<Slot<'_>> = mapping.iter().map(|mapped| Slot::new(device, mapped)).collect();
     read(device, &slots, data)

@@ -1,5 +1,5 @@
-//! SDO transfers as a listener sees them (CiA 301, 7.2.4): segments carry no address, so a [`Channel`] remembers their
-//! transfer.
+//! Decodes SDO transfers from the outside (CiA 301, 7.2.4). Segments carry no address, so a [`Channel`] remembers the
+//! current transfer.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
@@ -10,7 +10,7 @@ use super::decoded::{Sdo, Side, Step};
 use crate::values::report::ValueReport;
 use crate::values::{DeviceValues, hex};
 
-/// The most bytes of a transfer that are shown.
+/// The most bytes of a transfer that are kept to be shown.
 const MAX_KEPT: usize = 4096;
 
 const EXPEDITED: &str = "expedited";
@@ -22,23 +22,23 @@ type Text = (String, Sdo);
 /// The device, if it is known.
 type Device<'d> = Option<&'d DeviceValues<'d>>;
 
-/// One client and one server.
+/// The state of one client and its server.
 #[derive(Default)]
 pub(super) struct Channel {
     transfer: Option<Transfer>,
-    /// The sender of the segments of a block, which have no command specifier.
+    /// The side that sends the segments of a block; these have no command specifier.
     block: Option<Side>,
 }
 
 struct Transfer {
     address: Address,
     writes: bool,
-    /// `expedited`, `segmented` or `block`; unknown until the server has answered an upload.
+    /// `expedited`, `segmented` or `block`; `None` until the server has responded to an upload.
     kind: Option<&'static str>,
     data: Vec<u8>,
-    /// The number of bytes, of which no more than [`MAX_KEPT`] are in `data`.
+    /// The number of bytes so far, of which at most [`MAX_KEPT`] are in `data`.
     len: usize,
-    /// The bytes before the current block. Segments that are not confirmed are sent again.
+    /// The number of bytes before the current block: unconfirmed segments are sent again.
     confirmed: usize,
     last: bool,
 }
@@ -55,7 +55,7 @@ impl Transfer {
         self.last = last;
     }
 
-    /// Only the first `len` bytes have arrived.
+    /// Drops all bytes after the first `len`.
     fn truncate(&mut self, len: usize) {
         self.last &= len >= self.len;
         self.len = self.len.min(len);
@@ -89,7 +89,7 @@ impl Channel {
             Side::Client => ClientRequest::parse(data).map(|request| self.request(request, device.as_deref())),
             Side::Server => ServerResponse::parse(data).map(|response| {
                 let decoded = self.response(response, device.as_deref());
-                // The entry has this value now. A client that has all of an upload need not confirm it.
+                // The entry has this value now. The client need not confirm the end of an upload.
                 let sdo = &decoded.1;
                 let is_over = sdo.complete && sdo.abort.is_none() || sdo.step == Step::EndBlockUpload;
                 if let (Some(device), Some(report)) = (device, sdo.report.as_ref().filter(|_| is_over))
@@ -170,7 +170,7 @@ impl Channel {
             }
             ServerResponse::InitiateDownload { address } => {
                 let is_mine = |transfer: &&Transfer| transfer.kind == Some(EXPEDITED) && transfer.address == address;
-                // This ends an expedited transfer, and begins a segmented one.
+                // The response ends an expedited transfer and begins a segmented one.
                 let expedited = self.transfer.as_ref().filter(is_mine);
                 let report = expedited.map(|transfer| transfer.report(device));
                 let sdo = Sdo {
@@ -219,13 +219,13 @@ impl Channel {
         }
     }
 
-    /// A client begins a transfer.
+    /// Begins a transfer.
     fn begin(&mut self, step: Step, transfer: Transfer, device: Device<'_>) -> Sdo {
         *self = Channel { transfer: Some(transfer), block: None };
         self.sdo(Side::Client, step, device)
     }
 
-    /// A frame of the current transfer.
+    /// The fields of a frame in the current transfer.
     fn sdo(&self, side: Side, step: Step, device: Device<'_>) -> Sdo {
         let sdo = Sdo::new(side, step);
         let Some(transfer) = &self.transfer else { return sdo };
@@ -233,7 +233,7 @@ impl Channel {
         Sdo { report, writes: Some(transfer.writes), transfer: transfer.kind, ..sdo }
     }
 
-    /// The value of an initiation, or the number of bytes that follow.
+    /// The value in an initiation, or the number of bytes to follow.
     fn content(&self, sdo: &mut Sdo, address: Address, content: Content, device: Device<'_>) -> String {
         match content {
             Content::Expedited(expedited) => {
@@ -259,7 +259,7 @@ impl Channel {
         if !segment.last {
             return (format!("segment, {len} bytes so far"), sdo);
         }
-        // A download ends with the response of the server.
+        // A download ends with the server's response.
         sdo.complete = side == Side::Server;
         (self.whole(&mut sdo, device), sdo)
     }
@@ -274,7 +274,7 @@ impl Channel {
         (format!("block segment {}{last}", segment.sequence()), sdo)
     }
 
-    /// The end of a block: another one follows, unless this one had the last segment.
+    /// The end of a block: the next one follows, unless it had the last segment.
     fn confirm(&mut self, side: Side, step: Step, sequence: u8, block_size: u8, device: Device<'_>) -> Text {
         let is_last = self.transfer.as_mut().is_some_and(|transfer| {
             transfer.truncate(transfer.confirmed + 7 * usize::from(sequence));

@@ -1,4 +1,4 @@
-//! Names in Wireshark: a script for its Lua, of the nodes of a bus.
+//! Generates a Lua script that gives Wireshark the names of a bus's nodes and objects.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -10,12 +10,12 @@ use lexican_runtime::{NodeId, cia301};
 use super::pdo;
 use crate::values::{DeviceValues, name};
 
-/// A script by which Wireshark and tshark show the objects of these nodes by name and unit. A node has a name, and PDOs as its data
-/// sheet or DCF configures them.
+/// A script with which Wireshark and tshark show the objects of these nodes by name and unit. Each node has a name, and
+/// the PDOs that its data sheet or DCF configures.
 #[must_use]
 pub fn script<'a>(nodes: impl Iterator<Item = (String, NodeId, &'a Device)>) -> String {
     let mut lua = "local sheets, nodes, pdos = {}, {}, {}\n".to_owned();
-    // Writing to a string cannot fail.
+    // Writing to a string cannot fail, so its results are ignored.
     let mut devices: Vec<&Device> = Vec::new();
     for (node, id, device) in nodes {
         let sheet = devices.iter().position(|known| std::ptr::eq(*known, device)).unwrap_or(devices.len());
@@ -84,7 +84,7 @@ fn write_entry(lua: &mut String, values: &DeviceValues<'_>, entry: &Entry) -> fm
     Ok(())
 }
 
-/// What an entry's numbers are called.
+/// The names of an entry's values.
 fn names<'a>(device: &'a Device, entry: &Entry) -> BTreeMap<i128, &'a str> {
     let Meaning::Enumeration(name) = &entry.meaning else { return BTreeMap::new() };
     let values = device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
@@ -101,7 +101,7 @@ impl fmt::Display for Table<'_> {
     }
 }
 
-/// A text as Lua has it.
+/// A text as a Lua literal.
 fn quoted(text: &str) -> String {
     let plain: String = text.chars().map(|it| if it.is_control() { ' ' } else { it }).collect();
     format!("\"{}\"", plain.replace('\\', "\\\\").replace('"', "\\\""))

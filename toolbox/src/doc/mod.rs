@@ -1,4 +1,4 @@
-//! Devices on paper: what a data sheet says as one page for people, in HTML or Markdown.
+//! Documents devices: a data sheet as one HTML or Markdown page.
 
 mod page;
 mod sheet;

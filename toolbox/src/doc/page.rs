@@ -1,14 +1,14 @@
-//! A page in HTML or Markdown: headings, tables, and pictures of bits.
+//! A page in HTML or Markdown, with headings, tables and pictures of bits.
 
 use lexican_eds::text::escaped;
 
-/// It has `{{}}` where the title (twice), the contents and the body stand.
+/// Title (twice), contents and body replace the marks `{{}}`, in this order.
 const FRAME: &str = include_str!("page.html");
 
-/// What a page is written in.
+/// The format of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// One file that loads nothing, with a search. It is well-formed XML, too.
+    /// A single self-contained file with a search field, also well-formed XML.
     Html,
     /// For a wiki or a repository.
     Markdown,
@@ -21,32 +21,32 @@ pub struct Markup(Vec<Piece>);
 #[derive(Clone, Debug)]
 enum Piece {
     Words(String),
-    /// Of a class of `page.html`.
+    /// The class in `page.html`, and the text.
     Class(&'static str, String),
-    /// The anchor and the text.
+    /// The anchor, and the text.
     Link(String, String),
     Break,
 }
 
 impl Markup {
-    /// A text that `page.html` shows in a way of its own.
+    /// A text with a style of `page.html`.
     pub fn class(class: &'static str, text: impl Into<String>) -> Markup {
         Markup(vec![Piece::Class(class, text.into())])
     }
 
-    /// A text that leads to a heading of the page.
+    /// A link to a heading of the page.
     pub fn link(anchor: impl Into<String>, text: impl Into<String>) -> Markup {
         Markup(vec![Piece::Link(anchor.into(), text.into())])
     }
 
-    /// With more after a blank.
+    /// Appends more after a blank.
     #[must_use]
     pub fn and(mut self, more: impl Into<Markup>) -> Markup {
         self.0.extend([Piece::Words(" ".to_owned())].into_iter().chain(more.into().0));
         self
     }
 
-    /// Lines of their own.
+    /// Each part on a line of its own.
     pub fn lines(parts: impl IntoIterator<Item = Markup>) -> Markup {
         let parts: Vec<_> = parts.into_iter().map(|part| part.0).collect();
         Markup(parts.join(&Piece::Break))
@@ -77,7 +77,7 @@ impl<T: Into<String>> From<T> for Markup {
     }
 }
 
-/// A text in which nothing is Markdown.
+/// Escapes Markdown.
 fn without_markup(text: &str) -> String {
     let mut out = String::new();
     for letter in text.chars() {
@@ -97,7 +97,7 @@ pub struct Page {
     title: String,
     contents: String,
     body: String,
-    /// The levels of the sections that are not closed yet.
+    /// The levels of the open sections.
     open: Vec<u8>,
 }
 
@@ -108,7 +108,7 @@ impl Page {
         Page { format, title: title.to_owned(), contents: String::new(), body: String::new(), open: Vec::new() }
     }
 
-    /// Begins a section, which ends where one of this level or a lower one begins; that of the title is 1.
+    /// Begins a section, which ends at the next one of the same or a lower level. The title has level 1.
     pub fn heading(&mut self, level: u8, anchor: &str, title: &str, beside: &str) {
         self.close(level);
         let link = Markup::link(anchor, title).in_format(self.format);
@@ -126,7 +126,7 @@ impl Page {
         }
     }
 
-    /// A paragraph; none of an empty text.
+    /// A paragraph; nothing for an empty text.
     pub fn paragraph(&mut self, text: impl Into<Markup>) {
         let text = text.into().in_format(self.format);
         self.body += &match self.format {
@@ -136,7 +136,7 @@ impl Page {
         };
     }
 
-    /// A picture: a file beside the page in Markdown, in the page in HTML.
+    /// A picture: a separate file for Markdown, inline in HTML.
     pub fn picture(&mut self, name: &str, file: &str, svg: impl FnOnce() -> String) {
         self.body += &match self.format {
             Format::Html => format!("<figure>{}</figure>\n", svg()),
@@ -144,8 +144,8 @@ impl Page {
         };
     }
 
-    /// A table without the columns in which nothing stands; `class` is one of `page.html`. Those of `entries` keep all of them, so that
-    /// they stand below each other.
+    /// A table without empty columns; `class` is one of `page.html`. Tables of class `entries` keep all columns, so
+    /// that they align with each other.
     pub fn table<const N: usize>(&mut self, class: &str, head: [&str; N], rows: Vec<[Markup; N]>) {
         let is_used = |at: &usize| class == "entries" || rows.iter().any(|row| !row[*at].is_empty());
         let used: Vec<_> = (0..N).filter(is_used).collect();
@@ -163,8 +163,8 @@ impl Page {
         };
     }
 
-    /// The bits of a word as a picture, the highest one at the left, up to 16 in a row: fields by their lowest and highest bit.
-    /// Markdown has none.
+    /// A picture of a word's bits, the highest on the left, up to 16 in a row. Fields are given by lowest and highest
+    /// bit. Left out in Markdown.
     pub fn word<'n>(&mut self, bits: u8, fields: impl IntoIterator<Item = (u8, u8, &'n str)>) {
         if self.format == Format::Markdown {
             return;
@@ -177,7 +177,7 @@ impl Page {
         self.body += &format!("<div class=\"word of{columns}\">");
         for (number, row) in names[..usize::from(bits).min(64)].chunks(columns).enumerate().rev() {
             let mut end = number * columns + row.len();
-            // A field that goes on in the next row has a cell in both.
+            // A field that continues in the next row has a cell in both.
             for cell in row.chunk_by(|one, other| one.map(|it| it.0) == other.map(|it| it.0)).rev() {
                 let range = range(end - 1, end - cell.len());
                 end -= cell.len();
@@ -194,13 +194,13 @@ impl Page {
         self.body += "</div>\n";
     }
 
-    /// What a PDO carries as a picture, the first bit at the left: bits and name of each object. Markdown has none.
+    /// A picture of a PDO, the first bit on the left, with bits and name of each object. Left out in Markdown.
     pub fn layout(&mut self, objects: &[(u8, String)]) {
         if self.format == Format::Markdown {
             return;
         }
         let bits: usize = objects.iter().map(|(bits, _)| usize::from(*bits).max(1)).sum();
-        // Nothing is longer than a frame, but a data sheet may say so.
+        // Valid mappings fit a frame of 64 bits, but a data sheet may say otherwise.
         let columns = bits.next_multiple_of(8).max(64);
         let bytes: String = (0..columns / 8).map(|byte| format!("<i>{byte}</i>")).collect();
         self.body += &format!("<div class=\"pdo\" style=\"--bits:{columns}\">{bytes}");
@@ -239,7 +239,7 @@ impl Page {
     }
 }
 
-/// Numbers of bits.
+/// A bit, or a range of bits.
 pub(super) fn range(from: usize, to: usize) -> String {
     if from == to { from.to_string() } else { format!("{from}–{to}") }
 }

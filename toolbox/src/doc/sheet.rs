@@ -1,4 +1,4 @@
-//! What a data sheet says of a device: what it is, its PDOs, emergencies and objects, and what is wrong with it.
+//! The page of a data sheet: the device, its PDOs, emergencies and objects, and findings.
 
 use std::collections::BTreeMap;
 
@@ -24,23 +24,23 @@ pub fn page(sheet: &DataSheet, format: Format) -> String {
     page.finish()
 }
 
-/// The chapters about a device on a page, which may be about others, too.
+/// The chapters about one device, on a page that may also be about others.
 pub struct Chapters<'a> {
     page: &'a mut Page,
     values: DeviceValues<'a>,
     level: u8,
     anchors: &'a str,
-    /// The anchors where named values and bits are listed, by their names.
+    /// The anchors of the lists of named values and bits, by the names of their meanings.
     listed: BTreeMap<&'a str, String>,
 }
 
 impl<'a> Chapters<'a> {
-    /// With the level of their headings, and what their anchors begin with.
+    /// `level` is that of the headings; `anchors` is the prefix of all anchors.
     pub fn new(page: &'a mut Page, device: &'a Device, level: u8, anchors: &'a str) -> Self {
         Chapters { page, values: DeviceValues::new(device), level, anchors, listed: BTreeMap::new() }
     }
 
-    /// All that its data sheet says, and what is wrong with that.
+    /// Everything in the data sheet, and the findings.
     pub fn all(mut self, sheet: &DataSheet) {
         self.page.table("facts", ["", " "], facts(self.values.device));
         self.pdos();
@@ -53,12 +53,11 @@ impl<'a> Chapters<'a> {
         self.page.heading(self.level + below, &format!("{}{anchor}", self.anchors), title, beside);
     }
 
-    /// A text that leads to an object.
+    /// A link to an object.
     fn link(&self, index: u16, text: &str) -> Markup {
         Markup::link(format!("{}{index:04X}", self.anchors), text)
     }
 
-    /// Its PDOs as pictures.
     fn pdos(&mut self) {
         if !self.values.device.pdos.is_empty() {
             self.heading(0, "pdos", "PDOs", "");
@@ -92,7 +91,7 @@ impl<'a> Chapters<'a> {
         self.page.table("mapped", ["Bits", "Object", "Type", "Unit"], rows);
     }
 
-    /// What emergency messages say.
+    /// The codes of emergency messages.
     fn emergencies(&mut self) {
         let device = self.values.device;
         let cob_id = device.entry(cia301::COB_ID_EMCY, 0).and_then(given).map(|value| self.cob_id(value));
@@ -115,7 +114,7 @@ impl<'a> Chapters<'a> {
 
     fn areas(&mut self) {
         let mut rest = self.values.device.objects.as_slice();
-        // CiA 301, 7.4.1: up to which index, an anchor, and what it is.
+        // The areas of the dictionary (CiA 301, 7.4.1): last index, anchor, title.
         for (last, anchor, what) in [
             (0x0FFF, "types", "Data types"),
             (0x1FFF, "communication", "Communication profile"),
@@ -145,7 +144,7 @@ impl<'a> Chapters<'a> {
         let mut last = None;
         for entry in &object.entries {
             let (Meaning::Enumeration(name) | Meaning::BitField(name)) = &entry.meaning else { continue };
-            // Those of an array are mostly alike.
+            // The entries of an array mostly have the same meaning.
             if last.replace(name) != Some(name) {
                 self.meaning(entry, name, object.kind.has_subs());
             }
@@ -180,7 +179,7 @@ impl<'a> Chapters<'a> {
         ]
     }
 
-    /// A value as people read it, and the number where that is another one.
+    /// A value as text, with the number if that differs.
     fn value(&self, entry: &Entry, value: &Value) -> Markup {
         let value = self.at_node(value);
         let (words, number) = (self.values.describe(entry, &value), plain(entry.data_type, &value));
@@ -188,7 +187,7 @@ impl<'a> Chapters<'a> {
         number.into_iter().fold(words.into(), Markup::and)
     }
 
-    /// The names of values or bits, or where they are listed.
+    /// The named values or bits, or a link to where they are listed.
     fn meaning(&mut self, entry: &Entry, name: &'a str, is_sub: bool) {
         let device = self.values.device;
         let (values, bits) = (device.enumerations.get(name), device.bit_fields.get(name));
@@ -216,7 +215,7 @@ impl<'a> Chapters<'a> {
         }
     }
 
-    /// The bits of a word as a picture, and what it has no room for.
+    /// A picture of a word's bits, and a list of what does not fit in it.
     fn bits(&mut self, entry: &Entry) {
         let (device, is_picture) = (self.values.device, self.page.format == Format::Html);
         let Meaning::BitField(name) = &entry.meaning else { return };
@@ -250,7 +249,7 @@ impl<'a> Chapters<'a> {
         self.page.table("findings", ["Severity", "Finding", "Line", "Rule"], rows);
     }
 
-    /// The units of an entry, and when each of them holds.
+    /// The units of an entry, with their conditions.
     fn units(&self, entry: &Entry) -> Vec<String> {
         let Meaning::Quantity(name) = &entry.meaning else { return Vec::new() };
         let units = self.values.device.quantities.get(name).map(|it| it.units.as_slice()).unwrap_or_default();
@@ -276,7 +275,7 @@ impl<'a> Chapters<'a> {
         }
     }
 
-    /// A value with the node-ID of a DCF.
+    /// The value for the node-ID of a DCF.
     fn at_node(&self, value: &Value) -> Value {
         let commissioning = self.values.device.commissioning.as_ref();
         let node = commissioning.and_then(|it| NodeId::new(it.node_id?));
@@ -284,13 +283,13 @@ impl<'a> Chapters<'a> {
     }
 }
 
-/// A row of a table of values or bits.
+/// A row in a table of values or bits.
 fn named<T>(number: String, named: &model::Named<T>) -> [Markup; 3] {
     let description = named.description.as_deref().unwrap_or_default();
     [Markup::class("index", number), named.name.as_str().into(), description.into()]
 }
 
-/// What the device is and what it can do; what the data sheet does not say is left out.
+/// Facts about the device as a whole; absent ones are left out.
 fn facts(device: &Device) -> Vec<[Markup; 2]> {
     let (info, file, at) = (&device.info, &device.file, device.commissioning.clone().unwrap_or_default());
     let hex = |number: Option<u32>| number.map(|number| format!("{number:X}h"));

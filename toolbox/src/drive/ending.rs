@@ -1,4 +1,4 @@
-//! How an order ends, in one list for all orders.
+//! How orders end.
 
 use std::fmt;
 
@@ -8,31 +8,31 @@ use lexican_runtime::profile::cia402::State;
 /// How an order has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The drive has done what was ordered: it is enabled, at its target, at its reference point, or stands.
+    /// The order is carried out: the drive is enabled, at its target, at its reference point, or at a standstill.
     Reached,
     /// A fault has been reset.
     Reset(Cause),
-    /// It stands at a limit.
+    /// It stopped at a limit.
     Limit,
-    /// Its load has stopped it.
+    /// Its load has blocked it.
     Blocked,
-    /// It stands and has not done what was ordered: its shaft is blocked, or another manager has stopped it. The order may be in
-    /// force still.
+    /// It stands still without having carried out the order: its shaft is blocked, or another manager has stopped it.
+    /// The order may still be in force.
     Stalled,
-    /// Another manager has ordered something else.
+    /// Another manager has given another order.
     ForeignOrder,
     /// A fault has stopped it.
     Fault(Cause),
-    /// Something else has ended it: a quick stop, a lost supply.
+    /// Something else has ended it: a quick stop, a lost supply. With the state that the drive is in.
     Interrupted(State),
     /// It has not found its reference point.
     NotHomed,
-    /// The time was over; the drive is still under way.
+    /// The time is up, and the drive is still moving.
     TimedOut,
 }
 
 impl Ending {
-    /// One word for programs.
+    /// One word, for programs.
     #[must_use]
     pub const fn word(&self) -> &'static str {
         match self {

@@ -1,5 +1,5 @@
-//! Whether a drive can be moved by its data sheet, found out without moving it: what is missing, what the driver uses instead,
-//! and what has to be set.
+//! Explains whether a drive can be moved by its data sheet, without moving it: what is missing, what the driver uses
+//! instead, and what has to be set.
 
 use lexican_driver::description::Number;
 use lexican_driver::{Description, DriveContext, Error, sequence};
@@ -13,34 +13,34 @@ use lexican_runtime::service::sdo_client::SdoError;
 
 use super::described::described_by_hand;
 
-/// How a fact bears on moving a drive.
+/// What a fact means for moving the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It is there.
+    /// Available.
     Ready,
-    /// It is missing or unusual, and the driver does without, or uses something else.
+    /// Missing or unusual; the driver does without it or uses something else.
     Instead,
-    /// It has to be set in the drive before it moves.
+    /// To be set in the drive before it can move.
     Set,
-    /// Without it the drive cannot be moved.
+    /// Missing; the drive cannot be moved.
     Missing,
 }
 
-/// One thing that moving a drive depends on.
+/// A fact on which moving a drive depends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
-    /// How it bears on moving the drive.
+    /// What it means for moving the drive.
     pub verdict: Verdict,
-    /// The finding of [`lexican_eds::drive::read`] that it is, if it comes from the data sheet.
+    /// The code of the finding of [`lexican_eds::drive::read`], if the fact is one.
     pub code: Option<&'static str>,
-    /// What is so, with index and sub-index.
+    /// The fact, with index and sub-index.
     pub text: String,
-    /// What to do about it, or what the driver does.
+    /// What to do about it, or what the driver does instead.
     pub remedy: Option<String>,
 }
 
 impl Verdict {
-    /// One word.
+    /// One word, for programs.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl Verdict {
 }
 
 impl Fact {
-    /// A fact that the data sheet alone does not show.
+    /// A fact that does not come from the data sheet alone.
     #[must_use]
     pub fn new(verdict: Verdict, text: impl Into<String>, remedy: Option<String>) -> Self {
         Fact { verdict, code: None, text: text.into(), remedy }
@@ -64,7 +64,8 @@ impl Fact {
     }
 }
 
-/// How a data sheet has its drive moved, as [`describe`](super::describe) does, and what it says about that: the worst first.
+/// The description of a drive as [`describe`](super::describe) gives it, and the facts from its data sheet, the worst
+/// first.
 #[must_use]
 pub fn explain_sheet(input: &Input, device: &Device) -> (Option<&'static Description>, Vec<Fact>) {
     if let Some(description) = described_by_hand(input) {
@@ -87,7 +88,7 @@ pub fn explain_sheet(input: &Input, device: &Device) -> (Option<&'static Descrip
     (drive.map(Description::of_drive), facts)
 }
 
-/// Entries of 1016h whose limits leave no room for a node-ID, in bits 16 to 23 (CiA 301, 7.5.2.19).
+/// Entries of 1016h whose limits exclude a node-ID in bits 16 to 23 (CiA 301, 7.5.2.19).
 fn unwatched(device: &Device) -> Option<Fact> {
     let consumers = device.object(0x1016)?.entries.iter().filter(|entry| entry.sub > 0);
     let highest =
@@ -106,7 +107,7 @@ fn unwatched(device: &Device) -> Option<Fact> {
     (!narrow.is_empty()).then(|| Fact::instead(text, remedy))
 }
 
-/// What the driver needs, and has.
+/// Everything that the driver needs and the data sheet has.
 fn ready(drive: &Drive) -> Vec<Fact> {
     let needs: [(Option<Place>, &str); 7] = [
         (Some(drive.control_word), "control word"),
@@ -125,11 +126,8 @@ fn ready(drive: &Drive) -> Vec<Fact> {
     needs.into_iter().filter_map(fact).collect()
 }
 
-/// What the drive itself says; nothing is written. For a drive that the driver is connected to.
-///
-/// # Errors
-///
-/// As [`DriveContext::read`]; not because an object does not exist.
+/// Facts from the drive itself, which only reads from it; the driver must be connected. Objects that do not exist are
+/// no error.
 pub async fn explain_drive(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
     let mut facts = explain_settings(drive).await?;
     match State::from_status_word(drive.status().await?) {
@@ -145,11 +143,7 @@ pub async fn explain_drive(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
     Ok(facts)
 }
 
-/// What the drive is set to, besides its state, that bears on moving it.
-///
-/// # Errors
-///
-/// As [`explain_drive`].
+/// Facts from settings of the drive, without its state.
 pub async fn explain_settings(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
     let mut facts = explain_profile(drive).await?;
     let emergencies = Number::new(0x1014, 0x00, DataType::Unsigned32);
@@ -173,11 +167,7 @@ pub async fn explain_settings(drive: &DriveContext) -> Result<Vec<Fact>, Error> 
     Ok(facts)
 }
 
-/// Velocity and ramps with which a travel would take for ever, or not begin.
-///
-/// # Errors
-///
-/// As [`explain_drive`].
+/// Facts about velocities and ramps with which a motion would take forever or not begin.
 pub async fn explain_profile(drive: &DriveContext) -> Result<Vec<Fact>, Error> {
     let Some(profile) = drive.description().profile else { return Ok(Vec::new()) };
     let mut facts = Vec::new();

@@ -1,24 +1,24 @@
-//! What is known of a drive at a time.
+//! A snapshot of a drive.
 
 use lexican_driver::DriveContext;
 use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::State;
 
-/// What is known of a drive at a time.
+/// A snapshot of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
-    /// When, at the earliest: when the oldest of what follows was measured.
+    /// When the oldest of the values was measured.
     pub at: Instant,
-    /// The state of its state machine; `None` for a status word that has none.
+    /// The state of CiA 402; `None` if the status word encodes none.
     pub state: Option<State>,
-    /// Where it is, as 6064h has it.
+    /// The position (6064h), in the drive's counts.
     pub position: Option<i32>,
-    /// How fast it is, as 606Ch has it.
+    /// The velocity (606Ch), in the drive's counts.
     pub velocity: Option<i32>,
 }
 
 impl Look {
-    /// What the driver has seen last.
+    /// The last values that the driver has seen.
     #[must_use]
     pub fn at(drive: &DriveContext) -> Self {
         let seen = drive.seen();
@@ -31,7 +31,7 @@ impl Look {
         }
     }
 
-    /// Whether the drive is seen as it was, only later.
+    /// Whether a later snapshot shows the same values.
     pub(super) fn shows_the_same(&self, later: &Look) -> bool {
         Look { at: later.at, ..*self } == *later
     }

@@ -1,9 +1,9 @@
-//! Moving a drive by hand: one [`Order`], carried out with a [`Look`] at the drive whenever it has changed, up to its
-//! [`Ending`].
+//! Moves a drive by hand: carries out an [`Order`], reports a [`Look`] at the drive whenever something has changed, and
+//! returns the [`Ending`].
 //!
-//! [`carry_out`] is a sequence of `lexican_driver`, so it runs in both shells:
-//! `drive.run(async |context| carry_out(&context, order, times, &mut look, &mut wanted).await)`. What ends a program while the drive
-//! moves is the shell's matter. [`Scales`] has positions and velocities in the units of the data sheet.
+//! [`carry_out`] is a sequence of `lexican_driver`, so it runs in both shells: `drive.run(async |context|
+//! carry_out(&context, order, times, &mut look, &mut wanted).await)`. Reacting to the end of the program while the
+//! drive moves is up to the shell. [`Scales`] converts positions and velocities to the units of the data sheet.
 
 mod described;
 mod ending;

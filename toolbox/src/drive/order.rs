@@ -15,34 +15,34 @@ use super::ending::Ending;
 use super::look::Look;
 use super::verb::Order;
 
-/// How long an order may take.
+/// The time limits of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Times {
-    /// How long until it counts as timed out.
+    /// Until the order counts as timed out.
     pub within: Duration,
-    /// How long to run or to watch; `None` for until something ends it.
+    /// How long to run or to watch; `None` for no limit.
     pub lasting: Option<Duration>,
 }
 
-/// How often a drive is looked at that says nothing.
+/// The interval of polling a drive that reports nothing by itself.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// After how long a drive counts as stalled that has an order and stands. No ramp is so slow.
+/// A drive that has an order and does not move for this long counts as stalled. No ramp is that slow.
 const STALL: Duration = Duration::from_secs(3);
 
 impl Order {
-    /// Whether the drive moves by it, and has to be enabled for it.
+    /// Whether the drive moves, and so has to be enabled.
     #[must_use]
     pub const fn moves(&self) -> bool {
         self.mode().is_some() || matches!(self, Order::Home(_) | Order::Resume)
     }
 
-    /// Whether a drive that stands has not done it. A step by inching is not watched so closely.
+    /// Whether a standstill means that the order is not carried out. Steps by inching are excepted.
     const fn may_stall(&self) -> bool {
         self.moves() && !matches!(self, Order::Step(None) | Order::Run(0))
     }
 
-    /// The operating mode that it needs; homing chooses its mode by itself.
+    /// The mode of operation that it needs; homing sets its mode itself.
     const fn mode(&self) -> Option<Mode> {
         match self {
             Order::MoveTo(_) | Order::Step(_) => Some(Mode::Positioning),
@@ -52,8 +52,8 @@ impl Order {
     }
 }
 
-/// Whether an order has ended with a drive that answers, and does not move by it. After any other error it has to be brought back
-/// (`Drive::recover`).
+/// Whether the drive answers after this error and is not moving by the order. After any other error it has to be
+/// brought back with `Drive::recover`.
 #[must_use]
 pub const fn has_ended(error: &Error) -> bool {
     matches!(
@@ -71,11 +71,7 @@ pub const fn has_ended(error: &Error) -> bool {
     )
 }
 
-/// Chooses the operating mode that an order needs, before the drive is enabled; nothing moves.
-///
-/// # Errors
-///
-/// As [`sequence::set_mode`].
+/// Sets the mode of operation that an order needs, before the drive is enabled. Nothing moves.
 pub async fn prepare(drive: &DriveContext, order: Order) -> Result<(), Error> {
     match order.mode() {
         Some(mode) => sequence::set_mode(drive, mode).await,
@@ -83,15 +79,14 @@ pub async fn prepare(drive: &DriveContext, order: Order) -> Result<(), Error> {
     }
 }
 
-/// Carries an order out, and calls `look` whenever something is seen to have changed. Whenever the order waits for no answer of
-/// the drive, `wanted` may name an entry, which is read for those who follow the bus.
+/// Carries out an order, and calls `look` whenever a value has changed. Between its own transfers, `wanted` may name an
+/// entry to read, for observers of the bus.
 ///
-/// Whatever starts something is checked before it is sent: the mode, the state, the limits of the data sheet and those that the
-/// drive is set to. A travel that is timed out, a drive that has run and one that has [stalled](Ending::Stalled) are stopped.
+/// Before an order that moves the drive is sent, the mode, the state, and the limits of the data sheet and the drive
+/// are checked. Afterwards a motion that timed out, a drive that ran for its time, and one that has
+/// [stalled](Ending::Stalled) are stopped.
 ///
-/// # Errors
-///
-/// [`Error::Refused`], [`Error::Unsupported`] and [`Error::OutOfRange`] before anything moves, and those of the sequence.
+/// Errors: with [`Error::Refused`], [`Error::Unsupported`] and [`Error::OutOfRange`] nothing has moved.
 pub async fn carry_out(
     drive: &DriveContext,
     order: Order,
@@ -138,26 +133,22 @@ async fn run(drive: &DriveContext, order: Order, times: Times) -> Result<Ending,
     Ok(ending)
 }
 
-/// Looks at state, position and velocity; the status word.
-///
-/// # Errors
-///
-/// When the drive cannot be read.
+/// Reads state, position and velocity; returns the status word.
 pub async fn see(drive: &DriveContext) -> Result<u16, Error> {
     let status_word = drive.status().await?;
-    // A drive that only runs need not have one.
+    // A drive without profile position mode may lack a position.
     known(drive.position().await.map(i64::from))?;
     drive.velocity().await?;
     Ok(status_word)
 }
 
-/// A travel, in which the velocity is looked at as well.
+/// A motion to a target, with velocity observed.
 async fn travel(drive: &DriveContext, target: i32, within: Duration) -> Result<Ending, Error> {
     sequence::start_travel(drive, target).await?;
     finish(drive, within).await
 }
 
-/// Waits until the travel is over.
+/// Waits until the motion has ended.
 async fn finish(drive: &DriveContext, within: Duration) -> Result<Ending, Error> {
     let until = drive.now() + within;
     loop {
@@ -170,7 +161,7 @@ async fn finish(drive: &DriveContext, within: Duration) -> Result<Ending, Error>
     }
 }
 
-/// Runs at a velocity until its time is over, or something ends it.
+/// Runs at a velocity until its time is up or something ends it.
 async fn turn(drive: &DriveContext, velocity: i32, times: Times) -> Result<Ending, Error> {
     let until = times.lasting.map(|span| drive.now() + span);
     let within = times.lasting.map_or(times.within, |span| span.min(times.within));
@@ -192,13 +183,13 @@ async fn turn(drive: &DriveContext, velocity: i32, times: Times) -> Result<Endin
     Ok(Ending::Reached)
 }
 
-/// What has ended running at a velocity; `None` while the drive runs.
+/// What has ended running at a velocity; `None` if the drive is still running.
 async fn end_of_running(drive: &DriveContext, ordered: i32) -> Result<Option<Ending>, Error> {
     let description = drive.description();
     let status_word = see(drive).await?;
     match State::from_status_word(status_word) {
         Some(State::OperationEnabled) => {}
-        // The next look finds it in FAULT.
+        // The next poll finds it in FAULT.
         Some(State::FaultReactionActive) => return Ok(None),
         Some(State::Fault) => return Ok(Some(Ending::Fault(sequence::cause(drive).await?))),
         Some(state) => return Ok(Some(Ending::Interrupted(state))),
@@ -235,7 +226,7 @@ async fn watch(drive: &DriveContext, lasting: Option<Duration>) -> Result<Ending
     }
 }
 
-/// A quick stop, or a stop where that is refused: the drive is not enabled, and may only coast.
+/// A quick stop, or, if the drive refuses that, a stop: it is not enabled, and at most coasts.
 async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     match sequence::quick_stop(drive).await {
         Err(Error::Refused(_)) => sequence::stop(drive).await,
@@ -243,7 +234,7 @@ async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     }
 }
 
-/// The homing method of an order, or the one that the drive is set to.
+/// The homing method of the order, or else the one that is set in the drive.
 async fn method_of(drive: &DriveContext, method: Option<i8>) -> Result<i8, Error> {
     let homing = drive.need(drive.description().homing, Capability::Mode(Mode::Homing))?;
     match method {
@@ -256,7 +247,7 @@ fn is_over(drive: &DriveContext, until: Option<Instant>) -> bool {
     until.is_some_and(|until| drive.now() >= until)
 }
 
-/// A value, if the drive lets it be read.
+/// The value; `None` if the drive does not have or allow it.
 fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
     match read {
         Ok(value) => Ok(Some(value)),
@@ -265,8 +256,8 @@ fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
     }
 }
 
-/// Runs a sequence, and looks at what the driver has seen after each step of it; between its transfers, reads what is wanted
-/// besides. A sequence whose drive stalls is dropped.
+/// Runs a sequence, looks at the values that the driver has seen after each step, and reads wanted entries between its
+/// transfers. If the drive stalls, the sequence is dropped.
 async fn watched(
     drive: &DriveContext,
     sequence: impl Future<Output = Result<Ending, Error>>,
@@ -279,7 +270,8 @@ async fn watched(
     let (mut last, mut changed) = (None, drive.now());
     poll_fn(|context| {
         loop {
-            // Whether the entry is there does not matter to the order; whether the drive is, it finds out by itself.
+            // Ignore the result: the order does not depend on the entry, and it finds out by itself whether the drive
+            // still answers.
             if beside.as_mut().is_some_and(|read| read.as_mut().poll(context).is_pending()) {
                 return Poll::Pending;
             }

@@ -1,14 +1,9 @@
-//! Velocity and ramps of travels.
+//! Velocity and ramps of profile position mode.
 
 use lexican_driver::{Capability, DriveContext, Error};
 
-/// Sets the velocity (6081h) and the ramps (6083h, 6084h) of travels, as far as they are named. They stay set until the drive
-/// restarts, or another one sets them.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] by a drive whose velocity and ramps are not known; [`Error::OutOfRange`]; as
-/// [`DriveContext::write`].
+/// Sets the given ones of velocity (6081h) and ramps (6083h, 6084h) for motions to a target. They stay until the drive
+/// restarts or they are set again. Errors: [`Error::Unsupported`] if the description lacks these objects.
 pub async fn set_profile(drive: &DriveContext, velocity: Option<i64>, acceleration: Option<i64>) -> Result<(), Error> {
     if velocity.is_none() && acceleration.is_none() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The end of an order, whatever it has led to: the drive stands, or is said not to.
+//! The safe end of an order: the drive stands still, or the user is told that it may not.
 
 use lexican_driver::sequence::Recovery;
 use lexican_driver::{Any, Capability, Drive, Error, Protection, Step};
@@ -9,25 +9,25 @@ use super::ending::Ending;
 use super::order::has_ended;
 use super::verb::Order;
 
-/// How long to try to stop a drive whose bus is lost.
+/// How long to try to stop a drive after the bus is lost.
 pub const RESCUE: Duration = Duration::from_secs(5);
 
-/// How an order has ended, in words.
+/// How an order has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SafeEnd {
-    /// One word for programs.
+    /// One word, for programs.
     pub word: &'static str,
     /// Whether the order has been carried out.
     pub is_success: bool,
-    /// Whether the drive answers, and does what this says.
+    /// Whether the drive answers, so that this describes its present state.
     pub is_known: bool,
-    /// Whether it may be moving, and could not be told to stop.
+    /// Whether it may be moving and could not be stopped.
     pub may_be_moving: bool,
     /// A sentence.
     pub text: String,
     /// What to do about it.
     pub remedy: Option<String>,
-    /// The orders that do so, each on its own.
+    /// Orders that may be given next, each by itself.
     pub steps: &'static [Step],
 }
 
@@ -43,8 +43,8 @@ impl SafeEnd {
     }
 }
 
-/// Ends an order: a drive that may be moving by it, or was to be stopped by it, is stopped once more, also if it is silent for
-/// a while. A drive that was not told to move or stop is left alone.
+/// Ends an order: stops the drive once more if the order moves or stops it, even if the drive was silent for a while. A
+/// drive that was not to move or stop is left alone.
 pub fn end_safely<L: Link>(drive: &mut Drive<L, Any>, order: Order, result: Result<Ending, Error>) -> SafeEnd {
     let error = match result {
         Ok(ending) => {
@@ -75,7 +75,7 @@ pub fn end_safely<L: Link>(drive: &mut Drive<L, Any>, order: Order, result: Resu
         return SafeEnd { is_known: false, ..SafeEnd::of_error("failed", &error) };
     }
     let why = error.into_cause();
-    // Found before: to bring it back arms it again.
+    // Read this before recovering the drive, which arms the protection again.
     let protection = drive.protection();
     match drive.recover(&Recovery::within(RESCUE)) {
         Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
@@ -90,7 +90,7 @@ pub fn end_safely<L: Link>(drive: &mut Drive<L, Any>, order: Order, result: Resu
     }
 }
 
-/// The end of an order to a drive that could not be told to stop.
+/// The end of an order to a drive that could not be stopped.
 #[must_use]
 pub fn unstoppable(why: &dyn std::fmt::Display, protection: Protection) -> SafeEnd {
     let notices = match protection {

@@ -1,4 +1,4 @@
-//! Positions and velocities of a drive in the units of its data sheet.
+//! Positions and velocities of a drive in units of the data sheet.
 
 use lexican_driver::Description;
 use lexican_eds::model::{Device, Entry, Meaning, Value};
@@ -6,19 +6,19 @@ use lexican_runtime::object::Address;
 
 use crate::values::DeviceValues;
 
-/// Turns positions and velocities into text and back, by the units of a data sheet and its overlays. Without a unit they are
-/// plain numbers.
+/// Converts positions and velocities to text and back, in the units of data sheet and overlays; plain numbers without a
+/// unit.
 pub struct Scales<'a> {
     values: DeviceValues<'a>,
     position: Address,
     target: Address,
-    /// `None` if the drive has none, and the driver measures it.
+    /// 606Ch; `None` if the drive lacks it and the driver measures the velocity.
     velocity: Option<Address>,
     target_velocity: Option<Address>,
 }
 
 impl<'a> Scales<'a> {
-    /// The scales of a drive that is described so.
+    /// The scales for a data sheet and a description.
     #[must_use]
     pub fn new(device: &'a Device, description: &Description) -> Self {
         let objects = &description.objects;
@@ -31,31 +31,23 @@ impl<'a> Scales<'a> {
         }
     }
 
-    /// The values of the data sheet. Those on which a unit depends are to be set in it
-    /// ([`DeviceValues::conditions`]), as far as they are read from the drive.
+    /// The values seen. Values on which a unit depends ([`DeviceValues::conditions`]) have to be set here after reading
+    /// them from the drive.
     pub fn values(&mut self) -> &mut DeviceValues<'a> {
         &mut self.values
     }
 
-    /// The objects that have the units.
+    /// The objects whose units are used.
     pub fn objects(&self) -> impl Iterator<Item = Address> + use<> {
         [Some(self.position), Some(self.target), self.velocity, self.target_velocity].into_iter().flatten()
     }
 
-    /// A target, or a distance, from `5000`, `5 mm` or `raw:5000`.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no position.
+    /// Parses a target or a distance: `5000`, `5 mm` or `raw:5000`.
     pub fn parse_position(&self, text: &str) -> Result<i32, String> {
         self.parse(self.target, text)
     }
 
-    /// A velocity from `60 rpm`.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no velocity, and that the drive has none.
+    /// Parses a velocity: `60 rpm`. Also an error if the drive has no velocity mode.
     pub fn parse_velocity(&self, text: &str) -> Result<i32, String> {
         self.parse(self.target_velocity.ok_or("the drive has no velocity mode")?, text)
     }
@@ -64,11 +56,7 @@ impl<'a> Scales<'a> {
         i32::try_from(self.parse_value(address, text)?).map_err(|_| format!("{text:?} is no number of 32 bits"))
     }
 
-    /// The value of any entry, from a text with or without its unit.
-    ///
-    /// # Errors
-    ///
-    /// Why the text is no value of it.
+    /// Parses the value of any entry, with or without its unit.
     pub fn parse_value(&self, address: Address, text: &str) -> Result<i64, String> {
         let number = match self.values.entry(address) {
             Some(entry) => self
@@ -76,7 +64,7 @@ impl<'a> Scales<'a> {
                 .parse(entry, text)
                 .map_err(|error| without_scale(entry, text).unwrap_or(error))?
                 .as_integer(),
-            // It is described by hand.
+            // The description has it, but the data sheet does not.
             None => text.trim().strip_prefix("raw:").unwrap_or(text).trim().parse().ok(),
         };
         number.and_then(|number| i64::try_from(number).ok()).ok_or_else(|| format!("{text:?} is no number"))
@@ -88,13 +76,13 @@ impl<'a> Scales<'a> {
         self.describe(self.position, position)
     }
 
-    /// A target, or a distance.
+    /// A target or a distance as text.
     #[must_use]
     pub fn target(&self, target: i32) -> String {
         self.describe(self.target, target)
     }
 
-    /// A velocity that is ordered.
+    /// A target velocity as text.
     #[must_use]
     pub fn target_velocity(&self, velocity: i32) -> String {
         self.target_velocity.map_or_else(|| self.velocity(velocity), |target| self.describe(target, velocity))
@@ -117,7 +105,7 @@ impl<'a> Scales<'a> {
     }
 }
 
-/// What to do about a number with a unit, where the data sheet has none: the overlay can be copied.
+/// What to do about a number with a unit if the data sheet has none: an overlay to copy.
 fn without_scale(entry: &Entry, text: &str) -> Option<String> {
     let at = text.find(|letter: char| !matches!(letter, '0'..='9' | '.' | '-' | '+'))?;
     let (number, unit) = text.split_at_checked(at)?;

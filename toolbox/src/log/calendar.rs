@@ -1,4 +1,4 @@
-//! Dates of logs. None of the formats says of which time zone its date is: all dates are read and written as UTC.
+//! Dates in logs. No format states its time zone: dates are read and written as UTC.
 
 use lexican_runtime::Instant;
 
@@ -7,15 +7,15 @@ use crate::text::calendar::Civil;
 
 const SECOND: u64 = 1_000_000;
 
-/// Days from 30 December 1899, from which PEAK counts, to 1 January 1970.
+/// Days from 30 December 1899, PEAK's epoch, to 1 January 1970.
 pub(super) const DAYS_FROM_1899: u64 = 25_569;
 
 const WEEKDAYS: [&str; 7] = ["Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"];
 const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
-/// Months of a German Vector tool that differ; a M\u{e4}r of Latin-1 is not valid UTF-8.
+/// German month names of Vector's tools that differ from English; `M\u{fffd}r` is Latin-1 `M\u{e4}r` decoded as UTF-8.
 const GERMAN: [(&str, u64); 6] = [("M\u{e4}r", 3), ("M\u{fffd}r", 3), ("Mrz", 3), ("Mai", 5), ("Okt", 10), ("Dez", 12)];
 
-/// `Sat Sep 30 03:06:13.191 pm 2017`, as Vector's tools write dates in English.
+/// A date in English, as Vector's tools write it: `Sat Sep 30 03:06:13.191 pm 2017`.
 pub(super) fn vector(at: Instant) -> String {
     let civil = Civil::of(at);
     let [hours, minutes, seconds, ms] = civil.clock();
@@ -24,7 +24,7 @@ pub(super) fn vector(at: Instant) -> String {
     format!("{weekday} {month} {} {hours:02}:{minutes:02}:{seconds:02}.{ms:03} {half} {}", civil.day, civil.year)
 }
 
-/// A date as Vector's tools write it: English or German, with 24 hours or with am and pm.
+/// Parses a date of Vector's tools: English or German, with 24 hours or with am and pm.
 pub(super) fn parse_vector(text: &str) -> Option<Instant> {
     let mut words = text.split_ascii_whitespace().skip(1);
     let month = month(words.next()?)?;
@@ -57,7 +57,7 @@ fn clock(text: &str) -> Option<u64> {
     fits.then(|| hours * 3600 * SECOND + minutes * 60 * SECOND + seconds)
 }
 
-/// `30.09.2017 15:06:13.191.0`, as PEAK writes dates in comments: the last part is tenths of a millisecond.
+/// Parses PEAK's dates in comments, `30.09.2017 15:06:13.191.0`, whose last part is tenths of a millisecond.
 pub(super) fn parse_peak(date: &str, time: &str) -> Option<Instant> {
     let mut parts = date.splitn(3, '.');
     let (day, month, year) = (decimal(parts.next()?)?, decimal(parts.next()?)?, decimal(parts.next()?)?);
@@ -77,7 +77,7 @@ pub(super) fn parse_iso(date: &str, time: &str) -> Option<Instant> {
 
 /// A point in time: `2017-09-30T15:06:13.191Z`, the same with a space, or seconds since 1970. All are UTC.
 ///
-/// Errors: [`InvalidTime`] for other texts, and for dates before 1970 or after the year 9999.
+/// Errors: [`InvalidTime`] also for dates before 1970 or after the year 9999.
 pub fn parse_time(text: &str) -> Result<Instant, InvalidTime> {
     let at = match text.split_once(['T', ' ']) {
         Some((date, time)) => parse_iso(date, time.strip_suffix('Z').unwrap_or(time)),
@@ -86,7 +86,7 @@ pub fn parse_time(text: &str) -> Result<Instant, InvalidTime> {
     at.ok_or_else(|| InvalidTime { text: text.to_owned() })
 }
 
-/// A text is no point in time.
+/// The text is not a point in time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is no time; write 2026-09-30T15:06:13Z (UTC), or seconds since 1970")]
 pub struct InvalidTime {

@@ -1,11 +1,11 @@
-//! Channels: the numbers that stand for interfaces in the formats of Vector and PEAK.
+//! Channel numbers, which stand for interfaces in the formats of Vector and PEAK.
 
 use std::sync::Arc;
 
 use super::INTERFACE;
 use super::codec::WriteError;
 
-/// The interface of a channel, as `can0` for channel 1. Remembers the last one, so that frames share its name.
+/// Names interfaces by channel: `can0` is channel 1. Keeps the last name, so that frames share it.
 #[derive(Debug)]
 pub(super) struct Interfaces {
     last: (u16, Arc<str>),
@@ -26,7 +26,7 @@ impl Interfaces {
     }
 }
 
-/// The channels of interfaces: one more than the number at the end of the name, or the lowest that is free.
+/// Numbers interfaces: one more than the number at the end of the name, or else the lowest free channel.
 #[derive(Debug, Default)]
 pub(super) struct Channels {
     names: Vec<(Arc<str>, u8)>,

@@ -1,4 +1,4 @@
-//! What a format does: it reads and writes frames, one after another.
+//! The traits of formats: how they read and write one frame after another.
 
 use std::io;
 
@@ -7,24 +7,24 @@ use lexican_runtime::Instant;
 use super::Record;
 use super::input::{Fault, Flaw, Input};
 
-/// A format's way to read. After an error it is not called again.
+/// Reads a format. Not called again after an error.
 pub(super) trait Decode: Send {
     /// The next frame; `None` at the end.
     fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault>;
 
-    /// Whether errors are in a line, and not at a byte.
+    /// Whether errors are reported by line instead of by byte.
     fn is_text(&self) -> bool {
         false
     }
 }
 
-/// A format with a line for each frame.
+/// Reads a format with one line per frame.
 pub(super) trait Lines: Send {
-    /// The frame of a line, if there is one in it.
+    /// The frame in a line, if it has one.
     fn line(&mut self, line: &str, skipped: &mut Skipped) -> Result<Option<Record>, Flaw>;
 }
 
-/// The frames of lines as text, and what was skipped.
+/// Reads lines into frames as text, and what was skipped.
 #[cfg(test)]
 pub(super) fn read<L: Lines + Default>(lines: &str) -> (Vec<String>, Skipped) {
     let (mut reader, mut skipped, mut records) = (L::default(), Skipped::default(), Vec::new());
@@ -37,7 +37,7 @@ pub(super) fn read<L: Lines + Default>(lines: &str) -> (Vec<String>, Skipped) {
     (records, skipped)
 }
 
-/// A [`Lines`] as a [`Decode`].
+/// Makes a [`Decode`] of a [`Lines`].
 pub(super) struct Text<L>(pub(super) L);
 
 impl<L: Lines> Decode for Text<L> {
@@ -57,31 +57,31 @@ impl<L: Lines> Decode for Text<L> {
     }
 }
 
-/// What a log has besides classic CAN frames. It is left out, and counted.
+/// How much of a log was left out because it is not a classic CAN frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Skipped {
     /// Frames of CAN FD and CAN XL.
     pub fd: u64,
     /// Error frames.
     pub errors: u64,
-    /// Packets, objects and lines of other kinds, and dates that cannot be read.
+    /// Packets, objects and lines of other kinds, and unreadable dates.
     pub other: u64,
     /// Whether the log ends in the middle of a frame.
     pub cut: bool,
 }
 
-/// A format's way to write: it appends bytes, which are written in one piece.
+/// Writes a format: appends bytes, which are passed on in one piece.
 pub(super) trait Encode: Send {
-    /// A frame.
+    /// Appends a frame.
     fn record(&mut self, out: &mut Vec<u8>, record: &Record) -> Result<(), WriteError>;
 
-    /// What was held back.
+    /// Appends what was held back.
     fn flush(&mut self, _: &mut Vec<u8>) {}
 
-    /// What comes after the last frame, or what makes a log of no frame at all.
+    /// Appends the end of the log. Without any frame it also appends the beginning.
     fn finish(&mut self, _: &mut Vec<u8>) {}
 
-    /// The beginning of a file of so many bytes, if it differs from what was written first.
+    /// The first bytes for a file of this size, if they differ from those written at first.
     fn beginning(&self, _: u64) -> Option<Vec<u8>> {
         None
     }
@@ -91,16 +91,16 @@ pub(super) trait Encode: Send {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The format cannot express the time.
+    /// The format cannot express this time.
     #[error("the format cannot express {at} s since 1970")]
     Time {
-        /// The time.
+        /// Of the frame.
         at: Instant,
     },
-    /// The format cannot have so many interfaces.
+    /// The format cannot hold so many interfaces.
     #[error("there are more interfaces than the format can have")]
     Interfaces,
 }

@@ -1,4 +1,4 @@
-//! A log in several files, of which the newest are kept.
+//! A log in several files, of which only the newest are kept.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -9,33 +9,33 @@ use super::codec::WriteError;
 use super::{Format, Record, Writer};
 use crate::text::files::Existing;
 
-/// How large the files of a recording become; without limits it has one file.
+/// Size limits of a recording; without limits it is one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// A file that has so many bytes is followed by another one.
+    /// A file that reaches this size, in bytes, is followed by the next one.
     pub file: Option<u64>,
-    /// While all files have more bytes than this, the oldest is deleted.
+    /// When all files together exceed this size, in bytes, the oldest is deleted.
     pub all: Option<u64>,
 }
 
-/// A recording: one file, or numbered ones beside each other, `bus-0001.log` and so on.
+/// A recording: one file, or numbered ones side by side, `bus-0001.log` and so on.
 pub struct Files {
     path: PathBuf,
     format: Format,
     limits: Limits,
     existing: Existing,
     writer: Writer,
-    /// Finished files that are there, with their sizes.
+    /// Finished files that were not deleted, with their sizes.
     finished: VecDeque<(PathBuf, u64)>,
     finished_bytes: u64,
     number: u32,
 }
 
 impl Files {
-    /// Begins the first file. Limits need each file to be limited.
+    /// Begins the first file. A limit for all files requires one for each file.
     ///
-    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay, also a numbered one that the
-    /// recording would come to later.
+    /// Errors: [`io::ErrorKind::AlreadyExists`] if a file exists and is to be kept, including a numbered one that the
+    /// recording would reach later.
     pub fn create(path: &Path, format: Format, limits: Limits, existing: Existing) -> io::Result<Self> {
         let first = if limits.file.is_some() { numbered(path, 1) } else { path.to_owned() };
         if limits.file.is_some()
@@ -56,7 +56,7 @@ impl Files {
         })
     }
 
-    /// Writes to a stream instead.
+    /// Writes to a stream instead of files.
     #[must_use]
     pub fn stream(writer: Writer, format: Format) -> Self {
         Files {
@@ -71,7 +71,7 @@ impl Files {
         }
     }
 
-    /// Writes a frame, and begins another file if this one is full.
+    /// Writes a frame; begins the next file if this one is full.
     pub fn write(&mut self, record: &Record) -> Result<(), WriteError> {
         self.writer.write(record)?;
         if self.limits.file.is_some_and(|limit| self.writer.written() >= limit) {
@@ -94,24 +94,24 @@ impl Files {
         Ok(())
     }
 
-    /// The file that is written to.
+    /// The current file.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         if self.limits.file.is_some() { numbered(&self.path, self.number) } else { self.path.clone() }
     }
 
-    /// How many bytes all files have that are there.
+    /// The size of all files that were not deleted, in bytes.
     #[must_use]
     pub const fn written(&self) -> u64 {
         self.finished_bytes + self.writer.written()
     }
 
-    /// As [`Writer::flush`].
+    /// See [`Writer::flush`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.writer.flush()
     }
 
-    /// As [`Writer::finish`].
+    /// See [`Writer::finish`].
     pub fn finish(self) -> Result<(), WriteError> {
         self.writer.finish()
     }
@@ -128,7 +128,7 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// A file in the same folder that is numbered likewise.
+/// Another numbered file of the same name in the folder.
 fn other_numbered(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let names = fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -167,7 +167,7 @@ mod tests {
         let times = left.iter().flat_map(|path| Reader::open(path, None).unwrap());
         let times: Vec<_> = times.map(|record| record.unwrap().at.as_micros()).collect();
         assert_eq!(times, [12, 13, 14, 15, 16, 17]);
-        // A recording that would come to one of them later does not begin.
+        // A recording that would reach an existing file later does not begin.
         let again = |existing| Files::create(&folder.join("bus.log"), Format::Candump, limits, existing).map(|_| ());
         assert_eq!(again(Existing::Keep).unwrap_err().to_string(), "bus-0004.log is there already");
         again(Existing::Replace).unwrap();

@@ -1,23 +1,23 @@
-//! Bytes and lines of a log, with where they are.
+//! The bytes and lines of a log, with their positions.
 
 use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
 
-/// Longer than any line of a log, so that a file without line ends is refused.
+/// Longer than any line of a log; a file without line ends is refused.
 const LONGEST_LINE: u64 = 64 * 1024;
 
-/// The beginning of the log, which its format was recognised by, and the rest.
+/// The first bytes, by which the format was recognised, followed by the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 pub(super) struct Input {
     source: BufReader<Source>,
     line: Vec<u8>,
-    /// The number of the line that was read last.
+    /// The number of the last line read.
     pub(super) lines: u64,
-    /// How many bytes were read.
+    /// The number of bytes read.
     pub(super) offset: u64,
 }
 
-/// Why reading does not go on.
+/// Why reading stopped.
 pub(super) enum Fault {
     Io(io::Error),
     Flaw(Flaw),
@@ -37,7 +37,7 @@ impl From<Flaw> for Fault {
     }
 }
 
-/// What is wrong in a log.
+/// What is wrong with a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Flaw {
@@ -47,13 +47,13 @@ pub enum Flaw {
     /// A time stamp cannot be read.
     #[error("the line has no time stamp")]
     Time,
-    /// An interface is missing.
+    /// A frame names no interface.
     #[error("the line names no interface")]
     Interface,
-    /// A frame cannot be read, or cannot be on a bus.
+    /// A frame cannot be read, or is not a valid CAN frame.
     #[error("this is no CAN frame")]
     Frame,
-    /// A version that is not known.
+    /// An unknown version of the format.
     #[error("version {major}.{minor} of the format is not known")]
     Version {
         /// Before the dot.
@@ -61,36 +61,36 @@ pub enum Flaw {
         /// After the dot.
         minor: u16,
     },
-    /// The table's columns lack one that is needed.
+    /// A required column is missing.
     #[error("the columns lack time, identifier, or length")]
     Columns,
-    /// The packets are not those of a CAN interface.
+    /// The packets are not from a CAN interface.
     #[error("the packets are of link type {0}, not of SocketCAN, which is 227")]
     LinkType(u32),
-    /// A block has a length that it cannot have.
+    /// A block has an impossible length.
     #[error("a block of {0} bytes cannot be here")]
     Length(u64),
-    /// The block has no known kind of byte order.
+    /// The byte order of a section is not valid.
     #[error("the byte order is neither little nor big endian")]
     ByteOrder,
     /// More interfaces than any machine has.
     #[error("there are more than {MOST_INTERFACES} interfaces")]
     Interfaces,
-    /// A packet of an interface that was not described before.
+    /// A packet refers to an interface that was not described.
     #[error("a packet is of interface {0}, which is not described")]
     UnknownInterface(u32),
-    /// Something else stands where an object begins.
+    /// There is no object where one should begin.
     #[error("there is no object here")]
     Object,
-    /// A container is compressed in an unknown way.
+    /// The compression of a container is unknown.
     #[error("compression method {0} is not known")]
     Compression(u16),
-    /// A compressed container is damaged, or becomes far too large.
+    /// A compressed container is damaged, or its unpacked size is too large.
     #[error("a compressed container cannot be unpacked")]
     Inflate,
 }
 
-/// A bound for what a file can make a reader keep.
+/// The most interfaces that a file can make a reader remember.
 pub(super) const MOST_INTERFACES: usize = 1024;
 
 impl Input {
@@ -99,8 +99,8 @@ impl Input {
         Input { source, line: Vec::new(), lines: 0, offset: 0 }
     }
 
-    /// The next line, without its end, and whether it has one; `None` at the end. Bytes that are no UTF-8, as in comments of
-    /// older tools, become replacement characters.
+    /// The next line without its end, and whether it had one; `None` at the end of the log. Bytes that are not UTF-8,
+    /// as in comments of older tools, become replacement characters.
     pub(super) fn line(&mut self) -> Result<Option<(std::borrow::Cow<'_, str>, bool)>, Fault> {
         self.line.clear();
         let read = self.source.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut self.line)? as u64;
@@ -116,7 +116,7 @@ impl Input {
         Ok(Some((String::from_utf8_lossy(&self.line), ended)))
     }
 
-    /// Fills `bytes`; `false` at the end of the log.
+    /// Fills `bytes`; `false` if the log has ended.
     pub(super) fn fill(&mut self, bytes: &mut [u8]) -> Result<bool, Fault> {
         if self.source.fill_buf()?.is_empty() {
             return Ok(false);
@@ -130,13 +130,13 @@ impl Input {
         Ok(true)
     }
 
-    /// The next `N` bytes of something that has begun.
+    /// The next `N` bytes, in the middle of something.
     pub(super) fn array<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let mut bytes = [0; N];
         if self.fill(&mut bytes)? { Ok(bytes) } else { Err(Fault::Cut) }
     }
 
-    /// Replaces `bytes` by the next `count` ones; takes no more memory than there are bytes.
+    /// Replaces `bytes` by the next `count` bytes; allocates no more than the log has.
     pub(super) fn vec(&mut self, bytes: &mut Vec<u8>, count: u64) -> Result<(), Fault> {
         bytes.clear();
         let read = self.source.by_ref().take(count).read_to_end(bytes)? as u64;
@@ -144,7 +144,7 @@ impl Input {
         if read == count { Ok(()) } else { Err(Fault::Cut) }
     }
 
-    /// Passes over bytes.
+    /// Skips bytes.
     pub(super) fn skip(&mut self, count: u64) -> Result<(), Fault> {
         let skipped = io::copy(&mut self.source.by_ref().take(count), &mut io::sink())?;
         self.offset += skipped;

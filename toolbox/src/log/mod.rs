@@ -1,8 +1,8 @@
-//! Recorded frames: every common log format, read and written one frame after another.
+//! Logs of frames, in every common format, read and written frame by frame.
 //!
-//! [`Reader`] recognises a format by its first bytes and needs no more memory for a long log than for a short one; [`Writer`]
-//! writes whole frames, so that a log that is cut off loses its end and nothing else. The crate's README says what each
-//! format keeps and loses. Times are kept to the microsecond: the shortest frame takes 47 of them at 1 Mbit/s.
+//! [`Reader`] recognises a format by its first bytes, and needs no more memory for longer logs. [`Writer`] writes whole
+//! frames, so that a log that is cut off loses only its end. The crate's README lists what each format keeps. Times
+//! have a resolution of 1 µs: the shortest frame takes 47 µs at 1 Mbit/s.
 
 mod calendar;
 mod channel;
@@ -29,23 +29,23 @@ pub use reader::{LogError, Reader};
 pub use selection::Selection;
 pub use writer::Writer;
 
-/// The interface of frames whose log names none.
+/// The interface of frames in logs that name none.
 pub const INTERFACE: &str = "can0";
 
 /// A frame of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// When it was on the bus: since 1970 (UTC) if the log has a date, else since the log began.
+    /// When it was on the bus: since 1970 (UTC) if the log has a date, else since the beginning of the log.
     pub at: Instant,
-    /// The interface, [`INTERFACE`] if the log names none. Formats with numbers instead of names have `can0` as channel 1.
+    /// The interface; [`INTERFACE`] if the log names none. In formats with channel numbers, channel 1 is `can0`.
     pub interface: Arc<str>,
-    /// Whether the recording machine has sent it itself; [`Direction::Received`] in formats that do not say.
+    /// [`Direction::Received`] in formats that do not say.
     pub direction: Direction,
     /// The frame.
     pub frame: Frame,
 }
 
-/// Who has sent a frame.
+/// Who sent a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// Another node.

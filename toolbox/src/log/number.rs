@@ -1,16 +1,14 @@
-//! Numbers in texts, without the signs that `parse` would accept.
+//! Parses numbers without sign, which `parse` would accept.
 
-/// A number of decimal digits.
 pub(super) fn decimal(digits: &str) -> Option<u64> {
     digits.parse().ok().filter(|_| !digits.starts_with('+'))
 }
 
-/// A number of hexadecimal digits.
 pub(crate) fn hex(digits: &str) -> Option<u32> {
     u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
 }
 
-/// A number with a decimal point, in units of its `places`th decimal; further decimals are cut off. None may be there.
+/// A decimal number with at most one point, in units of its `places`th decimal; further decimals are dropped.
 ///
 /// `fixed("1.5", 6)` is 1,500,000.
 pub(super) fn fixed(text: &str, places: u32) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! Reading a log of any format.
+//! Reads logs of any format.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -10,7 +10,7 @@ use super::codec::{Decode, Skipped};
 use super::input::{Fault, Flaw, Input};
 use super::{Format, Record};
 
-/// Reads a log: an iterator over its frames, in the order of the log. It ends after an error.
+/// Reads a log: an iterator over its frames, which ends after an error.
 pub struct Reader {
     name: String,
     format: Format,
@@ -21,7 +21,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens a file; its format is recognised by its first bytes unless it is given.
+    /// Opens a file. Without `format`, it is recognised by the first bytes.
     pub fn open(path: &Path, format: Option<Format>) -> Result<Self, LogError> {
         let name = path.display().to_string();
         match File::open(path) {
@@ -30,7 +30,7 @@ impl Reader {
         }
     }
 
-    /// Reads a log from anywhere; `name` is for errors.
+    /// Reads a log from any source; `name` is for errors.
     pub fn new(
         name: impl Into<String>,
         mut input: impl Read + Send + 'static,
@@ -42,7 +42,7 @@ impl Reader {
             Err(error) => return Err(LogError::Io { name, error }),
         };
         let Some(format) = format.or_else(|| Format::of_bytes(&head)) else {
-            // A log without a frame may be an empty file.
+            // An empty file may be a log without frames.
             return if head.trim_ascii().is_empty() {
                 Ok(Reader::of(name, Format::Candump, Input::new(head, Box::new(input))))
             } else {
@@ -62,26 +62,25 @@ impl Reader {
         self.format
     }
 
-    /// The line of the frame that was read last, counted from 1; `None` in formats without lines.
+    /// The line (from 1) of the last frame; `None` in formats without lines.
     #[must_use]
     pub fn line(&self) -> Option<u64> {
         self.decode.is_text().then_some(self.input.lines)
     }
 
-    /// What was left out so far.
+    /// What has been left out so far.
     #[must_use]
     pub const fn skipped(&self) -> Skipped {
         self.skipped
     }
 
-    /// How many bytes were read so far.
+    /// The number of bytes read so far.
     #[must_use]
     pub const fn position(&self) -> u64 {
         self.input.offset
     }
 
-    /// The frames with their times, as [`Replay::of`](lexican_runtime::host::Replay::of) takes them: of one interface,
-    /// or of all.
+    /// The frames with their times for [`Replay::of`](lexican_runtime::host::Replay::of): of one interface, or of all.
     pub fn into_frames(
         self,
         interface: Option<String>,
@@ -92,7 +91,7 @@ impl Reader {
     }
 }
 
-/// As many bytes as are needed to recognise the format.
+/// Reads as many bytes as recognising the format takes; none if it is given.
 fn head(input: &mut impl Read, format: Option<Format>) -> io::Result<Vec<u8>> {
     const MOST: usize = 4096;
     let (mut head, mut chunk) = (Vec::new(), [0; 512]);
@@ -138,26 +137,24 @@ impl Iterator for Reader {
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum LogError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("{name}: {error}")]
     Io { name: String, error: io::Error },
-    /// The bytes are of no known format.
+    /// The bytes have no known format.
     #[error("{name}: this is no log of a known format: {}", Format::kinds())]
     Unknown { name: String },
-    /// A line is wrong.
     #[error("{name}:{line}: {flaw}")]
     Line {
         name: String,
-        /// The line, counted from 1.
+        /// From 1.
         line: u64,
         /// What is wrong.
         flaw: Flaw,
     },
-    /// The bytes before an offset are wrong.
     #[error("{name}: before byte {offset}: {flaw}")]
     Byte {
         name: String,
-        /// How many bytes were read.
+        /// The number of bytes read until then.
         offset: u64,
         /// What is wrong.
         flaw: Flaw,

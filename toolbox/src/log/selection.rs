@@ -1,11 +1,11 @@
-//! Which frames of a log are wanted.
+//! Selects frames of a log.
 
 use lexican_runtime::{Duration, Instant};
 
 use super::Record;
 use crate::bus::cob_ids::CobIds;
 
-/// Which frames of a log are wanted: those that meet all conditions given here.
+/// Selects frames of a log: those that meet all conditions.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Only these identifiers.
@@ -14,14 +14,14 @@ pub struct Selection {
     pub except: Option<CobIds>,
     /// Only this interface.
     pub interface: Option<String>,
-    /// Not before so much time since the log's first frame.
+    /// From this time after the first frame of the log.
     pub after: Option<Duration>,
-    /// Before so much time since the log's first frame.
+    /// Until this time after the first frame of the log.
     pub before: Option<Duration>,
 }
 
 impl Selection {
-    /// Whether a frame of a log that begins at `start` is wanted.
+    /// Whether a frame is selected; `start` is the time of the log's first frame.
     #[must_use]
     pub fn contains(&self, record: &Record, start: Instant) -> bool {
         let (id, passed) = (record.frame.id(), record.at.since(start));

@@ -1,13 +1,13 @@
-//! A frame as SocketCAN has it in captures (LINKTYPE_CAN_SOCKETCAN): the identifier, big endian, with its flags, the
-//! length, flags of CAN FD, and eight bytes.
+//! SocketCAN frames in captures (LINKTYPE_CAN_SOCKETCAN): the identifier with flags, big-endian, the length, CAN FD
+//! flags, and eight bytes.
 
 use lexican_runtime::{CobId, Frame};
 
 use super::codec::Skipped;
 
-/// The link type of both kinds of captures.
+/// The link type of pcap and pcapng.
 pub(super) const LINK_TYPE: u32 = 227;
-/// The bytes of a classic frame.
+/// The size of a classic frame.
 pub(super) const LEN: usize = 16;
 
 const EXTENDED: u32 = 0x8000_0000;
@@ -16,7 +16,7 @@ const ERROR: u32 = 0x2000_0000;
 /// A flag of CAN FD in byte 5, and of CAN XL in byte 4.
 const FD: u8 = 0x04;
 const XL: u8 = 0x80;
-/// The bytes of a frame of CAN FD, which older captures do not mark.
+/// The size of a CAN FD frame, by which older captures are recognised.
 const FD_LEN: usize = 72;
 
 pub(super) fn bytes(frame: &Frame) -> [u8; LEN] {
@@ -29,7 +29,7 @@ pub(super) fn bytes(frame: &Frame) -> [u8; LEN] {
     bytes
 }
 
-/// The frame of a packet; others are counted.
+/// The frame of a packet; counts packets with other content.
 pub(super) fn frame(packet: &[u8], skipped: &mut Skipped) -> Option<Frame> {
     let Some((head, data)) = packet.split_first_chunk::<8>() else {
         skipped.other += 1;
@@ -48,17 +48,17 @@ pub(super) fn frame(packet: &[u8], skipped: &mut Skipped) -> Option<Frame> {
     let (id, is_remote) = (identifier(id & !REMOTE), id & REMOTE != 0);
     let frame = id
         .and_then(|id| if is_remote { Frame::remote(id, len) } else { Frame::new(id, data.get(..usize::from(len))?) });
-    // The capture may have cut the packet.
+    // The capture may have cut off the packet.
     skipped.other += u64::from(frame.is_none());
     frame
 }
 
-/// An identifier whose highest bit says that it is an extended one.
+/// An identifier; its highest bit marks an extended one.
 pub(super) fn identifier(number: u32) -> Option<CobId> {
     if number & EXTENDED != 0 { CobId::extended(number & !EXTENDED) } else { CobId::standard(number.try_into().ok()?) }
 }
 
-/// As [`identifier`] reads it.
+/// The reverse of [`identifier`].
 pub(super) fn number(id: CobId) -> u32 {
     id.raw() | if id.is_extended() { EXTENDED } else { 0 }
 }

@@ -1,4 +1,4 @@
-//! Writing a log of any format.
+//! Writes logs of any format.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -17,11 +17,11 @@ enum Output {
 }
 
 enum LogFile {
-    /// It is made when the first bytes are written.
+    /// Created with the first bytes.
     Wanted(PathBuf, Existing),
-    /// It grows in place.
+    /// Written in place.
     Growing(File),
-    /// It gets its name at the end.
+    /// Written under another name, and renamed at the end.
     Beside(Replacement),
 }
 
@@ -69,14 +69,14 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Writes to a file that is made with the first frames, and grows.
+    /// Writes to a file that is created with the first frame and grows.
     ///
-    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that is to stay.
+    /// Errors: [`io::ErrorKind::AlreadyExists`] if the file exists and is to be kept.
     pub fn create(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
         Self::to_file(path, format, existing, || Ok(LogFile::Wanted(path.to_owned(), existing)))
     }
 
-    /// Writes to a file that appears, or replaces another, when it is complete.
+    /// Writes to a file that appears, or replaces an existing one, only when complete.
     pub fn create_whole(path: &Path, format: Format, existing: Existing) -> io::Result<Self> {
         Self::to_file(path, format, existing, || Replacement::begin(path).map(LogFile::Beside))
     }
@@ -88,7 +88,7 @@ impl Writer {
         file: impl FnOnce() -> io::Result<LogFile>,
     ) -> io::Result<Self> {
         existing.guard(path, [])?;
-        // The beginning of a pipe or a device cannot be written again; a folder is refused here.
+        // The beginning of a pipe or device cannot be rewritten; a folder is refused here.
         if path.exists() && !path.is_file() {
             return Ok(Self::new(File::create(path)?, format));
         }
@@ -99,12 +99,12 @@ impl Writer {
         Ok(Self::of(Output::File(BufWriter::with_capacity(BUFFER, file()?)), format))
     }
 
-    /// Writes to anywhere, through a buffer.
+    /// Writes to any output, buffered.
     pub fn new(output: impl Write + Send + 'static, format: Format) -> Self {
         Self::of(Output::Stream(Box::new(BufWriter::with_capacity(BUFFER, output))), format)
     }
 
-    /// Writes into memory, of which [`into_bytes`](Self::into_bytes) is the log.
+    /// Writes to memory; [`into_bytes`](Self::into_bytes) returns the log.
     #[must_use]
     pub fn in_memory(format: Format) -> Self {
         Self::of(Output::Memory, format)
@@ -114,16 +114,16 @@ impl Writer {
         Writer { output, encode: format.encoder(), bytes: Vec::new(), written: 0, unflushed: false }
     }
 
-    /// Writes a frame. Times should not go back: formats with relative times cannot have one before the first.
+    /// Writes a frame. Times should not go back: formats with relative times cannot express a frame before the first.
     ///
-    /// A frame that the format cannot express leaves the log as it was.
+    /// If the format cannot express the frame, the log stays as it was.
     pub fn write(&mut self, record: &Record) -> Result<(), WriteError> {
         self.encode.record(&mut self.bytes, record)?;
         self.unflushed = true;
         self.put()
     }
 
-    /// Hands everything to the operating system, as a log that can be read up to here.
+    /// Hands everything written so far to the operating system; the log can be read up to here.
     pub fn flush(&mut self) -> Result<(), WriteError> {
         if !std::mem::take(&mut self.unflushed) {
             return Ok(());
@@ -132,7 +132,7 @@ impl Writer {
         self.settle()
     }
 
-    /// Writes what belongs at the end.
+    /// Writes the end of the log.
     pub fn finish(mut self) -> Result<(), WriteError> {
         self.encode.flush(&mut self.bytes);
         self.encode.finish(&mut self.bytes);
@@ -145,7 +145,7 @@ impl Writer {
         Ok(())
     }
 
-    /// The log that was written into memory, with what belongs at its end.
+    /// Writes the end of the log, and returns its bytes.
     #[must_use]
     pub fn into_bytes(mut self) -> Vec<u8> {
         self.encode.flush(&mut self.bytes);
@@ -153,14 +153,14 @@ impl Writer {
         self.bytes
     }
 
-    /// How many bytes the log has so far; those that a format holds back are not counted.
+    /// The size of the log so far, in bytes, without what the format holds back.
     #[must_use]
     pub const fn written(&self) -> u64 {
         self.written
     }
 
     fn put(&mut self) -> Result<(), WriteError> {
-        // In one piece: the buffer passes on whole pieces, so that a file is never cut in the middle of a frame.
+        // One call: the buffer passes on each piece whole, so that a file never ends within a frame.
         match &mut self.output {
             Output::File(file) => file.write_all(&self.bytes)?,
             Output::Stream(stream) => stream.write_all(&self.bytes)?,

@@ -7,14 +7,15 @@ use lexican_runtime::wire::lss::{Identity, LssRequest, LssResponse, Part};
 use super::session::{Session, response};
 use super::trouble::Trouble;
 
-/// The steps of a fastscan: whether any device is there, then 32 bits and a confirmation of each of four numbers.
+/// The steps of a fastscan: one for any device, then 32 bits and a confirmation for each of four numbers.
 pub const SCAN_STEPS: u64 = 1 + 4 * 33;
 
-/// In place of a number of bits: all devices without node-ID restart the search and respond (CiA 305).
+/// A bit number with a special meaning: all devices without node-ID restart the search and respond (CiA 305).
 const RESTART: u8 = 0x80;
 
 impl<L: Link> Session<L> {
-    /// Finds and selects the next device without node-ID. Devices that were found before do not respond.
+    /// Finds and selects the next device without node-ID. Devices that were found before and have kept quiet do not
+    /// respond.
     pub fn fastscan(&mut self) -> Result<Option<Identity>, Trouble> {
         match self.operate(self.times.response, LssManager::fastscan)? {
             Event::Found(identity) => Ok(Some(identity)),
@@ -24,8 +25,8 @@ impl<L: Link> Session<L> {
         }
     }
 
-    /// Finds all devices without node-ID. `found` gets each, and returns whether to go on; `repeated` gets the first that goes on
-    /// answering.
+    /// Finds all devices without node-ID. `found` is called for each and returns whether to go on; `repeated` is called
+    /// for the first one that responds again although it was found.
     pub fn find_all<E: From<Trouble>>(
         &mut self,
         mut found: impl FnMut(Identity) -> Result<bool, E>,
@@ -49,11 +50,11 @@ impl<L: Link> Session<L> {
         Ok(known)
     }
 
-    /// Finds and selects the next device without node-ID that is none of `known`, some of which respond to every search.
+    /// Finds and selects the next device without node-ID, when some of the `known` ones respond to every search.
     ///
-    /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
-    /// no known one is probed. For that the known ones are left searched for: some confirm anything while they are
-    /// selected.
+    /// An unknown identity differs from each known one in some bit. So this probes each branch that leaves a known
+    /// identity and leads to no known one. It leaves known devices unselected meanwhile: some confirm anything once
+    /// they are selected.
     pub fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Trouble> {
         self.deselect()?;
         self.is_fenced = self.has_unconfigured()?;
@@ -63,7 +64,7 @@ impl<L: Link> Session<L> {
                     return Ok(None);
                 }
                 for bit in (0..32).rev() {
-                    // The other bit, and below it all zero.
+                    // The other bit, with zeros below.
                     let value = (identity.part(part) ^ 1 << bit) >> bit << bit;
                     let branch = identity.with(part, value);
                     if !known.iter().any(|known| leads_to(branch, part, bit, *known))
@@ -77,14 +78,14 @@ impl<L: Link> Session<L> {
         Ok(None)
     }
 
-    /// Whether a selected device confirms whatever is searched for, as CANopenNode does: after a restart, no device that is
-    /// searched for responds to a number other than the first.
+    /// Whether a selected device confirms any number, as CANopenNode does. After a restart, devices in search respond
+    /// to the first number only, so a response to another one is such a device's.
     fn is_anything_confirmed(&mut self) -> Result<bool, Trouble> {
         Ok(self.probe(Identity::default(), Part::Vendor, RESTART)?
             && self.probe(Identity::default(), Part::Serial, 31)?)
     }
 
-    /// Restarts the search, and confirms the numbers before `part`; returns whether any device responds.
+    /// Restarts the search and confirms the numbers before `part`; returns whether any device responds.
     fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Trouble> {
         let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
         let mut is_there = self.probe(identity, Part::Vendor, RESTART)?;
@@ -94,7 +95,7 @@ impl<L: Link> Session<L> {
         Ok(is_there)
     }
 
-    /// Goes on from a branch that leads to no known device.
+    /// Continues from a branch that leads to no known device.
     fn search_on(&mut self, mut found: Identity, mut part: Part, mut bit: u8) -> Result<Identity, Trouble> {
         loop {
             while bit > 0 {
@@ -114,7 +115,7 @@ impl<L: Link> Session<L> {
         }
     }
 
-    /// A late response may have counted for another step: the device that was found reports its identity.
+    /// Reads the identity of the device found: a late response may have counted for another step.
     fn read_back(&mut self, found: Identity) -> Result<Identity, Trouble> {
         for part in Part::ALL {
             let value = found.part(part);
@@ -127,18 +128,18 @@ impl<L: Link> Session<L> {
         Ok(found)
     }
 
-    /// Whether a device has the bits of a number from `bits_left` on.
+    /// Whether a device has these bits of a number, from bit `bits_left` on.
     fn probe(&mut self, identity: Identity, part: Part, bits_left: u8) -> Result<bool, Trouble> {
         self.is_identified(LssRequest::Fastscan { value: identity.part(part), bits_left, part, next: part })
     }
 
-    /// Whether a device has the whole number; it goes on to the next.
+    /// Whether a device has the whole number, and so goes on to the next.
     fn confirm(&mut self, identity: Identity, part: Part) -> Result<bool, Trouble> {
         let (value, next) = (identity.part(part), part.next());
         self.is_identified(LssRequest::Fastscan { value, bits_left: 0, part, next })
     }
 
-    /// Whether any device responds within the time of the step, or else before the devices respond to another request.
+    /// Whether any device responds to the step in time, or before the devices respond to the request that follows it.
     fn is_identified(&mut self, step: LssRequest) -> Result<bool, Trouble> {
         self.send(&step.frame())?;
         let until = self.link.now() + self.times.step;
@@ -164,7 +165,7 @@ impl<L: Link> Session<L> {
     }
 }
 
-/// Whether a device with the identity `known` responds to a probe of `branch`, `part` and `bit`.
+/// Whether the device `known` responds to a probe of `branch`, `part` and `bit`.
 fn leads_to(branch: Identity, part: Part, bit: u8, known: Identity) -> bool {
     let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
     before.into_iter().all(|before| branch.part(before) == known.part(before))

@@ -1,4 +1,4 @@
-//! An LSS manager on a link: selects and configures devices.
+//! An LSS manager on a link, which selects and configures devices.
 
 use lexican_runtime::host::{Link, Pump, StateMachine};
 use lexican_runtime::object::Address;
@@ -13,57 +13,58 @@ use super::trouble::{Times, Trouble};
 use crate::bus::sdo_channel::{request_frame, response_id};
 use crate::decode::lss::refuses;
 
-/// How much later a second device may respond.
+/// The time that further devices get to respond after the first.
 const GRACE: Duration = Duration::from_millis(50);
 
-/// How long a device may take to store its configuration.
+/// The time that a device may take to store its configuration.
 const STORING: Duration = Duration::from_secs(3);
 
 /// How long a device may take to boot.
 const BOOTING: Duration = Duration::from_secs(2);
 
-/// How long the last request may take to leave the buffers.
+/// The time that the last request may take to leave the transmit buffers.
 const LEAVING: Duration = Duration::from_millis(20);
 
-/// Which device is meant.
+/// The device to select.
 #[derive(Clone, Copy, Debug)]
 pub enum Target {
-    /// The only one on the bus.
+    /// The only device on the bus with LSS.
     Only,
-    /// The one with it.
+    /// The device with this identity.
     Identity(Identity),
-    /// Any without node-ID.
+    /// Any device without node-ID.
     Unconfigured,
 }
 
-/// The device in the state CONFIGURATION.
+/// The selected device, in the state CONFIGURATION.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selected {
     /// By which it is selected.
     pub identity: Identity,
-    /// Its node-ID, if it has one.
+    /// `None` if it has none.
     pub node: Option<NodeId>,
 }
 
-/// Whether a device has carried out a command; if not, its response.
+/// `Ok` if the devices have carried out a command, else the response of one that refuses.
 pub type Done = Result<(), LssResponse>;
 
-/// A conversation with the devices that have LSS.
+/// An LSS session: a conversation with all devices that have LSS.
 pub struct Session<L> {
     pub(super) link: L,
     pump: Pump,
     pub(super) times: Times,
-    /// All devices are selected, so that all of them respond.
+    /// Whether all devices are selected, so that each of them responds.
     selects_all: bool,
-    /// The devices answer requests for devices without node-ID, which shows that all requests before were answered.
+    /// Whether devices respond to the request for devices without node-ID. As they respond in order, that response
+    /// shows that all earlier requests were handled.
     pub(super) is_fenced: bool,
-    /// The devices may have another bit rate than the link.
+    /// Whether the devices may have another bit rate than the link by now.
     is_over: bool,
     on_step: Box<dyn FnMut(u64)>,
 }
 
 impl<L: Link> Session<L> {
-    /// Runs `work`; no device is selected before and after it.
+    /// Runs `work`. Before and after it, all devices are in the state WAITING.
     pub fn run<T, E: From<Trouble>>(
         link: L,
         times: Times,
@@ -78,18 +79,18 @@ impl<L: Link> Session<L> {
         let outcome = outcome?;
         left?;
         session.wait_for(session.link.now() + LEAVING, |_| false)?;
-        // Whoever lent the link hears all again.
+        // Remove the filter, so that the owner of the link receives all frames.
         session.listen_to(&[])?;
         Ok(outcome)
     }
 
-    /// Calls this with the number of each step of a search, of which there are [`SCAN_STEPS`](super::SCAN_STEPS), and with 0 at
-    /// its end.
+    /// Sets a callback for the steps of a search: it gets the number of each of the [`SCAN_STEPS`](super::SCAN_STEPS),
+    /// and 0 at the end.
     pub fn on_step(&mut self, on_step: impl FnMut(u64) + 'static) {
         self.on_step = Box::new(on_step);
     }
 
-    /// Whether there is a device without node-ID, by the service that precedes fastscan.
+    /// Whether there is a device without node-ID, by the service that has to precede fastscan.
     pub fn has_unconfigured(&mut self) -> Result<bool, Trouble> {
         let event = self.operate(self.times.response, LssManager::identify_unconfigured)?;
         Ok(event == Event::UnconfiguredExists)
@@ -122,13 +123,13 @@ impl<L: Link> Session<L> {
         }
     }
 
-    /// Selects all devices; what is ordered then is for all of them.
+    /// Selects all devices; the following requests apply to each of them.
     pub fn select_all(&mut self) -> Result<(), Trouble> {
         self.selects_all = true;
         self.switch_all(LssState::Configuration)
     }
 
-    /// The identity of the only selected device.
+    /// The identity of the selected device, which must be the only one.
     fn identity(&mut self) -> Result<Identity, Trouble> {
         Part::ALL.into_iter().try_fold(Identity::default(), |identity, part| {
             match self.ask(self.times.response, |lss| lss.inquire(part))? {
@@ -139,7 +140,7 @@ impl<L: Link> Session<L> {
         })
     }
 
-    /// Whether another node has this node-ID: it responds to an upload of its device type.
+    /// Whether another node uses this node-ID: it responds to an upload of 1000h.
     pub fn is_taken(&mut self, node: NodeId) -> Result<bool, Trouble> {
         let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) };
         self.listen_to(&[response_id(node)])?;
@@ -150,15 +151,14 @@ impl<L: Link> Session<L> {
         Ok(taken)
     }
 
-    /// Gives the selected device a node-ID, or removes it.
+    /// Gives the selected device a node-ID, or takes it away.
     pub fn configure_node(&mut self, node: Option<NodeId>) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::ConfigureNode { error, specific };
         self.command(self.times.response, refusal, |lss| lss.configure_node(node))
     }
 
-    /// Gives the device with an identity a node-ID, which it stores with `store`; `None` if there is no such device.
-    ///
-    /// Errors: also [`Trouble::Refused`].
+    /// Gives the device with this identity a node-ID, and has it stored if `store` is set; `None` if there is no such
+    /// device. Errors: also [`Trouble::Refused`].
     pub fn name(&mut self, identity: Identity, node: NodeId, store: bool) -> Result<Option<Selected>, Trouble> {
         match self.give(Target::Identity(identity), node, store) {
             Err(Trouble::NoSuchDevice) => Ok(None),
@@ -166,28 +166,28 @@ impl<L: Link> Session<L> {
         }
     }
 
-    /// Gives one device a node-ID, which it stores with `store`: what was selected.
-    ///
-    /// Errors: also [`Trouble::Refused`].
+    /// Gives a device a node-ID, and has it stored if `store` is set; returns the device. Errors: also
+    /// [`Trouble::Refused`].
     pub fn give(&mut self, target: Target, node: NodeId, store: bool) -> Result<Selected, Trouble> {
         let selected = self.select(target)?;
         let is_given = self.configure_node(Some(node))?.is_ok() && (!store || self.store()?.is_ok());
         if is_given { Ok(selected) } else { Err(Trouble::Refused(node)) }
     }
 
-    /// Gives the selected devices a bit rate: an entry of the table of CiA 305.
+    /// Gives the selected devices a bit rate, as an entry of CiA 305's table.
     pub fn configure_bit_rate(&mut self, entry: u8) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::ConfigureBitTiming { error, specific };
         self.command(self.times.response, refusal, |lss| lss.configure_bit_timing(0, entry))
     }
 
-    /// Lets the selected devices store node-ID and bit rate.
+    /// Has the selected devices store node-ID and bit rate.
     pub fn store(&mut self) -> Result<Done, Trouble> {
         let refusal = |error, specific| LssResponse::Store { error, specific };
         self.command(self.times.response.max(STORING), refusal, LssManager::store)
     }
 
-    /// Lets the selected devices change their bit rate, and waits until they have.
+    /// Has the selected devices switch to their new bit rate, and waits until they have. `delay_ms` is the switch
+    /// delay.
     pub fn activate(&mut self, delay_ms: u16) -> Result<(), Trouble> {
         self.is_over = true;
         self.begin(|lss| lss.activate_bit_timing(delay_ms))?;
@@ -195,7 +195,7 @@ impl<L: Link> Session<L> {
         self.wait_for(self.link.now() + delay.times(2), |_| false).map(drop)
     }
 
-    /// Lets a device without node-ID take its new one; returns whether it boots with it.
+    /// Makes a device without node-ID use its new one; returns whether it boots with that.
     pub fn boot(&mut self, node: NodeId) -> Result<bool, Trouble> {
         self.listen_to(&[ErrorControl::cob_id(node)])?;
         self.deselect()?;
@@ -203,8 +203,8 @@ impl<L: Link> Session<L> {
         self.wait_for(self.link.now() + BOOTING, |frame| *frame == boot_up)
     }
 
-    /// Lets a device that has a node-ID take its new one, by a reset of its communication (CiA 305); returns whether it
-    /// boots with it.
+    /// Makes a device with a node-ID use its new one, by a reset of its communication (CiA 305); returns whether it
+    /// boots with that.
     pub fn activate_node(&mut self, old: NodeId, new: Option<NodeId>) -> Result<bool, Trouble> {
         self.listen_to(&new.map(ErrorControl::cob_id).into_iter().collect::<Vec<_>>())?;
         self.deselect()?;
@@ -213,10 +213,10 @@ impl<L: Link> Session<L> {
         self.wait_for(self.link.now() + BOOTING, |frame| Some(*frame) == boot_up)
     }
 
-    /// Lets a device take its node-ID; returns whether it has booted with it.
+    /// Makes a device use its new node-ID; returns whether it has booted with that.
     pub fn take(&mut self, old: Option<NodeId>, new: Option<NodeId>, activate: bool) -> Result<bool, Trouble> {
         match (old, new) {
-            // Some wait for a reset, which they hear at the node-ID that they have got.
+            // Some devices wait for a reset, which they receive at their new node-ID.
             (None, Some(node)) => Ok(self.boot(node)? || activate && self.activate_node(node, new)?),
             (Some(old), new) if activate && new != Some(old) => self.activate_node(old, new),
             _ => Ok(false),
@@ -231,7 +231,7 @@ impl<L: Link> Session<L> {
         self.begin(|lss| lss.switch_global(state))
     }
 
-    /// Sends a request without response.
+    /// Sends a request that has no response.
     fn begin(&mut self, begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>) -> Result<(), Trouble> {
         let mut manager = self.manager(self.times.response, begin);
         while let Some(frame) = manager.poll_transmit(self.link.now()) {
@@ -240,7 +240,7 @@ impl<L: Link> Session<L> {
         Ok(())
     }
 
-    /// Sends a request that is carried out or refused. Of several devices, one that refuses counts.
+    /// Sends a request that is carried out or refused. If several devices respond, a refusal prevails.
     fn command(
         &mut self,
         patience: Duration,
@@ -315,13 +315,13 @@ impl<L: Link> Session<L> {
         Ok(self.link.send(frame)?)
     }
 
-    /// Filters the frames by their identifiers.
+    /// Has the link pass on only frames with these COB-IDs.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), Trouble> {
         Ok(self.link.listen_to(ids)?)
     }
 }
 
-/// An operation whose steps are counted.
+/// An LSS operation that reports its steps.
 struct Operation<'a> {
     manager: LssManager,
     steps: u64,

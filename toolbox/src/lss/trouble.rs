@@ -1,45 +1,45 @@
-//! Why a session has not led to what was wanted.
+//! The errors of a session.
 
 use lexican_runtime::host::LinkError;
 use lexican_runtime::service::lss_manager::{Event, LssError};
 use lexican_runtime::{Duration, NodeId};
 
-/// Why a session has not led to what was wanted.
+/// Why a session has failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Trouble {
-    /// Nobody has LSS, or answers.
+    /// No device with LSS responds.
     #[error("no device answers to LSS")]
     NoDevice,
-    /// Nobody has the identity.
+    /// No device has the identity.
     #[error("no device with this identity answers")]
     NoSuchDevice,
-    /// All have a node-ID.
+    /// All devices have a node-ID.
     #[error("no device without node-ID answers")]
     NoUnconfigured,
-    /// One has no node-ID, and does not know the search.
+    /// A device has no node-ID, but does not support fastscan.
     #[error("there is a device without node-ID, but it cannot be searched for: it has no LSS fastscan")]
     NoFastscan,
-    /// It was selected, and does not answer any more.
+    /// The device was selected, but then does not tell its node-ID.
     #[error("the device does not report its node-ID")]
     NoNodeId,
-    /// It keeps its own, or does not store the new one.
+    /// The device keeps its old node-ID, or does not store the new one.
     #[error("a device does not take node-ID {0} by LSS")]
     Refused(NodeId),
-    /// Only one may be selected.
+    /// Several devices are there where only one may be selected.
     #[error("more than one device answers")]
     Several,
-    /// A response was lost, or later than these times allow.
+    /// A response was lost, or came later than these times allow.
     #[error("{error}")]
     LostAnswer {
-        /// What came of it.
+        /// What was received instead, if anything.
         error: LssError,
         /// The times of the session.
         times: Times,
     },
-    /// No device does this.
+    /// A response that no device sends by CiA 305.
     #[error("an LSS operation ended unexpectedly: {0:?}")]
     Unexpected(Event),
-    /// The bus is gone.
+    /// The link has failed.
     #[error(transparent)]
     Link(#[from] LinkError),
 }
@@ -47,9 +47,9 @@ pub enum Trouble {
 /// How long to wait for responses.
 #[derive(Clone, Copy, Debug)]
 pub struct Times {
-    /// After a request.
+    /// For the response to a request.
     pub response: Duration,
-    /// In each step of a fastscan.
+    /// For each step of a fastscan.
     pub step: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! Where an entry of a device differs from its data sheet.
+//! Compares a device with its data sheet.
 
 use std::fmt;
 
@@ -11,16 +11,16 @@ use crate::node::remote::Refusal;
 use crate::values::wire::{fitting, parse};
 use crate::values::{DeviceValues, Limits, given, hex, plain};
 
-/// The answer of a device when an entry was read.
+/// The result of reading an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Its bytes.
+    /// The bytes read.
     Value(Vec<u8>),
     /// The device has aborted the transfer.
     Refused(AbortCode),
-    /// None, or one that breaks the protocol: why.
+    /// Why there was no valid response.
     Failed(String),
-    /// The entry was not read: why.
+    /// Why the entry was not read.
     NotRead(&'static str),
 }
 
@@ -39,32 +39,32 @@ impl From<Result<Vec<u8>, Refusal>> for Answer {
 pub struct Finding {
     /// What it is about.
     pub kind: Kind,
-    /// In words.
+    /// The finding as text.
     pub text: String,
 }
 
-/// What a finding is about.
+/// The kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// The device does not have the entry.
+    /// The device lacks the entry.
     Missing,
-    /// The value has another length than the data type.
+    /// The length of the value is not that of the data type.
     Type,
-    /// The device allows an access that the data sheet forbids, or the other way round.
+    /// The device allows an access that the data sheet forbids, or the reverse.
     Access,
-    /// The value is outside of the limits.
+    /// The value is outside the limits.
     Limit,
-    /// A constant has another value.
+    /// A constant has another value than in the data sheet.
     Constant,
-    /// Another number of sub-indices.
+    /// The number of sub-indices differs.
     Count,
-    /// It is another device.
+    /// The vendor-ID or product code differs: it is another device.
     Identity,
-    /// The device did not respond, or broke the protocol.
+    /// The device did not respond, or violated the protocol.
     Failed,
-    /// The data sheet contradicts itself, and the device agrees with one half of it.
+    /// The data sheet contradicts itself, and the device agrees with one of its statements.
     Sheet,
-    /// A variable value is not the default.
+    /// The value of a variable is not the default.
     Default,
     /// The entry could not be checked.
     Unchecked,
@@ -85,16 +85,16 @@ impl Kind {
     }
 }
 
-/// Compares answers of a device with its data sheet.
+/// Compares the answers of a device with its data sheet.
 pub struct Comparison<'a> {
-    /// The data sheet, and the values on which meanings and limits depend.
+    /// The data sheet, with the values on which meanings and limits depend.
     pub values: &'a DeviceValues<'a>,
     /// The node-ID of the device.
     pub node: NodeId,
 }
 
 impl Comparison<'_> {
-    /// The findings about an entry that was read.
+    /// The findings about an entry, given the result of reading it.
     #[must_use]
     pub fn read(&self, entry: &Entry, answer: &Answer) -> Vec<Finding> {
         match answer {
@@ -128,7 +128,7 @@ impl Comparison<'_> {
         ];
         let mut found: Vec<Finding> = found.into_iter().flatten().collect();
         if data == stated {
-            // The device has the value of its data sheet: so that contradicts itself.
+            // The device has the value of the data sheet, so the data sheet contradicts itself.
             for finding in &mut found {
                 finding.kind = Kind::Sheet;
                 finding.text.push_str("; the data sheet itself has this value");
@@ -151,8 +151,8 @@ impl Comparison<'_> {
         Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
-    /// Constants, by the data sheet or by CiA 301, must have their value. What can be written may have been set to another one,
-    /// and what cannot may be measured.
+    /// Checks the value of a constant, by the data sheet or by CiA 301. A writable entry may have been changed, and a
+    /// read-only one may be measured, so other entries are not checked.
     fn constant(&self, entry: &Entry, value: &Value, stated: &[u8]) -> Option<Finding> {
         let expected = parse(entry.data_type, stated).filter(|expected| expected != value)?;
         let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (cia301::DEVICE_TYPE, 0);
@@ -165,7 +165,7 @@ impl Comparison<'_> {
         Some(finding(kind, &format!("it is {}, by the data sheet {}", describe(value), describe(&expected))))
     }
 
-    /// Sub-index 0 of a record or an array is the highest sub-index (CiA 301, 7.4.4).
+    /// Sub-index 0 of a record or array must be the highest sub-index (CiA 301, 7.4.4).
     fn count(&self, entry: &Entry, value: &Value) -> Option<Finding> {
         let object =
             self.values.device.object(entry.index).filter(|object| entry.sub == 0 && object.entries.len() > 1)?;
@@ -180,7 +180,7 @@ impl Comparison<'_> {
     }
 }
 
-/// In decimal, as data sheets give limits.
+/// A number in decimal, as data sheets give limits.
 fn plain_number(entry: &Entry, value: &Value) -> String {
     value.as_integer().map_or_else(|| plain(entry.data_type, value), |number| number.to_string())
 }
@@ -194,7 +194,7 @@ fn refused(list: ObjectList, entry: &Entry, code: AbortCode) -> Option<Finding> 
     let is_history = entry.index == cia301::PREDEFINED_ERROR_FIELD && entry.sub > 0;
     match code {
         AbortCode::WRITE_ONLY if entry.access == AccessType::Wo => None,
-        // Some devices use one code for every refusal.
+        // Some devices use one abort code for every refusal.
         AbortCode::UNSUPPORTED_ACCESS if entry.access == AccessType::Wo => None,
         AbortCode::NO_DATA | AbortCode::NO_SUCH_SUB_INDEX if is_history => None,
         AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX => {
@@ -209,7 +209,7 @@ fn refused(list: ObjectList, entry: &Entry, code: AbortCode) -> Option<Finding> 
     }
 }
 
-/// The finding about an entry whose own value was refused when it was written back.
+/// The finding about an entry that refuses to be written with its own value.
 #[must_use]
 pub fn refused_write(code: AbortCode) -> Finding {
     match code {
@@ -220,7 +220,7 @@ pub fn refused_write(code: AbortCode) -> Finding {
     }
 }
 
-/// Whether writing back its own value does nothing else. Entries that command the device are excluded.
+/// Whether writing an entry with its own value has no other effect. Commands are excluded.
 #[must_use]
 pub fn may_be_written_back(device: &Device, entry: &Entry) -> bool {
     let both = entry.access.readable() && entry.access.writable();
@@ -228,7 +228,7 @@ pub fn may_be_written_back(device: &Device, entry: &Entry) -> bool {
     both && !is_command && entry.data_type != DataType::Domain
 }
 
-/// Another vendor or product than that of the data sheet.
+/// Checks vendor-ID and product code.
 fn identity(info: &DeviceInfo, entry: &Entry, value: &Value) -> Option<Finding> {
     let (what, expected) = match (entry.index, entry.sub) {
         (cia301::IDENTITY, 1) => ("vendor", info.vendor_number?),
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use crate::samples::sensor;
 
-    /// The findings about an entry with this answer.
+    /// Checks the findings about an entry with this answer.
     #[track_caller]
     fn check(entry: (u16, u8), answer: Answer, expected: &[(Kind, &str)]) {
         let device = sensor();

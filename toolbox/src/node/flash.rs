@@ -1,4 +1,4 @@
-//! Program download, the manager's side (CiA 302-3): stop, clear, write, check, start.
+//! Program download from the manager's side (CiA 302-3): stop, clear, write, check, start.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -19,54 +19,55 @@ use serde::{Deserialize, Deserializer};
 
 use crate::node::followed::Followed;
 
-/// What a boot loader deviates in, as data: a file beside its data sheet. The defaults are CiA 302-3.
+/// How a boot loader deviates from CiA 302-3, whose behaviour the defaults describe. Read from a file beside its data
+/// sheet.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Loader {
-    /// The sub-index of the program, from 1.
+    /// The sub-index of the program in 1F50h and 1F51h, from 1.
     pub program: u8,
-    /// What is written to 1F51h to stop the program; none if it need not be stopped.
+    /// The value to write to 1F51h to stop the program; `None` if that is not needed.
     #[serde(deserialize_with = "order")]
     pub stop: Option<u8>,
-    /// Whether a boot-up message follows the stop, since the boot loader is another program.
+    /// Whether the device boots after the stop, because its boot loader is another program.
     pub boots_after_stop: bool,
-    /// The device type (1000h) of the boot loader, if it differs from that of the program.
+    /// The device type (1000h) of the boot loader, if it is not that of the program.
     pub device_type: Option<u32>,
-    /// What is written to 1F51h to clear the flash; none if the download does so.
+    /// The value to write to 1F51h to clear the flash; `None` if the download clears it.
     #[serde(deserialize_with = "order")]
     pub clear: Option<u8>,
-    /// What is written to 1F51h to start the program; none if it stays stopped.
+    /// The value to write to 1F51h to start the program; `None` to leave it stopped.
     #[serde(deserialize_with = "order")]
     pub start: Option<u8>,
-    /// Whether a boot-up message follows the start.
+    /// Whether the device boots after the start.
     pub boots_after_start: bool,
-    /// Whether the node is commanded PRE-OPERATIONAL first.
+    /// Whether to set the node PRE-OPERATIONAL first.
     pub pre_operational: bool,
-    /// Whether the program is transferred in blocks.
+    /// Whether to transfer the program by SDO block transfer.
     pub block: bool,
-    /// Whether 1F57h is read: some boot loaders do not have it.
+    /// Whether to read 1F57h, which some boot loaders lack.
     pub flash_status: bool,
-    /// What 1F56h has after the download.
+    /// What 1F56h must hold after the download.
     pub identification: Identification,
-    /// How long the device may be busy or silent, in milliseconds.
+    /// How long the device may be busy or silent, in ms.
     pub patience_ms: u32,
-    /// How often 1F57h is read meanwhile, in milliseconds.
+    /// The interval of reading 1F57h, in ms.
     pub poll_ms: u32,
 }
 
-/// What the software identification (1F56h) is.
+/// The meaning of the software identification (1F56h).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Identification {
-    /// It is not read.
+    /// Not read.
     None,
-    /// Anything: it is shown.
+    /// Any number; it is only shown.
     Any,
     /// The CRC-32 of the image (polynomial 04C11DB7h, as in zlib).
     Crc32,
 }
 
-/// A number to write, or `false` for none.
+/// A number to write, or `false` to write none.
 fn order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u8>, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged, expecting = "a number from 0 to 255, or false")]
@@ -104,15 +105,15 @@ impl Default for Loader {
 /// A step of the download.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// The program is stopped.
+    /// Stops the program.
     Stop,
-    /// The flash is cleared.
+    /// Clears the flash.
     Clear,
-    /// The program is transferred.
+    /// Transfers the program.
     Write,
-    /// The device says whether it holds the program.
+    /// Checks whether the device holds the program.
     Check,
-    /// The program is started.
+    /// Starts the program.
     Start,
 }
 
@@ -128,40 +129,40 @@ impl fmt::Display for Stage {
     }
 }
 
-/// How far a download is.
+/// The progress of a download.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// The step that has begun, or goes on.
+    /// The step that has begun or goes on.
     pub stage: Stage,
-    /// The bytes that were sent.
+    /// In bytes.
     pub written: u32,
 }
 
-/// A download that was done.
+/// The result of a download.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Done {
-    /// The software identification before it, if the device has one.
+    /// The software identification before, if the device has one.
     pub before: Option<u32>,
-    /// The software identification after it.
+    /// The software identification afterwards.
     pub after: Option<u32>,
-    /// How long it took.
+    /// The time that the download took.
     pub duration: Duration,
 }
 
-/// What a device holds after a download that was not done.
+/// What a device holds after a failed download.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
-    /// It does not answer.
+    /// Unknown, because it does not answer.
     Unknown,
-    /// What it had before: it has no program control (1F51h) by which this program could be changed.
+    /// Its former program: without program control (1F51h) the program cannot be changed.
     NoControl,
-    /// No valid program: it stays in its boot loader.
+    /// No valid program; it stays in its boot loader.
     Nothing,
-    /// A valid program, and whether it runs.
+    /// A valid program.
     Program {
-        /// It runs.
+        /// Whether it is running.
         runs: bool,
-        /// Which one it is.
+        /// Its software identification.
         identification: Option<u32>,
     },
 }
@@ -181,7 +182,7 @@ impl fmt::Display for Held {
     }
 }
 
-/// Why a download was not done, and what the device holds now.
+/// Why a download failed, and what the device holds now.
 #[derive(Debug, thiserror::Error)]
 #[error("{stage}: {cause}; {held}")]
 pub struct FlashError {
@@ -193,33 +194,33 @@ pub struct FlashError {
     pub held: Held,
 }
 
-/// Why a step of a download failed.
+/// Why a step failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Cause {
-    /// The device refuses, or does not answer.
+    /// The device refused, or did not answer.
     #[error(transparent)]
     Access(#[from] AccessError),
-    /// 1F57h has an error.
+    /// 1F57h reports this error.
     #[error("the flash status (1F57h) is {0:02X}h: {text}", text = status_text(*.0))]
     Status(u8),
-    /// The device was busy for too long.
+    /// The device was busy for longer than this, in ms.
     #[error("the device is still busy after {0} s (1F57h)")]
     Busy(u32),
-    /// No boot-up message came.
+    /// No boot-up message came within this time, in ms.
     #[error("no boot-up message came within {0} s")]
     NoBootUp(u32),
-    /// The boot loader does not answer, but something else.
+    /// The node that answers is not the boot loader; its device type.
     #[error("the device type (1000h) is {0:08X}h: this is not the boot loader")]
     OtherDevice(u32),
     /// 1F56h is not the checksum of the image.
     #[error("the device identifies its program as {found:08X}h (1F56h), but the image is {expected:08X}h")]
     OtherProgram {
-        /// What 1F56h has.
+        /// The value of 1F56h.
         found: u32,
         /// The CRC-32 of the image.
         expected: u32,
     },
-    /// The user has stopped it.
+    /// The user has interrupted it.
     #[error("interrupted")]
     Interrupted,
 }
@@ -236,7 +237,7 @@ impl From<BeginError> for Cause {
     }
 }
 
-/// What the error codes of 1F57h mean (CiA 302-3).
+/// The meaning of an error code of 1F57h (CiA 302-3).
 fn status_text(code: u8) -> &'static str {
     match code {
         1 => "no valid program",
@@ -251,9 +252,8 @@ fn status_text(code: u8) -> &'static str {
     }
 }
 
-/// Transfers a program to a node, and starts it. `follow` gets what happens, and may end it.
-///
-/// Errors: Nothing can be resumed in the middle; the next download begins anew.
+/// Downloads a program to a node and starts it. `follow` gets the progress and may stop the download. Errors: a
+/// download cannot be resumed; the next one starts from the beginning.
 pub fn flash<L: Link>(
     network: &mut Network<L>,
     node: NodeId,
@@ -273,7 +273,7 @@ pub fn flash<L: Link>(
     }
 }
 
-/// What a node holds.
+/// What a node holds at present.
 pub fn held<L: Link>(network: &mut Network<L>, node: NodeId, loader: &Loader) -> Held {
     Download { network, node, loader, stage: Stage::Check }.held()
 }
@@ -294,7 +294,7 @@ impl<L: Link> Download<'_, L> {
         let loader = self.loader;
         self.begin(Stage::Stop, follow)?;
         if loader.stop.is_some() {
-            // A node that cannot be flashed is not taken out of operation.
+            // Check this first: a node that cannot be flashed is not stopped.
             self.number(self.address(PROGRAM_CONTROL))?;
         }
         if loader.pre_operational {
@@ -346,10 +346,10 @@ impl<L: Link> Download<'_, L> {
         Ok(bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte)))
     }
 
-    /// Writes the program control. A device that restarts by it may do so before its answer is out.
+    /// Writes 1F51h. A device that restarts may do so before it responds.
     fn control(&mut self, value: u8, boots: bool) -> Result<(), Cause> {
         let (node, address) = (self.node, self.address(PROGRAM_CONTROL));
-        // A boot-up message of before is not the one that is waited for.
+        // Ignore boot-up messages from before.
         let now = self.network.now();
         while boots && self.network.next_event(now)?.is_some() {}
         match self.network.write_bytes(node, address, &[value]) {
@@ -364,7 +364,7 @@ impl<L: Link> Download<'_, L> {
         Ok(())
     }
 
-    /// Waits until the flash is not busy. After clearing there is no valid program, which is no error.
+    /// Waits until the flash is not busy. "No valid program" is no error after clearing.
     fn settle(&mut self, is_cleared: bool) -> Result<(), Cause> {
         if !self.loader.flash_status {
             return Ok(());

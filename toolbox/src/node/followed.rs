@@ -1,11 +1,10 @@
-//! A long SDO transfer that is followed, and may be interrupted.
+//! Long SDO transfers with progress, which can be interrupted.
 
 use std::ops::ControlFlow;
 
 use lexican_runtime::service::sdo_client::Payload;
 
-/// The bytes of a transfer, and a function that gets how many of them have been transferred. At a [`ControlFlow::Break`]
-/// the transfer is aborted.
+/// A payload that calls a function with the number of bytes transferred; [`ControlFlow::Break`] aborts the transfer.
 #[derive(Debug)]
 pub struct Followed<P, F> {
     payload: P,
@@ -19,12 +18,12 @@ impl<P: Payload, F: FnMut(u32) -> ControlFlow<()>> Followed<P, F> {
         Followed { payload, follow, is_interrupted: false }
     }
 
-    /// Whether the transfer was aborted because `follow` has said so.
+    /// Whether `follow` has interrupted the transfer.
     pub const fn is_interrupted(&self) -> bool {
         self.is_interrupted
     }
 
-    /// The bytes.
+    /// The payload.
     pub fn into_payload(self) -> P {
         self.payload
     }
@@ -35,7 +34,7 @@ impl<P: Payload, F: FnMut(u32) -> ControlFlow<()>> Followed<P, F> {
     }
 }
 
-/// Fewer bytes than there should be end the transfer with an abort.
+/// To interrupt, it has fewer bytes than announced, which makes the client abort.
 impl<P: Payload, F: FnMut(u32) -> ControlFlow<()>> Payload for Followed<P, F> {
     fn load(&mut self, offset: u32, buffer: &mut [u8]) -> usize {
         if self.goes_on(offset) { self.payload.load(offset, buffer) } else { 0 }

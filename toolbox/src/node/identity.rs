@@ -12,13 +12,13 @@ pub const VENDOR: Address = Address::new(cia301::IDENTITY, 1);
 /// The product code.
 pub const PRODUCT: Address = Address::new(cia301::IDENTITY, 2);
 
-/// `vendor 195h`, `product 0h`, `revision 10000h`, `serial 2Ah`, without the unknown ones.
+/// The known ones of `vendor 195h`, `product 0h`, `revision 10000h`, `serial 2Ah`.
 pub fn words(numbers: [Option<u32>; 4]) -> impl Iterator<Item = String> {
     let names = ["vendor", "product", "revision", "serial"];
     names.into_iter().zip(numbers).filter_map(|(name, number)| Some(format!("{name} {:X}h", number?)))
 }
 
-/// A device of the library with its data sheet read.
+/// A device of the library, with its parsed data sheet.
 pub struct Shipped {
     /// `vendor/device`.
     pub id: &'static str,
@@ -26,26 +26,27 @@ pub struct Shipped {
     pub device: Device,
 }
 
-/// The data sheets, read at first use.
+/// Parsed at first use.
 static LIBRARY: LazyLock<Vec<Shipped>> = LazyLock::new(|| {
     let all = library::all().iter();
     all.map(|shipped| Shipped { id: shipped.id, device: lexican_eds::device(&shipped.input()) }).collect()
 });
 
-/// The device of the library with this vendor-ID and product code; `None` if there is none or several. A node without a
-/// product code (1018h:02) is a device whose data sheet has none either.
+/// The only device of the library with this vendor-ID and product code; `None` if there are none or several. A node
+/// without 1018h:02 matches a data sheet without a product code.
 pub fn recognise(vendor: u32, product: Option<u32>) -> Option<&'static Shipped> {
     let mut same = LIBRARY.iter().filter(|shipped| is_of(&shipped.device, vendor, product));
     same.next().filter(|_| same.next().is_none())
 }
 
-/// Whether a data sheet is that of this vendor-ID and product code.
+/// Whether a data sheet is for this vendor-ID and product code.
 #[must_use]
 pub fn is_of(device: &Device, vendor: u32, product: Option<u32>) -> bool {
     vendor != 0 && device.info.vendor_number == Some(vendor) && has_product(device, product)
 }
 
-/// Whether a data sheet has this product code. One that has the entry, but no code, stands for all of its vendor's.
+/// Whether a data sheet is for this product code. If it has 1018h:02 without a value, it is for all devices of its
+/// vendor.
 fn has_product(device: &Device, product: Option<u32>) -> bool {
     match (device.entry(PRODUCT.index(), PRODUCT.sub()), product) {
         (None, None) => true,

@@ -1,4 +1,4 @@
-//! What is done with one node: it is recognised, read and written, compared with its data sheet, and given a program.
+//! Operations on one node: recognise, read, write, compare with its data sheet, download a program.
 
 pub mod check;
 pub mod flash;

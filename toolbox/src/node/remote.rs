@@ -1,4 +1,4 @@
-//! A node whose entries are read and written one after the other.
+//! A node whose entries are accessed one after the other.
 
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link, LinkError};
@@ -11,48 +11,49 @@ use lexican_runtime::{AbortCode, NodeId};
 use crate::values::DeviceValues;
 use crate::values::wire::parse_padded;
 
-/// After so many time-outs in a row the node counts as gone.
+/// After this many timeouts in a row, a node counts as gone.
 const SILENCE: usize = 3;
 
-/// A node of a network. A refusal is an answer; the node is gone after three time-outs in a row.
+/// A node of a network, for many accesses in a row. Refusals are answers; after three timeouts in a row the node is
+/// gone.
 pub struct RemoteNode<'a, L> {
     network: &'a mut Network<L>,
     node: NodeId,
     silence: Silence,
 }
 
-/// The number of time-outs in a row.
+/// Counts timeouts in a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silence(usize);
 
-/// What a node makes of a transfer. Errors: the link has failed, or the node is gone.
+/// The value, or the node's refusal. Errors: the link has failed, or the node is gone.
 pub type Answer<T> = Result<Result<T, Refusal>, AccessError>;
 
-/// The entries of a node, in any shell: what backup and restore work with.
+/// Access to the entries of a node in any shell, for backup and restore.
 pub trait Entries {
     /// The node-ID.
     fn id(&self) -> NodeId;
     /// Reads an entry into `payload`, and returns the number of bytes.
     fn read_into(&mut self, address: Address, payload: &mut impl Payload) -> Answer<u32>;
-    /// Writes `len` bytes that `payload` has.
+    /// Writes `len` bytes, taken from `payload`.
     fn write_from(&mut self, address: Address, len: u32, payload: &mut impl Payload) -> Answer<()>;
     /// Reads an entry.
     fn read(&mut self, address: Address) -> Answer<Vec<u8>>;
     /// Writes an entry.
     fn write(&mut self, address: Address, data: &[u8]) -> Answer<()>;
-    /// Commands the node.
+    /// Sends an NMT command to the node.
     fn command(&mut self, command: NmtCommand) -> Result<(), LinkError>;
-    /// Whether the node has booted since this was asked before.
+    /// Whether the node has booted since the last call.
     fn has_restarted(&mut self) -> Result<bool, LinkError>;
 }
 
-/// Why an entry was not read or written.
+/// Why an entry was not accessed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// The device has aborted the transfer.
     #[error("the device aborts: {0}")]
     Aborted(AbortCode),
-    /// It did not answer, or broke the protocol: why.
+    /// Why there was no valid response.
     #[error("{0}")]
     Failed(String),
 }
@@ -74,15 +75,13 @@ impl<'a, L: Link> RemoteNode<'a, L> {
         self.network
     }
 
-    /// Reads an entry.
-    ///
     /// Errors: [`AccessError`] if the link has failed, or the node is gone.
     pub fn read(&mut self, address: Address) -> Answer<Vec<u8>> {
         let result = self.network.read_bytes(self.node, address);
         self.silence.answer(result)
     }
 
-    /// Reads an entry into `payload`, and returns the number of bytes.
+    /// See [`Entries::read_into`].
     pub fn read_into(&mut self, address: Address, payload: &mut impl Payload) -> Answer<u32> {
         let result = self.network.read_into(self.node, address, payload);
         self.silence.answer(result)
@@ -94,14 +93,14 @@ impl<'a, L: Link> RemoteNode<'a, L> {
         self.silence.answer(result)
     }
 
-    /// Writes `len` bytes that `payload` has.
+    /// See [`Entries::write_from`].
     pub fn write_from(&mut self, address: Address, len: u32, payload: &mut impl Payload) -> Answer<()> {
         let result = self.network.write_from(self.node, address, len, payload);
         self.silence.answer(result)
     }
 
-    /// Reads entries on which meanings and limits of others depend. If the node does not answer, the default of its data sheet
-    /// counts.
+    /// Reads entries on which meanings and limits of others depend. If the node does not answer, the default of the
+    /// data sheet counts.
     pub fn read_conditions(
         &mut self,
         conditions: impl IntoIterator<Item = Address>,
@@ -119,7 +118,7 @@ impl<'a, L: Link> RemoteNode<'a, L> {
 }
 
 impl Silence {
-    /// What a transfer has come to: silence for the third time is an error.
+    /// Turns the third timeout in a row into an error, and other failures into refusals.
     pub fn answer<T>(&mut self, result: Result<T, AccessError>) -> Answer<T> {
         let error = match result {
             Ok(value) => {

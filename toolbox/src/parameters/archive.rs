@@ -1,7 +1,7 @@
-//! The parameters of a machine in one file: a tar archive, which other tools read as well, of
+//! The parameters of a machine in one file, a tar archive with:
 //!
-//! - `backup.json`: when it was made, what each node is, what was left out of it and why, and the checksum of each other file;
-//! - `NAME.dcf` for each node, and beside it a file for each DOMAIN that the DCF names (`DownloadFile`, CiA 306).
+//! - `backup.json`: date, identity of each node, what was left out and why, and the checksum of every other file;
+//! - `NAME.dcf` for each node, with a file for each DOMAIN that it names (`DownloadFile`, CiA 306).
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,27 +25,27 @@ use crate::text::time_of_day;
 use crate::values::report::ValueReport;
 use crate::values::{DeviceValues, address};
 
-/// The ending of its name.
+/// The file extension.
 pub const ENDING: &str = "tar";
-/// The most bytes of an archive that are read.
+/// Larger archives are not read, in bytes.
 pub const LONGEST: usize = 1 << 30;
 
 const MANIFEST: &str = "backup.json";
 const FORMAT: u32 = 1;
-/// Of what the versions are, in words.
+/// The names of the versions, in the order of [`ArchivedNode::versions`].
 pub const VERSIONS: [&str; 3] = ["device name", "hardware version", "software version"];
 
 /// The parameters of a machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Archive {
-    /// What the machine is called.
+    /// The name of the machine.
     pub machine: Option<String>,
     /// When they were read, in UTC.
     #[serde(serialize_with = "as_text", deserialize_with = "of_text")]
     pub made: TimeOfDay,
     /// The nodes that were read.
     pub nodes: Vec<ArchivedNode>,
-    /// The names of the nodes that were not, and why.
+    /// The nodes that were not read, by name, with the reason.
     pub unread: BTreeMap<String, String>,
 }
 
@@ -59,7 +59,7 @@ pub struct ArchivedNode {
     pub node: NodeId,
     /// Vendor-ID, product code, revision number, serial number (1018h).
     pub identity: Identity,
-    /// As [`VERSIONS`] (1008h, 1009h, 100Ah).
+    /// 1008h, 1009h and 100Ah.
     pub versions: [Option<String>; 3],
     /// Its DCF.
     #[serde(skip)]
@@ -67,13 +67,13 @@ pub struct ArchivedNode {
     /// The contents of its DOMAINs.
     #[serde(skip)]
     pub domains: Settings,
-    /// What is no parameter, and why.
+    /// Entries that are no parameters, with the reason.
     pub left_out: BTreeMap<String, String>,
-    /// What could not be read, and why.
+    /// Parameters that could not be read, with the reason.
     pub refused: BTreeMap<String, String>,
 }
 
-/// Why a file is no archive.
+/// Why a file is not a valid archive.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the words of an error say what it is")]
 pub enum ArchiveError {
@@ -96,7 +96,7 @@ struct Manifest<'a> {
     format: u32,
     #[serde(flatten)]
     archive: Cow<'a, Archive>,
-    /// As `sha256sum` prints it.
+    /// Of each file, as `sha256sum` prints it.
     sha256: BTreeMap<String, String>,
 }
 
@@ -107,7 +107,7 @@ impl Archive {
         self.nodes.iter().find(|node| node.name == name)
     }
 
-    /// Reads a node into it. One that is gone is among the unread ones.
+    /// Reads a node into the archive. If the node is gone, it is noted as unread.
     pub fn take<N: Entries>(
         &mut self,
         node: &mut N,
@@ -123,7 +123,7 @@ impl Archive {
         Ok(())
     }
 
-    /// What is not in it, though it should be: a sentence each.
+    /// What the archive should hold but does not, one sentence each.
     pub fn missing(&self) -> impl Iterator<Item = String> {
         let refused = |node: &ArchivedNode| {
             let sentence = |(address, why)| format!("{}: {address}: {why}", node.name);
@@ -133,9 +133,7 @@ impl Archive {
         self.nodes.iter().flat_map(refused).chain(unread)
     }
 
-    /// The bytes of the file.
-    ///
-    /// Errors: a name is none for a file.
+    /// The bytes of the file. Errors: a name is not valid for a file.
     pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
         let mut files = BTreeMap::new();
         for node in &self.nodes {
@@ -161,13 +159,13 @@ impl Archive {
         tar.into_inner()
     }
 
-    /// Reads a file, all of whose parts have to be what they were when it was made.
+    /// Reads an archive, and checks each file by its checksum.
     pub fn read(bytes: &[u8]) -> Result<Self, ArchiveError> {
         let mut files = BTreeMap::new();
         let mut tar = tar::Archive::new(bytes);
         for entry in tar.entries()? {
             let mut entry = entry?;
-            // No other kind is in it, and some become longer than the archive.
+            // Archives have regular files only, and other types may expand beyond the size of the archive.
             if entry.header().entry_type() == EntryType::Regular {
                 let name = entry.path()?.to_string_lossy().into_owned();
                 let mut data = Vec::new();
@@ -198,7 +196,7 @@ impl Archive {
 }
 
 impl ArchivedNode {
-    /// Reads all parameters of a node, also those that are DOMAINs, and what it is.
+    /// Reads all parameters of a node, DOMAINs included, and its identity.
     pub fn take<N: Entries>(node: &mut N, name: &str, sheet: &Device, progress: OnProgress<'_>) -> Result<Self, Ended> {
         let (identity, versions) = (read_identity(node)?, read_versions(node, sheet)?);
         let mut backup = backup(node, sheet, true, progress)?;
@@ -221,14 +219,14 @@ impl ArchivedNode {
         format!("{}.dcf", stem(&self.name))
     }
 
-    /// The device of its DCF, with corrections and meanings in addition.
+    /// The device in its DCF, with the overlays applied.
     #[must_use]
     pub fn device(&self, overlays: &[Source]) -> Device {
         let input = Input::new(Source::new(self.file(), self.dcf.as_str()));
         lexican_eds::device(&overlays.iter().cloned().fold(input, Input::overlay))
     }
 
-    /// All that a device in its place gets.
+    /// Everything to write to a device that replaces it.
     #[must_use]
     pub fn settings(&self) -> Settings {
         let mut settings = configured(&self.device(&[]), self.node);
@@ -236,7 +234,7 @@ impl ArchivedNode {
         settings
     }
 
-    /// Compares the parameters with those of another node, also the DOMAINs: the addresses of those that differ.
+    /// Compares the parameters with those of another node; returns the addresses of DOMAINs that differ as well.
     #[must_use]
     pub fn compare(&self, other: &ArchivedNode, overlays: &[Source]) -> (Comparison, Vec<Address>) {
         let side = |node: &ArchivedNode| Side::of_sheet(node.device(overlays), node.node);
@@ -247,7 +245,7 @@ impl ArchivedNode {
         (compare(&side(self), &side(other)), domains)
     }
 
-    /// What another device says of its revision and its versions, where that is something else.
+    /// Revision and versions of another device that differ from this one.
     #[must_use]
     pub fn other_versions(&self, identity: &Identity, versions: &[Option<String>; 3]) -> Vec<String> {
         let revision = |identity: &Identity| identity[2].map(|revision| format!("{revision:X}h"));
@@ -260,7 +258,7 @@ impl ArchivedNode {
     }
 }
 
-/// What a node says of its versions, as far as its data sheet has them: as [`VERSIONS`].
+/// The versions of a node that its data sheet has, in the order of [`VERSIONS`].
 pub fn read_versions<N: Entries>(node: &mut N, sheet: &Device) -> Result<[Option<String>; 3], Ended> {
     let values = DeviceValues::new(sheet);
     let mut versions = [const { None }; 3];
@@ -274,7 +272,7 @@ pub fn read_versions<N: Entries>(node: &mut N, sheet: &Device) -> Result<[Option
     Ok(versions)
 }
 
-/// How the names of its files begin.
+/// The prefix of the names of its files.
 fn stem(name: &str) -> String {
     name.replace(['/', '\\'], "_")
 }

@@ -1,4 +1,4 @@
-//! A backup: the parameters of a device as a DCF.
+//! Backs up the parameters of a device as a DCF.
 
 use std::collections::BTreeMap;
 
@@ -11,25 +11,25 @@ use super::{Ended, LeftOut, LeftOuts, OnProgress, Parameters, read_entry, read_p
 use crate::node::remote::{Entries, Refusal};
 use crate::values::{address, resolved};
 
-/// What was read of a device.
+/// The parameters that were read of a device.
 #[derive(Clone, Debug)]
 pub struct Backup {
-    /// Its data sheet with the values of its parameters, its identity, and its node-ID.
+    /// The data sheet with the values of the parameters, the identity and the node-ID.
     pub device: Device,
-    /// How many parameters it has.
+    /// The number of parameters in it.
     pub kept: usize,
-    /// The parameters that could not be read, or that a DCF cannot hold.
+    /// Parameters that could not be read, or that a DCF cannot hold.
     pub left_out: Vec<(Address, Refusal)>,
-    /// The DOMAINs that were read: a DCF names a file for each.
+    /// The DOMAINs, for which the DCF names files.
     pub domains: BTreeMap<Address, Vec<u8>>,
-    /// What is no parameter, and why; DOMAINs only if they were not wanted.
+    /// Entries that are no parameters, with the reason; among them DOMAINs if they were not to be read.
     pub no_parameters: LeftOuts,
 }
 
-/// The four numbers of the identity object.
+/// Vendor-ID, product code, revision number and serial number (1018h).
 pub type Identity = [Option<u32>; 4];
 
-/// Reads the identity of a node; `None` for entries that it does not have.
+/// Reads the identity of a node; `None` for entries that it lacks.
 pub fn read_identity<N: Entries>(node: &mut N) -> Result<Identity, Ended> {
     let mut identity = Identity::default();
     for (number, sub) in identity.iter_mut().zip(1..) {
@@ -39,7 +39,7 @@ pub fn read_identity<N: Entries>(node: &mut N) -> Result<Identity, Ended> {
     Ok(identity)
 }
 
-/// Reads every parameter of a node, by its data sheet; also those that are DOMAINs with `domains`.
+/// Reads every parameter of a node by its data sheet; DOMAINs only if `domains` is set.
 pub fn backup<N: Entries>(
     node: &mut N,
     sheet: &Device,
@@ -52,7 +52,7 @@ pub fn backup<N: Entries>(
     let mut no_parameters = parameters.rest(sheet.entries());
     found.values.retain(|address, _| !no_parameters.contains_key(address));
     found.refused.retain(|(address, _)| !no_parameters.contains_key(address));
-    // A DCF may give a value to what cannot be read.
+    // An entry that cannot be read keeps the value that a DCF gave it.
     for entry in sheet.entries().filter(|entry| !entry.access.readable()) {
         no_parameters.entry(address(entry)).or_insert(LeftOut::WriteOnly);
     }
@@ -76,7 +76,7 @@ pub fn backup<N: Entries>(
         ..device.commissioning.take().unwrap_or_default()
     });
     for entry in entries(&mut device) {
-        // A value that follows the node-ID does so on another node, too.
+        // A default with `$NODEID` is kept, so that it fits any node.
         let follows = entry.default.clone().filter(|default| matches!(default, Value::NodeIdPlus(_)));
         let value = found.values.get(&address(entry)).cloned();
         let follows = follows.filter(|default| value.as_ref() == Some(&resolved(default, node.id())));
@@ -89,8 +89,8 @@ pub fn backup<N: Entries>(
 }
 
 impl Backup {
-    /// Names a file for each DOMAIN in the DCF (`DownloadFile`, CiA 306), which begins with `stem`, and returns their names and
-    /// contents.
+    /// Gives each DOMAIN of the DCF a file whose name begins with `stem` (`DownloadFile`, CiA 306), and returns names
+    /// and contents.
     pub fn domain_files(&mut self, stem: &str) -> Vec<(String, Vec<u8>)> {
         let mut files = Vec::new();
         for entry in entries(&mut self.device) {
@@ -114,8 +114,8 @@ fn entries(device: &mut Device) -> impl Iterator<Item = &mut Entry> {
     device.objects.iter_mut().flat_map(|object| &mut object.entries)
 }
 
-/// Removes values that are not what they were after they were written and read: texts with blanks at their ends or with line
-/// breaks, empty texts, bytes of an unknown type.
+/// Removes values that writing and reading would change: texts with line breaks or with blanks at an end, empty texts,
+/// and bytes of an unknown type.
 fn drop_what_a_dcf_cannot_hold(device: &mut Device) -> Vec<(Address, Refusal)> {
     let text = lexican_eds::write::dcf(device);
     let again = lexican_eds::device(&Input::new(Source::new("backup.dcf", text.as_str())));

@@ -12,16 +12,16 @@ use crate::values::report::ValueReport;
 use crate::values::wire::encode;
 use crate::values::{DeviceValues, address, resolved};
 
-/// The parameters of one side.
+/// The parameters of one side of a comparison.
 #[derive(Clone, Debug)]
 pub struct Side {
     /// Its data sheet.
     pub device: Device,
-    /// The values that are known.
+    /// The known values.
     pub values: BTreeMap<Address, Value>,
-    /// The entries that a node does not have, though its data sheet does.
+    /// Entries that the data sheet has, but not the node.
     pub missing: BTreeSet<Address>,
-    /// What is no parameter, and why.
+    /// Entries that are no parameters, with the reason.
     pub left_out: LeftOuts,
 }
 
@@ -30,7 +30,7 @@ pub struct Side {
 pub struct Difference {
     /// The entry.
     pub address: Address,
-    /// On the first side; `None` if that has no such entry.
+    /// On the first side; `None` if it lacks the entry.
     pub a: Option<ValueReport>,
     /// On the second side.
     pub b: Option<ValueReport>,
@@ -41,17 +41,16 @@ pub struct Difference {
 pub struct Comparison {
     /// By address.
     pub differences: Vec<Difference>,
-    /// How many parameters were compared.
+    /// The number of parameters compared.
     pub compared: usize,
-    /// Entries whose value one side does not know.
+    /// Entries whose value is unknown on one side.
     pub unknown: Vec<Address>,
-    /// What was not compared, because it is a parameter of neither side, and why.
+    /// Entries that are parameters on neither side, with the reason.
     pub left_out: LeftOuts,
 }
 
 impl Side {
-    /// What a data sheet gives its parameters: of a DCF, what it configures; of an EDS, the defaults. `node` replaces
-    /// `$NODEID`.
+    /// The values in a data sheet: those that a DCF configures, or the defaults of an EDS, for the node-ID `node`.
     #[must_use]
     pub fn of_sheet(device: Device, node: NodeId) -> Self {
         let is_configured = device.entries().any(|entry| entry.configured.is_some());
@@ -65,7 +64,7 @@ impl Side {
         Side { device, values, missing: BTreeSet::new(), left_out }
     }
 
-    /// What a node has.
+    /// The values in a node.
     pub fn of_node<N: Entries>(node: &mut N, device: Device, progress: OnProgress<'_>) -> Result<Self, Ended> {
         let found = read_parameters(node, &device, progress)?;
         let is_missing = |refusal: &Refusal| {
@@ -90,7 +89,7 @@ impl Side {
     }
 }
 
-/// Compares the values of all that is a parameter of either side.
+/// Compares everything that is a parameter on either side.
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
     let parameters = |side: &Side| {
@@ -112,7 +111,7 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
                 bytes(a) != bytes(b)
             }
             (Some(_), Some(_)) => {
-                // Of a mapping, neither side has what is beyond its number of entries.
+                // Skip entries of a mapping beyond the number of mapped objects on both sides.
                 if is_known(a) || is_known(b) {
                     comparison.unknown.push(address);
                 }

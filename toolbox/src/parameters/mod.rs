@@ -1,7 +1,7 @@
-//! The parameters of a device: read as a [`backup`], written back by [`restore`], and compared ([`compare`]);
-//! those of a whole machine in one file, with the feature `archive`.
+//! The parameters of a device: [`backup`], [`restore`] and [`compare`]; with the feature `archive`, those of a whole
+//! machine in one file.
 //!
-//! Every operation reports its [`Progress`] as values and can be stopped by the answer; nothing is printed.
+//! Operations report [`Progress`] to a callback, which can stop them. Nothing is printed.
 
 #[cfg(feature = "archive")]
 pub mod archive;
@@ -28,42 +28,42 @@ use crate::values::wire::parse_padded;
 
 pub use selection::{LeftOut, LeftOuts, Parameters};
 
-/// What an operation is about to do, or has done.
+/// A step of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress<'a> {
-    /// Reads the entry `at` of `of`, counted from 1.
+    /// Entry `at`, from 1, of `of` entries is about to be read.
     Reading {
         /// The entry.
         address: Address,
-        /// Which it is.
+        /// From 1.
         at: usize,
-        /// How many there are.
+        /// The total.
         of: usize,
     },
-    /// Writes an entry, and reads it back.
+    /// Entry `at`, from 1, of `of` entries is about to be written and read back.
     Writing {
         /// The entry.
         address: Address,
-        /// Which it is.
+        /// From 1.
         at: usize,
-        /// How many there are.
+        /// The total.
         of: usize,
     },
-    /// Transfers the value of the entry that is read or written, which is a long one.
+    /// The long value of an entry is being transferred.
     Transferring {
         /// The entry.
         address: Address,
-        /// How many bytes have been transferred.
+        /// The number of bytes so far.
         bytes: u32,
     },
-    /// An entry has been written, and read back with its value.
+    /// An entry was written and read back.
     Written {
         /// The entry.
         address: Address,
-        /// What it had before, if that could be read.
+        /// The value before, if it could be read.
         before: Option<&'a [u8]>,
     },
-    /// Lets the device store its parameters.
+    /// The device is about to store its parameters.
     Storing,
 }
 
@@ -73,10 +73,10 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>;
 /// Why an operation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum Ended {
-    /// The caller has stopped it.
+    /// The callback has stopped it.
     #[error("it was interrupted")]
     Stopped,
-    /// The node has booted meanwhile, and may have forgotten what was written before.
+    /// The node has booted meanwhile, and may have lost what was written.
     #[error("the node has restarted meanwhile")]
     Restarted,
     /// The link has failed, or the node is gone.
@@ -90,16 +90,16 @@ impl From<lexican_runtime::host::LinkError> for Ended {
     }
 }
 
-/// The settings that were read, and the reasons of those that were not.
+/// The values that were read, and refusals.
 #[derive(Clone, Debug, Default)]
 pub struct Read {
     /// The values.
     pub values: BTreeMap<Address, Value>,
-    /// What was refused, or is no value of its type.
+    /// Entries that were refused, or whose value does not fit their type.
     pub refused: Vec<(Address, Refusal)>,
 }
 
-/// Reads entries, ascending. Of a PDO mapping, only what is mapped.
+/// Reads entries in ascending order; of PDO mappings, only the entries in use.
 pub fn read<'d, N: Entries>(
     node: &mut N,
     entries: impl IntoIterator<Item = &'d Entry>,
@@ -131,7 +131,7 @@ pub fn read<'d, N: Entries>(
     Ok(read)
 }
 
-/// Reads all that may be a parameter of a node: which RPDOs are active is among it.
+/// Reads every entry that may be a parameter, which shows which RPDOs are active.
 fn read_parameters<N: Entries>(node: &mut N, sheet: &Device, progress: OnProgress<'_>) -> Result<Read, Ended> {
     let parameters = Parameters::of_sheet(sheet, node.id());
     let may_be = |entry: &&Entry| match parameters.left_out(entry) {
@@ -141,13 +141,13 @@ fn read_parameters<N: Entries>(node: &mut N, sheet: &Device, progress: OnProgres
     read(node, sheet.entries().filter(may_be), progress)
 }
 
-/// Reports how far a transfer is, if it is a long one. Others end soon, and are not stopped half way.
+/// Reports the progress of a long transfer. Short ones are not interrupted.
 fn if_long(address: Address, bytes: u32, progress: OnProgress<'_>) -> ControlFlow<()> {
     const SHORT: u32 = 1024;
     if bytes < SHORT { ControlFlow::Continue(()) } else { progress(Progress::Transferring { address, bytes }) }
 }
 
-/// Reads an entry, and reports how far it is.
+/// Reads an entry with progress.
 fn read_entry<N: Entries>(
     node: &mut N,
     address: Address,
@@ -162,7 +162,7 @@ fn read_entry<N: Entries>(
     Ok(len.map(|len| followed.into_payload().into_vec(len)))
 }
 
-/// Writes an entry, and reports how far it is.
+/// Writes an entry with progress.
 fn write_entry<N: Entries>(
     node: &mut N,
     address: Address,
@@ -177,10 +177,10 @@ fn write_entry<N: Entries>(
     if followed.is_interrupted() { Err(Ended::Stopped) } else { Ok(result) }
 }
 
-/// The longest value that is read: 64 MiB.
+/// Longer values are not read, in bytes.
 const LONGEST: usize = 64 << 20;
 
-/// Whether an entry of a PDO mapping is beyond the number of those that are mapped.
+/// Whether an entry of a PDO mapping is beyond the number of mapped objects.
 fn is_beyond_mapping(values: &BTreeMap<Address, Value>, address: Address) -> bool {
     let count = values.get(&Address::new(address.index(), 0)).and_then(Value::as_integer);
     is_pdo_mapping(address.index()) && count.is_some_and(|count| i128::from(address.sub()) > count)

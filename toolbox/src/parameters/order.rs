@@ -1,26 +1,26 @@
-//! The order in which a device takes its parameters.
+//! The order in which parameters have to be written.
 
 use std::collections::BTreeSet;
 
 use lexican_runtime::cia301::{self, is_pdo_mapping};
 use lexican_runtime::object::Address;
 
-/// A value on its way to a device.
+/// One write to a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
     /// The entry.
     pub address: Address,
     /// The value in wire form.
     pub data: Vec<u8>,
-    /// Whether this is the value that the entry keeps. A PDO is switched off and its mapping cleared before.
+    /// Whether this is the setting itself, and not a temporary value: COB-IDs are disabled and mappings cleared first.
     pub is_final: bool,
 }
 
-/// Settings in the order of CiA 301: a PDO is switched off first and on last, and its mapping is cleared before it is changed
-/// (7.5.2.36); an EMCY and an SDO channel are switched off and on (7.5.2.17, 7.5.2.33). Date and time of the configuration (1020h) come at the end, because a device clears them when anything else
-/// changes (CiA 302-3).
+/// Settings in the order that CiA 301 requires: a PDO is disabled first and enabled last, and its mapping is cleared
+/// before it changes (7.5.2.36); EMCY and SDO channels are disabled while they change (7.5.2.17, 7.5.2.33). Date and
+/// time of the configuration (1020h) come last, because devices clear them at any other change (CiA 302-3).
 pub fn in_order(settings: impl IntoIterator<Item = (Address, Vec<u8>)>) -> Vec<Write> {
-    // What is written first, the numbers of mapped entries, the COB-IDs of PDOs, and what comes last.
+    // In this order: what needs no order, numbers of mapped objects, COB-IDs of PDOs, 1020h.
     let mut groups: [Vec<Write>; 4] = Default::default();
     for (address, data) in settings {
         let (before, group) = match (address.index(), address.sub()) {
@@ -38,15 +38,15 @@ pub fn in_order(settings: impl IntoIterator<Item = (Address, Vec<u8>)>) -> Vec<W
     groups.concat()
 }
 
-/// A COB-ID with its highest bit set: it is not used.
+/// The COB-ID with its highest bit set, which disables it.
 fn switched_off(cob_id: &[u8]) -> Vec<u8> {
     let mut off = cob_id.to_vec();
     off.last_mut().into_iter().for_each(|byte| *byte |= 0x80);
     off
 }
 
-/// The COB-ID and the number of mapped entries of each PDO that is among the entries: what [`in_order`] needs to switch it
-/// off and on.
+/// For each PDO with an entry among these, the entries for COB-ID and number of mapped objects: [`in_order`] needs them
+/// to disable and enable the PDO.
 pub(super) fn switches(entries: impl IntoIterator<Item = Address>) -> BTreeSet<Address> {
     let mut switches = BTreeSet::new();
     for address in entries {
@@ -61,7 +61,6 @@ pub(super) fn switches(entries: impl IntoIterator<Item = Address>) -> BTreeSet<A
     switches
 }
 
-/// Whether an object is the communication parameter of a PDO.
 fn is_pdo(index: u16) -> bool {
     matches!(index, cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512)
 }

@@ -1,4 +1,4 @@
-//! Writing parameters into a device, in the order that it takes, each read back.
+//! Writes parameters into a device in the required order, and reads each back.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -15,56 +15,56 @@ use crate::text::files::{ReadError, read_up_to};
 use crate::values::wire::{encode, parse_padded, written};
 use crate::values::{address, given, resolved};
 
-/// Values for entries of a device, in wire form.
+/// Values by entry, in wire form.
 pub type Settings = BTreeMap<Address, Vec<u8>>;
 
-/// How parameters are written.
+/// Options of a restore.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// Only find out what differs.
+    /// Only find out what differs; write nothing.
     pub dry_run: bool,
-    /// Let the device store its parameters at the end (1010h:01).
+    /// Have the device store its parameters at the end (1010h:01).
     pub store: bool,
 }
 
-/// What became of the parameters.
+/// The result of a restore, complete or not.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// How many already had their value.
+    /// The number of parameters that already had their value.
     pub equal: usize,
-    /// Those that had another value: that value, if it could be read. In a dry run, they were not written.
+    /// Parameters that had another value, with that value if it could be read.
     pub differing: BTreeMap<Address, Option<Vec<u8>>>,
-    /// Those that differed, were written, and read back with their value, in this order.
+    /// Parameters that were written and read back, in this order.
     pub written: Vec<Address>,
-    /// Those that the device did not take, or that have another value when they are read back.
+    /// Parameters that were refused, or that read back with another value.
     pub refused: Vec<(Address, Refusal)>,
-    /// The PDOs that were switched off, and are not switched on again: the entries of their COB-IDs.
+    /// The COB-ID entries of PDOs that were disabled and not enabled again.
     pub switched_off: Vec<Address>,
     /// Whether the device has stored its parameters.
     pub stored: bool,
 }
 
-/// Another device than the one that the parameters are of.
+/// The device differs in vendor or product from the one that the parameters are for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("it is another device: its {what} is {got}, by the data sheet {expected}")]
 pub struct OtherDevice {
-    /// Vendor or product.
+    /// `vendor` or `product`.
     pub what: &'static str,
     /// In hexadecimal digits, or "none".
     pub got: String,
-    /// By the data sheet, likewise, or "unknown".
+    /// From the data sheet, likewise, or "unknown".
     pub expected: String,
 }
 
-/// A number of a device's identity: of `[DeviceInfo]`, else what its data sheet gives the entry of 1018h.
+/// A number of the identity: from `[DeviceInfo]`, else from the entry of 1018h.
 fn identity_of(device: &Device, sub: u8) -> Option<u32> {
     let number = if sub == 1 { device.info.vendor_number } else { device.info.product_number };
     let of_entry = || given(device.entry(cia301::IDENTITY, sub)?)?.as_integer();
     number.filter(|number| *number != 0).or_else(|| of_entry().and_then(|number| u32::try_from(number).ok()))
 }
 
-/// Whether the node is of the vendor and product of a data sheet or backup. Its revision and serial number may differ. A data
-/// sheet without vendor-ID contradicts no node, a node that does not answer no data sheet.
+/// Whether the node has the vendor-ID and product code of a data sheet or backup; revision and serial number may
+/// differ. Without a vendor-ID in the data sheet, or without an answer of the node, there is no contradiction.
 pub fn check_identity<N: Entries>(node: &mut N, sheet: &Device) -> Result<Result<(), OtherDevice>, Ended> {
     if identity_of(sheet, 1).is_none_or(|vendor| vendor == 0) {
         return Ok(Ok(()));
@@ -76,7 +76,7 @@ pub fn check_identity<N: Entries>(node: &mut N, sheet: &Device) -> Result<Result
             Err(Refusal::Failed(_)) => return Ok(Ok(())),
         };
         let has_entry = sheet.entry(cia301::IDENTITY, sub).is_some();
-        // 0 is no number.
+        // 0 means "not given".
         let expected = identity_of(sheet, sub).filter(|expected| has_entry && *expected != 0);
         let differs = found.zip(expected).is_some_and(|(found, expected)| found != expected);
         if differs || found.is_some() != has_entry {
@@ -88,7 +88,7 @@ pub fn check_identity<N: Entries>(node: &mut N, sheet: &Device) -> Result<Result
     Ok(Ok(()))
 }
 
-/// The values of a DCF for a node, of all its parameters; [`not_restored`] has the others.
+/// The values of all parameters in a DCF, for a node; for the others see [`not_restored`].
 #[must_use]
 pub fn configured(device: &Device, node: NodeId) -> Settings {
     let data = |entry: &Entry| {
@@ -98,7 +98,7 @@ pub fn configured(device: &Device, node: NodeId) -> Settings {
     Parameters::of_sheet(device, node).entries().filter_map(data).collect()
 }
 
-/// The entries to which a DCF gives a value that is not restored, and why.
+/// The entries with values in a DCF that are not restored, with the reason.
 #[must_use]
 pub fn not_restored(device: &Device, node: NodeId) -> LeftOuts {
     let mut left_out = Parameters::of_sheet(device, node)
@@ -107,7 +107,7 @@ pub fn not_restored(device: &Device, node: NodeId) -> LeftOuts {
     left_out
 }
 
-/// The content of the files that a DCF names for its DOMAINs (`DownloadFile`, CiA 306), by their entries. Names are relative to
+/// The contents of the files that a DCF names for DOMAINs (`DownloadFile`, CiA 306), by entry. Names are relative to
 /// `folder`, that of the DCF.
 pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings, ReadError> {
     let parameters = Parameters::of_sheet(device, node);
@@ -116,14 +116,14 @@ pub fn domains(device: &Device, node: NodeId, folder: &Path) -> Result<Settings,
     files.map(|(entry, file)| Ok((address(entry), read_up_to(&folder.join(file), LONGEST)?))).collect()
 }
 
-/// Writes the settings that the node does not have already, and reads each back. So a restore that ended early goes on where
-/// it was when it is done again.
+/// Writes the settings that differ in the node, and reads each back. To continue a restore that ended early, call it
+/// again.
 ///
-/// The node is set PRE-OPERATIONAL before the first write, and stays so. A PDO of which anything differs is switched off
-/// meanwhile. What a device refuses is tried again after the rest, as long as that makes a difference: limits may depend on
-/// other parameters.
+/// The node is set PRE-OPERATIONAL before the first write, and stays so. PDOs with any difference are disabled
+/// meanwhile. Refused settings are tried again after the others, as long as any of them is accepted: limits may depend
+/// on other parameters.
 ///
-/// `outcome` has what was done, also when the restore ends early.
+/// `outcome` is valid even if the restore ends early.
 pub fn restore<N: Entries>(
     node: &mut N,
     sheet: &Device,
@@ -141,7 +141,7 @@ pub fn restore<N: Entries>(
         node.command(NmtCommand::EnterPreOperational)?;
     }
     write(node, sheet, writes, progress, outcome)?;
-    // It has forgotten what it was told before, and would store that.
+    // A node that has restarted has lost what was written, and must not store that.
     if node.has_restarted()? {
         return Err(Ended::Restarted);
     }
@@ -151,7 +151,7 @@ pub fn restore<N: Entries>(
     Ok(())
 }
 
-/// What to write, in order.
+/// The writes that are needed, in order.
 fn differing<N: Entries>(
     node: &mut N,
     sheet: &Device,
@@ -175,7 +175,7 @@ fn differing<N: Entries>(
     }
     let mut changes: Settings = settings.clone();
     changes.retain(|address, _| outcome.differing.contains_key(address));
-    // A PDO is switched by its present COB-ID and number of entries, if no others are wanted.
+    // To disable and enable PDOs, their current COB-ID and number of mapped objects are used unless they change.
     for switch in switches(changes.keys().copied().collect::<Vec<_>>()) {
         let Some(entry) = sheet.entry(switch.index(), switch.sub()).filter(|entry| entry.access.writable()) else {
             continue;
@@ -189,7 +189,7 @@ fn differing<N: Entries>(
     Ok(in_order(changes))
 }
 
-/// Writes, and writes again what is refused.
+/// Writes, and tries again what was refused.
 fn write<N: Entries>(
     node: &mut N,
     sheet: &Device,
@@ -201,7 +201,7 @@ fn write<N: Entries>(
     let mut left: VecDeque<_> = writes.into();
     let mut again: Vec<(Write, Refusal)> = Vec::new();
     let mut at = 0;
-    // What was taken since the last round.
+    // The number of writes accepted in this round.
     let mut taken = 0;
     loop {
         let Some(next) = left.pop_front() else {
@@ -233,11 +233,11 @@ fn write<N: Entries>(
                 }
                 if let Some(before) = outcome.differing.get(&next.address).filter(|_| next.is_final) {
                     outcome.written.push(next.address);
-                    // What is stopped here is stopped at the next step.
+                    // The next step notices if the callback stops the operation here.
                     let _ = progress(Progress::Written { address: next.address, before: before.as_deref() });
                 }
             }
-            // Its final value says whether it matters.
+            // The final value shows whether this refusal matters.
             Err(_) if !next.is_final => {}
             Err(refusal) => again.push((next, refusal)),
         }
@@ -246,7 +246,7 @@ fn write<N: Entries>(
     Ok(())
 }
 
-/// Writes an entry, and reads it back.
+/// Writes an entry and reads it back.
 fn write_one<N: Entries>(
     node: &mut N,
     sheet: &Device,
@@ -276,7 +276,7 @@ fn not_kept(value: Option<&Value>) -> String {
     }
 }
 
-/// Lets the device store all parameters (CiA 301, 7.5.2.13).
+/// Has the device store all parameters (CiA 301, 7.5.2.13).
 fn store<N: Entries>(node: &mut N, progress: OnProgress<'_>, outcome: &mut Outcome) -> Result<(), Ended> {
     const ALL: Address = Address::new(cia301::STORE_PARAMETERS, 1);
     if progress(Progress::Storing).is_break() {

@@ -1,4 +1,4 @@
-//! What of a device is a parameter, and why the rest is not.
+//! Decides which entries of a device are parameters, and gives the reason for the others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,25 +11,25 @@ use lexican_runtime::object::Address;
 use crate::decode::pdo;
 use crate::values::{DeviceValues, address};
 
-/// Why an entry is no parameter. How it may be mapped (`rwr`, `rww`) is no reason.
+/// Why an entry is no parameter. Access types `rwr` and `rww` are no reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LeftOut {
-    /// What the device is to reach or to put out now, by its profile.
+    /// A set-point or an output of the device profile.
     SetPoint,
-    /// An RPDO that is switched on writes it.
+    /// An active RPDO maps it.
     Mapped,
-    /// Writing it makes the device do something.
+    /// Writing it is a command.
     Command,
-    /// It cannot be read, and no DCF gives it a value.
+    /// It cannot be read, and the DCF does not give it a value.
     WriteOnly,
-    /// A DOMAIN, which may be long; a data sheet does not hold its value.
+    /// A DOMAIN: possibly long, and not contained in a data sheet.
     Domain,
     /// It cannot be written.
     ReadOnly,
 }
 
 impl LeftOut {
-    /// In one word, as in JSON.
+    /// One word, as in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl LeftOut {
         }
     }
 
-    /// In words, after a number: `3 written by an RPDO`.
+    /// After a number: `3 written by an RPDO`.
     #[must_use]
     pub const fn words(self, count: usize) -> &'static str {
         match (self, count) {
@@ -59,25 +59,25 @@ impl LeftOut {
     }
 }
 
-/// What was left out, and why.
+/// The entries that were left out, with the reason.
 pub type LeftOuts = BTreeMap<Address, LeftOut>;
 
-/// Which entries of a device are its parameters: the one rule of backup, restore, compare and apply.
+/// The parameters of a device: the common rule of backup, restore, compare and apply.
 #[derive(Clone, Debug)]
 pub struct Parameters<'a> {
     device: &'a Device,
-    /// What its active RPDOs map.
+    /// The entries that active RPDOs map.
     mapped: BTreeSet<Address>,
 }
 
 impl<'a> Parameters<'a> {
-    /// Of a data sheet or a DCF.
+    /// By a data sheet or DCF.
     #[must_use]
     pub fn of_sheet(device: &'a Device, node: NodeId) -> Self {
         Self::of(&DeviceValues::new(device), node)
     }
 
-    /// Of a node of which values were read: these say which RPDOs are active, and what they map.
+    /// By the values read from a node, which show its active RPDOs and what they map.
     #[must_use]
     pub fn of_node(device: &'a Device, node: NodeId, read: &BTreeMap<Address, Value>) -> Self {
         let mut values = DeviceValues::new(device);
@@ -113,7 +113,7 @@ impl<'a> Parameters<'a> {
         self.device.entries().filter(|entry| self.left_out(entry).is_none())
     }
 
-    /// The rest of these entries.
+    /// Those of the entries that are no parameters, with the reason.
     pub fn rest<'e>(&self, entries: impl IntoIterator<Item = &'e Entry>) -> LeftOuts {
         entries.into_iter().filter_map(|entry| Some((address(entry), self.left_out(entry)?))).collect()
     }

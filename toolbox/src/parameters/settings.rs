@@ -1,4 +1,4 @@
-//! Settings: objects of a node by name, values with their units.
+//! Settings as users write them: objects by name, values with units.
 
 use lexican_eds::model::Device;
 use lexican_eds::standard::{Role, role};
@@ -11,7 +11,7 @@ use crate::values::lookup::resolve;
 use crate::values::permission::WriteRefusal;
 use crate::values::wire;
 
-/// The entries that decide over units and limits of others.
+/// The entries on which units and limits of others depend.
 fn conditions(device: &Device) -> Vec<Address> {
     let values = DeviceValues::new(device);
     let mut conditions: Vec<_> = device.entries().flat_map(|entry| values.conditions(entry)).collect();
@@ -20,12 +20,12 @@ fn conditions(device: &Device) -> Vec<Address> {
     conditions
 }
 
-/// A setting that cannot be.
+/// An invalid setting.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wrong {
-    /// Which of those that were given.
+    /// The position of the setting in the list.
     pub at: usize,
-    /// Whether the object is wrong; else it is the value.
+    /// Whether the object is invalid; otherwise the value is.
     pub is_of_object: bool,
     /// What is wrong.
     pub text: String,
@@ -33,9 +33,9 @@ pub struct Wrong {
     pub advice: Option<String>,
 }
 
-/// Objects and values as people write them, in wire form; and which of them the data sheet does not allow. `values` has what is
-/// known of the device; what is set counts before it. `None` for a node that is simulated, and may be given what nobody can
-/// write.
+/// Converts objects and values as users write them to wire form, and lists those that the data sheet does not allow.
+/// `values` is what is known of the device; values being set take precedence. `node` is `None` for a simulated node, to
+/// which read-only entries may be given as well.
 pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: Option<NodeId>) -> (Settings, Vec<Wrong>) {
     let (mut settings, mut wrong) = (Settings::new(), Vec::new());
     let mut resolved = Vec::new();
@@ -48,7 +48,7 @@ pub fn encode(given: &[(&str, &str)], values: &mut DeviceValues<'_>, node: Optio
             }
         }
     }
-    // Units and limits of the others depend on these.
+    // First those on which units and limits of the others depend.
     let conditions = conditions(values.device);
     resolved.sort_by_key(|(address, ..)| !conditions.contains(address));
     for (address, at, text) in resolved {
@@ -102,7 +102,7 @@ mod tests {
         let given =
             [("Modes of Operation", "profile velocity"), ("Motor Parameter Set/v-Pos", "7"), ("2412", "2.5 mm")];
         assert_eq!(encoded(&given).unwrap(), ["2410:05 [07]", "2412:00 [FA, 00]", "6060:00 [02]"]);
-        // Positions are in mm as soon as there is a spindle pitch.
+        // With a spindle pitch, positions are in mm.
         let pitch = encoded(&[("607A", "12.5 mm"), ("2412", "1.00 mm")]).unwrap();
         assert_eq!(pitch[1], "607A:00 [E2, 04, 00, 00]");
         assert!(encoded(&[("607A", "12.5 mm")]).is_err());
@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(wrong.len(), 5);
     }
 
-    /// A drive would be enabled, or forget what it has, by a file of parameters.
+    /// Commands in a parameter file would enable a drive or restore its defaults.
     #[test]
     fn commands_are_no_settings() {
         for command in [("6040", "15"), ("6040", "enable operation"), ("1011:01", "raw:0x64616F6C")] {

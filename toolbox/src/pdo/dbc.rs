@@ -1,5 +1,5 @@
-//! A CAN database (DBC, as Vector's tools and python's cantools read it) of nodes: their PDOs by the mapping of the data sheet or
-//! DCF, and the services that CiA 301 defines.
+//! CAN databases (DBC, read by Vector's tools and Python's cantools): the PDOs of nodes by the mapping in data sheet or
+//! DCF, and the services of CiA 301.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -24,30 +24,30 @@ pub struct Node<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// A node that is called after its node-ID.
+    /// A node named after its node-ID.
     #[must_use]
     pub fn new(id: NodeId, device: &'a Device) -> Self {
         Node { name: format!("Node{}", id.get()), id, device }
     }
 
-    /// A node with a name of its own.
+    /// A node with this name.
     #[must_use]
     pub fn named(name: &str, id: NodeId, device: &'a Device) -> Self {
         Node { name: identifier_of(name), id, device }
     }
 }
 
-/// A CAN database.
+/// A CAN database, ready to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Database {
     text: String,
-    /// Messages that are not in it, because another has their identifier.
+    /// Messages that are left out because another one has the same identifier.
     pub left_out: Vec<String>,
 }
 
 impl Database {
-    /// Of these nodes. A PDO that is switched off, or maps nothing, is no message; one that a node receives from another is the
-    /// message of that one.
+    /// The database of these nodes. PDOs that are disabled or map nothing are left out. A PDO that one node sends and
+    /// another one receives is one message of the sender.
     #[must_use]
     pub fn new(nodes: &[Node<'_>]) -> Self {
         let mut messages = network(nodes);
@@ -55,7 +55,7 @@ impl Database {
             messages.extend(pdos(node));
             messages.extend(services(node));
         }
-        // A node may receive from one that comes later.
+        // Senders first: a node may receive from one that comes later.
         let (sent, received): (Vec<_>, Vec<_>) =
             messages.into_iter().enumerate().partition(|(_, it)| it.taker.is_none());
         let mut messages: Vec<(usize, Message)> = Vec::new();
@@ -72,7 +72,7 @@ impl Database {
         Self { text: text(nodes, &messages), left_out }
     }
 
-    /// The database in code page 1252, as its readers expect it. Other characters become question marks.
+    /// The file in code page 1252, as readers expect. Other characters become question marks.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let encoded = |letter: char| Encoding::Windows1252.encode(letter.encode_utf8(&mut [0; 4]));
@@ -80,14 +80,14 @@ impl Database {
     }
 }
 
-/// A message, which is a COB-ID.
+/// A message: all frames with one COB-ID.
 struct Message {
-    /// With bit 31 for an identifier of 29 bits.
+    /// Bit 31 is set for a 29-bit identifier.
     id: u32,
     name: String,
     bytes: u8,
     sender: String,
-    /// The node whose RPDO it is.
+    /// For an RPDO, the node that receives it.
     taker: Option<String>,
     comment: String,
     cycle_ms: Option<i128>,
@@ -95,7 +95,7 @@ struct Message {
 }
 
 impl Message {
-    /// Adds the node that receives it by a PDO, as far as that maps something and no gap.
+    /// Adds a receiver to the signals that its PDO maps to objects.
     fn is_taken_by(&mut self, taker: &str, pdo: &Message) {
         for signal in &mut self.signals {
             let end = signal.start + u16::from(signal.bits);
@@ -106,14 +106,14 @@ impl Message {
     }
 }
 
-/// A part of a message, the lowest byte first.
+/// A part of a message, little-endian.
 #[derive(Default)]
 struct Signal {
     name: String,
     start: u16,
     bits: u8,
     signed: bool,
-    /// 1 for a float of 32 bits, 2 for one of 64.
+    /// 1 for REAL32, 2 for REAL64, else 0.
     real: u8,
     factor: f64,
     range: [f64; 2],
@@ -123,7 +123,7 @@ struct Signal {
     values: Vec<(i128, String)>,
 }
 
-/// Who sends what devices receive.
+/// The sender of what devices receive.
 const MANAGER: &str = "Manager";
 
 /// NMT and SYNC.
@@ -138,7 +138,7 @@ fn network(nodes: &[Node<'_>]) -> Vec<Message> {
     let signals = received_by(&receivers, signals);
     let mut messages =
         vec![Message { signals, ..manager(0, "NMT".to_owned(), 2, "NMT: a command to a node, or to all") }];
-    // Bit 31 has no meaning in 1005h.
+    // Bit 31 is not used in 1005h.
     let sync = |node: &Node<'_>| {
         let cob_id = given(node.device.entry(cia301::COB_ID_SYNC, 0)?)?.as_integer()?;
         identifier(cob_id & !i128::from(cia301::INVALID))
@@ -173,7 +173,7 @@ fn services(&Node { ref name, id: node, device }: &Node<'_>) -> Vec<Message> {
     ];
     let heartbeat = vec![Signal { values: named(&states), ..unsigned("State", 0, 7) }, unsigned("Toggle", 7, 1)];
     let mut messages = Vec::new();
-    // Without 1014h a device has no emergencies, and with bit 31 of it they are switched off.
+    // A device without 1014h, or with bit 31 set in it, sends no EMCY.
     let predefined = i128::from(connection::EMCY) + i128::from(node.get());
     let emergencies = device.object(cia301::COB_ID_EMCY).map(|_| held(cia301::COB_ID_EMCY, 0).unwrap_or(predefined));
     if let Some(id) = emergencies.and_then(identifier) {
@@ -223,7 +223,7 @@ fn pdos<'a>(&Node { ref name, id: node, device }: &'a Node<'_>) -> impl Iterator
     })
 }
 
-/// What a PDO maps; a dummy is a gap.
+/// The signals of a PDO; dummy entries are gaps.
 fn signals(device: &Device, receiver: &str, pdo: &Pdo) -> Vec<Signal> {
     let mut start = 0;
     let mut names = BTreeSet::new();
@@ -255,7 +255,7 @@ fn signals(device: &Device, receiver: &str, pdo: &Pdo) -> Vec<Signal> {
     signals
 }
 
-/// Type, scaling, limits and names of a value.
+/// Sets type, scaling, limits and names of a value.
 fn describe(device: &Device, entry: &Entry, signal: &mut Signal) {
     signal.signed = matches!(entry.data_type.class(), Class::Signed | Class::Real);
     signal.real = match entry.data_type {
@@ -300,7 +300,7 @@ fn describe(device: &Device, entry: &Entry, signal: &mut Signal) {
 }
 
 impl Signal {
-    /// A bit of a word is no signal of its own: the word is one, and signals do not overlap.
+    /// Describes a named bit in the comment: bits cannot be signals of their own, because signals must not overlap.
     fn comment_bits(&mut self, low: u8, high: u8, name: &str) {
         let _ = match low == high {
             true => write!(self.comment, "; bit {low}: {name}"),
@@ -326,7 +326,7 @@ fn named(values: &[(i128, &str)]) -> Vec<(i128, String)> {
     values.iter().map(|&(value, name)| (value, name.to_owned())).collect()
 }
 
-/// The identifier of a COB-ID that is switched on.
+/// The identifier of a COB-ID, if it is enabled.
 fn identifier(cob_id: i128) -> Option<u32> {
     let cob_id = u32::try_from(cob_id).ok().filter(|id| id & cia301::INVALID == 0)?;
     const EXTENDED_IN_DBC: u32 = 1 << 31;
@@ -336,7 +336,7 @@ fn identifier(cob_id: i128) -> Option<u32> {
     }
 }
 
-/// A name as C has it, of at most 32 characters, as old readers ask for.
+/// A C identifier of at most 32 characters, the limit of old readers.
 fn identifier_of(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     let name = words.collect::<Vec<_>>().join("_");
@@ -346,7 +346,7 @@ fn identifier_of(name: &str) -> String {
     name.trim_end_matches('_').to_owned()
 }
 
-/// What stands between quotation marks.
+/// Escapes a text for quotation marks.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "'").replace(['\r', '\n'], " ").replace('\\', "/"))
 }

@@ -1,7 +1,7 @@
-//! PDOs of a device: how they are configured ([`PdoState`]), how that is changed ([`Plan`]), and both in words.
+//! The PDOs of a device: their configuration ([`PdoState`]), changes to it ([`Plan`]), and both as text.
 //!
-//! Nothing in here has a bus: what is read comes from a function, and what is to be written are
-//! [`Settings`](lexican_runtime::host::Settings) for a network.
+//! This module does no I/O: values are read through a function, and to be written as
+//! [`Settings`](lexican_runtime::host::Settings).
 
 pub mod dbc;
 mod plan;
@@ -23,10 +23,10 @@ pub use plan::{Change, Objection, Plan};
 pub(crate) use words::manner;
 pub use words::{in_words, summary, title};
 
-/// How many PDOs may be missing in a row before a device is taken to have no more.
+/// After this many missing PDOs in a row, a device is assumed to have no more.
 const GAP: u16 = 8;
 
-/// Which PDO of a device: `TPDO1`.
+/// A PDO of a device: `TPDO1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PdoName {
     /// The direction, as the device sees it.
@@ -35,7 +35,7 @@ pub struct PdoName {
     pub number: u16,
 }
 
-/// A text that names no PDO.
+/// The text names no PDO.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0:?} is no PDO such as tpdo1 or rpdo3")]
 pub struct NoPdoName(String);
@@ -62,7 +62,7 @@ impl fmt::Display for PdoName {
 }
 
 impl PdoName {
-    /// An entry of its communication parameter.
+    /// The address of an entry in its communication parameter.
     #[must_use]
     pub fn parameter(self, sub: u8) -> Address {
         let index = match self.direction {
@@ -72,13 +72,13 @@ impl PdoName {
         Address::new(index, sub)
     }
 
-    /// An entry of its mapping.
+    /// The address of an entry in its mapping parameter.
     #[must_use]
     pub fn mapping(self, sub: u8) -> Address {
         Address::new(self.parameter(0).index() + TO_MAPPING, sub)
     }
 
-    /// The COB-ID that the predefined connection set has for it (CiA 301, 7.3.3).
+    /// Its COB-ID in the predefined connection set (CiA 301, 7.3.3); `None` from the fifth PDO on.
     #[must_use]
     pub fn predefined(self, node: NodeId) -> Option<CobId> {
         let first = match self.direction {
@@ -88,14 +88,14 @@ impl PdoName {
         (self.number <= 4).then(|| CobId::of_node(first + 0x100 * (self.number - 1), node))
     }
 
-    /// The PDOs of a data sheet: receive PDOs first, then by number.
+    /// The PDOs in a data sheet: receive PDOs first, then by number.
     #[must_use]
     pub fn of_sheet(device: &Device) -> Vec<PdoName> {
         let names = device.entries().filter(|entry| entry.sub == 1).filter_map(|entry| PdoName::of_index(entry.index));
         names.collect::<BTreeSet<_>>().into_iter().collect()
     }
 
-    /// The PDO that a communication parameter is of.
+    /// The PDO of a communication parameter.
     fn of_index(index: u16) -> Option<PdoName> {
         let direction = match index {
             cia301::RPDO_1..=cia301::RPDO_512 => Direction::Receive,
@@ -106,33 +106,33 @@ impl PdoName {
     }
 }
 
-/// How a PDO is configured.
+/// The configuration of a PDO.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PdoState {
     /// Which PDO.
     pub name: PdoName,
-    /// Its COB-ID, and whether it is switched on.
+    /// The COB-ID, and whether the PDO is enabled.
     pub cob_id: PdoCobId,
-    /// When it is sent or takes effect; `None` if the device has no such entry.
+    /// `None` if the device lacks the entry.
     pub transmission: Option<TransmissionType>,
-    /// The inhibit time in 100 us, if the device has one.
+    /// In multiples of 100 µs; `None` if the device lacks the entry.
     pub inhibit_100us: Option<u16>,
-    /// The event timer in ms, if the device has one; of a receive PDO, its deadline.
+    /// In ms; for an RPDO, its deadline. `None` if the device lacks the entry.
     pub event_timer_ms: Option<u16>,
-    /// The objects in their order.
+    /// The mapped objects, in order.
     pub mapping: Vec<Mapped>,
 }
 
 impl PdoState {
-    /// Reads how a PDO is configured. `read` returns the bytes of an entry, and `None` if there is no such entry; without
-    /// a COB-ID there is no such PDO.
+    /// Reads the configuration of a PDO. `read` returns the bytes of an entry, or `None` if it does not exist. The
+    /// result is `None` if the PDO has no COB-ID entry.
     pub fn read<E>(
         name: PdoName,
         mut read: impl FnMut(Address) -> Result<Option<Vec<u8>>, E>,
     ) -> Result<Option<PdoState>, E> {
         let mut number = |address, size| -> Result<Option<u32>, E> {
             let bytes = read(address)?;
-            // A device that does not say how many bytes there are sends four.
+            // A server that does not indicate the size sends four bytes.
             let number =
                 |bytes: Vec<u8>| bytes.iter().take(size).rev().fold(0, |sum, byte| sum << 8 | u32::from(*byte));
             Ok(bytes.map(number))
@@ -144,7 +144,7 @@ impl PdoState {
             Direction::Receive => None,
         };
         let event_timer_ms = number(name.parameter(5), 2)?.map(|time| time as u16);
-        // 254 and 255 mark multiplexed PDOs, which map nothing by themselves.
+        // 254 and 255 mark multiplexed PDOs, which have no mapping of their own.
         let count = number(name.mapping(0), 1)?.map_or(0, |count| count as u8);
         let mut mapping = Vec::new();
         for sub in 1..=if count > 64 { 0 } else { count } {
@@ -154,7 +154,7 @@ impl PdoState {
         Ok(Some(PdoState { name, cob_id, transmission, inhibit_100us, event_timer_ms, mapping }))
     }
 
-    /// How a data sheet configures a PDO of a node.
+    /// The configuration of a node's PDO by its data sheet.
     #[must_use]
     pub fn of_sheet(device: &Device, node: NodeId, name: PdoName) -> Option<PdoState> {
         let state = PdoState::read(name, |address| {
@@ -166,7 +166,7 @@ impl PdoState {
         state.unwrap_or_default()
     }
 
-    /// Reads all PDOs of a device: those of its data sheet, or without one, those that the device answers for.
+    /// Reads all PDOs of a device: those in the data sheet, or without one, those for which the device answers.
     pub fn read_all<E>(
         device: Option<&Device>,
         mut read: impl FnMut(Address) -> Result<Option<Vec<u8>>, E>,
@@ -192,13 +192,13 @@ impl PdoState {
         Ok(states)
     }
 
-    /// How many bits are mapped.
+    /// The number of mapped bits.
     #[must_use]
     pub fn bits(&self) -> u32 {
         self.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum()
     }
 
-    /// What differs from `wanted`, in words.
+    /// The differences from `wanted`, as text.
     #[must_use]
     pub fn differences(&self, wanted: &PdoState) -> Vec<String> {
         let mut differences = Vec::new();
@@ -222,7 +222,7 @@ impl PdoState {
     }
 }
 
-/// When a PDO of this type is sent or takes effect: `with every SYNC (1)`.
+/// When a PDO of this type is sent or takes effect, as text: `with every SYNC (1)`.
 #[must_use]
 pub fn transmission(direction: Direction, transmission: TransmissionType) -> String {
     use TransmissionType as T;
@@ -324,7 +324,7 @@ mod tests {
         let nine = ["target position"; 9];
         let too_many = of(&nine, Change::default());
         assert_eq!(too_many, [Objection::TooMany { pdo, count: 9, most: 8 }, Objection::TooLong(288)]);
-        // Without a data sheet, nothing is known of an object.
+        // Without a data sheet, names and lengths are unknown.
         let unknown = pdo.map(None, &["6041"]).unwrap_err();
         assert_eq!(unknown, [Objection::UnknownLength(Address::new(0x6041, 0))]);
     }

@@ -1,4 +1,4 @@
-//! A change of a PDO, checked before anything is sent.
+//! Changes of a PDO, checked before anything is sent.
 
 use lexican_eds::model::{AccessType, Device, Entry};
 use lexican_eds::types::DataType;
@@ -10,24 +10,24 @@ use lexican_runtime::{CobId, NodeId};
 use super::{PdoName, PdoState};
 use crate::values::lookup::{ObjectError, describe, resolve};
 
-/// What a PDO is to become; what is `None` stays as it is.
+/// The wanted changes of a PDO; `None` leaves a setting as it is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Change {
-    /// Whether it is switched on.
+    /// Whether to enable it.
     pub on: Option<bool>,
     /// Its COB-ID.
     pub cob_id: Option<CobId>,
     /// When it is sent or takes effect.
     pub transmission: Option<TransmissionType>,
-    /// The inhibit time in 100 us.
+    /// In multiples of 100 µs.
     pub inhibit_100us: Option<u16>,
-    /// The event timer in ms.
+    /// In ms.
     pub event_timer_ms: Option<u16>,
-    /// The objects.
+    /// The objects to map, in order.
     pub mapping: Option<Vec<Mapped>>,
 }
 
-/// Why a PDO cannot become what is asked for. Nothing was sent.
+/// Why a PDO cannot be changed as wanted. Nothing has been sent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names say what it is")]
@@ -35,92 +35,77 @@ pub enum Objection {
     /// A text names no object.
     #[error(transparent)]
     Object(#[from] ObjectError),
-    /// An object that no data sheet describes: its length is unknown.
+    /// Without data sheet, the length of the object is unknown.
     #[error("the length of {0} is unknown, since no data sheet describes it")]
     UnknownLength(Address),
-    /// The data sheet does not allow mapping.
+    /// The data sheet has `PDOMapping=0`.
     #[error("{0} cannot be mapped into a PDO: its data sheet has PDOMapping=0")]
     NotMappable(String),
-    /// The access right is one of the other direction.
+    /// The access type allows mapping in the other direction only.
     #[error("{entry} is {access}: {pdo} cannot map it")]
-    WrongDirection {
-        /// The object.
-        entry: String,
-        /// Its access right.
-        access: &'static str,
-        pdo: PdoName,
-    },
-    /// A text, or bytes.
+    WrongDirection { entry: String, access: &'static str, pdo: PdoName },
+    /// A string or a DOMAIN has no fixed length.
     #[error("{entry} is a {data_type}, which has no fixed length")]
-    NoFixedLength {
-        /// The object.
-        entry: String,
-        data_type: DataType,
-    },
-    /// A placeholder in a PDO that the device sends.
+    NoFixedLength { entry: String, data_type: DataType },
+    /// TPDOs cannot have gaps.
     #[error("{0} cannot have a gap: only PDOs that the device receives have placeholders")]
     GapInTransmitPdo(PdoName),
-    /// A placeholder that `[DummyUsage]` does not allow.
+    /// `[DummyUsage]` does not allow this data type for gaps.
     #[error("the device knows no gap of a {0}: its [DummyUsage] forbids it")]
     GapNotAllowed(DataType),
-    /// More than a frame has.
+    /// The mapping exceeds 64 bits; the number of its bits.
     #[error("the objects have {0} bits, and a PDO has 64")]
     TooLong(u32),
-    /// More than the mapping has entries.
+    /// The mapping parameter has fewer entries than needed.
     #[error("{pdo} maps up to {most} objects, not {count}")]
     TooMany {
         pdo: PdoName,
-        /// How many are asked for.
+        /// The number of objects wanted.
         count: usize,
-        /// How many it can have.
+        /// The number of entries.
         most: usize,
     },
-    /// The mapping is read-only.
+    /// The mapping cannot be changed.
     #[error("the mapping of {pdo} is fixed: {address} is {access}")]
     FixedMapping {
         pdo: PdoName,
-        /// The entry that cannot be written.
+        /// The read-only entry.
         address: Address,
-        /// Its access right.
         access: &'static str,
     },
-    /// The device has no such parameter.
+    /// The device lacks an entry for a setting.
     #[error("{pdo} has no {what}: there is no {address}")]
     NoParameter {
         pdo: PdoName,
-        /// What it would be.
+        /// The name of the setting.
         what: &'static str,
-        /// Where it would be.
+        /// The address where the entry would be.
         address: Address,
     },
-    /// A COB-ID that belongs to other services (CiA 301, 7.3.5).
+    /// The COB-ID is reserved for other services (CiA 301, 7.3.5).
     #[error("no PDO can have the COB-ID {0}h: it belongs to another service (CiA 301, 7.3.5)")]
     RestrictedCobId(CobId),
-    /// There is no COB-ID to switch the PDO on with.
+    /// The PDO is to be enabled, but has no COB-ID.
     #[error("{0} has no COB-ID, and the predefined connection set has none for it: choose one")]
     NoCobId(PdoName),
-    /// A transmission type that this direction does not have.
+    /// The transmission type is not defined for this direction.
     #[error("{pdo} cannot have the transmission type {code}")]
-    NoTransmissionType {
-        pdo: PdoName,
-        /// The type.
-        code: u8,
-    },
+    NoTransmissionType { pdo: PdoName, code: u8 },
 }
 
-/// A change that has been checked.
+/// A checked change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// How the PDO is.
+    /// The present configuration.
     pub before: PdoState,
-    /// How it will be.
+    /// The configuration after the change.
     pub after: PdoState,
-    /// Every write carries four bytes.
+    /// Whether every write has to carry four bytes.
     in_four_bytes: bool,
 }
 
 impl Objection {
-    /// What to do about it, where that is one thing.
+    /// What to do about it, if there is one answer.
     #[must_use]
     pub fn advice(&self) -> Option<String> {
         match self {
@@ -131,8 +116,8 @@ impl Objection {
 }
 
 impl PdoName {
-    /// The mapping of objects as people name them, with their lengths: `6041`, `statusword`; for a gap the data type that
-    /// fills it, `UNSIGNED16`.
+    /// The mapping for objects as users name them, `6041` or `statusword`, with their lengths. A data type such as
+    /// `UNSIGNED16` is a gap.
     pub fn map<T: AsRef<str>>(self, device: Option<&Device>, objects: &[T]) -> Result<Vec<Mapped>, Vec<Objection>> {
         collected(objects.iter().map(|text| self.map_one(device, text.as_ref())))
     }
@@ -178,7 +163,7 @@ impl PdoName {
 }
 
 impl Plan {
-    /// Checks a change of a PDO of a node, by its data sheet if there is one.
+    /// Checks a change of a node's PDO, by the data sheet if there is one.
     pub fn new(
         device: Option<&Device>,
         node: NodeId,
@@ -215,23 +200,23 @@ impl Plan {
         }
     }
 
-    /// Whether the PDO already is what it will be.
+    /// Whether the PDO is already configured as wanted.
     #[must_use]
     pub fn changes_nothing(&self) -> bool {
         self.before == self.after
     }
 
-    /// The settings that carry out the plan.
+    /// The writes that make the change.
     pub fn apply(&self) -> Settings {
         self.towards(&self.after)
     }
 
-    /// What makes the PDO what it was, wherever the change was stopped.
+    /// The writes that restore the former configuration, wherever the change was interrupted.
     pub fn undo(&self) -> Settings {
         self.towards(&self.before)
     }
 
-    /// Sets what the change is about to the values of `target`.
+    /// The writes that set everything that the change affects to the values in `target`.
     fn towards(&self, target: &PdoState) -> Settings {
         let (before, after, name) = (&self.before, &self.after, target.name);
         let put = |settings: Settings, address, bytes: &[u8]| {
@@ -280,7 +265,7 @@ fn change_cob_id(node: NodeId, after: &mut PdoState, change: &Change) -> Result<
     Ok(())
 }
 
-/// What is wrong with the number and the length of the objects of a mapping.
+/// Checks number and total length of the mapped objects.
 fn length(device: Option<&Device>, after: &PdoState) -> Vec<Objection> {
     let (pdo, count, bits) = (after.name, after.mapping.len(), after.bits());
     let entry = |sub| {

@@ -1,4 +1,4 @@
-//! PDOs in words: which bits are whose.
+//! PDOs as text and JSON.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use crate::text::json::fields;
 use crate::values::name;
 use crate::values::report::ValueReport;
 
-/// How a PDO is configured, and a picture of its bytes; with the values that are known.
+/// The configuration of a PDO, with a picture of its bytes and the values that are known.
 ///
 /// ```text
 /// TPDO1  185h, at events of the profile (255), event timer 10 ms
@@ -24,10 +24,10 @@ use crate::values::report::ValueReport;
 ///     b  bits 16-47  6064:00 Position Actual Value
 /// ```
 ///
-/// The highest bit of each byte is at its left. A gap is `-`, and `.` a bit that nothing uses.
+/// The highest bit of each byte is on the left. `-` is a gap, `.` an unused bit.
 #[must_use]
 pub fn in_words(state: &PdoState, device: Option<&Device>, values: &BTreeMap<Address, ValueReport>) -> String {
-    // Writing to a string cannot fail.
+    // Writing to a string cannot fail, so its results are ignored.
     let mut text = format!("{}  {}\n", state.name, summary(state));
     let (mut letters, mut rows, mut low) = (Vec::new(), Vec::new(), 0);
     for (mapped, letter) in state.mapping.iter().zip(('a'..='z').cycle()) {
@@ -64,7 +64,7 @@ pub fn summary(state: &PdoState) -> String {
     std::iter::once(id).chain(manner(state)).collect::<Vec<_>>().join(", ")
 }
 
-/// The parts of [`summary`] but the COB-ID.
+/// The parts of [`summary`] without the COB-ID.
 pub(crate) fn manner(state: &PdoState) -> Vec<String> {
     let mut parts = Vec::new();
     parts.extend((!state.cob_id.is_valid()).then(|| "switched off".to_owned()));
@@ -81,7 +81,7 @@ pub(crate) fn manner(state: &PdoState) -> Vec<String> {
     parts
 }
 
-/// The data type that fills a gap.
+/// The data type that fills a gap; `None` for an object.
 fn data_type(mapped: &Mapped) -> Option<DataType> {
     let data_type = DataType::from_code(mapped.address.index());
     (mapped.address.index() < 0x20 && data_type.bits().is_some()).then_some(data_type)
@@ -104,7 +104,7 @@ fn entry_name(mapped: &Mapped, device: Option<&Device>) -> Option<String> {
 }
 
 impl PdoState {
-    /// The fields in JSON, with the values that are known.
+    /// The JSON fields, with the values that are known.
     #[must_use]
     pub fn json(&self, device: Option<&Device>, values: &BTreeMap<Address, ValueReport>) -> Map<String, Json> {
         let mut low = 0;

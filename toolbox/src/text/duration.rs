@@ -1,13 +1,13 @@
-//! Durations as people write them.
+//! Parses durations as users write them.
 
 use lexican_runtime::Duration;
 
-/// A duration in whole milliseconds, rounded down.
+/// In whole milliseconds, rounded down.
 pub fn in_milliseconds(duration: Duration) -> u64 {
     duration.as_micros() / 1000
 }
 
-/// Parses a time: `10s`, `0.5s`, `500ms`, `2min`, `0`.
+/// Parses a duration: `10s`, `0.5s`, `500ms`, `2min`, `0`.
 pub fn time(text: &str) -> Result<Duration, String> {
     text.parse().map_err(|_| match text.bytes().all(|byte| byte.is_ascii_digit()) {
         true if !text.is_empty() => format!("{text} of what? write {text}ms, {text}s or {text}min"),
@@ -15,14 +15,14 @@ pub fn time(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// Parses a time of whole milliseconds, up to an hour.
+/// Parses a duration in whole milliseconds, up to an hour.
 pub fn milliseconds(text: &str) -> Result<Duration, String> {
     let whole = |time: &Duration| time.as_micros() <= HOUR && time.as_micros().is_multiple_of(1000);
     let wrong = || format!("{text} is not a time of whole milliseconds, up to an hour");
     time(text).and_then(|time| Some(time).filter(whole).ok_or_else(wrong))
 }
 
-/// Parses a time that is not zero, up to an hour.
+/// Parses a duration that is not zero, up to an hour.
 pub fn period(text: &str) -> Result<Duration, String> {
     let is_period = |time: &Duration| (1..=HOUR).contains(&time.as_micros());
     time(text).and_then(|time| {
@@ -30,7 +30,7 @@ pub fn period(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// In microseconds: a longer time that is usually one of milliseconds is a mistake.
+/// In µs. A longer duration where milliseconds are usual is a mistake.
 const HOUR: u64 = 3_600_000_000;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Files that people name: reading them, saying why they cannot be read, and not replacing them by accident.
+//! Files that users name: reading them, with useful errors, and not overwriting them by accident.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -19,14 +19,14 @@ pub struct ReadError {
 
 /// Reads a text file in any encoding.
 ///
-/// A text that is too large for a data sheet is cut, and says so when it is parsed.
+/// A text that is too large for a data sheet is cut off, which parsing reports.
 pub fn read(path: &Path) -> Result<Source, ReadError> {
-    // One byte beyond the bound, so that the file is reported as too large.
+    // One byte more than allowed, so that parsing reports the file as too large.
     let bytes = read_up_to(path, lexican_eds::text::MAX_BYTES + 1)?;
     Ok(Source::from_bytes(path.display().to_string(), &bytes))
 }
 
-/// Reads the first bytes of a file, which may be larger than the memory, or have no end.
+/// Reads at most `bound` bytes of a file, which may be larger than the memory, or endless.
 pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     let failed = |error| ReadError { path: path.to_owned(), error };
     let file = File::open(path).map_err(failed)?;
@@ -35,20 +35,19 @@ pub fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
     Ok(bytes)
 }
 
-/// What becomes of an existing file that is to be written.
+/// What to do with an existing file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// It stays, and nothing is written.
+    /// Keep it, and write nothing.
     #[default]
     Keep,
-    /// It is replaced.
+    /// Replace it.
     Replace,
 }
 
 impl Existing {
-    /// Whether a file may be written. Pipes and devices always may, those that are `read` meanwhile never.
-    ///
-    /// Errors: [`io::ErrorKind::AlreadyExists`] if there is a file that stays, [`io::ErrorKind::ResourceBusy`] if it is
+    /// Checks whether a file may be written: pipes and devices always, files in `read` never. Errors:
+    /// [`io::ErrorKind::AlreadyExists`] if it exists and is to be kept, [`io::ErrorKind::ResourceBusy`] if it is being
     /// read.
     pub fn guard<'a>(self, path: &Path, read: impl IntoIterator<Item = &'a Path>) -> io::Result<()> {
         if !path.is_file() {
@@ -64,7 +63,7 @@ impl Existing {
     }
 }
 
-/// Whether two paths lead to one file.
+/// Whether two paths are the same file.
 #[cfg(unix)]
 fn is_same(a: &Path, b: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -72,14 +71,14 @@ fn is_same(a: &Path, b: &Path) -> bool {
     inode(a).is_some_and(|a| Some(a) == inode(b))
 }
 
-/// Whether two paths lead to one file.
+/// Whether two paths are the same file.
 #[cfg(not(unix))]
 fn is_same(a: &Path, b: &Path) -> bool {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
     whole(a).is_some_and(|a| Some(a) == whole(b))
 }
 
-/// The message of the operating system, in lower case and without its number.
+/// The operating system's message, in lower case and without the error number.
 #[must_use]
 pub fn reason(error: &io::Error) -> String {
     let text = error.to_string();

@@ -1,4 +1,4 @@
-//! JSON objects, and how fields are written that are texts for programs.
+//! JSON objects, and the formats of fields.
 
 use std::fmt::UpperHex;
 
@@ -9,7 +9,7 @@ use serde_json::{Map, Value as Json};
 
 use crate::values::hex;
 
-/// The fields of a JSON object; none of any other value.
+/// The fields of a JSON object; empty for other values.
 #[must_use]
 pub fn fields(object: Json) -> Map<String, Json> {
     match object {
@@ -18,13 +18,13 @@ pub fn fields(object: Json) -> Map<String, Json> {
     }
 }
 
-/// The fields that a value has in JSON.
+/// The fields of a value that serialises to a JSON object.
 #[must_use]
 pub fn fields_of(value: &impl Serialize) -> Map<String, Json> {
     fields(serde_json::to_value(value).unwrap_or_default())
 }
 
-/// Adds a field, if there is something in it.
+/// Adds a field if it is not `None`.
 pub(crate) fn add_some<M: SerializeMap>(
     map: &mut M,
     name: &str,
@@ -33,22 +33,22 @@ pub(crate) fn add_some<M: SerializeMap>(
     field.map_or(Ok(()), |field| map.serialize_entry(name, &field))
 }
 
-/// `05`: all digits of a number.
+/// A number with all its hexadecimal digits: `05`.
 pub(crate) fn digits<T: UpperHex, S: Serializer>(number: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&format_args!("{number:0width$X}", width = 2 * size_of::<T>()))
 }
 
-/// `06 02 00 00`.
+/// Bytes in hexadecimal: `06 02 00 00`.
 pub(crate) fn bytes<S: Serializer>(data: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&hex(data))
 }
 
-/// `read`, `write`.
+/// `read` or `write`.
 pub(crate) fn access<S: Serializer>(writes: &Option<bool>, serializer: S) -> Result<S::Ok, S::Error> {
     writes.map(|writes| if writes { "write" } else { "read" }).serialize(serializer)
 }
 
-/// The fields of an abort code, among others.
+/// Adds the fields of an abort code to those of its struct.
 pub(crate) fn abort<S: Serializer>(code: &Option<AbortCode>, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Fields {

@@ -1,4 +1,4 @@
-//! What people name and write: durations, files, times of day, node-IDs, TOML; and what programs read, JSON.
+//! Text formats: durations, files, times of day, node-IDs, TOML, and JSON.
 
 pub(crate) mod calendar;
 pub mod duration;

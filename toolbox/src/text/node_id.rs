@@ -1,31 +1,31 @@
-//! Node-IDs as people write them.
+//! Parses node-IDs as users write them.
 
 use std::collections::BTreeSet;
 
 use lexican_runtime::NodeId;
 
-/// A text is no node-ID.
+/// The text is no node-ID.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NodeIdError {
-    /// It is not even a number.
+    /// It is not a number.
     #[error("{0:?} is not a number")]
     NotANumber(String),
-    /// The first of a range is above its last.
+    /// The first number of the range is greater than the last.
     #[error("{0:?} is no range: write the lower node-ID first")]
     NoRange(String),
-    /// No node has this number.
+    /// The number is not from 1 to 127.
     #[error("{0} is not a node-ID: node-IDs are 1 to 127")]
     OutOfRange(u32),
 }
 
-/// For parsers of arguments, which want a text.
+/// For clap's parsers, which accept a text as error.
 impl From<NodeIdError> for String {
     fn from(error: NodeIdError) -> String {
         error.to_string()
     }
 }
 
-/// A node-ID in decimal or, after `0x`, in hexadecimal.
+/// Parses a node-ID, decimal, or hexadecimal after `0x`.
 pub fn node_id(text: &str) -> Result<NodeId, NodeIdError> {
     let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
     let number = digits.map_or_else(|| text.parse::<u32>(), |digits| u32::from_str_radix(digits, 16));
@@ -34,7 +34,7 @@ pub fn node_id(text: &str) -> Result<NodeId, NodeIdError> {
     id.ok_or(NodeIdError::OutOfRange(number))
 }
 
-/// Several node-IDs, `3,5-9`, in the order of the text, each once.
+/// Parses several node-IDs, `3,5-9`: in the order of the text, without duplicates.
 pub fn node_ids(text: &str) -> Result<Vec<NodeId>, NodeIdError> {
     let mut nodes = Vec::new();
     for part in text.split(',').map(str::trim) {

@@ -1,6 +1,6 @@
-//! Words that may be meant.
+//! Similarity of names, for suggestions.
 
-/// How alike a known word and a typed one are, from 0 to 1; capitals do not count.
+/// The similarity of two words, from 0 to 1, ignoring case.
 #[must_use]
 pub fn similarity(known: &str, typed: &str) -> f64 {
     strsim::jaro_winkler(&known.to_lowercase(), &typed.to_lowercase())

@@ -1,4 +1,4 @@
-//! TIME_OF_DAY as text: `2026-11-23 12:00:00.500` (CiA 301, 7.1.6.5).
+//! TIME_OF_DAY (CiA 301, 7.1.6.5) as text: `2026-11-23 12:00:00.500`.
 
 use lexican_runtime::Instant;
 use lexican_runtime::object::TimeOfDay;
@@ -7,24 +7,23 @@ use super::calendar::{Civil, DAY};
 
 const MS_PER_DAY: u64 = 86_400_000;
 
-/// The days from 1 January 1970 to 1 January 1984.
+/// Days from 1 January 1970 to 1 January 1984, the epoch of TIME_OF_DAY.
 const EPOCH: u64 = 5113;
 
-/// The time so many milliseconds after the beginning of 1970, in UTC; `None` before 1984, and when the days have no place in
-/// 16 bits, in the year 2163.
+/// Converts milliseconds since 1970 in UTC; `None` before 1984, and from 2163 on, when the days exceed 16 bits.
 #[must_use]
 pub fn of_unix(ms: u64) -> Option<TimeOfDay> {
     let days = (ms / MS_PER_DAY).checked_sub(EPOCH)?;
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (ms % MS_PER_DAY) as u32 })
 }
 
-/// The milliseconds since the beginning of 1970.
+/// Milliseconds since 1970.
 #[must_use]
 pub fn to_unix(time: TimeOfDay) -> u64 {
     (u64::from(time.days) + EPOCH) * MS_PER_DAY + u64::from(time.ms)
 }
 
-/// The same time so many milliseconds later; `None` when the days have no place in 16 bits.
+/// The time plus `ms` milliseconds; `None` if the days exceed 16 bits.
 #[must_use]
 pub fn later(time: TimeOfDay, ms: u64) -> Option<TimeOfDay> {
     let total = u64::from(time.ms).checked_add(ms)?;
@@ -32,8 +31,8 @@ pub fn later(time: TimeOfDay, ms: u64) -> Option<TimeOfDay> {
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (total % MS_PER_DAY) as u32 })
 }
 
-/// A day, or a day and a time with or without seconds and milliseconds, a blank or a T between them: `2026-11-23 12:00`.
-/// `None` if the text is no such time, of the years that a TIME_OF_DAY has.
+/// Parses a date with or without time, seconds and milliseconds, separated by a blank or a T: `2026-11-23 12:00`.
+/// `None` for other texts, and for dates that TIME_OF_DAY cannot express.
 #[must_use]
 pub fn parse(text: &str) -> Option<TimeOfDay> {
     let (date, time) = text.trim().split_once([' ', 'T']).unwrap_or((text.trim(), "00:00"));
@@ -43,7 +42,7 @@ pub fn parse(text: &str) -> Option<TimeOfDay> {
     Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: of_day(time.trim())? })
 }
 
-/// `2026-11-23 12:00:00.500`. Milliseconds beyond the day, which a device may send, are shown as hours beyond 23.
+/// `2026-11-23 12:00:00.500`. If a device sends more milliseconds than a day has, the hours exceed 23.
 #[must_use]
 pub fn text(time: TimeOfDay) -> String {
     let Civil { year, month, day, .. } = Civil::of(Instant::from_micros((u64::from(time.days) + EPOCH) * DAY));
@@ -52,7 +51,7 @@ pub fn text(time: TimeOfDay) -> String {
     format!("{year}-{month:02}-{day:02} {hours:02}:{minutes:02}:{seconds:02}.{ms:03}")
 }
 
-/// Milliseconds since midnight.
+/// Parses a time; in milliseconds since midnight.
 fn of_day(text: &str) -> Option<u32> {
     let (clock, fraction) = text.split_once('.').unwrap_or((text, "0"));
     let [hours, minutes, seconds] = match numbers(clock, ':') {
@@ -65,7 +64,7 @@ fn of_day(text: &str) -> Option<u32> {
     u32::try_from(((hours * 60 + minutes) * 60 + seconds) * 1000 + ms).ok()
 }
 
-/// Numbers without signs between separators.
+/// Unsigned numbers between separators.
 fn numbers<const N: usize>(text: &str, separator: char) -> Option<[u64; N]> {
     let number = |digits: &str| digits.parse().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()));
     text.split(separator).map(number).collect::<Option<Vec<u64>>>()?.try_into().ok()

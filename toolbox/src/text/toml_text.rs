@@ -1,8 +1,8 @@
-//! What people write in TOML.
+//! Parses TOML, with errors by line.
 
 use serde::de::DeserializeOwned;
 
-/// A text is no TOML, or has other keys or values than it may.
+/// The text is no TOML, or has unknown keys or invalid values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {reason}")]
 pub struct TomlError {
@@ -20,7 +20,7 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     })
 }
 
-/// The line of a place in a text, from 1.
+/// The line (from 1) of a byte offset.
 #[must_use]
 pub fn line(text: &str, at: usize) -> usize {
     text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1

@@ -1,4 +1,5 @@
-//! Values of a node over time: followed by a [`sampler`], kept as `series`, which draw with the feature `pictures`.
+//! Values of a node over time: a [`sampler`] collects them, `series` keeps them; with the feature `pictures` it draws
+//! them.
 
 pub mod sampler;
 #[cfg(feature = "pictures")]

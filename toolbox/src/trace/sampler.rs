@@ -1,4 +1,4 @@
-//! Values of a node over time: objects that are read again and again, and PDOs as they come.
+//! Samples values of a node: polls objects, and listens to PDOs.
 
 use std::collections::VecDeque;
 use std::fmt::{self, Display};
@@ -14,17 +14,17 @@ use crate::values::DeviceValues;
 use crate::values::lookup::{ObjectError, resolve};
 use crate::values::report::ValueReport;
 
-/// The longest value that is read.
+/// Longer values are not read, in bytes.
 const LONGEST: usize = 1024;
 
-/// What to sample.
+/// A signal to sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Signal {
-    /// An entry of the object dictionary.
+    /// An entry of the dictionary.
     Object(Address),
-    /// All that a PDO carries.
+    /// All values in a PDO.
     Pdo {
-        /// Whether the device receives it.
+        /// Whether it is an RPDO of the device.
         received: bool,
         /// From 1.
         number: u16,
@@ -32,7 +32,7 @@ pub enum Signal {
 }
 
 impl Signal {
-    /// `tpdo1`, `rpdo2`, or what [`resolve`] takes.
+    /// Parses `tpdo1`, `rpdo2`, or an object as [`resolve`] does.
     pub fn parse(device: Option<&Device>, text: &str) -> Result<Self, ObjectError> {
         let lower = text.to_ascii_lowercase();
         let pdo = |prefix| lower.strip_prefix(prefix)?.parse().ok().filter(|number| (1..=512).contains(number));
@@ -44,7 +44,7 @@ impl Signal {
     }
 }
 
-/// As [`Signal::parse`] takes it.
+/// In the form that [`Signal::parse`] accepts.
 impl Display for Signal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -55,36 +55,37 @@ impl Display for Signal {
     }
 }
 
-/// Samples signals of one node: a [`StateMachine`] over a link.
+/// Samples signals of one node: a [`StateMachine`] for a link.
 ///
-/// Objects are read in rounds, one after the other, and a value that anyone transfers or a PDO carries counts as well.
+/// It reads objects in rounds, one after the other. Values in other clients' transfers and in PDOs count as well.
 pub struct Sampler<'a> {
     node: NodeId,
     signals: Vec<Signal>,
     decoder: Decoder<'a>,
     client: SdoClient,
     buffer: Bytes,
-    /// What the units depend on: read once.
+    /// Entries on which units depend, still to be read once.
     conditions: VecDeque<Address>,
     polled: Vec<Address>,
-    /// The next one of `polled`.
+    /// The position of the next one in `polled`.
     next: usize,
     every: Duration,
-    /// When the next round begins; without one nothing is read.
+    /// The start of the next round; `None` to read nothing.
     round: Option<Instant>,
 }
 
 /// What a sampler reports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sampled {
-    /// Values that have just come.
+    /// New values.
     Values(Vec<ValueReport>),
-    /// An object could not be read. It is read again in the next round, unless the device does not have it.
+    /// An object could not be read. The next round tries again, unless the device lacks the object.
     Failed(SdoError),
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler that reads the objects among `signals` every so often, beginning at `now`; that only listens if it is `None`.
+    /// Creates a sampler that reads the objects among `signals` at intervals of `every`, from `now` on; with `None` it
+    /// only listens.
     #[must_use]
     pub fn new(
         now: Instant,
@@ -122,14 +123,14 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// For a link with a [latency](lexican_runtime::host::Link::latency): the node has so much longer to answer.
+    /// Allows the node this much more time to respond, for a link with [latency](lexican_runtime::host::Link::latency).
     #[must_use]
     pub fn with_latency(self, latency: Duration) -> Self {
         let timeout = self.client.timeout() + latency;
         Sampler { client: self.client.with_timeout(timeout), ..self }
     }
 
-    /// Begins the next read if it is due.
+    /// Begins the next read when it is due.
     fn begin(&mut self, now: Instant) {
         let Some(round) = self.round.filter(|round| *round <= now && !self.client.is_busy()) else { return };
         let address = match self.conditions.pop_front() {
@@ -139,7 +140,7 @@ impl<'a> Sampler<'a> {
                 self.next += 1;
                 if self.next >= self.polled.len() {
                     self.next = 0;
-                    // A node that is slower than the rounds is read without a pause.
+                    // If a round takes longer than its interval, the next one follows without a pause.
                     self.round = Some((round + self.every).max(now));
                 }
                 address
@@ -157,11 +158,11 @@ impl<'a> Sampler<'a> {
             self.polled.remove(place);
             self.next -= usize::from(place < self.next);
         }
-        // An entry that only a unit depends on has the value of the data sheet then.
+        // An entry that is read only for a unit keeps the value of the data sheet.
         self.signals.contains(&Signal::Object(address)).then_some(Sampled::Failed(error))
     }
 
-    /// The values of signals that a frame carries.
+    /// The values of the signals in a frame.
     fn values(&self, decoded: Decoded) -> Vec<ValueReport> {
         if decoded.node != Some(self.node) {
             return Vec::new();
@@ -240,7 +241,7 @@ mod tests {
         check("tpdo0", None);
     }
 
-    /// Answers what is asked with these frames, and returns what is sampled.
+    /// Answers requests with these frames; returns what is sampled.
     fn answered(sampler: &mut Sampler<'_>, answers: &[(&str, &str)], until_ms: u64) -> Vec<String> {
         let (mut now, mut lines) = (Instant::ZERO, Vec::new());
         while now <= Instant::from_micros(until_ms * 1000) {

@@ -1,4 +1,4 @@
-//! Values over time, as curves and as a table.
+//! Values over time, as curves and as table rows.
 
 use lexican_eds::model::Value;
 use lexican_pictures::{Curve, Panel, Picture, held};
@@ -7,34 +7,34 @@ use lexican_runtime::object::Address;
 
 use crate::values::report::ValueReport;
 
-/// The most points of a curve: when it has more, every second one is dropped.
+/// The most points of a curve; beyond, every second one is dropped.
 const MOST: usize = 200_000;
 
-/// The curve of one entry.
+/// The values of one entry over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// The entry.
     pub address: Address,
-    /// Its name by the data sheet, else its address.
+    /// From the data sheet, else the address.
     pub name: String,
-    /// The unit of the numbers.
+    /// `None` for counts of the device.
     pub unit: Option<String>,
-    /// Time in seconds since the beginning, and value; ascending in time.
+    /// Time in seconds from the beginning, ascending, and value.
     pub points: Vec<(f64, f64)>,
-    /// The last value in words.
+    /// The last value as text.
     pub text: String,
-    /// The lowest and the highest value of all.
+    /// The lowest and the highest value.
     pub bounds: (f64, f64),
-    /// How often the value changed.
+    /// The number of changes.
     pub changes: u64,
-    /// When it changed last, in seconds.
+    /// The time of the last change, in seconds from the beginning.
     pub changed: f64,
-    /// Each value has a row of its own in a table, but only each nth is a point of the curve.
+    /// Only every nth value becomes a point; a table still gets each value.
     step: usize,
     skipped: usize,
 }
 
-/// The curves of several entries.
+/// The curves of several entries over the same time.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
     began: Option<Instant>,
@@ -42,13 +42,13 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// A recording whose times are from `at` on, instead of from its first value.
+    /// A recording whose time begins at `at`, not at its first value.
     #[must_use]
     pub fn beginning(at: Instant) -> Self {
         Recording { began: Some(at), series: Vec::new() }
     }
 
-    /// Takes a value; returns whether it differs from the one before.
+    /// Adds a value; returns whether it differs from the previous one.
     pub fn take(&mut self, at: Instant, report: &ValueReport) -> bool {
         let seconds = at.since(*self.began.get_or_insert(at)).as_secs_f64();
         let place = self.series.iter().position(|series| series.address == report.address);
@@ -59,25 +59,25 @@ impl Recording {
         self.series[place].take(seconds, report)
     }
 
-    /// The curves, in the order in which their first values came.
+    /// The curves, in the order of their first values.
     #[must_use]
     pub fn series(&self) -> &[Series] {
         &self.series
     }
 
-    /// Forgets the curves of the other entries.
+    /// Removes the curves for which `is_kept` is false.
     pub fn retain(&mut self, mut is_kept: impl FnMut(Address) -> bool) {
         self.series.retain(|series| is_kept(series.address));
     }
 
-    /// From the first to the last value, in seconds.
+    /// The time from the first to the last value, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         let last = self.series.iter().filter_map(|series| series.points.last());
         last.map(|(at, _)| *at).fold(0.0, f64::max)
     }
 
-    /// The units of the curves that have points, each once.
+    /// The units of curves with points, without duplicates.
     #[must_use]
     pub fn units(&self) -> Vec<Option<&str>> {
         let mut units = Vec::new();
@@ -89,12 +89,12 @@ impl Recording {
         units
     }
 
-    /// The curves of a unit.
+    /// The curves with this unit.
     pub fn of_unit<'s>(&'s self, unit: Option<&'s str>) -> impl Iterator<Item = &'s Series> {
         self.series.iter().filter(move |series| series.unit.as_deref() == unit && !series.points.is_empty())
     }
 
-    /// A panel for each unit. Between two values a curve stays at the first one.
+    /// A picture with one panel for each unit. Curves are steps: a value holds until the next.
     #[must_use]
     pub fn picture(&self, title: String) -> Picture {
         let end = self.seconds().max(1e-3);
@@ -103,7 +103,7 @@ impl Recording {
             let curves: Vec<_> =
                 self.of_unit(unit).map(|series| Curve::new(&*series.name, held(&series.points))).collect();
             match &curves[..] {
-                // One alone is not in a legend.
+                // A single curve needs no legend.
                 [curve] => Panel::curves(format!("{} {unit_text}", curve.name), curves),
                 _ => Panel::curves(unit_text, curves),
             }
@@ -120,7 +120,7 @@ impl Recording {
     }
 }
 
-/// The number of a value: in its unit, if it has one.
+/// A value as a number, in its unit if it has one.
 #[must_use]
 pub fn number(report: &ValueReport) -> Option<f64> {
     report.unit.as_ref().map(|(_, scaled)| *scaled).or(match &report.value {

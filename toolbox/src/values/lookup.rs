@@ -1,4 +1,4 @@
-//! Objects as people write them: by address, by a path, or by the name of the data sheet.
+//! Resolves objects as users name them: by address, by path, or by name.
 
 use lexican_eds::model::{Device, Entry, Object};
 use lexican_runtime::cia301;
@@ -7,24 +7,24 @@ use lexican_runtime::object::Address;
 use crate::values::text::parse_hex;
 use crate::values::{address, name};
 
-/// Why a text names no object.
+/// Why a text does not name an object.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub enum ObjectError {
-    /// It is no address, and there is no data sheet to look a name up.
+    /// It is no address, and names need a data sheet.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
     NoDataSheet { text: String },
-    /// It is like an address, but is none.
+    /// It looks like an address, but is not valid.
     #[error("{text:?} is not an address such as 6064 or 2410:05")]
     Malformed { text: String },
-    /// The data sheet has no such name.
+    /// The data sheet has no object of this name.
     #[error("the data sheet names no object {text:?}")]
     Unknown {
         text: String,
-        /// The entries with similar names, the most similar first.
+        /// Entries with similar names, the most similar first.
         similar: Vec<String>,
     },
-    /// The data sheet has it several times.
+    /// Several entries have this name.
     #[error("{text:?} is the name of several entries")]
     Ambiguous { text: String, entries: Vec<String> },
 }
@@ -47,10 +47,10 @@ impl ObjectError {
     }
 }
 
-/// Resolves the name of an entry: an address (`6064`, `2410:05`, `0x1018:1`), a path (`2410/5`, `2410/v-Pos`,
-/// `Motor Parameter Set/v-Pos`), or a name of the data sheet ("Position Actual Value").
+/// Resolves an entry by address (`6064`, `2410:05`, `0x1018:1`), by path (`2410/5`, `2410/v-Pos`, `Motor Parameter
+/// Set/v-Pos`), or by name ("Position Actual Value").
 ///
-/// Errors: [`ObjectError`] if the text is no address, and not the name of exactly one entry of the device.
+/// Errors: [`ObjectError`] also if several entries have the name.
 pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectError> {
     if let Some(address) = parse_address(text) {
         return Ok(address);
@@ -73,7 +73,7 @@ pub fn resolve(device: Option<&Device>, text: &str) -> Result<Address, ObjectErr
     }
 }
 
-/// As [`resolve`]; an index without a sub-index, and the name of a record or an array, mean all entries of the object.
+/// As [`resolve`], but an index alone, or the name of a record or array, means all its entries.
 pub fn resolve_all(device: Option<&Device>, text: &str) -> Result<Vec<Address>, ObjectError> {
     let whole = |object: &Object| object.entries.iter().map(address).collect();
     let object = device.and_then(|device| match parse_index(text) {
@@ -89,14 +89,14 @@ pub fn resolve_all(device: Option<&Device>, text: &str) -> Result<Vec<Address>, 
     }
 }
 
-/// The only object of this name.
+/// The object with this name, if there is only one.
 fn named<'a>(device: &'a Device, text: &str) -> Option<&'a Object> {
     let wanted = plain(text);
     let mut same = device.objects.iter().filter(|object| plain(&object.name) == wanted);
     same.next().filter(|_| same.next().is_none())
 }
 
-/// `Motor Parameter Set/5`, `2410/v-Pos`: the index or the name of an object, the sub-index or the name of an entry.
+/// `Motor Parameter Set/5`, `2410/v-Pos`: an object by index or name, and an entry by sub-index or name.
 fn parse_path(device: &Device, text: &str) -> Option<Address> {
     let (object, entry) = text.rsplit_once('/')?;
     let object = match parse_index(object) {
@@ -119,37 +119,37 @@ fn parse_address(text: &str) -> Option<Address> {
     Some(Address::new(parse_index(index)?, parse_hex(sub, 2)? as u8))
 }
 
-/// 1000h is the lowest index of an object; a lower number is a mistake.
+/// Objects begin at 1000h; a lower number is a mistake.
 fn parse_index(text: &str) -> Option<u16> {
     parse_hex(text, 4).filter(|index| *index >= cia301::COMMUNICATION.start)
 }
 
-/// Whether a text is probably a mistyped address.
+/// Whether a text is probably meant as an address.
 fn is_like_an_address(text: &str) -> bool {
     let letters = |letter: char| letter.is_ascii_hexdigit() || matches!(letter, ':' | 'x' | 'X' | 'h' | 'H');
     text.starts_with(|first: char| first.is_ascii_digit()) && text.chars().all(letters)
 }
 
-/// The names of an entry: its own, and that after the name of its object.
+/// The names of an entry: its own, and with the name of its object before it.
 fn names(device: &Device, entry: &Entry) -> Vec<String> {
     let mut names = vec![plain(&entry.name)];
     names.extend(device.object(entry.index).map(|object| plain(&object.name) + &plain(&entry.name)));
     names
 }
 
-/// Whether two names are the same but for case, spaces and punctuation: `vendor-id` is `Vendor ID`.
+/// Whether names are equal except for case, blanks and punctuation: `vendor-id` and `Vendor ID`.
 #[must_use]
 pub fn same_name(one: &str, other: &str) -> bool {
     plain(one) == plain(other)
 }
 
-/// Letters and digits in lower case: `Position actual value`, `position-actual-value` and
-/// `POSITION_ACTUAL_VALUE` are the same name.
+/// Letters and digits in lower case, in which `Position actual value`, `position-actual-value` and
+/// `POSITION_ACTUAL_VALUE` are equal.
 fn plain(text: &str) -> String {
     text.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// The entries with the most similar names, at most three.
+/// At most three entries with the most similar names.
 fn similar(device: &Device, wanted: &str) -> Vec<String> {
     let mut near: Vec<_> = device
         .entries()

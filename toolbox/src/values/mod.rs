@@ -1,4 +1,5 @@
-//! Values of entries: as bytes ([`wire`]), as text, and as typed by people ([`text`]); whether they may be written ([`permission`]).
+//! Values of entries: as bytes ([`wire`]), as text and typed by users ([`text`]); and whether they may be written
+//! ([`permission`]).
 
 pub mod lookup;
 pub mod permission;
@@ -16,7 +17,7 @@ use lexican_eds::types::{Class, DataType};
 use lexican_runtime::object::{self, Address};
 use lexican_runtime::{NodeId, cia301};
 
-/// A data sheet, and the values that were seen on the bus. Units and names of values depend on other values.
+/// A data sheet with the values seen so far, on which units and meanings of other values depend.
 pub struct DeviceValues<'a> {
     /// The data sheet.
     pub device: &'a Device,
@@ -35,12 +36,12 @@ impl<'a> DeviceValues<'a> {
         self.device.entry(address.index(), address.sub())
     }
 
-    /// The name of an entry, after that of its object unless it is the only one.
+    /// The name of an entry, preceded by that of its object unless it is a single value.
     pub fn name(&self, entry: &Entry) -> String {
         name(self.device, entry)
     }
 
-    /// Remembers a value that was seen.
+    /// Remembers a value.
     pub fn set(&mut self, address: Address, value: &Value) {
         if let Value::Integer(number) = value {
             let before = self.seen.insert(address, *number);
@@ -50,36 +51,36 @@ impl<'a> DeviceValues<'a> {
         }
     }
 
-    /// Whether a parameter of a PDO has got another value since this was asked last.
+    /// Whether a PDO parameter has changed since the last call.
     pub(crate) fn pdos_have_changed(&mut self) -> bool {
         std::mem::take(&mut self.pdos_have_changed)
     }
 
-    /// The value that was seen last.
+    /// The last value seen of an entry.
     pub fn seen(&self, address: Address) -> Option<i128> {
         self.seen.get(&address).copied()
     }
 
-    /// All numbers that were seen, each the last.
+    /// The last values seen of all entries.
     pub fn all_seen(&self) -> impl Iterator<Item = (Address, i128)> {
         self.seen.iter().map(|(address, number)| (*address, *number))
     }
 
-    /// The unit of an entry; of several, the one whose condition holds.
+    /// The unit of an entry; if there are several, the one whose condition holds.
     pub fn unit(&self, entry: &Entry) -> Option<&'a Unit> {
         let Meaning::Quantity(name) = &entry.meaning else { return None };
         let mut units = self.device.quantities.get(name)?.units.iter();
         units.find(|unit| unit.when.as_ref().is_none_or(|when| self.holds(when)))
     }
 
-    /// Whether a condition holds, by the value that was seen or else by the data sheet.
+    /// Whether a condition holds, by the value seen, else by the data sheet.
     pub fn holds(&self, when: &Condition) -> bool {
         let address = Address::new(when.index, when.sub);
         let number = self.seen(address).or_else(|| given(self.entry(address)?)?.as_integer());
         number.is_some_and(|number| (number == when.value) == when.equal)
     }
 
-    /// The entries on whose values the unit and the limits of an entry depend.
+    /// The entries on which unit and limits of an entry depend.
     pub fn conditions(&self, entry: &Entry) -> Vec<Address> {
         let quantity = match &entry.meaning {
             Meaning::Quantity(name) => self.device.quantities.get(name),
@@ -93,7 +94,7 @@ impl<'a> DeviceValues<'a> {
         addresses
     }
 
-    /// A value as text: with its unit, the name of its enumeration, or the names of its bits. [`parse`](Self::parse) takes it.
+    /// A value as text: with unit, or as names of its enumeration or bits. [`parse`](Self::parse) reads it.
     pub fn describe(&self, entry: &Entry, value: &Value) -> String {
         let number = match *value {
             Value::Integer(number) => number,
@@ -110,19 +111,19 @@ impl<'a> DeviceValues<'a> {
         text.unwrap_or_else(|| plain(entry.data_type, value))
     }
 
-    /// A number as the runtime shows it; `None` of what its type cannot hold.
+    /// A number as the runtime formats it; `None` if its type cannot hold it.
     fn by_meaning(&self, entry: &Entry, value: &Value) -> Option<String> {
         let mut raw = [0; 8];
         let bytes = wire::encode(entry.data_type, value)?;
         raw.get_mut(..bytes.len())?.copy_from_slice(&bytes);
         let (data_type, number) = (entry.data_type.known()?, value.as_integer());
         let mut text = String::with_capacity(24);
-        // Cannot fail: a text grows.
+        // Writing to a string cannot fail.
         let _ = self.with_meaning(entry, number, |it| write!(text, "{}", it.show(data_type, u64::from_le_bytes(raw))));
         Some(text)
     }
 
-    /// Lends what the numbers of an entry mean, as the runtime has it: of the names of values that of `number` alone, if there is one.
+    /// Calls `then` with the entry's meaning in the runtime's form. With `number`, it has the name of that value only.
     fn with_meaning<T>(
         &self,
         entry: &Entry,
@@ -152,7 +153,7 @@ impl<'a> DeviceValues<'a> {
         }
     }
 
-    /// The name that an entry's enumeration has for a number.
+    /// The name of a value in the entry's enumeration.
     pub fn name_of(&self, entry: &Entry, number: i128) -> Option<&'a str> {
         let Meaning::Enumeration(name) = &entry.meaning else { return None };
         let values = &self.device.enumerations.get(name)?.values;
@@ -165,12 +166,12 @@ pub fn address(entry: &Entry) -> Address {
     Address::new(entry.index, entry.sub)
 }
 
-/// The value that the data sheet gives an entry: configured in a DCF, else its default.
+/// The value in the data sheet: as configured by a DCF, else the default.
 pub fn given(entry: &Entry) -> Option<&Value> {
     entry.configured.as_ref().or(entry.default.as_ref())
 }
 
-/// The name of an entry, after that of its object unless it is the only one: `Motor Parameter Set, v-Pos`.
+/// The name of an entry, preceded by that of its object unless it is a single value: `Motor Parameter Set, v-Pos`.
 pub fn name(device: &Device, entry: &Entry) -> String {
     match device.object(entry.index) {
         Some(object) if object.entries.len() > 1 => format!("{}, {}", object.name, entry.name),
@@ -178,7 +179,7 @@ pub fn name(device: &Device, entry: &Entry) -> String {
     }
 }
 
-/// The names that an entry takes: those of its values, or of its bits.
+/// The names that can be written to an entry: of its values, or of its bits.
 pub fn choices(device: &Device, entry: &Entry) -> Vec<String> {
     match &entry.meaning {
         Meaning::Enumeration(name) => {
@@ -201,7 +202,7 @@ pub fn resolved(value: &Value, node: NodeId) -> Value {
     }
 }
 
-/// The lowest and the highest value of an entry.
+/// The limits of an entry.
 pub struct Limits {
     /// The lowest value that is allowed.
     pub low: Option<Value>,
@@ -210,8 +211,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits that a value violates, and whether it is below (`Less`) or above them. Some limits hold only while
-    /// another entry has a certain value.
+    /// The limits that a value violates, and whether it is below (`Less`) or above them. `holds` decides about
+    /// conditional limits.
     pub fn violated(
         entry: &Entry,
         node: NodeId,
@@ -224,13 +225,13 @@ impl Limits {
             .find_map(|limits| Some(limits.compare(value)).filter(|side| side.is_ne()).map(|side| (side, limits)))
     }
 
-    /// The limits whose conditions hold, then the entry's own, which always hold.
+    /// The conditional limits that hold, then the entry's own.
     fn all(entry: &Entry, holds: impl Fn(&Condition) -> bool) -> impl Iterator<Item = Limits> {
         let own = Limits { low: entry.low.clone(), high: entry.high.clone() };
         entry.ranges.iter().filter(move |range| holds(&range.when)).map(Limits::from).chain([own])
     }
 
-    /// Whether a value is below the limits (`Less`), above them (`Greater`), or neither.
+    /// Whether a value is below (`Less`), above (`Greater`), or within the limits (`Equal`).
     fn compare(&self, value: &Value) -> Ordering {
         if self.low.as_ref().is_some_and(|low| is_below(value, low)) {
             Ordering::Less
@@ -258,14 +259,14 @@ fn is_below(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// The named bits of a word but those in the mask `without`, as the runtime has them.
+/// The named bits of a word in the runtime's form, without those in the mask `without`.
 fn bits(fields: &[Named<Bits>], without: u16) -> Vec<object::BitName<'_>> {
     let name = |it: &'_ Named<Bits>| (it.value.low, it.value.high.saturating_sub(it.value.low) + 1);
     let kept = fields.iter().filter(|it| u64::from(without) >> it.value.low.min(63) & 1 == 0);
     kept.map(|it| object::BitName::new(name(it).0, name(it).1, &it.name)).collect()
 }
 
-/// A value as text, by its type alone.
+/// A value as text by its data type alone.
 pub fn plain(data_type: DataType, value: &Value) -> String {
     match value {
         Value::Integer(number) => match (data_type.class(), data_type.bits()) {
@@ -281,7 +282,7 @@ pub fn plain(data_type: DataType, value: &Value) -> String {
     }
 }
 
-/// A number with its hexadecimal digits, and the characters that it may hold.
+/// A number with its hexadecimal digits, and with its characters if it may hold some.
 fn unsigned(number: i128, data_type: DataType, first_character_high: bool) -> String {
     let Some(bits) = data_type.bits().filter(|_| number > 9) else { return number.to_string() };
     let digits = usize::from(bits / 4);
@@ -297,7 +298,7 @@ fn real(data_type: DataType, number: f64) -> String {
     object::Meaning::Plain.show(known, raw).to_string()
 }
 
-/// The four letters that some devices keep in a number: `AG03`, `load`, `1.00`.
+/// The four characters that some devices pack into a number: `AG03`, `load`, `1.00`.
 fn ascii(number: i128, bits: u8, first_is_high: bool) -> Option<String> {
     let mut bytes = (number as u128).to_le_bytes();
     let text = bytes.get_mut(..usize::from(bits / 8)).filter(|text| text.len() == 4)?;
@@ -318,7 +319,7 @@ pub fn hex(bytes: &[u8]) -> String {
     text
 }
 
-/// The last `N` hexadecimal digits of a number: a formatter takes ten times as long, which shows where frames are many.
+/// The last `N` hexadecimal digits of a number; ten times as fast as `format!`, which matters for many frames.
 pub(crate) fn hex_digits<const N: usize>(number: u32) -> [u8; N] {
     std::array::from_fn(|at| b"0123456789ABCDEF"[(number >> (4 * (N - 1 - at))) as usize & 0xF])
 }

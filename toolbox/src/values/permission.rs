@@ -1,4 +1,4 @@
-//! Whether the data sheet allows a value to be written.
+//! Whether the data sheet allows writing a value.
 
 use std::cmp::Ordering;
 
@@ -7,40 +7,40 @@ use lexican_runtime::NodeId;
 
 use super::{DeviceValues, Limits};
 
-/// Why the data sheet does not allow a value to be written.
+/// Why the data sheet does not allow writing a value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WriteRefusal {
-    /// The entry cannot be written at all.
+    /// The entry is not writable.
     #[error("the data sheet says {}: the object cannot be written", .0.name())]
     Access(AccessType),
-    /// The value is below the lowest.
+    /// The value is below the limit.
     #[error("{value} is too low: the data sheet allows {allowed}")]
     TooLow {
-        /// As a text with its unit.
+        /// With its unit.
         value: String,
-        /// The values that are allowed.
+        /// The range, with its unit.
         allowed: String,
     },
-    /// The value is above the highest.
+    /// The value is above the limit.
     #[error("{value} is too high: the data sheet allows {allowed}")]
     TooHigh {
-        /// As a text with its unit.
+        /// With its unit.
         value: String,
-        /// The values that are allowed.
+        /// The range, with its unit.
         allowed: String,
     },
-    /// The value is none of those that have a name.
+    /// The enumeration has no such value.
     #[error("{value} is none of the values that the data sheet names: {names}")]
     Unnamed {
-        /// The number.
+        /// As it was to be written.
         value: i128,
-        /// The names with their numbers.
+        /// The names in the enumeration, with their numbers.
         names: String,
     },
 }
 
 impl DeviceValues<'_> {
-    /// Whether the data sheet allows an entry to be written with a value: its access, its limits, and its enumeration.
+    /// Checks whether the data sheet allows a value for an entry, by access, limits and enumeration.
     pub fn check_write(&self, entry: &Entry, value: &Value, node: NodeId) -> Result<(), WriteRefusal> {
         if !entry.access.writable() {
             return Err(WriteRefusal::Access(entry.access));
@@ -62,7 +62,7 @@ impl DeviceValues<'_> {
         }
     }
 
-    /// `-5.0 V to 30.0 V`, `10 and more`, `up to 10`.
+    /// A range as text: `-5.0 V to 30.0 V`, `10 and more`, `up to 10`.
     pub fn range(&self, entry: &Entry, limits: &Limits) -> String {
         let text = |value: &Value| self.describe(entry, value);
         match (&limits.low, &limits.high) {

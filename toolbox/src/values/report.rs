@@ -1,4 +1,4 @@
-//! An entry and its value, as commands print it: a text for people, fields for programs.
+//! An entry and its value in output: as text for people, as fields for programs.
 
 use std::sync::Arc;
 
@@ -13,24 +13,24 @@ use super::wire::parse_padded;
 use super::{DeviceValues, hex, hex_digits, plain};
 use crate::text::json::{add_some, fields_of};
 
-/// An entry of a node, and perhaps its value.
+/// An entry, with its value if known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValueReport {
     /// The entry.
     pub address: Address,
-    /// By the data sheet: `Motor Parameter Set, v-Pos`.
+    /// From the data sheet: `Motor Parameter Set, v-Pos`.
     pub name: Option<Arc<str>>,
-    /// The name alone, without that of its object: `v-Pos`.
+    /// Without the name of its object: `v-Pos`.
     pub entry: Option<Arc<str>>,
-    /// By the data sheet.
+    /// From the data sheet.
     pub data_type: Option<DataType>,
-    /// What it is set to.
+    /// `None` if unknown, or not of the data type.
     pub value: Option<Value>,
-    /// The unit, and the number in it.
+    /// The unit, and the value in it.
     pub unit: Option<(String, f64)>,
-    /// The value with its unit, or the names of its enumeration or bits.
+    /// The value with its unit, or as names of its enumeration or bits.
     pub text: Option<String>,
-    /// The bytes of an SDO transfer.
+    /// The bytes in an SDO transfer.
     pub raw: Option<Vec<u8>>,
 }
 
@@ -53,7 +53,7 @@ impl ValueReport {
         }
     }
 
-    /// An entry with the bytes of an SDO transfer.
+    /// An entry with the bytes of an SDO transfer, which may be padded.
     pub fn of_bytes(device: Option<&DeviceValues<'_>>, address: Address, data: &[u8]) -> Self {
         let entry = device.and_then(|device| Some((device, device.entry(address)?)));
         let mut report = ValueReport { raw: Some(data.to_vec()), ..ValueReport::new(address, entry) };
@@ -72,7 +72,7 @@ impl ValueReport {
         report
     }
 
-    /// An entry with its value in a PDO.
+    /// An entry with its value from a PDO.
     pub fn of_value(device: &DeviceValues<'_>, entry: &Entry, value: Value) -> Self {
         let mut report = ValueReport::new(super::address(entry), Some((device, entry)));
         report.set_value(device, entry, value);
@@ -90,7 +90,7 @@ impl ValueReport {
         self.value = Some(value);
     }
 
-    /// The fields of an entry whose read or write was aborted.
+    /// The JSON fields of an entry whose access was aborted.
     pub fn refusal(&self, code: AbortCode) -> Map<String, Json> {
         let mut fields = self.json();
         fields.insert("abort_code".to_owned(), format!("{:08X}", code.0).into());
@@ -106,7 +106,7 @@ impl ValueReport {
         }
     }
 
-    /// The text of the value; empty without one.
+    /// The value as text; empty if unknown.
     pub fn text(&self) -> &str {
         self.text.as_deref().unwrap_or_default()
     }
@@ -116,7 +116,7 @@ impl ValueReport {
         format!("{} = {}", self.title(), self.text())
     }
 
-    /// `Statusword = OPERATION ENABLED`: for a line that has no room for the name of the object as well.
+    /// `Statusword = OPERATION ENABLED`, without the name of the object: for short lines.
     #[must_use]
     pub fn brief(&self) -> String {
         let mut line = String::new();
@@ -124,7 +124,7 @@ impl ValueReport {
         line
     }
 
-    /// Adds [`brief`](Self::brief) to a line.
+    /// Appends [`brief`](Self::brief) to a line.
     pub(crate) fn add_brief(&self, line: &mut String) {
         match &self.entry {
             Some(name) => line.push_str(name),
@@ -134,13 +134,13 @@ impl ValueReport {
         line.push_str(self.text());
     }
 
-    /// The fields in JSON; those that are unknown are left out.
+    /// The JSON fields; unknown ones are left out.
     pub fn json(&self) -> Map<String, Json> {
         fields_of(self)
     }
 }
 
-/// What is unknown is left out.
+/// Leaves out unknown fields.
 impl Serialize for ValueReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -163,7 +163,7 @@ impl Serialize for ValueReport {
     }
 }
 
-/// A value in JSON; `null` for bytes, and for numbers that JSON cannot hold.
+/// The value in JSON; `null` for bytes, and for numbers that JSON cannot hold.
 fn number(data_type: Option<DataType>, value: &Value) -> Json {
     match value {
         Value::Integer(number) if data_type.is_some_and(|it| it.class() == Class::Boolean) => Json::from(*number != 0),
@@ -177,7 +177,7 @@ fn number(data_type: Option<DataType>, value: &Value) -> Json {
     }
 }
 
-/// Whether bytes of an unknown type look like a text.
+/// Whether bytes of an unknown type look like text.
 fn is_text(data: &[u8]) -> bool {
     data.len() > 4 && data.iter().all(|byte| byte.is_ascii_graphic() || *byte == b' ')
 }

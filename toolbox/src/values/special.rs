@@ -1,4 +1,4 @@
-//! What CiA 301 and 402 define of some values: commands of the control word, states, COB-IDs, mappings. As text and back.
+//! Values with a format in CiA 301 or 402, to text and back: control word, states, COB-IDs, mapping entries.
 
 use std::fmt::Display;
 
@@ -12,7 +12,7 @@ use super::{DeviceValues, bits};
 const COMMAND_BITS: u16 = 0b1000_1111;
 const STATE_BITS: u16 = 0b0110_1111;
 
-/// The commands as they are shown, and the bits that each is written with.
+/// The commands of CiA 402 as shown, and the bits to write for each.
 const COMMANDS: [(&str, u16); 7] = [
     ("shutdown", 0x06),
     ("switch on", 0x07),
@@ -24,8 +24,8 @@ const COMMANDS: [(&str, u16); 7] = [
 ];
 
 impl DeviceValues<'_> {
-    /// The text of a value that the standards define. If that leaves bits out, the number follows, but for a status word, which is
-    /// shown often and never written.
+    /// The text of a value with such a format. If the text leaves out bits, the number follows, except for a status
+    /// word, which is shown often and never written.
     pub(super) fn special(&self, entry: &Entry, number: i128) -> Option<String> {
         let text = self.defined(entry, number)?;
         if entry.index != 0x6041 && self.special_number(entry, &text) != Ok(Some(number)) {
@@ -58,7 +58,7 @@ impl DeviceValues<'_> {
         }
     }
 
-    /// The number of a text as the standards define it; `None` of any other text.
+    /// Parses a text in such a format; `None` if it has another one.
     pub(super) fn special_number(&self, entry: &Entry, text: &str) -> Result<Option<i128>, String> {
         let (first, rest) = text.split_once(" + ").map_or((text, None), |(first, rest)| (first, Some(rest)));
         Ok(match (entry.index, entry.sub) {
@@ -81,7 +81,7 @@ impl DeviceValues<'_> {
         })
     }
 
-    /// A command or state, and the names of the bits that it does not stand for.
+    /// A command or state, followed by the names of all other set bits.
     fn joined(&self, first: impl Display, entry: &Entry, number: i128, without: u16) -> String {
         let rest = number as u64 & !u64::from(without);
         let field = match &entry.meaning {
@@ -97,7 +97,8 @@ impl DeviceValues<'_> {
         }
     }
 
-    /// The bits beside a command; `None` if these are names of a command's own bits, so that it is one of these bits, too.
+    /// The named bits after a command; `None` if one of them belongs to a command, since the text is then a list of
+    /// bits.
     fn other_bits(&self, entry: &Entry, text: Option<&str>) -> Option<i128> {
         let Some(text) = text else { return Some(0) };
         let Meaning::BitField(name) = &entry.meaning else { return None };
@@ -105,7 +106,8 @@ impl DeviceValues<'_> {
         object::Meaning::BitField(&bits).parse(object::DataType::Unsigned16, text).ok().map(i128::from)
     }
 
-    /// The command of a control word. "Switch on" and "disable operation" are the same bits; the state decides.
+    /// The command in a control word. "Switch on" and "disable operation" have the same bits; the state of the drive
+    /// tells them apart.
     fn command(&self, control_word: u16) -> &'static str {
         let word = |index| self.seen(Address::new(index, 0)).map(|seen| seen as u16);
         let enabled = word(0x6041).and_then(State::from_status_word) == Some(State::OperationEnabled);
@@ -136,7 +138,7 @@ fn is_cob_id(entry: &Entry) -> bool {
     )
 }
 
-/// `6040:00 Controlword, 16 bits`; the name is for the reader.
+/// `6040:00 Controlword, 16 bits`; the name is ignored.
 fn mapping(text: &str) -> Option<i128> {
     let (address, rest) = text.split_once(' ')?;
     let (index, sub) = address.split_once(':').filter(|(index, sub)| index.len() == 4 && sub.len() == 2)?;

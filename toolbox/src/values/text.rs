@@ -1,5 +1,6 @@
-//! Values as they are typed: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`. Names and units are the runtime's to read
-//! (`lexican_runtime::object::Meaning`); here is what a data sheet adds: limits, texts and bytes, and what CiA 301 and 402 define.
+//! Parses values as users type them: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`. The runtime parses
+//! names and units (`lexican_runtime::object::Meaning`); this adds limits, texts and bytes of a data sheet, and the
+//! formats of CiA 301 and 402.
 
 use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::{Class, DataType};
@@ -9,15 +10,15 @@ use super::wire::{encode, number_of};
 use super::{DeviceValues, Limits};
 
 impl DeviceValues<'_> {
-    /// The bytes of an entry from a text.
+    /// Parses a text to the bytes of an entry.
     pub fn encode(&self, address: Address, text: &str) -> Result<Vec<u8>, String> {
         let entry = self.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
         let value = self.parse(entry, text).map_err(|error| format!("{address}: {error}"))?;
         encode(entry.data_type, &value).ok_or_else(|| format!("{address}: the value is no {}", entry.data_type))
     }
 
-    /// The value of an entry from a text: what [`describe`](Self::describe) shows, and what
-    /// [`Meaning::parse`](lexican_runtime::object::Meaning::parse) takes.
+    /// Parses a text to the value of an entry: what [`describe`](Self::describe) prints, and what
+    /// [`Meaning::parse`](lexican_runtime::object::Meaning::parse) accepts.
     pub fn parse(&self, entry: &Entry, text: &str) -> Result<Value, String> {
         let text = text.trim();
         if let Some(number) = self.special_number(entry, text)? {
@@ -37,7 +38,7 @@ impl DeviceValues<'_> {
         }
     }
 
-    /// The limits of the data sheet, where a value is beyond those of its type.
+    /// The error with the limits of the data sheet, if the value is outside those of its type.
     fn refusal(&self, entry: &Entry, text: &str, error: &NoValue<'_>) -> String {
         let NoValue::OutOfType { data_type, .. } = *error else { return error.to_string() };
         let mut limits = Limits::all(entry, |when| self.holds(when));
@@ -48,14 +49,14 @@ impl DeviceValues<'_> {
     }
 }
 
-/// The number in a text that shows it twice: `405 (0195h)`, `disable voltage (0001h)`.
+/// The number in a text that has it twice: `405 (0195h)`, `disable voltage (0001h)`.
 fn noted(text: &str) -> Option<Value> {
     let (number, note) = text.rsplit_once(" (")?;
     let hex = || i128::from_str_radix(note.strip_suffix("h)")?, 16).ok();
     Some(Value::Integer(object::integer(number).or_else(hex)?))
 }
 
-/// The value of a type from a text.
+/// Parses a text to a value of a data type.
 pub fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
     match (data_type.class(), data_type.known()) {
         (Class::Text, _) => match text.strip_prefix('"').and_then(|text| text.strip_suffix('"')) {
@@ -75,7 +76,7 @@ pub fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
     }
 }
 
-/// Parses up to `most` hexadecimal digits, of which 16 bits have four, with `0x` before or `h` after them, or neither.
+/// Parses up to `most` hexadecimal digits of a 16-bit number, with the prefix `0x`, the suffix `h`, or neither.
 pub fn parse_hex(text: &str, most: usize) -> Option<u16> {
     let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
     let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);

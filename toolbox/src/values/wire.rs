@@ -1,9 +1,9 @@
-//! Values in their wire form.
+//! Converts values to and from wire form.
 
 use lexican_eds::model::{Device, Value};
 use lexican_eds::types::{Class, DataType};
 
-/// The value of these bytes; `None` if their number does not fit the type.
+/// The value in these bytes; `None` if their length is not that of the type.
 pub fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
     let size = data_type.bits().map(|bits| usize::from(bits.div_ceil(8)));
     if size.is_some_and(|size| size != bytes.len()) {
@@ -22,18 +22,18 @@ pub fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
     })
 }
 
-/// [`parse`] of an SDO transfer, which may have padding: see [`fitting`].
+/// The same for an SDO transfer, which may be padded: see [`fitting`].
 pub fn parse_padded(data_type: DataType, data: &[u8]) -> Option<Value> {
     parse(data_type, fitting(data_type, data))
 }
 
-/// The bytes without padding: a server that does not indicate the size (42h) sends four bytes of any type.
+/// The bytes without padding: a server that does not indicate the size (42h) sends four bytes for any type.
 pub fn fitting(data_type: DataType, data: &[u8]) -> &[u8] {
     let size = data_type.bits().map_or(data.len(), |bits| usize::from(bits.div_ceil(8)));
     if data.len() == 4 { data.get(..size).unwrap_or(data) } else { data }
 }
 
-/// The bytes that a write by SDO carries: four of a shorter type, if the device takes no others.
+/// The bytes to write by SDO, padded to four if the device requires that.
 pub fn written(device: Option<&Device>, mut data: Vec<u8>) -> Vec<u8> {
     if device.is_some_and(|device| device.sdo_writes_four_bytes) && (1..4).contains(&data.len()) {
         data.resize(4, 0);
@@ -41,7 +41,7 @@ pub fn written(device: Option<&Device>, mut data: Vec<u8>) -> Vec<u8> {
     data
 }
 
-/// The value of `bits` bits of a PDO.
+/// The value in `bits` bits of a PDO.
 pub fn of_bits(data_type: DataType, bits: u8, raw: u64) -> Value {
     let raw = i128::from(raw);
     match data_type.class() {
@@ -52,7 +52,7 @@ pub fn of_bits(data_type: DataType, bits: u8, raw: u64) -> Value {
     }
 }
 
-/// The number of a type in the runtime's wire form.
+/// The value in the runtime's wire form of a number.
 pub(super) fn number_of(data_type: DataType, raw: u64) -> Value {
     of_bits(data_type, data_type.bits().unwrap_or(64), raw)
 }
@@ -71,7 +71,7 @@ fn text(data_type: DataType, bytes: &[u8]) -> String {
         let units = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         return char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
     }
-    // ISO 646 by the standard, UTF-8 or code page 1252 in practice; some devices fill up with zeros.
+    // ISO 646 by the standard; UTF-8 or code page 1252 in practice. Some devices pad with zeros.
     let text =
         std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|&b| char::from(b)).collect(), str::to_owned);
     text.trim_end_matches('\0').to_owned()

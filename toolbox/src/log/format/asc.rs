@@ -13,11 +13,11 @@ use crate::log::{Direction, Record, calendar};
 use crate::text::calendar::Civil;
 
 pub(super) struct Read {
-    /// 16 or 10, of identifiers and data.
+    /// The base of identifiers and data: 16 or 10.
     base: u32,
-    /// Whether each stamp counts from the line before.
+    /// Whether time stamps are relative to the previous line.
     is_relative: bool,
-    /// When the measurement began, and how long before the last line.
+    /// When the measurement began, and the time from then to the last line.
     start: Option<Instant>,
     passed: Duration,
     /// The date of a trigger, until the next line with a time stamp.
@@ -50,7 +50,7 @@ impl Lines for Read {
         self.passed = if self.is_relative { self.passed + stamp } else { stamp };
         self.settle_trigger();
         let second = words.next().unwrap_or_default();
-        // Statistics, states of the chip, other buses: no frames.
+        // Statistics, chip states and other buses are no frames.
         let Some(channel) = decimal(second).and_then(|channel| u16::try_from(channel).ok()) else {
             skipped.fd += u64::from(second.eq_ignore_ascii_case("canfd"));
             return Ok(None);
@@ -61,7 +61,7 @@ impl Lines for Read {
             return Ok(None);
         }
         let (direction, kind) = (words.next().and_then(Direction::of_word), words.next().unwrap_or_default());
-        // Anything else of a channel: requests to send, overload frames, remarks.
+        // Other lines of a channel: requests to send, overload frames, remarks.
         let (Some(direction), true) = (direction, ["d", "r"].contains(&&*kind.to_ascii_lowercase())) else {
             skipped.other += 1;
             return Ok(None);
@@ -69,7 +69,7 @@ impl Lines for Read {
         let id = self.cob_id(id).ok_or(Flaw::Frame)?;
         let is_remote = kind.eq_ignore_ascii_case("r");
         let len = match words.next() {
-            // Older tools write no length, newer ones may write other fields.
+            // Older tools write no length, and newer ones may append other fields.
             None => None,
             Some(word) if is_remote => u8::from_str_radix(word, 16).ok(),
             Some(word) => Some(u8::from_str_radix(word, 16).map_err(|_| Flaw::Frame)?),
@@ -116,8 +116,9 @@ impl Read {
         }
     }
 
-    /// Decides whether times count from the trigger or from the date of the file, at the first time after a trigger. Vector's
-    /// tools go on counting from the file's date; other writers begin at zero, and date the file by when it was made.
+    /// At the first time after a trigger, decides whether times count from the trigger or from the date of the file.
+    /// Vector's tools continue to count from the date; other writers restart at zero, and their date is that of
+    /// creating the file.
     fn settle_trigger(&mut self) {
         const TOLERANCE: Duration = Duration::from_secs(2);
         let Some(trigger) = self.trigger.take() else { return };
@@ -139,7 +140,7 @@ impl Read {
     }
 }
 
-/// Writes hexadecimal numbers and times since the date, which has milliseconds.
+/// Writes hexadecimal numbers, and times relative to the date, which is in milliseconds.
 #[derive(Default)]
 pub(super) struct Write {
     start: Option<Instant>,
@@ -235,7 +236,7 @@ mod tests {
         let at = |head: &str| read(&format!("{head}\nbase hex timestamps absolute\n{frame}"));
         assert_eq!(at("// no date").0, ["2500000 can0 605#40 Rx"]);
         assert_eq!(at("Begin Triggerblock Thu Jan 1 00:00:01 1970").0, ["3500000 can0 605#40 Rx"]);
-        // Dated when it was made, after the trigger; and a trigger 2 s after the beginning.
+        // A date of creation, later than the trigger; and a trigger 2 s after the beginning.
         let made_later = "date Sat Sep 30 15:06:13.191 2017\nBegin Triggerblock Thu Jan 1 00:00:01 1970\n0.0 Start";
         assert_eq!(at(made_later).0, ["3500000 can0 605#40 Rx"]);
         let again = "date Thu Jan 1 00:00:01 1970\nBegin Triggerblock Thu Jan 1 00:00:03 1970";

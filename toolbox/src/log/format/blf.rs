@@ -1,5 +1,5 @@
-//! Vector BLF: a header, then containers, most of them compressed by zlib, in which objects stand one after another; an
-//! object may begin in one container and end in the next. All numbers are little endian.
+//! Vector BLF: a header, then containers, mostly compressed by zlib, with objects in sequence; an object may continue
+//! in the next container. All numbers are little-endian.
 
 use lexican_runtime::{Duration, Frame, Instant};
 use miniz_oxide::deflate::compress_to_vec_zlib;
@@ -11,7 +11,7 @@ use crate::log::input::{Fault, Flaw, Input};
 use crate::log::{Direction, Record, socketcan};
 use crate::text::calendar::{Civil, DAY};
 
-/// Kinds of objects. The second kind of message has fields that follow those of the first.
+/// Types of objects. The second type of message appends fields to those of the first.
 const CAN_MESSAGE: u32 = 1;
 const CAN_ERROR: u32 = 2;
 const CONTAINER: u32 = 10;
@@ -29,35 +29,35 @@ const ZLIB: u16 = 2;
 const TEN_MICROSECONDS: u32 = 1;
 const NANOSECONDS: u32 = 2;
 
-/// Flags of messages.
+/// Flags of a message.
 const SENT: u8 = 1;
 const REMOTE: u8 = 0x80;
 
 const FILE_HEADER: usize = 144;
-/// Before every object: signature, length of the header, its version, length of the object, kind.
+/// The size of an object's base header: signature, header length, version, object length, type.
 const BASE: usize = 16;
-/// Headers of objects, with [`BASE`]: the newer one has the time at the sender, too.
+/// The size of object headers including [`BASE`]; the newer one adds the sender's time.
 const HEADER: usize = 32;
 const LONG_HEADER: usize = 40;
-/// Of a message, without its header: channel, flags, length, identifier and data.
+/// The size of a message after its header: channel, flags, length, identifier, data.
 const MESSAGE: usize = 16;
-/// Of a container, after [`BASE`]: compression and the length of what is in it.
+/// The size of a container's header after [`BASE`]: compression and unpacked length.
 const CONTAINER_HEAD: u64 = 16;
 
-/// What a container may have, packed or unpacked; Vector's tools put 128 KiB into one.
+/// The largest accepted container, packed or unpacked; Vector's tools use 128 KiB.
 const LARGEST_CONTAINER: u64 = 16 << 20;
 const CONTAINER_SIZE: usize = 128 << 10;
-/// Of 1 to 10: a third of the time of 6, for a few percent more bytes.
+/// The compression level, 1 to 10: a third of level 6's time, for a few percent more bytes.
 const LEVEL: u8 = 1;
 
 #[derive(Default)]
 pub(super) struct Read {
     start: Option<Instant>,
     packed: Vec<u8>,
-    /// What was unpacked, from `at` on not looked at yet.
+    /// Unpacked bytes; those before `at` are done.
     objects: Vec<u8>,
     at: usize,
-    /// Bytes of an object that is passed over.
+    /// The remaining bytes of an object to skip.
     to_skip: u64,
     interfaces: Interfaces,
 }
@@ -81,7 +81,7 @@ impl Decode for Read {
     }
 }
 
-/// A point in time as Windows has it: year, month, weekday, day, hours, minutes, seconds, milliseconds.
+/// A Windows SYSTEMTIME: year, month, weekday, day, hours, minutes, seconds, milliseconds.
 fn system_time(fields: &[u8; 16]) -> Option<Instant> {
     let (fields, _) = fields.as_chunks::<2>();
     let [year, month, _, day, hours, minutes, seconds, ms] =
@@ -104,14 +104,14 @@ fn to_system_time(at: Instant) -> [u8; 16] {
     bytes
 }
 
-/// Reads the file's header; returns when the measurement began.
+/// Reads the file header; returns the start of the measurement.
 fn file_header(input: &mut Input, skipped: &mut Skipped) -> Result<Instant, Fault> {
     let head = input.array::<8>()?;
     let len = u64::from(u32::from_le_bytes([head[4], head[5], head[6], head[7]]));
     if !head.starts_with(b"LOGG") || len < 72 {
         return Err(Flaw::Object.into());
     }
-    // Versions, lengths and counts.
+    // Skip versions, lengths and counts.
     input.skip(32)?;
     let start = input.array::<16>()?;
     input.skip(len - 56)?;
@@ -141,7 +141,7 @@ impl Read {
         let method = u16::from_le_bytes([head[0], head[1]]);
         input.vec(&mut self.packed, body - CONTAINER_HEAD)?;
         pad(input, len)?;
-        // What is left of the object that began before.
+        // Keep the rest of an object that began in the last container.
         self.objects.drain(..self.at);
         self.at = 0;
         match method {
@@ -155,12 +155,12 @@ impl Read {
         Ok(true)
     }
 
-    /// The next object; `None` if it is not whole yet.
+    /// The next object; `None` if it continues in the next container.
     fn object(&mut self) -> Result<Option<Object>, Flaw> {
         let skip = self.to_skip.min((self.objects.len() - self.at) as u64);
         self.at += skip as usize;
         self.to_skip -= skip;
-        // Objects are padded, some to four bytes and some by the rest of their length.
+        // Objects are padded, by some writers to four bytes and by others by their length modulo 4.
         let rest = &self.objects[self.at..];
         let padding = rest.iter().take(MOST_PADDING).take_while(|byte| **byte != b'L').count();
         let Some(head) = rest.get(padding..).and_then(<[u8]>::first_chunk::<BASE>) else { return Ok(None) };
@@ -198,10 +198,10 @@ impl Read {
         let ticks = u64::from(u32_at(28)) << 32 | u64::from(u32_at(24));
         let us = match u32_at(16) {
             TEN_MICROSECONDS => ticks.saturating_mul(10),
-            // Nanoseconds, also where an older tool does not say so.
+            // Nanoseconds, even if an older tool does not say so.
             _ => ticks / 1000,
         };
-        // A newer header is longer by the time at the sender.
+        // The newer header is longer, by the sender's time.
         let body = usize::from(u16_at(4)).max(HEADER);
         let fields = object.get(body..body + MESSAGE);
         let Some([c0, c1, flags, len, i0, i1, i2, i3, data @ ..]) = fields else {
@@ -223,22 +223,22 @@ impl Read {
     }
 }
 
-/// An object, and of a message its bytes, from the header on; the rest are zero.
+/// An object. For a message, it has the bytes from the header on, filled up with zeros.
 struct Object {
     kind: u32,
     bytes: [u8; LONG_HEADER + MESSAGE],
 }
 
-/// More padding than any object has.
+/// The most padding before an object.
 const MOST_PADDING: usize = 7;
 
-/// Length and kind of an object, by its first bytes.
+/// The length and the type of an object, from its base header.
 fn lengths(head: &[u8; BASE]) -> Option<(u64, u32)> {
     let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     (head.starts_with(b"LOBJ") && number(8) as usize >= BASE).then(|| (u64::from(number(8)), number(12)))
 }
 
-/// Passes over what follows an object of this length, which may be missing at the end of a file.
+/// Skips the padding after an object of this length, which may be missing at the end of a file.
 fn pad(input: &mut Input, len: u64) -> Result<(), Fault> {
     match input.skip(len % 4) {
         Err(Fault::Cut) => Ok(()),
@@ -250,11 +250,11 @@ fn pad(input: &mut Input, len: u64) -> Result<(), Fault> {
 #[derive(Default)]
 pub(super) struct Write {
     has_begun: bool,
-    /// The first time, in milliseconds as the header has it, and the last one.
+    /// The first time, rounded to milliseconds as in the header, and the last one.
     times: Option<(Instant, Instant)>,
     objects: Vec<u8>,
     count: u32,
-    /// How many bytes the file would have without compression, after its header.
+    /// The size of the uncompressed file without its header.
     unpacked: u64,
     channels: Channels,
 }
@@ -267,7 +267,7 @@ impl Write {
     }
 
     fn header(&self, len: u64) -> Vec<u8> {
-        // The header, an application without number, and the version of the format.
+        // Signature, header length, application 0, and the version of the format.
         let mut header = Vec::from(*b"LOGG");
         header.extend((FILE_HEADER as u32).to_le_bytes());
         header.extend([0, 0, 0, 0, 2, 6, 8, 1]);
@@ -299,7 +299,7 @@ impl Encode for Write {
             return Err(WriteError::Time { at: *at });
         }
         let channel = self.channels.of(interface)?;
-        // The file's header is written once the first time is known.
+        // The file header needs the first time, so it is written with the first frame.
         let first = self.times.map_or(Instant::from_micros(at.as_micros() / 1000 * 1000), |(first, _)| first);
         self.times = Some((first, *at));
         self.begin(out);

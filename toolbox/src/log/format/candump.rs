@@ -1,7 +1,8 @@
-//! `candump -L`: `(1436509052.249713) can0 605#407C600000000000`, and what `candump` prints for people:
-//! ` (1436509052.249713)  can0  605   [8]  40 7C 60 00 00 00 00 00`, with the stamps of `-ta`, `-tz` or `-tA`, or none.
+//! `candump -L`: `(1436509052.249713) can0 605#407C600000000000`, and the default output of `candump`: `
+//! (1436509052.249713)  can0  605   [8]  40 7C 60 00 00 00 00 00`, with the time stamps of `-ta`, `-tz` or `-tA`, or
+//! without.
 //!
-//! `-td` looks like `-tz`: its times are taken as points, too.
+//! `-td` cannot be told from `-tz`: its differences are read as absolute times.
 
 use std::borrow::Cow;
 use std::io::Write as _;
@@ -15,7 +16,7 @@ use crate::log::number::{decimal, fixed, hex};
 use crate::log::{Direction, INTERFACE, Record, calendar};
 
 pub(super) struct Read {
-    /// The last interface, whose name the frames share.
+    /// The name of the last interface, which frames share.
     interface: Arc<str>,
 }
 
@@ -74,7 +75,7 @@ fn instant(stamp: &str) -> Option<Instant> {
 
 enum Found {
     Frame(Frame),
-    /// Of CAN FD or CAN XL.
+    /// A frame of CAN FD or CAN XL.
     Fd,
     Error,
 }
@@ -108,7 +109,7 @@ fn pair(digits: &[u8]) -> Option<u8> {
     u8::try_from(digit(*high)? * 16 + digit(*low)?).ok()
 }
 
-/// Three digits, or eight; `None` for the identifier of an error frame, which has a bit above 29 set.
+/// Three or eight hexadecimal digits; `None` for an error frame, whose identifier has a bit above 29 bits set.
 fn cob_id(word: &str) -> Result<Option<CobId>, Flaw> {
     let number = hex(word).ok_or(Flaw::Frame)?;
     match word.len() {
@@ -119,7 +120,7 @@ fn cob_id(word: &str) -> Result<Option<CobId>, Flaw> {
     }
 }
 
-/// `605   [8]  40 7C 60 00 00 00 00 00`; `-x` puts `RX - -` before it, `-a` puts characters in quotes after it.
+/// `605   [8]  40 7C 60 00 00 00 00 00`; `-x` puts `RX - -` before it, `-a` puts quoted characters after it.
 fn printed<'a>(first: &'a str, mut words: impl Iterator<Item = &'a str>) -> Result<(Direction, Found), Flaw> {
     let (direction, id) = match first {
         "RX" | "TX" => {
@@ -131,7 +132,7 @@ fn printed<'a>(first: &'a str, mut words: impl Iterator<Item = &'a str>) -> Resu
     };
     let len = words.next().and_then(|word| word.strip_prefix('[')?.strip_suffix(']')).ok_or(Flaw::Frame)?;
     let Some(id) = cob_id(id)? else { return Ok((direction, Found::Error)) };
-    // CAN FD has lengths of two digits.
+    // Lengths of two digits belong to CAN FD.
     if len.len() != 1 {
         return Ok((direction, Found::Fd));
     }
@@ -144,21 +145,21 @@ fn printed<'a>(first: &'a str, mut words: impl Iterator<Item = &'a str>) -> Resu
     for byte in &mut bytes[..len] {
         *byte = words.next().and_then(|word| pair(word.as_bytes())).ok_or(Flaw::Frame)?;
     }
-    // What follows are characters in quotes, or nothing.
+    // Only quoted characters may follow.
     if words.next().is_some_and(|word| !word.starts_with('\'')) {
         return Err(Flaw::Frame);
     }
     Frame::new(id, &bytes[..len]).map(|frame| (direction, Found::Frame(frame))).ok_or(Flaw::Frame)
 }
 
-/// More than the name of any interface has.
+/// Longer than the name of any interface.
 const LONGEST_NAME: usize = 255;
 
 fn is_gap(c: char) -> bool {
     c.is_whitespace() || c.is_control()
 }
 
-/// Writes names of interfaces as one word: Wireshark's may have spaces.
+/// Writes the name of an interface without spaces, which Wireshark's names may have.
 pub(super) struct Write;
 
 impl Encode for Write {

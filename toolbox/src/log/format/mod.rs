@@ -1,4 +1,4 @@
-//! The formats: a row each.
+//! The log formats: one row each.
 
 mod asc;
 mod blf;
@@ -18,7 +18,7 @@ pub use trc::TrcVersion;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
-    /// `candump -L`. What `candump` prints without options is read as well.
+    /// `candump -L`; the default output of `candump` is read as well.
     Candump,
     /// pcap with SocketCAN frames (LINKTYPE_CAN_SOCKETCAN, 227).
     Pcap,
@@ -26,13 +26,13 @@ pub enum Format {
     Pcapng,
     /// Vector ASC.
     Asc,
-    /// PEAK TRC; the version is for writing, a reader takes the file's.
+    /// PEAK TRC; the version is that to write, and is ignored when reading.
     Trc(TrcVersion),
     /// Vector BLF.
     Blf,
 }
 
-/// What is read of a format, and what it keeps of a frame, in words; `-` for nothing.
+/// What a reader supports, and what the format keeps of a frame, as texts; `-` for nothing.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs, reason = "the names say what it is")]
 pub struct Facts {
@@ -45,7 +45,7 @@ pub struct Facts {
 struct Row {
     name: &'static str,
     format: Format,
-    /// Of files; without one it is a version that is written.
+    /// Extensions of file names; a row without any is another version, for writing.
     extensions: &'static [&'static str],
     read: fn() -> Box<dyn Decode>,
     write: fn() -> Box<dyn Encode>,
@@ -68,7 +68,7 @@ macro_rules! formats {
 
 const FROM_FIRST: &str = "1 us since the first frame, and its date";
 
-// Another one is a row here, with its variant of `Format`, and a file beside this one.
+// A new format needs a row here, a variant of `Format`, and a file in this folder.
 const ROWS: &[Row] = formats! {
     "candump", Format::Candump, ["log", "candump", "txt"], Text(candump::Read::default()), candump::Write,
         "`-L`, and what `candump` prints, with `-ta`, `-tz`, `-tA` or without times", "1 us since 1970", "name, `_` for spaces", "read, not written";
@@ -93,7 +93,7 @@ const ROWS: &[Row] = formats! {
 };
 
 impl Format {
-    /// All formats, in the order of their table.
+    /// All formats, in the order of the table.
     pub fn all() -> impl Iterator<Item = Format> {
         ROWS.iter().map(|row| row.format)
     }
@@ -104,20 +104,20 @@ impl Format {
         names(|_| true)
     }
 
-    /// The names of the formats that a reader recognises; versions of one format share a name.
+    /// The names of the formats that a reader recognises; versions of a format share a name.
     #[must_use]
     pub fn kinds() -> String {
         names(|row| !row.extensions.is_empty())
     }
 
-    /// The format of files with this extension.
+    /// The format by the file's extension.
     #[must_use]
     pub fn of_path(path: &Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         ROWS.iter().find(|row| row.extensions.contains(&&*extension)).map(|row| row.format)
     }
 
-    /// What is read of it, and what it keeps.
+    /// What it supports and keeps.
     #[must_use]
     pub fn facts(self) -> Facts {
         self.row().facts
@@ -135,7 +135,7 @@ impl Format {
         ROWS.iter().find(|row| row.format == self).expect("every format has a row")
     }
 
-    /// The format of a log that begins with these bytes; `None` if they are too few, or of no log.
+    /// The format of a log with these first bytes; `None` if they are too few or of no format.
     pub(super) fn of_bytes(bytes: &[u8]) -> Option<Format> {
         let magic: &[u8; 4] = bytes.first_chunk()?;
         match magic {
@@ -149,7 +149,7 @@ impl Format {
         }
     }
 
-    /// By the first line with anything in it.
+    /// The format by the first line that is not empty.
     fn of_text(bytes: &[u8]) -> Option<Format> {
         let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
         let end = text.iter().position(|byte| *byte == b'\n')?;
@@ -191,7 +191,7 @@ impl FromStr for Format {
     }
 }
 
-/// There is no format of this name.
+/// No format has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no format `{name}`; there are {}", Format::names())]
 pub struct UnknownFormat {

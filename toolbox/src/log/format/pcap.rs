@@ -1,5 +1,5 @@
-//! pcap: a header of 24 bytes, then a header of 16 bytes and the packet, in the byte order of the machine that has
-//! written it.
+//! pcap: a header of 24 bytes, then for each packet a header of 16 bytes and the packet, in the byte order of the
+//! machine that wrote it.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use crate::log::{Direction, INTERFACE, Record, socketcan};
 const MICROSECONDS: u32 = 0xA1B2_C3D4;
 const NANOSECONDS: u32 = 0xA1B2_3C4D;
 
-/// Above what any tool writes.
+/// Longer than any packet that tools write.
 pub(super) const LONGEST_PACKET: u64 = 1 << 20;
 
-/// The order of the bytes of a number.
+/// The byte order of numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Order {
     #[default]
@@ -24,7 +24,7 @@ pub(super) enum Order {
 }
 
 impl Order {
-    /// The order in which these bytes are the number.
+    /// The byte order in which these bytes are `number`.
     pub(super) fn of(bytes: [u8; 4], number: u32) -> Option<Order> {
         [Order::Little, Order::Big].into_iter().find(|order| order.u32(bytes) == number)
     }
@@ -53,7 +53,7 @@ pub(super) struct Read {
 #[derive(Clone)]
 struct Head {
     order: Order,
-    /// How many of its parts of a second are a microsecond.
+    /// The number of time units per microsecond.
     per_microsecond: u32,
     interface: Arc<str>,
 }
@@ -64,7 +64,7 @@ impl Head {
         let kinds = [(MICROSECONDS, 1), (NANOSECONDS, 1000)];
         let found = kinds.iter().find_map(|(number, per)| Some((Order::of(magic, *number)?, *per)));
         let (order, per_microsecond) = found.ok_or(Flaw::ByteOrder)?;
-        // Version, time zone, accuracy, longest packet.
+        // Skip version, time zone, accuracy, longest packet.
         input.skip(16)?;
         let link_type = order.u32(input.array()?) & 0xFFFF;
         if link_type != socketcan::LINK_TYPE {

@@ -1,5 +1,5 @@
-//! pcapng: sections of blocks, each section in a byte order of its own. Blocks of frames name an interface that a block
-//! before them describes; blocks of other kinds are passed over.
+//! pcapng: sections of blocks; each section has its own byte order. Packet blocks refer to an interface, which an
+//! earlier block describes. Blocks of other types are skipped.
 
 use std::sync::Arc;
 
@@ -12,19 +12,19 @@ use crate::log::{Direction, INTERFACE, Record, socketcan};
 
 const SECTION: u32 = 0x0A0D_0D0A;
 const INTERFACE_DESCRIPTION: u32 = 1;
-/// The packets that Wireshark wrote before [`ENHANCED_PACKET`].
+/// Wireshark's packet block before [`ENHANCED_PACKET`].
 const PACKET: u32 = 2;
 const SIMPLE_PACKET: u32 = 3;
 const ENHANCED_PACKET: u32 = 6;
 
 const BYTE_ORDER: u32 = 0x1A2B_3C4D;
 
-/// Options of interfaces and packets.
+/// Option codes of interfaces and packets.
 const IF_NAME: u16 = 2;
 const IF_TSRESOL: u16 = 9;
 const IF_TSOFFSET: u16 = 14;
 const FLAGS: u16 = 2;
-/// Of the flags, where the packet goes.
+/// The bits of a packet's flags for its direction.
 const DIRECTION: u32 = 3;
 const OUTBOUND: u32 = 2;
 
@@ -38,9 +38,9 @@ pub(super) struct Read {
 struct Interface {
     name: Arc<str>,
     link_type: u16,
-    /// Parts of a second that its stamps count.
+    /// The number of time units per second.
     per_second: u128,
-    /// What is added to them, in seconds.
+    /// In seconds, added to time stamps.
     offset: i64,
 }
 
@@ -56,7 +56,7 @@ impl Decode for Read {
     fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault> {
         let mut kind = [0; 4];
         while input.fill(&mut kind)? {
-            // The same in both orders.
+            // The type of a section block is the same in both byte orders.
             if u32::from_le_bytes(kind) == SECTION {
                 self.section(input)?;
                 continue;
@@ -112,7 +112,7 @@ impl Read {
                 (IF_NAME, name) => interface.name = String::from_utf8_lossy(name).trim_end_matches('\0').into(),
                 (IF_TSRESOL, [exponent, ..]) => {
                     let (base, exponent) = (if exponent & 0x80 == 0 { 10u128 } else { 2 }, u32::from(exponent & 0x7F));
-                    // Finer than any clock: all times are 0.
+                    // Finer than any clock; all times become 0.
                     interface.per_second = base.checked_pow(exponent).unwrap_or(u128::MAX);
                 }
                 (IF_TSOFFSET, value) => {
@@ -130,7 +130,7 @@ impl Read {
         Ok(())
     }
 
-    /// The frame of a packet's block.
+    /// The frame in a packet block.
     fn packet(&self, kind: u32, len: u64, skipped: &mut Skipped) -> Result<Option<Record>, Flaw> {
         let mut rest = self.body.as_slice();
         let mut number = || {
@@ -148,13 +148,13 @@ impl Read {
                 (interface, ticks, captured)
             }
         };
-        // The older block counts in 16 bits what it has dropped, in the other half.
+        // In the older block, the other half of this word counts dropped packets.
         let interface = match (kind, self.order) {
             (PACKET, Order::Little) => interface & 0xFFFF,
             (PACKET, Order::Big) => interface >> 16,
             _ => interface,
         };
-        // A simple packet has its own length only, and may be cut.
+        // A simple packet block has only the original length, and the packet may be cut off.
         let captured = if kind == SIMPLE_PACKET { rest.len().min(captured as usize) } else { captured as usize };
         let packet = rest.get(..captured).ok_or(Flaw::Length(len))?;
         let options = rest.get(captured.next_multiple_of(4)..).unwrap_or_default();
@@ -172,7 +172,7 @@ impl Read {
     }
 }
 
-/// Code and value of the options at the end of a block.
+/// The options at the end of a block: codes and values.
 struct Options<'a> {
     order: Order,
     rest: &'a [u8],
@@ -199,7 +199,7 @@ pub(super) struct Write {
 impl Write {
     fn begin(&mut self, out: &mut Vec<u8>) {
         if !std::mem::replace(&mut self.has_begun, true) {
-            // Version 1.0, a section of unknown length.
+            // Version 1.0, section length unknown.
             let body = [BYTE_ORDER, 1, u32::MAX, u32::MAX].map(u32::to_le_bytes);
             block(out, SECTION, body.as_flattened());
         }
@@ -216,7 +216,7 @@ impl Encode for Write {
         let interface = known.unwrap_or_else(|| {
             let mut body = Vec::from(socketcan::LINK_TYPE.to_le_bytes());
             body.extend(0u32.to_le_bytes());
-            // A length is of 16 bits; no name is so long.
+            // An option's length has 16 bits; no name is that long.
             let mut name = record.interface.as_bytes();
             name = name.get(..name.len().min(usize::from(u16::MAX) - 3)).unwrap_or_default();
             option(&mut body, IF_NAME, name);
@@ -244,7 +244,7 @@ impl Encode for Write {
     }
 }
 
-/// A block around a body whose length is a multiple of 4.
+/// Appends a block; the length of `body` is a multiple of 4.
 fn block(out: &mut Vec<u8>, kind: u32, body: &[u8]) {
     let len = (body.len() as u32 + 12).to_le_bytes();
     out.extend(kind.to_le_bytes());

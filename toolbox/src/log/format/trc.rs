@@ -1,5 +1,5 @@
-//! PEAK TRC: comments with version and start, then a numbered line for each frame, in columns that depend on the version:
-//! `      1      1059.900 DT 1      0605 Rx -  8    40 7C 60 00 00 00 00 00`.
+//! PEAK TRC: comments with version and start, then one numbered line per frame, whose columns depend on the version: `
+//! 1      1059.900 DT 1      0605 Rx -  8    40 7C 60 00 00 00 00 00`.
 
 use std::io::Write as _;
 
@@ -13,10 +13,10 @@ use crate::log::number::{decimal, fixed, hex};
 use crate::log::{Direction, Record, calendar};
 use crate::text::calendar::{Civil, DAY};
 
-/// What a column has, as `$COLUMNS` of version 2 calls it; older versions have fixed ones. Data is last, where it is.
+/// A column, with its letter in `$COLUMNS` of version 2; older versions have fixed columns. Data is always last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
-    /// `N`, or anything of no interest.
+    /// `N`, and columns that are not used.
     Other,
     /// `O`: the time in milliseconds since the start.
     Offset,
@@ -44,7 +44,7 @@ const fn columns(version: TrcVersion) -> &'static [Column] {
     }
 }
 
-/// Of version 1.2: a bus, but no reserved column.
+/// The columns of version 1.2: with a bus, but without a reserved column.
 const COLUMNS_1_2: &[Column] = &[Other, Offset, Bus, Way, Id, Length];
 
 /// A version of PEAK's TRC.
@@ -71,7 +71,7 @@ pub(super) struct Read {
 
 impl Default for Read {
     fn default() -> Self {
-        // A file of version 1.0 does not say so.
+        // Files of version 1.0 do not state their version.
         Read { columns: columns(TrcVersion::V1_0).to_vec(), start: Instant::ZERO, interfaces: Interfaces::default() }
     }
 }
@@ -99,7 +99,7 @@ impl Lines for Read {
                 Way => direction = word,
                 Length => len = Some(word),
             }
-            // Other events have other columns from here on.
+            // Events that are not classic frames have other columns from here on.
             match column {
                 Type if matches!(word, "FD" | "FB" | "FE" | "BI") => {
                     skipped.fd += 1;
@@ -139,7 +139,7 @@ impl Lines for Read {
             }
             Frame::new(id, &bytes[..usize::from(len)])
         };
-        // The milliseconds have three decimals.
+        // The offset is in microseconds: milliseconds with three decimals.
         let at = self.start.as_micros().saturating_add(offset.ok_or(Flaw::Time)?);
         let at = Instant::from_micros(at);
         let direction = Direction::of_word(direction).unwrap_or_default();
@@ -175,7 +175,7 @@ impl Read {
                 "l" | "L" => Length,
                 _ => Other,
             });
-            // Data is the last one, and of the frame's length.
+            // Data is last, and its length is that of the frame.
             self.columns = all.take(names.trim_end().strip_suffix(",D").unwrap_or(names).split(',').count()).collect();
             if [Offset, Id, Length].iter().any(|needed| !self.columns.contains(needed)) {
                 return Err(Flaw::Columns);
@@ -188,7 +188,7 @@ impl Read {
         } else if let Some(date) = comment.strip_prefix("Start time:")
             && self.start == Instant::ZERO
         {
-            // Only of version 1.0, whose comments are all there is; others have said it before.
+            // Only in version 1.0; other versions have stated the start before.
             let mut words = date.split_ascii_whitespace();
             if let (Some(date), Some(time)) = (words.next(), words.next()) {
                 self.start = calendar::parse_peak(date, time).unwrap_or_default();
@@ -203,9 +203,9 @@ fn cob_id(word: &str) -> Option<CobId> {
     if word.len() > 4 { CobId::extended(number) } else { CobId::standard(u16::try_from(number).ok()?) }
 }
 
-/// A number of days since 30 December 1899, to the microsecond.
+/// Days since 30 December 1899, with microsecond resolution.
 fn since_1899(days: &str) -> Option<Instant> {
-    /// Decimals of a day that are kept: one of the last is 86 ns.
+    /// The decimals of a day that are read; the last one is 0.0864 µs.
     const PLACES: u32 = 12;
     let (whole, fraction) = days.split_once('.').unwrap_or((days, "0"));
     let whole = decimal(whole)?.checked_sub(DAYS_FROM_1899)?.checked_mul(DAY)?;
