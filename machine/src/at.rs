@@ -1,4 +1,4 @@
-//! Values with their places in the file, and the spellings of values.
+//! Values with their places in the file, and how values are written.
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
@@ -12,13 +12,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
-/// A value, and where the file has it.
+/// A value with its place in the file.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(transparent)]
 pub struct At<T> {
     /// The value.
     pub value: T,
-    /// Its bytes in the text.
+    /// The byte range in the file.
     #[schemars(skip)]
     pub span: Range<usize>,
 }
@@ -59,7 +59,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-/// Gives a type the spelling of its values: what of TOML it is read from, and, unless that is derived, what an editor knows of it.
+/// Implements how a type is written: the TOML values it is read from, and, unless derived, its JSON Schema.
 macro_rules! spelling {
     ($name:ident, $schema:tt, $expecting:literal, $($from:ident: $read:expr),+ $(,)?) => {
         spelling!($name, $expecting, $($from: $read),+);
@@ -132,12 +132,11 @@ macro_rules! spelling {
 }
 pub(crate) use spelling;
 
-/// A time of whole milliseconds: `"100 ms"`.
+/// A duration in whole milliseconds: `"100 ms"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Time(pub(crate) Duration);
 
 impl Time {
-    /// In milliseconds.
     #[must_use]
     pub(crate) fn ms(self) -> u64 {
         in_milliseconds(self.0)
@@ -148,7 +147,7 @@ spelling!(Time, { "type": "string", "examples": ["100 ms", "2 s"] }, "a time wit
     text: |text| milliseconds(text).map(Time),
     number: |number| Err(format!("{number} of what? write \"{number} ms\" or \"{number} s\"")));
 
-/// In bit/s: `"500 kbit/s"`.
+/// A bit rate, in bit/s: `"500 kbit/s"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BitRate(pub(crate) u32);
 
@@ -166,7 +165,7 @@ fn bit_rate(text: &str) -> Option<BitRate> {
     (10_000..=1_000_000).contains(&rate).then_some(BitRate(rate))
 }
 
-/// A node-ID; none for a device that gets one by LSS.
+/// A node-ID; `None` for a device that gets one by LSS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Id(pub(crate) Option<NodeId>);
 
@@ -178,7 +177,7 @@ spelling!(Id, { "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 127 }, {
     },
     number: |number| Ok(Id(Some(node_id(&number.to_string())?))));
 
-/// The time within which a node notices that its manager is gone; none for one that need not.
+/// The time within which a node has to notice that its manager is gone; `None` if it need not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Protection(pub(crate) Option<Duration>);
 
@@ -188,12 +187,12 @@ text: |text| match text {
     time => milliseconds(time).map(|time| Protection(Some(time))),
 });
 
-/// A revision number, or the least one: `">= 0x10002"`.
+/// A revision number: exact, or a minimum (`">= 0x10002"`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Revision {
     /// The number.
     pub number: u32,
-    /// A later one is as good.
+    /// Whether a later revision is accepted.
     pub or_later: bool,
 }
 
@@ -231,7 +230,7 @@ number: |number| match u8::try_from(number) {
     Err(_) => Err(format!("{number} is no transmission type: they are 0 to 255")),
 });
 
-/// A value as people write it, with its unit: a text, a number, true or false.
+/// A value as users write it, with its unit: a text, a number, `true` or `false`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Written(pub(crate) String);
 

@@ -1,4 +1,4 @@
-//! What the bench shows of a machine from the beginning.
+//! The bench's settings in the file: what it shows from the beginning.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,17 +15,17 @@ use crate::nodes::place;
 use crate::read::Out;
 use crate::wire::{End, end};
 
-/// How often objects are read, unless the file says it.
+/// The default interval of reading objects.
 const EVERY: Duration = Duration::from_millis(200);
 
-/// What is to be shown, as far as it is there.
+/// The signals to show; those that do not exist are reported.
 pub(crate) fn shown(nodes: &[Node], bench: &file::Bench, out: &mut Out) -> Vec<Shown> {
     let every = bench.every.as_ref().map_or(EVERY, |it| it.value.0);
     let texts = bench.watch.iter().map(|it| (it, false)).chain(bench.plot.iter().map(|it| (it, true)));
     texts.filter_map(|(text, as_curve)| one(nodes, text, as_curve, every, out)).collect()
 }
 
-/// The sequences that it plays.
+/// The files of sequences.
 pub(crate) fn sequences(paths: &[At<PathBuf>], files: Files<'_>, out: &mut Out) -> Vec<PathBuf> {
     for path in paths {
         if let Err(error) = files.read(&path.value) {
@@ -35,7 +35,7 @@ pub(crate) fn sequences(paths: &[At<PathBuf>], files: Files<'_>, out: &mut Out) 
     paths.iter().map(|path| files.path(&path.value)).collect()
 }
 
-/// The filters of its trace, with node-IDs in place of names.
+/// The filters of the trace, with names of nodes replaced by node-IDs.
 pub(crate) fn filters(
     nodes: &[Node],
     filters: BTreeMap<String, At<Filter>>,

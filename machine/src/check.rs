@@ -1,4 +1,4 @@
-//! What cannot work, although each line by itself is right.
+//! Checks across lines: what cannot work although each line is valid.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,24 +16,23 @@ use crate::model::{Machine, Node};
 use crate::read::Out;
 use crate::wire::{Sent, active, period};
 
-/// How busy a bus may be, in per cent, before that is worth a warning.
+/// A bus load above this, in percent, is a warning.
 const BUSY: f64 = 80.0;
-/// The controlword of a drive (CiA 402).
 const CONTROL_WORD: u16 = 0x6040;
 
-/// How busy a bus is in the worst case, with the most stuff bits that there can be.
+/// The worst-case load of a bus, with as many stuff bits as possible.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Load {
-    /// In per cent, by all that is sent at known times.
+    /// In percent, by all messages whose period is known.
     pub percent: f64,
-    /// The longest that the answers to one SYNC take.
+    /// The longest time that all answers to one SYNC take.
     pub sync_chain: Duration,
-    /// What may come at any time, so that it is not counted: `io.TPDO1`.
+    /// Messages that may come at any time and are not counted: `io.TPDO1`.
     pub unbounded: Vec<String>,
 }
 
 impl Machine {
-    /// How busy the bus is in the worst case; `None` when its bit rate is not known.
+    /// The worst-case load of the bus; `None` if its bit rate is unknown.
     #[must_use]
     pub fn load(&self) -> Option<Load> {
         let bit_rate = f64::from(self.bus.bit_rate?);
@@ -65,20 +64,20 @@ impl Machine {
         Some(load)
     }
 
-    /// The PDOs that are on the bus: those of the nodes, and those that the manager sends by wires.
+    /// The PDOs on the bus: those that nodes send, and those that the manager sends by wires.
     pub(crate) fn sent(&self) -> Vec<Sent<'_>> {
         let of_nodes = self.nodes.iter().flat_map(|node| active(node, Direction::Transmit));
         let mut sent: Vec<_> = of_nodes.collect();
         let ids: Vec<_> = sent.iter().map(|it| it.state.cob_id.id()).collect();
         let received = self.nodes.iter().flat_map(|node| active(node, Direction::Receive));
-        // What the file says nothing about is not sent by anybody.
+        // An RPDO that the file does not mention is sent by nobody.
         sent.extend(received.filter(|it| it.place.is_some() && !ids.contains(&it.state.cob_id.id())));
         sent
     }
 }
 
-/// The most bits of a frame with an 11-bit identifier and so many bytes: a stuff bit after the first five bits, and after each
-/// four (ISO 11898-1).
+/// The most bits of a frame with an 11-bit identifier and this many bytes: one stuff bit after the first five bits,
+/// then one after every four (ISO 11898-1).
 fn worst_bits(bytes: u32) -> u32 {
     let stuffed = 34 + 8 * bytes;
     stuffed + 13 + (stuffed - 1) / 4
@@ -94,7 +93,7 @@ pub(crate) fn check(machine: &Machine, out: &mut Out) {
     load(machine, out);
 }
 
-/// Whether two send with the same COB-ID.
+/// Reports COB-IDs with several senders, and RPDOs without a sender.
 fn cob_ids(machine: &Machine, out: &mut Out) {
     let mut senders: BTreeMap<CobId, Sent<'_>> = BTreeMap::new();
     for node in &machine.nodes {
@@ -117,7 +116,7 @@ fn cob_ids(machine: &Machine, out: &mut Out) {
             }
         }
     }
-    // A node that receives what nobody sends waits in vain, unless it is the manager that sends.
+    // An RPDO that no node sends is never received, unless the manager sends it.
     for node in &machine.nodes {
         for Sent { state, place, .. } in active(node, Direction::Receive) {
             let (id, name) = (state.cob_id.id(), state.name);
@@ -131,7 +130,7 @@ fn cob_ids(machine: &Machine, out: &mut Out) {
     }
 }
 
-/// Whether nodes are watched, and drives notice that nobody watches them any more.
+/// Reports nodes that are not watched, and drives that would not notice the loss of the manager.
 fn error_control(machine: &Machine, out: &mut Out) {
     if let (Some(heartbeat), None) = (&machine.bus.heartbeat, machine.bus.manager) {
         let help = Some("give it one: [bus] manager = 127".to_owned());
@@ -179,7 +178,7 @@ fn error_control(machine: &Machine, out: &mut Out) {
     }
 }
 
-/// Whether all that is sent fits.
+/// Reports a bus load that is too high.
 fn load(machine: &Machine, out: &mut Out) {
     let Some(load) = machine.load() else { return };
     if load.percent > BUSY {

@@ -1,4 +1,4 @@
-//! A CPJ (CiA 306-3, nodelist project): the nodes of one network or several, and the DCF of each.
+//! Reads CPJ files (CiA 306-3, nodelist project), which list the nodes of networks with their DCFs.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,20 +14,20 @@ use crate::draft::{Draft, Found, quoted};
 use crate::files::Files;
 use crate::read::{Out, similar};
 
-/// A machine as a CPJ and the DCFs that it names describe it.
+/// A machine that a CPJ and its DCFs describe.
 #[derive(Debug)]
 pub struct Cpj {
-    /// The machine; each network is a bus of it.
+    /// The machine, with one bus for each network.
     pub draft: Draft,
-    /// What is wrong with the file, and what a machine does not have.
+    /// What is wrong with the file, and what a machine cannot express.
     pub findings: Diagnostics,
-    /// The text, for the findings.
+    /// The text, to render the findings.
     pub input: Input,
 }
 
 impl Cpj {
-    /// Reads a CPJ. `sheet` says for the DCF of a node, by its path and what is in it, what the data sheet of the node is called, and
-    /// what it is: the DCF itself, or one that is known.
+    /// Reads a CPJ. For the DCF of a node, given by path and contents, `sheet` returns the name and contents of the
+    /// node's data sheet: the DCF itself, or a known one.
     #[must_use]
     pub fn read(source: Source, files: Files<'_>, sheet: &dyn Fn(&str, &Device) -> (String, Device)) -> Self {
         let mut reader = Reader { source: &source, files, sheet, draft: Draft::default(), out: Out::default() };
@@ -38,14 +38,14 @@ impl Cpj {
     }
 }
 
-/// A key of a section, and its value.
+/// A key with its value.
 struct Pair<'a> {
     key: &'a str,
     at: Range<usize>,
     value: &'a str,
 }
 
-/// The keys that CiA 306-3 has for a network, and for a node behind `Node` and its node-ID.
+/// The keys of CiA 306-3 for a network, and those for a node, which follow `Node` and its node-ID.
 const NETWORK: [&str; 4] = ["NetName", "NetRefd", "EDSBaseName", "Nodes"];
 const NODE: [&str; 4] = ["Present", "Name", "Refd", "DCFName"];
 
@@ -85,7 +85,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The keys of a section in lower case; of several alike the first counts.
+    /// The keys of a section in lower case; the first of equal keys counts.
     fn pairs(&mut self, section: &Section) -> BTreeMap<String, Pair<'a>> {
         let mut pairs = BTreeMap::new();
         for (key, value) in &section.pairs {
@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
         pairs
     }
 
-    /// Adds the nodes of a network, which is the bus of the machine, or one of `several`.
+    /// Adds the nodes of a network. It is the machine's only bus, or one of `several`.
     fn network(&mut self, section: &Section, several: bool) {
         let mut pairs = self.pairs(section);
         let [name, designator, base, count] = NETWORK.map(|key| pairs.remove(&key.to_ascii_lowercase()));
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
         self.draft.end_bus(bus, name, designator);
     }
 
-    /// A node, if it is present.
+    /// Adds a node if it is present.
     fn node(
         &mut self,
         id: NodeId,
@@ -183,7 +183,7 @@ impl<'a> Reader<'a> {
         Some(node)
     }
 
-    /// What the list says, or else the DCF.
+    /// The value in the list, or else in the DCF; reports a difference.
     fn differs(
         &mut self,
         id: NodeId,
@@ -215,7 +215,7 @@ fn again(what: &str) -> String {
     format!("{what} comes again, and only the first one counts")
 }
 
-/// A value, if it is not empty.
+/// The value, unless it is empty.
 fn text(pair: Option<Pair<'_>>) -> Option<&str> {
     pair.map(|pair| pair.value).filter(|value| !value.is_empty())
 }
@@ -224,7 +224,7 @@ fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
-/// What follows a word, in any case.
+/// The rest after a word, which may be in upper or lower case.
 fn strip<'a>(text: &'a str, word: &str) -> Option<&'a str> {
     text.get(word.len()..).filter(|_| text[..word.len()].eq_ignore_ascii_case(word))
 }

@@ -1,4 +1,4 @@
-//! How nodes are simulated, and what goes wrong between them.
+//! The simulation of nodes, and faults between them.
 
 use std::fmt::{self, Display};
 use std::num::NonZeroU32;
@@ -18,32 +18,32 @@ use crate::read::{Named, Out};
 /// How a node is simulated.
 #[derive(Clone, Debug, Default)]
 pub struct Simulated {
-    /// What it has before it boots for the first time, in wire form; also of objects that nobody can write.
+    /// Initial values in wire form, also of objects that are read-only.
     pub settings: Vec<Setting>,
-    /// Inputs of a drive: `blocked = true`.
+    /// Inputs of a drive's simulation: `blocked = true`.
     pub inputs: Vec<At<String>>,
-    /// The file for what it stores.
+    /// The file that keeps what the node stores.
     pub eeprom: Option<PathBuf>,
-    /// A script of events: a file and its text.
+    /// A script of events: the file with its text.
     pub script: Option<Source>,
-    /// The steps of a script.
+    /// The steps of a script, given in the machine's file.
     pub steps: Vec<At<toml::Table>>,
-    /// Whether it is switched off at first.
+    /// Whether it is switched off at the beginning.
     pub is_off: bool,
 }
 
-/// What is done to some of the frames.
+/// A fault that affects some frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Which node sends them, by its place among the nodes; all nodes, and the world outside, without it.
+    /// The sender, as a position among the nodes; `None` for all nodes and the world outside.
     pub sender: Option<usize>,
-    /// Their identifier; all without it.
+    /// `None` for all frames.
     pub id: Option<CobId>,
-    /// Which of them: each one, or each second one, and so on.
+    /// Which of these frames: 1 for each one, 2 for every second one, and so on.
     pub every: u32,
-    /// How many in a row, the last of which is the one that `every` counts.
+    /// The number of frames affected in a row, the last of which is the one that `every` counts.
     pub in_a_row: u32,
-    /// What happens to them.
+    /// What happens to the frames.
     pub fate: Fate,
 }
 
@@ -67,7 +67,7 @@ impl Display for Fault {
     }
 }
 
-/// Gives nodes what the file says of their simulation.
+/// Gives the nodes their simulation as in the file.
 pub(crate) fn simulate(nodes: &mut [Node], given: Vec<Named<file::Simulated>>, files: Files<'_>, out: &mut Out) {
     for Named { name, table: it, .. } in given {
         let Some(at) = place(nodes, &name.value, &name.span, out) else { continue };
@@ -91,7 +91,7 @@ pub(crate) fn simulate(nodes: &mut [Node], given: Vec<Named<file::Simulated>>, f
     }
 }
 
-/// The faults of the file.
+/// The faults in the file.
 pub(crate) fn of(faults: Vec<file::Fault>, nodes: &[Node], out: &mut Out) -> Vec<Fault> {
     faults.into_iter().filter_map(|fault| one(&fault, nodes, out)).collect()
 }

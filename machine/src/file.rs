@@ -1,4 +1,4 @@
-//! The keys of the file. What stands here as documentation is what editors show of them.
+//! The keys of the file. Editors show the documentation here, which is in the JSON Schema.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -22,14 +22,14 @@ pub(crate) struct File {
     /// The nodes by their names.
     #[schemars(default)]
     node: BTreeMap<String, Node>,
-    /// What several nodes have in common, by names of its own: a node of a kind says only what it has besides.
+    /// Kinds of nodes, by name: what several nodes have in common. A node of a kind gives only what is its own.
     #[schemars(default)]
     kind: BTreeMap<String, Node>,
-    /// Where values go: from an object of a node, or the manager, to objects of others, or to the manager. PDOs are made for
-    /// them.
+    /// Values that go from an object of a node, or the manager, to objects of other nodes, or to the manager. PDOs are
+    /// planned for them.
     #[schemars(default)]
     wire: BTreeMap<String, Wire>,
-    /// How nodes are simulated, by their names: what a real machine does not need.
+    /// How nodes are simulated, by their names. A real machine does not need this.
     #[schemars(default)]
     simulate: BTreeMap<String, Simulated>,
     /// What goes wrong between simulated nodes.
@@ -69,7 +69,7 @@ impl Default for Buses {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(crate) struct Bus {
-    /// Where it is, as --bus has it: "can0", "slcan:/dev/ttyACM0". `--bus sim` simulates the machine instead.
+    /// The bus as `--bus` takes it: "can0", "slcan:/dev/ttyACM0". `--bus sim` simulates the machine instead.
     pub(crate) url: Option<At<String>>,
     /// Its reference designator in drawings (NetRefd of CiA 306).
     pub(crate) designator: Option<String>,
@@ -97,11 +97,11 @@ pub(crate) struct Bus {
 #[derive(Deserialize, JsonSchema)]
 #[serde(remote = "OnLoss", rename_all = "kebab-case")]
 enum OnLossName {
-    /// It is reset, and booted again.
+    /// The node is reset and booted again.
     ResetNode,
-    /// All are.
+    /// All nodes are reset and booted again.
     ResetAll,
-    /// All are stopped.
+    /// All nodes are stopped.
     StopAll,
 }
 
@@ -113,15 +113,15 @@ pub(crate) struct Node {
     pub(crate) id: Option<At<Id>>,
     /// Its reference designator in drawings (NodeRefd of CiA 306): "-A3".
     pub(crate) designator: Option<String>,
-    /// On which bus it is, if the machine has several.
+    /// The name of its bus, if the machine has several.
     pub(crate) bus: Option<At<String>>,
-    /// The kind that it is of.
+    /// Its kind.
     kind: Option<At<String>>,
     /// Its data sheet: an EDS, DCF, XDD or XDC file, or a device that lexican knows. A DCF has values that are written.
     pub(crate) sheet: Option<At<String>>,
     /// Corrections and meanings in addition to the data sheet (TOML files).
     pub(crate) overlay: Vec<At<PathBuf>>,
-    /// What it must say of itself (1018h), where the data sheet does not say it.
+    /// The identity that it must have (1018h), where the data sheet does not say it.
     pub(crate) identity: Identity,
     /// It gets its node-ID by LSS when the machine boots (CiA 305): the device with this identity, of which all four numbers
     /// are given.
@@ -158,7 +158,7 @@ pub(crate) struct Node {
     pub(crate) rpdo: BTreeMap<At<String>, At<Pdo>>,
 }
 
-/// A table, or its short form: an object or several; "off" for a PDO, "manager" for a wire.
+/// A table, or its short form: one object or several; "off" for a PDO, "manager" for a wire.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "it is the shape for editors")]
@@ -168,7 +168,7 @@ enum ShortOr<T> {
     Table(T),
 }
 
-/// A PDO as the file has it.
+/// A PDO: a table, or its short form.
 #[derive(Default, JsonSchema)]
 #[schemars(with = "ShortOr<PdoTable>")]
 pub(crate) struct Pdo {
@@ -287,10 +287,10 @@ pub(crate) struct Simulated {
 #[derive(Clone, Copy, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Power {
-    /// It is.
+    /// Switched on.
     #[default]
     On,
-    /// It is not.
+    /// Switched off.
     Off,
 }
 
@@ -304,9 +304,9 @@ pub(crate) struct Fault {
     pub(crate) from: Option<At<String>>,
     /// Only those with this identifier.
     pub(crate) cob_id: Option<At<u32>>,
-    /// Each so manyth of them.
+    /// Every nth of them.
     pub(crate) every: Option<std::num::NonZeroU32>,
-    /// So many one after another.
+    /// How many in a row.
     pub(crate) in_a_row: Option<std::num::NonZeroU32>,
     /// By how much they are delayed.
     pub(crate) delay: Option<At<Time>>,

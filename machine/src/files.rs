@@ -1,4 +1,4 @@
-//! Where the files are that a machine names.
+//! Reads the files that a machine refers to.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use lexican_eds::{Input, Source};
 use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, beside, find_known, find_shipped};
 use lexican_toolbox::text::files::{ReadError, read, read_up_to};
 
-/// Where the files are that a machine names.
+/// Where the files are that a machine refers to.
 #[derive(Clone, Copy, Debug)]
 pub enum Files<'a> {
-    /// In this folder.
+    /// In this folder, to which their names are relative.
     Folder(&'a Path),
-    /// In the program: their names and texts.
+    /// In the program, as names and texts.
     Embedded(&'a [(&'a str, &'a str)]),
 }
 
@@ -27,7 +27,7 @@ impl Files<'_> {
         ReadError { path: name.to_owned(), error: io::ErrorKind::NotFound.into() }
     }
 
-    /// A text.
+    /// Reads a text.
     pub fn read(&self, name: &Path) -> Result<Source, ReadError> {
         match self {
             Files::Folder(folder) => read(&folder.join(name)),
@@ -35,7 +35,7 @@ impl Files<'_> {
         }
     }
 
-    /// The first bytes of a file.
+    /// At most `bound` bytes of a file.
     pub(crate) fn bytes(&self, name: &Path, bound: usize) -> Result<Vec<u8>, ReadError> {
         match self {
             Files::Folder(folder) => read_up_to(&folder.join(name), bound),
@@ -43,7 +43,7 @@ impl Files<'_> {
         }
     }
 
-    /// The path by which others find a file.
+    /// The path of a file as seen from outside of the machine's folder.
     #[must_use]
     pub fn path(&self, name: &Path) -> PathBuf {
         match self {
@@ -52,7 +52,7 @@ impl Files<'_> {
         }
     }
 
-    /// What a data sheet is called: a path, or a device of the library.
+    /// The name of a data sheet from outside: a path, or a device of the library.
     pub(crate) fn name(&self, sheet: &str) -> String {
         match self {
             Files::Folder(folder) => beside(folder, sheet),
@@ -60,7 +60,7 @@ impl Files<'_> {
         }
     }
 
-    /// A data sheet with its overlays.
+    /// Reads a data sheet with its overlays.
     pub(crate) fn data_sheet(&self, name: &str, overlays: &[PathBuf]) -> Result<DataSheet, DataSheetError> {
         let (input, library) = match self {
             Files::Folder(_) => find_known(name)?,

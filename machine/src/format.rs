@@ -1,10 +1,10 @@
-//! The file in its usual form.
+//! Formats the file of a machine.
 
 use toml_edit::{DocumentMut, Item, KeyMut, Table, TomlError, Value};
 
-/// The same file with the spaces where they usually stand, its comments and the order of its keys as they are.
+/// Formats the text: normalises blanks and empty lines, and keeps comments and the order of keys.
 ///
-/// Errors: those of a text that is no TOML.
+/// Errors: the text is not valid TOML.
 pub fn format(text: &str) -> Result<String, TomlError> {
     let mut document: DocumentMut = text.parse()?;
     table(document.as_table_mut());
@@ -13,7 +13,7 @@ pub fn format(text: &str) -> Result<String, TomlError> {
     let mut formatted = String::new();
     let mut blank = true;
     for line in lines {
-        // One blank line is enough.
+        // Keep at most one empty line in a row.
         if !(line.is_empty() && blank) {
             formatted.push_str(line);
             formatted.push('\n');
@@ -35,7 +35,7 @@ fn entry(mut key: KeyMut<'_>, item: &mut Item) {
         Item::ArrayOfTables(below) => below.iter_mut().for_each(self::table),
         Item::Value(value) => {
             key.leaf_decor_mut().set_suffix(" ");
-            // What stands behind a value is its comment.
+            // Text behind a value is a comment.
             let comment =
                 value.decor().suffix().and_then(|raw| raw.as_str()).map(str::trim).unwrap_or_default().to_owned();
             inner(value);
@@ -46,7 +46,7 @@ fn entry(mut key: KeyMut<'_>, item: &mut Item) {
     }
 }
 
-/// The spaces within a value. One with comments of its own stays as it is.
+/// Normalises the blanks within a value, unless it contains comments.
 fn inner(value: &mut Value) {
     let has_comment = value.to_string().contains('#');
     match value {

@@ -1,4 +1,4 @@
-//! A typed machine from a build script: its data sheets, its PDOs and its plan as Rust.
+//! Generates a typed machine in a build script: data sheets, PDOs and the manager's plan as Rust code.
 
 use std::path::Path;
 
@@ -13,13 +13,14 @@ use crate::files::Files;
 use crate::model::{Machine, Node};
 use crate::wire::{Sent, active};
 
-/// Names that nodes must leave free: a method and modules that are there besides them.
+/// Names that nodes must not take: a method and two modules of the generated code.
 const RESERVED: [&str; 3] = ["bind", "generated", "sheets"];
 
-/// Generates a typed machine in a build script, to be included by `lexican_runtime::include_od!("machine")` if the file is
-/// `machine.toml`: a module for each node with the objects of its data sheet, its node-ID and a struct for each PDO that is on
-/// the bus; `PLAN`, what the manager does; and `Machine`, by which the nodes are methods of a shell's network. Of a machine with
-/// several buses `machine.toml#left` is one, which is included as `left`.
+/// Generates a typed machine in a build script; include it by `lexican_runtime::include_od!("machine")` if the file is
+/// `machine.toml`. There is a module for each node with the objects of its data sheet, its node-ID and a struct for
+/// each of its PDOs on the bus; `PLAN`, which the manager carries out; and the trait `Machine`, which gives a shell's
+/// network a method for each node. For a machine with several buses, pass one of them as `machine.toml#left`, and
+/// include it as `left`.
 ///
 /// ```no_run
 /// fn main() -> Result<(), lexican_machine::BuildError> {
@@ -27,7 +28,7 @@ const RESERVED: [&str; 3] = ["bind", "generated", "sheets"];
 /// }
 /// ```
 ///
-/// Errors: those of the file, with its lines; nothing is generated then.
+/// Errors: the findings in the file, with lines; nothing is generated then.
 pub fn generate(path: impl AsRef<Path>, config: Config) -> Result<(), Error> {
     let (path, bus) = Machine::file_and_bus(path.as_ref());
     println!("cargo:rerun-if-changed={}", path.display());
@@ -43,7 +44,7 @@ pub fn generate(path: impl AsRef<Path>, config: Config) -> Result<(), Error> {
     config.emit(&module_names(&[name], &[])[0], input, findings, |options| Typed::new(&machine).code(options))
 }
 
-/// Lets Cargo watch every file that a machine names.
+/// Makes Cargo watch every file that the machine refers to.
 fn watch(value: &toml::Value, files: Files<'_>) {
     match value {
         toml::Value::String(name) => {
@@ -58,12 +59,12 @@ fn watch(value: &toml::Value, files: Files<'_>) {
     }
 }
 
-/// A machine with the names of what is generated.
+/// A machine with the names of its generated items.
 struct Typed<'m> {
     machine: &'m Machine,
-    /// The nodes that have a node-ID.
+    /// The nodes with a node-ID.
     nodes: Vec<TypedNode<'m>>,
-    /// The distinct data sheets, each with its module.
+    /// The distinct data sheets, with the names of their modules.
     sheets: Vec<(Option<&'m Device>, String)>,
 }
 
@@ -71,7 +72,7 @@ struct TypedNode<'m> {
     node: &'m Node,
     id: NodeId,
     ident: String,
-    /// Its row in the data sheets.
+    /// The position in the list of data sheets.
     sheet: usize,
 }
 
@@ -117,7 +118,7 @@ impl<'m> Typed<'m> {
         code + &self.plan(options) + &self.methods(options)
     }
 
-    /// What the manager does.
+    /// The code of the manager's plan.
     fn plan(&self, options: &Options) -> String {
         let (bus, runtime) = (&self.machine.bus, &options.runtime_path);
         let heartbeat = bus.heartbeat.as_ref().zip(bus.manager);
@@ -148,11 +149,11 @@ pub static PLAN: {runtime}::manager::MachinePlan<{}> = {{
         )
     }
 
-    /// The nodes as methods of a network.
+    /// The code of the methods that give access to nodes.
     fn methods(&self, options: &Options) -> String {
         let runtime = &options.runtime_path;
         let method = |TypedNode { node, id, ident, .. }: &TypedNode<'_>| {
-            // What is generated must not depend on where the file lies.
+            // The file name only: generated code must not depend on where the file is.
             let file = || Path::new(node.sheet_name.as_deref()?).file_name()?.to_str();
             let sheet = node.sheet.as_ref().and_then(|sheet| sheet.library).or_else(file);
             let sheet = sheet.map(|name| format!(": `{name}`")).unwrap_or_default();
@@ -178,7 +179,7 @@ impl<S: {runtime}::manager::Shell> Machine for S {{}}
 }
 
 impl TypedNode<'_> {
-    /// Its module, inside of that of its data sheet.
+    /// The code of a node's module, which is inside that of its data sheet.
     fn module(&self, options: &Options) -> String {
         let (runtime, id) = (&options.runtime_path, self.id);
         let sent = [Direction::Receive, Direction::Transmit].into_iter().flat_map(|it| active(self.node, it));
@@ -213,7 +214,7 @@ pub const NODE: {runtime}::NodeId = {runtime}::NodeId::literal({id});
         )
     }
 
-    /// Its row in the plan.
+    /// The row of a node in the plan.
     fn row(&self, machine: &Machine) -> String {
         let Assignment { mandatory, boots_again, heartbeat, guarding, plan, .. } =
             machine.assignment(self.node, self.id);
@@ -224,7 +225,7 @@ pub const NODE: {runtime}::NodeId = {runtime}::NodeId::literal({id});
         let [device_type, vendor, product, revision, serial] =
             identity.map(|it| option(it.map(|it| format!("0x{it:X}"))));
         let (or_later, start, keep_alive) = (plan.or_later, plan.start, plan.keep_alive);
-        // The number of the writes, and each with its index, sub-index and length.
+        // The number of writes; then each write with index, sub-index and length.
         let (count, mut rest) = plan.configuration.split_at(4);
         let mut configuration = bytes(count, "writes");
         for write in machine.writes(self.node) {
@@ -265,18 +266,18 @@ pub const NODE: {runtime}::NodeId = {runtime}::NodeId::literal({id});
     }
 }
 
-/// A line of a concise DCF.
+/// A line of bytes in a concise DCF.
 fn bytes(bytes: &[u8], comment: &str) -> String {
     let bytes: String = bytes.iter().map(|byte| format!("0x{byte:02X}, ")).collect();
     format!("                        {bytes}// {comment}\n")
 }
 
-/// The device with other PDOs.
+/// A copy of the device with other PDOs.
 fn with_pdos(device: &Device, pdos: Vec<model::Pdo>) -> Device {
     Device { pdos, ..device.clone() }
 }
 
-/// A PDO as the code generator takes it.
+/// A PDO in the form that the code generator reads.
 fn pdo(Sent { state, .. }: &Sent<'_>) -> model::Pdo {
     let mapped = state.mapping.iter().map(|it| {
         let address = it.address;

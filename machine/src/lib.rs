@@ -1,11 +1,11 @@
-//! A CANopen machine in one file, `machine.toml`: its bus, its nodes by name, the values that go between them, how it boots
-//! and how it is simulated.
+//! A CANopen machine in one file, `machine.toml`: its bus, its nodes by name, the values that they exchange, how it
+//! boots, and how it is simulated.
 //!
-//! [`Machine::open`] reads it, with a finding for each mistake; [`Machine::writes`] is what is written into each node,
-//! [`Machine::boot_plan`] what a manager does with it, [`Machine::load`] how busy the bus is; [`schema`] is for editors.
-//! [`Machine::dcf`], [`Machine::database`], [`Machine::page`] and others are what other tools and people take of it. A [`Draft`] is the
-//! file of a machine that is there already, as it was [`Found`] on its bus, or described by a [`BusYml`] or a [`Cpj`].
-//! With the feature `codegen`, `generate` makes a typed machine of it in a build script.
+//! [`Machine::open`] reads the file and reports each mistake as a finding; [`Machine::writes`] lists the values to
+//! write into a node, [`Machine::boot_plan`] is the manager's plan, [`Machine::load`] the bus load; [`schema`] is for
+//! editors. [`Machine::dcf`], [`Machine::database`], [`Machine::page`] and others export to tools and people. A
+//! [`Draft`] makes the file of an existing machine, from nodes [`Found`] on its bus, a [`BusYml`] or a [`Cpj`]. With
+//! the feature `codegen`, `generate` makes a typed machine in a build script.
 
 mod at;
 mod bench;

@@ -1,4 +1,4 @@
-//! A machine, as its file describes it.
+//! The model of a machine, as read from its file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,55 +21,55 @@ pub use crate::faults::{Fault, Simulated};
 use crate::file;
 pub use crate::file::Filter;
 
-/// A machine; of one that has several buses, what is on one of them.
+/// A machine. If it has several buses, this is the part on one of them.
 #[derive(Debug)]
 pub struct Machine {
-    /// The text of its file, for the findings.
+    /// The text of the file, to render the findings.
     pub input: Input,
     /// What it is called.
     pub name: Option<String>,
-    /// What it is, in a sentence.
+    /// A description in one sentence.
     pub note: Option<String>,
     /// Its bus.
     pub bus: Bus,
-    /// Its nodes, in the order of the file.
+    /// In the order of the file.
     pub nodes: Vec<Node>,
-    /// What goes wrong between simulated nodes.
+    /// Faults between simulated nodes.
     pub faults: Vec<Fault>,
     /// What the bench shows from the beginning.
     pub bench: Vec<Shown>,
-    /// The files of sequences that it plays.
+    /// Files of sequences for the bench.
     pub sequences: Vec<PathBuf>,
-    /// Messages that it sends, by name: lines of sequences.
+    /// Messages that the bench can send, by name: each a line of a sequence.
     pub messages: BTreeMap<String, String>,
-    /// Filters of its trace, by name; nodes are node-IDs.
+    /// Filters of the bench's trace, by name, with node-IDs for nodes.
     pub filters: BTreeMap<String, Filter>,
-    /// What is wrong with the file.
+    /// The findings about the file.
     pub findings: Diagnostics,
-    /// The same machine on its other buses; their findings are here.
+    /// The parts of the machine on its other buses. Their findings are in this one.
     pub others: Vec<Machine>,
 }
 
-/// What the bench shows of a node from the beginning.
+/// A signal that the bench shows from the beginning.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// The node.
     pub node: NodeId,
-    /// The object, or the PDO.
+    /// An object or a PDO.
     pub signal: Signal,
-    /// Whether it has a curve; else its value is watched.
+    /// Whether it is plotted; otherwise it is watched as a number.
     pub as_curve: bool,
-    /// How often an object is read.
+    /// The interval of reading an object.
     pub every: Duration,
 }
 
-/// A machine has several buses, or not the one that is meant.
+/// The bus is not named although there are several, or the name is unknown.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{}: {}", match wanted { Some(bus) => format!("the machine has no bus {bus:?}"), None => "the machine has several buses".to_owned() }, if names.is_empty() { "its only one has no name" } else { names })]
 pub struct WhichBus {
-    /// The bus that is meant.
+    /// The bus that was named.
     pub wanted: Option<String>,
-    /// The names of all.
+    /// The names of all buses.
     pub names: String,
 }
 
@@ -115,34 +115,34 @@ impl Bus {
 pub struct Node {
     pub name: At<String>,
     pub designator: Option<String>,
-    /// `None` for a device that gets its node-ID by LSS.
+    /// `None` until the device gets its node-ID by LSS.
     pub id: Option<NodeId>,
-    /// The name of its data sheet: a path, or a device of the library.
+    /// A path, or a device of the library.
     pub sheet_name: Option<String>,
     pub sheet: Option<Arc<DataSheet>>,
     pub overlays: Vec<PathBuf>,
     pub identity: Identity,
-    /// The device with this identity gets the node-ID by LSS.
+    /// The identity of the device that gets this node-ID by LSS.
     pub lss: Option<lss::Identity>,
     pub software: Option<String>,
     pub optional: bool,
     pub heartbeat: Option<Duration>,
     pub guarding: Option<Duration>,
     pub retry: u8,
-    /// The time within which it notices that its manager is gone; zero for one that need not.
+    /// The time within which it has to notice that its manager is gone; zero if it need not.
     pub protection: Option<Duration>,
     pub start: bool,
     pub keep_alive: bool,
     pub boots_again: bool,
     pub dcf: Option<Vec<(Address, Vec<u8>)>>,
-    /// Its parameters, in wire form.
+    /// The parameters, in wire form.
     pub settings: Vec<Setting>,
-    /// The PDOs about which the file says something.
+    /// The PDOs that the file mentions.
     pub pdos: Vec<PlannedPdo>,
     pub simulated: Simulated,
 }
 
-/// What a node must say of itself (1018h).
+/// The identity (1018h) that a node must have.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct Identity {
@@ -150,20 +150,20 @@ pub struct Identity {
     pub vendor: Option<u32>,
     /// The product code.
     pub product: Option<u32>,
-    /// The revision number, or the least one: ">= 0x10002".
+    /// An exact number or a minimum.
     pub revision: Option<Revision>,
     /// The serial number.
     pub serial: Option<u32>,
 }
 
 impl Identity {
-    /// Its numbers, in the order of 1018h.
+    /// All numbers, in the order of 1018h.
     #[must_use]
     pub fn parts(&self) -> [Option<u32>; 4] {
         [self.vendor, self.product, self.revision.map(|revision| revision.number), self.serial]
     }
 
-    /// Those that must be so and not otherwise.
+    /// The numbers that must be equal, without a minimum revision.
     #[must_use]
     pub fn exact(&self) -> [Option<u32>; 4] {
         let revision = self.revision.filter(|revision| !revision.or_later);
@@ -176,20 +176,20 @@ impl Identity {
 pub struct Setting {
     /// The entry.
     pub address: Address,
-    /// Its value in wire form.
+    /// In wire form.
     pub data: Vec<u8>,
 }
 
-/// A PDO of a node.
+/// A PDO that the file mentions.
 #[derive(Clone, Debug)]
 pub struct PlannedPdo {
-    /// How the data sheet configures it.
+    /// The configuration in the data sheet.
     pub before: PdoState,
-    /// How it is configured.
+    /// The configuration in the machine.
     pub after: PdoState,
-    /// Whether its mapping is written, even if it is that of the data sheet.
+    /// Whether to write the mapping even if it is that of the data sheet.
     pub maps: bool,
-    /// Where the file says so.
+    /// The place in the file.
     pub place: Span,
 }
 
@@ -200,12 +200,12 @@ impl Machine {
         self.nodes.iter().find(|node| node.name.value == name)
     }
 
-    /// The machine on each of its buses.
+    /// The parts of the machine on each bus, this one first.
     pub fn buses(&self) -> impl Iterator<Item = &Machine> {
         std::iter::once(self).chain(&self.others)
     }
 
-    /// The place among its [buses](Machine::buses) of the one of this name, or of the only one.
+    /// The position in [buses](Machine::buses) of the bus with this name; without a name, of the only bus.
     pub fn place_of_bus(&self, bus: Option<&str>) -> Result<usize, WhichBus> {
         let names: Vec<_> =
             self.buses().filter_map(|machine| Some(machine.bus.name.as_ref()?.value.as_str())).collect();
@@ -216,12 +216,12 @@ impl Machine {
         found.ok_or_else(|| WhichBus { wanted: bus.map(str::to_owned), names: names.join(", ") })
     }
 
-    /// The machine on the bus of this name, or on the only one.
+    /// The part on the bus with this name; without a name, on the only bus.
     pub fn on(&self, bus: Option<&str>) -> Result<&Machine, WhichBus> {
         Ok(self.buses().nth(self.place_of_bus(bus)?).expect("it is one of its buses"))
     }
 
-    /// The same, by itself.
+    /// The same, taking the part out of the machine.
     pub fn into_bus(mut self, bus: Option<&str>) -> Result<Machine, WhichBus> {
         let place = self.place_of_bus(bus)?;
         let mut others = std::mem::take(&mut self.others);
@@ -232,14 +232,14 @@ impl Machine {
         Ok(Machine { findings, ..others.swap_remove(place - 1) })
     }
 
-    /// The errors of its file, with the lines that they are about; empty if there are none.
+    /// The errors in the file, rendered with their lines; empty if there are none.
     #[must_use]
     pub fn errors(&self) -> String {
         let errors = self.findings.iter().filter(|finding| finding.severity == Severity::Error);
         errors.map(|finding| finding.render(&self.input) + "\n\n").collect()
     }
 
-    /// The file of a machine, and the name of the bus that is meant: `machine.toml#left`.
+    /// Splits `machine.toml#left` into the file and the name of a bus.
     #[must_use]
     pub fn file_and_bus(name: &Path) -> (&Path, Option<&str>) {
         match name.to_str().and_then(|name| name.rsplit_once('#')) {
@@ -250,7 +250,7 @@ impl Machine {
 }
 
 impl Node {
-    /// The object dictionary by its data sheet.
+    /// The device in its data sheet.
     #[must_use]
     pub fn device(&self) -> Option<&lexican_eds::model::Device> {
         self.sheet.as_ref().map(|sheet| &sheet.device)

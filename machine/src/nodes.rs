@@ -1,4 +1,4 @@
-//! The nodes of the file: kinds, data sheets, parameters and PDOs that it gives.
+//! Reads the nodes of the file, with their kinds, data sheets, parameters and PDOs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -24,19 +24,19 @@ use crate::file;
 use crate::model::{Node, PlannedPdo, Setting};
 use crate::read::{Named, Out, Sheets, similar, span};
 
-/// How many heartbeats, or answers to guarding, may be missing.
+/// The default number of heartbeats or guarding responses that may be missing.
 pub(crate) const PATIENCE: u8 = 3;
-/// The most bytes of a concise DCF.
+/// Larger concise DCFs are not read, in bytes.
 const LONGEST_DCF: usize = 16 * 1024 * 1024;
-/// What stands for the manager in wires, and cannot be the name of a node.
+/// The word for the manager in wires, which no node may have as its name.
 pub(crate) const MANAGER: &str = "manager";
 
-/// Whether a text can be the name of a node.
+/// Whether a text is valid as the name of a node.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty() && text != MANAGER && text.parse::<i64>().is_err() && !text.contains(['.', ':', '=', ' '])
 }
 
-/// The place of the node of this name among the others.
+/// The position of the node with this name; reports an unknown name.
 pub(crate) fn place(nodes: &[Node], name: &str, at: &Range<usize>, out: &mut Out) -> Option<usize> {
     let found = nodes.iter().position(|node| node.name.value == name);
     if found.is_none() {
@@ -46,7 +46,7 @@ pub(crate) fn place(nodes: &[Node], name: &str, at: &Range<usize>, out: &mut Out
     found
 }
 
-/// The nodes, as far as they can be read.
+/// Reads all nodes; parts with mistakes are reported and left out.
 pub(crate) fn lower(nodes: Vec<Named<file::Node>>, sheets: &mut Sheets<'_>, out: &mut Out) -> Vec<Node> {
     let mut lowered: Vec<Node> = Vec::new();
     for Named { name, table: node, is_whole } in nodes {
@@ -98,7 +98,7 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
         let read = bytes.and_then(|bytes| concise(&bytes));
         read.map_err(|error| out.wrong("machine::dcf", &path.span, error, None)).ok()
     });
-    // A node without a node-ID has the values of its data sheet for one.
+    // Without a node-ID, use some: it only replaces `$NODEID` in the data sheet's values.
     let known = id.unwrap_or(NodeId::literal(1));
     let settings = device.map_or_else(Vec::new, |device| settings(device, Some(known), &node.settings, out));
     for (address, reason) in device.map(|device| not_restored(device, known)).unwrap_or_default() {
@@ -155,7 +155,7 @@ fn one(name: At<String>, id: Option<NodeId>, node: file::Node, sheets: &mut Shee
     }
 }
 
-/// A data sheet with the identity and the limits that the machine gives the node.
+/// The data sheet with the identity and the limits that the machine adds for the node.
 fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out) -> Arc<DataSheet> {
     let mut overlay = String::new();
     // Writing to a string cannot fail.
@@ -168,7 +168,7 @@ fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out)
             put(address, format_args!("default = {part}"));
         }
     }
-    // The units of the others depend on the settings, in which what is wrong is said later.
+    // The units of limits depend on the settings; mistakes in these are reported later.
     let mut values = DeviceValues::new(&sheet.device);
     encode(&pairs(&node.settings), &mut values, None);
     for (object, range) in &node.limits {
@@ -188,7 +188,7 @@ fn narrowed(sheet: Arc<DataSheet>, name: &str, node: &file::Node, out: &mut Out)
     Arc::new(DataSheet { library: sheet.library, ..DataSheet::parse(sheet.input.clone().overlay(overlay)) })
 }
 
-/// An object, and the numbers between which it stays; or what is wrong with that.
+/// An object and the range of its value in counts; or what is wrong with that.
 fn limit(values: &DeviceValues<'_>, object: &str, range: &[Written; 2]) -> Result<(Address, [i128; 2]), Wrong> {
     let address = resolve(Some(values.device), object).map_err(|error| Wrong {
         at: 0,
@@ -202,7 +202,7 @@ fn limit(values: &DeviceValues<'_>, object: &str, range: &[Written; 2]) -> Resul
     for (number, Written(text)) in numbers.iter_mut().zip(range) {
         let value = values.parse(entry, text).map_err(wrong)?;
         *number = value.as_integer().ok_or_else(|| wrong(format!("{text} is no whole number")))?;
-        // The range is checked as any value would be.
+        // Limits must themselves be values that the data sheet allows.
         values.check_write(entry, &value, NodeId::literal(1)).map_err(|refusal| wrong(refusal.to_string()))?;
     }
     match numbers {
@@ -211,7 +211,7 @@ fn limit(values: &DeviceValues<'_>, object: &str, range: &[Written; 2]) -> Resul
     }
 }
 
-/// The entries of a concise DCF.
+/// Parses a concise DCF.
 fn concise(bytes: &[u8]) -> Result<Vec<(Address, Vec<u8>)>, String> {
     let dcf = ConciseDcf::new(bytes);
     dcf.check().map_err(|error| error.to_string())?;
@@ -223,7 +223,8 @@ fn concise(bytes: &[u8]) -> Result<Vec<(Address, Vec<u8>)>, String> {
         .collect())
 }
 
-/// Parameters in wire form, as far as the data sheet allows them; `None` for a node that is simulated.
+/// Parameters in wire form; those that the data sheet does not allow are reported. `node` is `None` for initial values
+/// of a simulated node.
 pub(crate) fn settings(
     device: &Device,
     node: Option<NodeId>,
@@ -239,12 +240,12 @@ pub(crate) fn settings(
     settings.into_iter().map(|(address, data)| Setting { address, data }).collect()
 }
 
-/// Objects and values as they are written.
+/// The objects and values as texts.
 fn pairs(given: &BTreeMap<At<String>, At<Written>>) -> Vec<(&str, &str)> {
     given.iter().map(|(object, value)| (object.as_str(), value.0.as_str())).collect()
 }
 
-/// A PDO as the file has it; `None` if that cannot be.
+/// Plans a PDO as in the file; `None` if that is impossible, which is reported.
 fn planned(
     device: &Device,
     node: NodeId,
@@ -298,7 +299,7 @@ fn planned(
     }
 }
 
-/// How the data sheet configures a PDO.
+/// The configuration of a PDO in the data sheet; reports a PDO that it lacks.
 pub(crate) fn state(
     device: &Device,
     node: NodeId,
@@ -316,19 +317,19 @@ pub(crate) fn state(
     state
 }
 
-/// Says why a PDO cannot be so.
+/// Reports why a PDO cannot be configured as wanted.
 pub(crate) fn object_to(objections: &[lexican_toolbox::pdo::Objection], at: &Range<usize>, out: &mut Out) {
     for objection in objections {
         out.wrong("machine::pdo", at, objection.to_string(), objection.advice());
     }
 }
 
-/// A time in milliseconds, in 16 bits.
+/// A time in ms, if it fits 16 bits.
 pub(crate) fn in_ms(time: Duration, at: &Range<usize>, out: &mut Out) -> Option<u16> {
     fits(Time(time).ms(), "65,535 ms", at, out)
 }
 
-/// A time in 100 us, in 16 bits.
+/// A time in multiples of 100 µs, if it fits 16 bits.
 pub(crate) fn in_100us(time: Duration, at: &Range<usize>, out: &mut Out) -> Option<u16> {
     fits(time.as_micros() / 100, "6,553 ms", at, out)
 }

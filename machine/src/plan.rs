@@ -1,4 +1,4 @@
-//! What is written into the nodes when the machine boots, in this order.
+//! The values that are written into nodes when the machine boots, in order.
 
 use lexican_eds::model::Device;
 use lexican_runtime::host::{self, Link};
@@ -18,36 +18,36 @@ use crate::at::Time;
 use crate::model::{Identity, Machine, Node, PlannedPdo};
 use crate::nodes::PATIENCE;
 
-/// A value that is written into a node.
+/// A value to write into a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
     /// The entry.
     pub address: Address,
-    /// Its value in wire form.
+    /// In wire form.
     pub data: Vec<u8>,
-    /// Why.
+    /// Where the value comes from.
     pub why: Why,
-    /// Whether the data sheet gives the entry this value already, so that a device as it was delivered has it.
+    /// Whether the data sheet has the same value, so that a device in its factory state needs no write.
     pub is_default: bool,
 }
 
-/// Why a value is written.
+/// Where a written value comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// The concise DCF of the node has it.
+    /// The concise DCF of the node.
     ConciseDcf,
-    /// The DCF that is the node's data sheet gives it this value.
+    /// The DCF that serves as the node's data sheet.
     Dcf,
-    /// It watches the manager, or is watched.
+    /// Error control: it watches the manager, or is watched.
     ErrorControl,
-    /// It belongs to a PDO.
+    /// The configuration of a PDO.
     Pdo,
-    /// It is one of the node's settings.
+    /// A setting of the node.
     Setting,
 }
 
 impl Why {
-    /// In a word or two.
+    /// One or two words.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -61,7 +61,7 @@ impl Why {
 }
 
 impl Machine {
-    /// What is written into a node: its concise DCF, the values of its DCF, what error control needs, its PDOs, its settings.
+    /// All values to write into a node: its concise DCF, the values of its DCF, error control, PDOs, settings.
     #[must_use]
     pub fn writes(&self, node: &Node) -> Vec<Write> {
         let (device, id) = (node.device(), node.id.unwrap_or(NodeId::literal(1)));
@@ -98,13 +98,13 @@ impl Machine {
         }
         let settings = node.settings.iter().map(|setting| (setting.address, setting.data.clone()));
         in_order(settings).into_iter().for_each(|write| put(Why::Setting, write.address, write.data));
-        // What is wanted is not what the data sheet says it is: a PDO is switched off and on again.
+        // Writes that disable and enable a PDO are needed although the final value is that of the data sheet.
         let is_switch = |write: &Write| write.why == Why::Pdo && is_switched(node, write.address);
         writes.iter_mut().filter(|write| is_switch(write)).for_each(|write| write.is_default = false);
         writes
     }
 
-    /// The manager whose heartbeat a node watches (1016h), and the time within which it notices that it is gone.
+    /// The manager whose heartbeat a node watches (1016h), and the consumer time.
     #[must_use]
     pub fn watches_manager(&self, node: &Node) -> Option<(NodeId, Duration)> {
         let within = node.protection.unwrap_or(self.bus.heartbeat.as_ref()?.value.times(PATIENCE.into()));
@@ -112,8 +112,8 @@ impl Machine {
         self.bus.manager.filter(|_| watches).map(|manager| (manager, within))
     }
 
-    /// Gives the devices that the machine knows by their identities their node-IDs (CiA 305); `named` gets each. A device that has its
-    /// node-ID, or is not there, is left to the boot.
+    /// Gives node-IDs to the devices that the machine identifies for LSS (CiA 305), and calls `named` for each. A
+    /// device that has its node-ID already, or does not answer, is left to the boot.
     pub fn give_node_ids<E: From<Trouble>>(
         &self,
         link: &mut impl Link,
@@ -138,9 +138,9 @@ impl Machine {
         })
     }
 
-    /// What the manager of the machine does with its nodes.
+    /// The plan of the manager for the machine's nodes.
     ///
-    /// Nodes without node-ID are left out: they get one by LSS first.
+    /// Nodes without node-ID are left out: they have to get one by LSS first.
     #[must_use]
     pub fn boot_plan(&self) -> host::Plan {
         let mut plan = host::Plan::new(self.bus.on_loss).with_start_of_all(self.bus.start_all);
@@ -152,7 +152,7 @@ impl Machine {
         plan
     }
 
-    /// Lets a manager send what the machine says of it: its heartbeat, and SYNC.
+    /// Makes a manager produce heartbeat and SYNC as the machine says.
     pub fn produce<const NODES: usize>(&self, manager: &mut Manager<NODES>, now: Instant) {
         if let (Some(heartbeat), Some(node)) = (&self.bus.heartbeat, self.bus.manager) {
             manager.produce_heartbeat(now, node, heartbeat.value);
@@ -162,7 +162,7 @@ impl Machine {
         }
     }
 
-    /// What the manager does with one of them.
+    /// The part of the manager's plan about one node.
     #[must_use]
     pub fn assignment(&self, node: &Node, id: NodeId) -> Assignment<Vec<u8>> {
         let writes = self.writes(node);
@@ -192,7 +192,7 @@ impl Machine {
         assignment
     }
 
-    /// The concise DCF of a node (1F22h) as dcfgen's rules have it: without what the data sheet says already.
+    /// The concise DCF of a node (1F22h), without values that the data sheet has already, as dcfgen writes it.
     #[must_use]
     pub fn concise_dcf(&self, node: &Node) -> Vec<u8> {
         let writes = self.writes(node);
@@ -202,7 +202,7 @@ impl Machine {
 }
 
 impl Node {
-    /// The time within which a node notices that nobody guards it any more (100Ch, 100Dh).
+    /// The life time, after which a node notices that it is not guarded any more (100Ch, 100Dh).
     #[must_use]
     pub fn life_time(&self) -> Option<Duration> {
         let notices = self.protection != Some(Duration::ZERO)
@@ -217,13 +217,13 @@ impl Node {
     }
 }
 
-/// What a data sheet gives an entry, in wire form.
+/// The value of an entry in the data sheet, in wire form.
 fn of_sheet(device: &Device, node: NodeId, address: Address) -> Option<Vec<u8>> {
     let entry = device.entry(address.index(), address.sub())?;
     encode(entry.data_type, &resolved(given(entry)?, node))
 }
 
-/// Whether an entry is one by which a PDO of the node is switched off and on, or mapped.
+/// Whether an entry enables, disables or maps a PDO of the node.
 fn is_switched(node: &Node, address: Address) -> bool {
     node.pdos.iter().any(|pdo| {
         let (name, is_on) = (pdo.after.name, pdo.after.cob_id.is_valid());
@@ -231,8 +231,8 @@ fn is_switched(node: &Node, address: Address) -> bool {
     })
 }
 
-/// What configures a PDO, whatever it was before: it is switched off, changed, and switched on (CiA 301, 7.5.2.36). What is
-/// fixed in the device is as it has to be, and not written.
+/// The writes that configure a PDO whatever its state: disable, change, enable (CiA 301, 7.5.2.36). Read-only entries
+/// have the wanted value already, and are left out.
 fn of_pdo(device: Option<&Device>, pdo: &PlannedPdo) -> Vec<(Address, Vec<u8>)> {
     let is_fixed = |address: Address| {
         let entry = device.and_then(|device| device.entry(address.index(), address.sub()));

@@ -1,4 +1,4 @@
-//! Reading the file: every mistake in it is found, and has its place.
+//! Reads the file, and reports every mistake with its place.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -21,7 +21,7 @@ use crate::model::{Bus, Machine};
 use crate::nodes::lower;
 use crate::{bench, faults, wire};
 
-/// The findings about a file, each of them once.
+/// The findings about a file, without duplicates.
 #[derive(Default)]
 pub(crate) struct Out {
     pub(crate) findings: Diagnostics,
@@ -33,7 +33,7 @@ pub(crate) fn span(range: &Range<usize>) -> Span {
 }
 
 impl Out {
-    /// Adds an error, and what to do about it.
+    /// Adds an error with a remedy.
     pub(crate) fn wrong(
         &mut self,
         code: &'static str,
@@ -54,21 +54,22 @@ impl Out {
     ) {
         let finding = Diagnostic::new(code, severity, what).at(span(at), "");
         let finding = Diagnostic { help, ..finding };
-        // What several nodes have of one kind, or of one anchor, is read for each of them.
+        // Nodes that share a kind or a YAML anchor repeat the same finding.
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
         }
     }
 }
 
-/// Data sheets by their names and overlays: machines have many nodes of a kind.
+/// The data sheets loaded so far, by name and overlays: many nodes have the same one.
 pub(crate) struct Sheets<'f> {
     pub(crate) files: Files<'f>,
     read: BTreeMap<(String, Vec<PathBuf>), Option<Arc<DataSheet>>>,
 }
 
 impl Sheets<'_> {
-    /// A data sheet with its overlays, and the name by which others find it. What is wrong with it is said once.
+    /// Loads a data sheet with its overlays, and returns the name by which it is known outside. Its findings are
+    /// reported once.
     pub(crate) fn load(
         &mut self,
         name: &At<String>,
@@ -96,9 +97,9 @@ impl Sheets<'_> {
 }
 
 impl Machine {
-    /// Reads a machine from a file. Its paths are relative to the file.
+    /// Reads a machine from a file, to which its paths are relative.
     ///
-    /// Errors: those of the file system. What is wrong in the file is among the [findings](Machine::findings).
+    /// Errors: the file cannot be read. Mistakes in it are [findings](Machine::findings).
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         Ok(Machine::parse(read(path)?, Files::Folder(path.parent().unwrap_or(Path::new("")))))
     }
@@ -129,11 +130,11 @@ impl Machine {
     }
 }
 
-/// What the sections of the file say.
+/// The sections of the file.
 #[derive(Default)]
 struct Sections {
     about: About,
-    /// By their names; one without a name if there is only one.
+    /// The buses with their names; the only one has none.
     buses: Vec<(Option<At<String>>, file::Bus)>,
     nodes: Vec<Named<file::Node>>,
     wires: Vec<Named<Wire>>,
@@ -160,7 +161,7 @@ impl Sections {
                 };
             }
             "node" => self.nodes = each(value, out),
-            // They are in the nodes already; what is wrong with others is said as well.
+            // Merged into the nodes already; read here so that mistakes in unused kinds are reported, too.
             "kind" => drop(each::<file::Node>(value, out)),
             "wire" => self.wires = each(value, out),
             "simulate" => self.simulated = each(value, out),
@@ -179,14 +180,14 @@ impl Sections {
 }
 
 impl Sections {
-    /// What they say of each bus.
+    /// Splits the sections by bus.
     fn of_each_bus(mut self, out: &mut Out) -> Vec<(Bus, Sections)> {
         let buses = match std::mem::take(&mut self.buses) {
             none if none.is_empty() => vec![Default::default()],
             buses => buses,
         };
         let names: Vec<String> = buses.iter().filter_map(|(name, _)| Some(name.as_ref()?.value.clone())).collect();
-        // Where each node is. One that does not say it has to be on the only bus.
+        // The bus of each node. A node that names none must be on the only bus.
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for node in &self.nodes {
             let given = &node.table.bus;
@@ -201,7 +202,7 @@ impl Sections {
             }
             places.insert(node.name.value.clone(), place.unwrap_or(0));
         }
-        // By the node of a text such as `feeder.statusword`; what is of no node is on the first bus.
+        // The bus of the node in a text such as `feeder.statusword`; a text without node belongs to the first bus.
         let of_node = |text: &str| places.get(text.split('.').next()?).copied();
         let of_wire = |wire: &Named<Wire>| {
             let ends = std::iter::once(wire.name.as_str()).chain(wire.table.0.to.iter().map(|to| to.as_str()));
@@ -238,7 +239,7 @@ impl Sections {
         buses.into_iter().enumerate().map(part).collect()
     }
 
-    /// The machine on one bus.
+    /// The part of the machine on one bus.
     fn machine(self, bus: Bus, input: &Input, sheets: &mut Sheets<'_>, out: &mut Out) -> Machine {
         let files = sheets.files;
         let mut nodes = lower(self.nodes, sheets, out);
@@ -258,7 +259,7 @@ impl Sections {
     }
 }
 
-/// Puts into the tables of nodes what their kinds say, and they do not.
+/// Merges the kinds into the tables of their nodes, where the nodes say nothing else.
 fn take_kinds(document: &mut DeTable<'_>, out: &mut Out) {
     let kinds = document.get("kind").and_then(|kinds| kinds.get_ref().as_table()).cloned().unwrap_or_default();
     let nodes = document.get_mut("node").map(Spanned::get_mut);
@@ -276,7 +277,7 @@ fn take_kinds(document: &mut DeTable<'_>, out: &mut Out) {
         for (key, value) in kind {
             match (node.get_mut(key).map(Spanned::get_mut), value.get_ref()) {
                 (None, _) => drop(node.insert(key.clone(), value.clone())),
-                // An identity is one, but settings, limits and PDOs are several.
+                // An identity is replaced as a whole; settings, limits and PDOs are merged one by one.
                 (Some(DeValue::Table(own)), DeValue::Table(kind)) if key.get_ref() != "identity" => {
                     let more = kind.iter().filter(|(key, _)| !own.contains_key(*key));
                     let more: Vec<_> = more.map(|(key, value)| (key.clone(), value.clone())).collect();
@@ -288,15 +289,15 @@ fn take_kinds(document: &mut DeTable<'_>, out: &mut Out) {
     }
 }
 
-/// A table of the file with its name.
+/// A table of the file, with its name.
 pub(crate) struct Named<T> {
     pub(crate) name: At<String>,
     pub(crate) table: T,
-    /// Whether nothing had to be left out: what is wrong is not missed a second time.
+    /// Whether no key was left out. If one was, its absence is not reported again.
     pub(crate) is_whole: bool,
 }
 
-/// The tables of a section, each read for itself.
+/// Reads each table of a section by itself.
 fn each<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Vec<Named<T>> {
     let Some(table) = value.get_ref().as_table() else {
         out.wrong("machine::value", &value.span(), "expected a table", None);
@@ -308,19 +309,19 @@ fn each<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Vec<Named<T>> 
         let table = section(value, out)?;
         Some(Named { name, table, is_whole: out.findings.iter().count() == before })
     };
-    // In the order of the file.
+    // The parser sorts keys; restore the order of the file.
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     entries.into_iter().filter_map(one).collect()
 }
 
-/// Reads a table. A key that is wrong is reported and left out, so that the others are read, too.
+/// Reads a table. A key with a mistake is reported and left out, so that the others are still read.
 fn section<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Option<T> {
     let (mut value, mut is_whole) = (value.clone(), true);
     loop {
         let error = match T::deserialize(ValueDeserializer::from(value.clone())) {
             Ok(read) => return Some(read),
-            // What was left out is not missed a second time.
+            // Do not report a key as missing that was left out.
             Err(error) if !is_whole && error.message().starts_with("missing field") => return None,
             Err(error) => error,
         };
@@ -334,7 +335,7 @@ fn section<T: DeserializeOwned>(value: &Value<'_>, out: &mut Out) -> Option<T> {
     }
 }
 
-/// serde's words, and which of the keys that it lists may be meant.
+/// The code and text for an error of serde, and which of the listed keys may be meant.
 fn in_words(message: &str) -> (&'static str, String, Option<String>) {
     match message.split_once(", expected ") {
         Some((what, expected)) if what.starts_with("unknown") => {
@@ -352,7 +353,7 @@ fn in_words(message: &str) -> (&'static str, String, Option<String>) {
     }
 }
 
-/// Removes the innermost key in which a place is; false if there is none.
+/// Removes the innermost key at a place; false if there is none.
 fn leave_out(value: &mut Value<'_>, at: &Range<usize>) -> bool {
     let is_within = |span: Range<usize>| span.start <= at.start && at.end <= span.end;
     match value.get_mut() {
@@ -367,7 +368,7 @@ fn leave_out(value: &mut Value<'_>, at: &Range<usize>) -> bool {
     }
 }
 
-/// Which of some words may be meant.
+/// The known word that is most similar, if it may be meant.
 pub(crate) fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let near = known.into_iter().map(|known| (similarity(known, word), known)).filter(|(alike, _)| *alike > 0.8);
     let best = near.max_by(|(a, _), (b, _)| a.total_cmp(b));

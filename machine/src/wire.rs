@@ -1,4 +1,4 @@
-//! Wires: which PDOs carry values from node to node, and to and from the manager.
+//! Wires: plans PDOs that carry values from node to node, and to and from the manager.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::model::{Bus, Node, PlannedPdo};
 use crate::nodes::{MANAGER, in_100us, in_ms, object_to, place};
 use crate::read::{Named, Out, span};
 
-/// COB-IDs that no service has, for PDOs beyond the predefined ones (CiA 301, 7.3.5).
+/// COB-IDs that no service uses, for PDOs beyond the predefined ones (CiA 301, 7.3.5).
 const FREE: Range<u16> = 0x680..0x6E0;
 /// The most bits of a PDO.
 const MOST_BITS: u32 = 64;
@@ -25,20 +25,20 @@ pub(crate) enum End<'w> {
     Node(usize, &'w str),
 }
 
-/// A value that a PDO has to carry.
+/// A value that needs a PDO.
 struct Request {
-    /// The node whose PDO it is: the one that sends, or the one that the manager sends to.
+    /// The node with the PDO: the sender, or the receiver if the manager sends.
     node: usize,
     direction: Direction,
     mapped: Mapped,
-    /// When it is sent; what is `None` is as the data sheet has it.
+    /// The timing of the PDO; `None` in it means as in the data sheet.
     timing: Change,
     at: Range<usize>,
-    /// The objects of other nodes that take it.
+    /// The objects of other nodes that receive the value.
     takers: Vec<(usize, Mapped, Range<usize>)>,
 }
 
-/// Plans the PDOs of wires.
+/// Plans the PDOs for all wires.
 pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out: &mut Out) {
     let mut requests: Vec<Request> = Vec::new();
     for Named { name: from, table: Wire(wire), .. } in wires {
@@ -98,7 +98,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
         }
     }
     let mut wiring = Wiring { nodes, free: FREE };
-    // What a PDO carries already leaves the others free.
+    // First those that an existing PDO carries already; only the others need a free PDO.
     let (carried, others): (Vec<_>, Vec<_>) =
         requests.into_iter().map(|request| (wiring.carrier(&request), request)).partition(|(pdo, _)| pdo.is_some());
     let mut links: BTreeMap<(usize, PdoName), Vec<Request>> = BTreeMap::new();
@@ -113,7 +113,7 @@ pub(crate) fn connect(nodes: &mut [Node], wires: &[Named<Wire>], bus: &Bus, out:
     }
 }
 
-/// `feeder.statusword`, `manager`.
+/// Parses an end of a wire: `feeder.statusword` or `manager`.
 pub(crate) fn end<'w>(nodes: &[Node], text: &'w str, at: &Range<usize>, out: &mut Out) -> Option<End<'w>> {
     if text == MANAGER {
         return Some(End::Manager);
@@ -135,7 +135,7 @@ fn mapped(
     out: &mut Out,
 ) -> Option<Mapped> {
     let Some(device) = nodes[node].device() else {
-        // That it has none is said when none can be loaded.
+        // If it could not be loaded, that has been reported already.
         if nodes[node].sheet_name.is_none() {
             let what = format!("{} has no data sheet, which this is about", nodes[node].name.value);
             out.wrong("machine::sheet", at, what, Some("sheet = \"FILE.eds\"".to_owned()));
@@ -156,7 +156,7 @@ impl Wiring<'_> {
         self.nodes[node].id.unwrap_or(NodeId::literal(1))
     }
 
-    /// All PDOs of a node, by the file or else by its data sheet.
+    /// All PDOs of a node, as planned or else as in the data sheet; the flag says whether the PDO is planned.
     fn states(&self, node: usize, direction: Direction) -> Vec<(PdoState, bool)> {
         let (planned, id) = (&self.nodes[node].pdos, self.node_id(node));
         let Some(device) = self.nodes[node].device() else { return Vec::new() };
@@ -169,7 +169,7 @@ impl Wiring<'_> {
             .collect()
     }
 
-    /// The PDO that carries a value without any change but that it is switched on.
+    /// An enabled PDO that maps the value already: one that the file configures, or, without a wanted timing, any.
     fn carrier(&mut self, request: &Request) -> Option<PdoName> {
         let states = self.states(request.node, request.direction);
         let carries = |(state, is_planned): &&(PdoState, bool)| {
@@ -185,7 +185,7 @@ impl Wiring<'_> {
         Some(name)
     }
 
-    /// Packs values that go at the same time into PDOs that nothing else uses.
+    /// Packs values with the same timing into free PDOs.
     fn pack(
         &mut self,
         requests: impl Iterator<Item = Request>,
@@ -219,7 +219,7 @@ impl Wiring<'_> {
         packed
     }
 
-    /// How many objects the PDOs of a node map.
+    /// The number of objects that a PDO of the node can map.
     fn most_objects(&self, node: usize, direction: Direction) -> usize {
         let Some(device) = self.nodes[node].device() else { return 0 };
         let names = PdoName::of_sheet(device).into_iter().filter(|name| name.direction == direction);
@@ -228,7 +228,7 @@ impl Wiring<'_> {
         names.map(objects).max().unwrap_or(0).max(1)
     }
 
-    /// Gives a change to the first PDO of a node that is not planned otherwise.
+    /// Plans a change for the first PDO of a node that is not planned yet.
     fn plan(
         &mut self,
         node: usize,
@@ -260,7 +260,7 @@ impl Wiring<'_> {
         }
     }
 
-    /// Lets other nodes receive a PDO.
+    /// Makes other nodes receive a PDO.
     fn take(&mut self, node: usize, pdo: PdoName, requests: &[Request], out: &mut Out) {
         let takers: BTreeSet<usize> =
             requests.iter().flat_map(|request| request.takers.iter().map(|it| it.0)).collect();
@@ -303,7 +303,7 @@ impl Wiring<'_> {
         }
     }
 
-    /// What stands in a mapping for values that the node does not take.
+    /// Gaps in a mapping for values that the node does not receive.
     fn gaps(&self, node: usize, bits: u8, at: &Range<usize>, out: &mut Out) -> Vec<Mapped> {
         let name = PdoName { direction: Direction::Receive, number: 1 };
         let (mut left, mut gaps) = (bits, Vec::new());
@@ -326,15 +326,15 @@ impl Wiring<'_> {
     }
 }
 
-/// A PDO that is on the bus.
+/// A PDO on the bus.
 pub(crate) struct Sent<'m> {
     pub(crate) node: &'m Node,
     pub(crate) state: PdoState,
-    /// Where the file says so, if it does.
+    /// The place in the file, if it mentions the PDO.
     pub(crate) place: Option<lexican_eds::text::Span>,
 }
 
-/// All PDOs of a node in one direction that are switched on and carry something, by the file or by its data sheet.
+/// All PDOs of a node in one direction that are enabled and map something, as planned or as in the data sheet.
 pub(crate) fn active(node: &Node, direction: Direction) -> Vec<Sent<'_>> {
     let Some((device, id)) = node.device().zip(node.id) else { return Vec::new() };
     let names = PdoName::of_sheet(device).into_iter().filter(|name| name.direction == direction);
@@ -345,7 +345,7 @@ pub(crate) fn active(node: &Node, direction: Direction) -> Vec<Sent<'_>> {
     all.filter(|sent| sent.state.cob_id.is_valid() && !sent.state.mapping.is_empty()).collect()
 }
 
-/// The least time between two of a PDO, if it is known.
+/// The shortest interval between two messages of a PDO, if known.
 pub(crate) fn period(state: &PdoState, sync: Option<Duration>) -> Option<Duration> {
     let timer = state.event_timer_ms.filter(|ms| *ms > 0).map(|ms| Duration::from_millis(ms.into()));
     let inhibit = state.inhibit_100us.filter(|time| *time > 0).map(Duration::from_100us);

@@ -1,4 +1,4 @@
-//! The keys of a table, each taken once: what is left over is said.
+//! The keys of a table. Each is taken once; those that are left are reported.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -9,13 +9,12 @@ use super::tree::Yaml;
 use crate::at::At;
 use crate::read::{Out, similar};
 
-/// What ros2_canopen reads when it runs, and no network has.
+/// Keys that ros2_canopen reads at run time, which are not about the network.
 const OF_ROS: &str = "dcf_path driver package namespace remappings enable_lazy_load polling period non_transmit_timeout \
     sdo_timeout_ms boot_timeout boot_timeout_ms diagnostics scale_pos_to_dev scale_pos_from_dev scale_vel_to_dev \
     scale_vel_from_dev scale_eff_from_dev offset_pos_to_dev offset_pos_from_dev switching_state homing_timeout_seconds \
     num_channels channel_names channels position_mode velocity_mode effort_mode";
 
-/// A table of the file.
 pub(super) struct Keys {
     entries: Vec<(At<String>, Yaml)>,
     asked: RefCell<BTreeSet<&'static str>>,
@@ -38,7 +37,7 @@ impl Keys {
         self.entries.iter().find(|(name, _)| name.value == key).map(|(_, value)| value)
     }
 
-    /// A number, a value that is wrong being none.
+    /// Takes a number; `None` if it is absent or invalid.
     pub(super) fn number<T: TryFrom<i64>>(&self, key: &'static str, out: &mut Out) -> Option<T> {
         let value = self.get(key)?;
         let number = value.integer().and_then(|number| T::try_from(number).ok());
@@ -61,7 +60,7 @@ impl Keys {
         self.entries.iter()
     }
 
-    /// Says of each key that stands there: what it means is no part of a machine.
+    /// Takes keys without meaning for a machine, and reports each one that is there.
     pub(super) fn leave_out(&self, keys: &[(&'static str, &str)], out: &mut Out) {
         for (key, what) in keys {
             if let Some(value) = self.get(key).filter(|value| value.integer() != Some(0)) {
@@ -71,7 +70,7 @@ impl Keys {
         }
     }
 
-    /// Says what nobody knows; what only ros2_canopen reads is collected.
+    /// Reports unknown keys; collects those that only ros2_canopen reads.
     pub(super) fn end(&self, tool: &str, of_ros: &mut BTreeSet<String>, out: &mut Out) {
         let asked = self.asked.borrow();
         let ros = || OF_ROS.split_whitespace();

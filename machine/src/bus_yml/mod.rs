@@ -1,5 +1,5 @@
-//! `bus.yml`, as dcfgen of lely-core and cogen of ros2_canopen read it. The machine is what these tools make of the file; where that
-//! is not what it says, there is a finding.
+//! Reads `bus.yml` as dcfgen of lely-core and cogen of ros2_canopen do. The machine is what these tools make of the
+//! file; a finding reports each place where that differs from what the file says.
 
 mod keys;
 mod pdo;
@@ -24,19 +24,19 @@ use crate::files::Files;
 use crate::nodes::{PATIENCE, is_name};
 use crate::read::Out;
 
-/// A machine as a `bus.yml` describes it.
+/// A machine that a `bus.yml` describes.
 #[derive(Debug)]
 pub struct BusYml {
     /// The machine.
     pub draft: Draft,
-    /// What dcfgen or cogen drops, overrides or does otherwise, and what a machine does not have.
+    /// What dcfgen or cogen drops, overrides or changes, and what a machine cannot express.
     pub findings: Diagnostics,
-    /// The text, for the findings.
+    /// The text, to render the findings.
     pub input: Input,
 }
 
 impl BusYml {
-    /// Reads a `bus.yml`, with the data sheets that it names. `name` is how the machine names the file of a data sheet.
+    /// Reads a `bus.yml` and its data sheets. `name` converts the file name of a data sheet to that in the machine.
     #[must_use]
     pub fn read(source: Source, files: Files<'_>, name: &dyn Fn(&str) -> String) -> Self {
         let mut out = Out::default();
@@ -59,16 +59,16 @@ struct Reader<'a> {
     files: Files<'a>,
     name: &'a dyn Fn(&str) -> String,
     tool: &'static str,
-    /// After how many heartbeats of the master a node misses it, which need not be whole.
+    /// The consumer time of nodes is the master's heartbeat times this number.
     factor: f64,
-    /// COB-IDs for PDOs beyond the fourth.
+    /// The COB-IDs that are still free, for PDOs beyond the fourth.
     free: Range<u16>,
     draft: Draft,
     of_ros: BTreeSet<String>,
     out: Out,
 }
 
-/// What of a master goes into its dictionary.
+/// Keys that only configure the master's own dictionary.
 const OF_MASTER: &str = "vendor_id product_code revision_number serial_number sync_window sync_overflow emcy_inhibit_time \
     nmt_inhibit_time error_behavior time_cob_id";
 
@@ -133,7 +133,7 @@ impl Reader<'_> {
         }
     }
 
-    /// How many heartbeats, and answers to guarding, may be missing.
+    /// Reads the factors for missing heartbeats and guarding responses.
     fn error_control(&mut self, keys: &Keys) {
         keys.leave_out(&[("retry_factor", "the life time factor of a node counts")], &mut self.out);
         let Some(value) = keys.get("heartbeat_multiplier") else { return };
@@ -144,7 +144,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The master; returns its heartbeat in ms, and where it stands.
+    /// Reads the master; returns its heartbeat in ms, with the place of that key.
     fn master(&mut self, master: &Yaml) -> Option<(Range<usize>, u16)> {
         let (keys, out) = (Keys::of(master, &mut self.out), &mut self.out);
         let bus = &mut self.draft.bus;
@@ -184,7 +184,7 @@ impl Reader<'_> {
         heartbeat.map(|ms| (keys.get("heartbeat_producer").unwrap_or(master).at.clone(), ms))
     }
 
-    /// The keys of a slave, with those of `defaults`.
+    /// The keys of a slave, completed by those of `defaults`.
     fn with_defaults(&mut self, slave: &Yaml, defaults: Option<&Keys>) -> Keys {
         let own = Keys::of(slave, &mut self.out);
         let Some(defaults) = defaults else { return own };
@@ -204,7 +204,7 @@ impl Reader<'_> {
         Keys::new(entries)
     }
 
-    /// Adds a slave, as it is when all records of its concise DCF are written; returns whether it watches the master.
+    /// Adds a slave with all records of its concise DCF applied; returns whether it watches the master.
     fn slave(
         &mut self,
         name: &At<String>,
@@ -265,7 +265,7 @@ impl Reader<'_> {
         Some(watches)
     }
 
-    /// The data sheet of a slave and its file.
+    /// The data sheet of a slave, with its file.
     fn sheet(&mut self, keys: &Keys, name: &At<String>) -> Option<(String, Device)> {
         let Some(dcf) = keys.get("dcf") else {
             self.out.wrong("bus-yml::sheet", &name.span, format!("{} has no `dcf`", name.value), None);
@@ -281,7 +281,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What is written into a slave.
+    /// Reads the values to write into a slave.
     fn records(&mut self, keys: &Keys, found: &mut Found, at: &Range<usize>) {
         for (key, index) in [
             ("heartbeat_producer", cia301::PRODUCER_HEARTBEAT_TIME),
@@ -326,7 +326,7 @@ impl Reader<'_> {
         found.written.extend(sdo);
     }
 
-    /// The keys of an item of a list, and the entry that it names.
+    /// The keys of a list's item, and the entry that it addresses.
     fn item(&mut self, item: &Yaml) -> (Keys, Option<Address>) {
         let keys = Keys::of(item, &mut self.out);
         let index = keys.number("index", &mut self.out);
@@ -334,7 +334,7 @@ impl Reader<'_> {
         (keys, index.map(|index| Address::new(index, sub)))
     }
 
-    /// A record of the concise DCF of a slave.
+    /// Adds a record of the slave's concise DCF.
     fn record(&mut self, found: &mut Found, address: Address, value: i64, at: &Range<usize>) {
         let Some((.., device)) = &mut found.sheet else { return };
         let number = Value::Integer(value.into());
@@ -351,7 +351,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The value of an `sdo`, of which the tools write whole numbers alone.
+    /// The value of an `sdo` item. The tools write only integers.
     fn value(&mut self, keys: &Keys) -> i64 {
         let Some(value) = keys.get("value") else { return 0 };
         let real = || value.text()?.parse::<f64>().ok();

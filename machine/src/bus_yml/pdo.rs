@@ -11,7 +11,7 @@ use super::keys::Keys;
 use super::tree::Yaml;
 use crate::draft::{Found, object_name};
 
-/// The pool of "auto".
+/// The COB-IDs that "auto" chooses from.
 pub(super) const FREE: Range<u16> = 0x680..0x6E0;
 
 impl Reader<'_> {
@@ -81,7 +81,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The objects of a PDO, as entries of its mapping.
+    /// The objects that a PDO maps, as entries of its mapping parameter.
     fn mapping(&mut self, mapping: &Yaml, name: PdoName, found: &Found) -> Vec<u32> {
         let mut mapped = Vec::new();
         for item in mapping.list().unwrap_or_default() {
@@ -101,7 +101,7 @@ impl Reader<'_> {
         mapped
     }
 
-    /// The COB-ID that "auto" stands for.
+    /// The COB-ID that "auto" chooses.
     fn auto(&mut self, name: PdoName, id: NodeId, at: &Yaml) -> Option<u32> {
         let next = name.predefined(id).map(CobId::raw).or_else(|| self.free.next().map(u32::from));
         if next.is_none() {

@@ -1,4 +1,5 @@
-//! YAML with its places, as PyYAML reads it, since dcfgen and cogen do: merge keys, and the numbers of YAML 1.1.
+//! Parses YAML with places, in the dialect of PyYAML, which dcfgen and cogen use: merge keys, and the numbers of YAML
+//! 1.1.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -10,10 +11,10 @@ use saphyr_parser::{Event, Marker, Parser};
 use crate::at::At;
 use crate::read::Out;
 
-/// More tables within each other than any such file has.
+/// The deepest nesting that is read, more than any such file has.
 const DEEPEST: usize = 32;
 
-/// A value, and where it is. What an alias names is shared.
+/// A value with its place. Aliases share their value.
 #[derive(Clone, Debug)]
 pub(super) struct Yaml {
     pub(super) at: Range<usize>,
@@ -40,7 +41,7 @@ impl Yaml {
         if let Node::Map(map) = &*self.node { Some(map) } else { None }
     }
 
-    /// A number: `10`, `0x6040`, `1_000`, and `010`, which is 8.
+    /// An integer: `10`, `0x6040`, `1_000`, or octal `010`.
     pub(super) fn integer(&self) -> Option<i64> {
         let text = self.text()?.replace('_', "");
         let (sign, digits) = text.strip_prefix('-').map_or((1, text.as_str()), |digits| (-1, digits));
@@ -61,7 +62,7 @@ impl Yaml {
     }
 }
 
-/// A list or a table that has not ended yet.
+/// A list or table that is still being read.
 struct Open {
     anchor: usize,
     start: usize,
@@ -71,7 +72,7 @@ struct Open {
 
 /// Reads the first document of a text.
 pub(super) fn read(text: &str, out: &mut Out) -> Option<Yaml> {
-    // The parser counts characters.
+    // The parser counts characters, findings count bytes.
     let places: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
     let place = |marker: &Marker| places.get(marker.index()).copied().unwrap_or(text.len());
     let mut anchors: BTreeMap<usize, Yaml> = BTreeMap::new();
@@ -122,7 +123,8 @@ pub(super) fn read(text: &str, out: &mut Out) -> Option<Yaml> {
     None
 }
 
-/// A table from keys and values in turn. The last of several alike counts; what is merged gives way.
+/// Makes a table of alternating keys and values. The last of equal keys counts; merged keys are overridden by the
+/// table's own.
 fn table(values: Vec<Yaml>, out: &mut Out) -> Vec<(At<String>, Yaml)> {
     let (mut own, mut merged) = (Vec::new(), Vec::new());
     for pair in values.chunks_exact(2) {

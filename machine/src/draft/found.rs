@@ -1,4 +1,4 @@
-//! A machine as it is: what its nodes have, where that differs from their data sheets.
+//! Describes a machine as it was found, by the differences of its nodes from their data sheets.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,29 +21,29 @@ const LIFE_TIME_FACTOR: Address = Address::new(cia301::LIFE_TIME_FACTOR, 0);
 const HEARTBEAT: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 const WATCHED: Address = Address::new(cia301::CONSUMER_HEARTBEAT_TIME, 1);
 
-/// A node as it was found.
+/// A node as it was found, on a bus or in a file.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// What it is called, if it is.
     pub name: Option<String>,
-    /// Its reference designator in drawings.
+    /// The reference designator in drawings.
     pub designator: Option<String>,
     /// Its node-ID.
     pub id: NodeId,
-    /// What it says of itself (1018h).
+    /// Its identity (1018h).
     pub identity: [Option<u32>; 4],
-    /// The name of its data sheet, the data sheet, and that with what the node has: a backup.
+    /// The name of its data sheet, the data sheet, and the data sheet with the node's values: a backup.
     pub sheet: Option<(String, Device, Device)>,
-    /// Its heartbeat in ms, of a node without data sheet.
+    /// The heartbeat period in ms; only used without data sheet.
     pub heartbeat_ms: u16,
-    /// What is said of it besides: keys, and their values in TOML.
+    /// Further lines of its table: keys with their TOML values.
     pub(crate) lines: Vec<(&'static str, String)>,
-    /// What is written even if the data sheet has it; of a PDO, the number of its objects.
+    /// Entries to write even if the data sheet has their value; for a PDO, sub-index 0 of its mapping.
     pub(crate) written: BTreeSet<Address>,
 }
 
 impl Found {
-    /// A node that has no name.
+    /// A node without name.
     #[must_use]
     pub fn new(
         id: NodeId,
@@ -55,7 +55,7 @@ impl Found {
         Found { name: None, designator: None, id, identity, sheet, heartbeat_ms, lines, written }
     }
 
-    /// A node by its DCF, and its data sheet, which may be the DCF itself.
+    /// A node by its DCF and its data sheet, which may be the same file.
     #[must_use]
     pub fn of_dcf(id: NodeId, dcf: Device, sheet_name: String, sheet: Device) -> Self {
         let commissioning = dcf.commissioning.clone().unwrap_or_default();
@@ -65,14 +65,14 @@ impl Found {
         Found { name: commissioning.node_name, designator: commissioning.node_designator, ..found }
     }
 
-    /// What an entry has, as a number.
+    /// The value of an entry in the node, as a number.
     pub(crate) fn held(&self, address: Address) -> Option<i128> {
         let (.., device) = self.sheet.as_ref()?;
         resolved(given(device.entry(address.index(), address.sub())?)?, self.id).as_integer()
     }
 }
 
-/// What the nodes watch, all alike: the node-ID of the manager, and its heartbeat in ms.
+/// The manager that all nodes watch, if they agree: node-ID and heartbeat in ms.
 fn watched(nodes: &[Found]) -> Option<(NodeId, u64)> {
     let watched: BTreeSet<_> = nodes.iter().filter_map(|node| node.held(WATCHED)).collect();
     let value = Some(&watched).filter(|all| all.len() == 1)?.first()?;
@@ -82,14 +82,14 @@ fn watched(nodes: &[Found]) -> Option<(NodeId, u64)> {
 }
 
 impl Draft {
-    /// Adds nodes as they were found, so that what a boot writes into them is what they have.
+    /// Adds nodes as they were found, so that booting the machine gives them the values that they have.
     #[must_use]
     pub fn with(mut self, nodes: &[Found]) -> Self {
         self.add_all(nodes);
         self
     }
 
-    /// Does the same; returns what each node is called, and the parameters that its data sheet does not allow.
+    /// The same; returns the name of each node, and its parameters that the data sheet does not allow.
     pub(crate) fn add_all(&mut self, nodes: &[Found]) -> Vec<(String, Vec<String>)> {
         let watched = watched(nodes);
         if let Some((manager, ms)) = watched {
@@ -103,7 +103,7 @@ impl Draft {
         nodes.iter().map(add).collect()
     }
 
-    /// Adds a node, which `watches` the manager; returns the parameters that its data sheet does not allow.
+    /// Adds a node, which `watches` the manager; returns its parameters that the data sheet does not allow.
     pub(crate) fn add(&mut self, node: &Found, watches: bool) -> Vec<String> {
         let usual = usual_name(node.sheet.as_ref().map(|(_, sheet, _)| sheet), node.id);
         let name = self.free_name(node.name.as_deref().unwrap_or_default(), &usual);
@@ -175,8 +175,7 @@ fn section(node: &Found, watches: bool) -> (Section, Vec<String>) {
     (section, refused)
 }
 
-/// What a PDO is, in the words of the file: empty if that is what the data sheet says; `None` if it cannot be said, or not so that
-/// the same comes of it.
+/// A PDO in TOML: empty if it is as in the data sheet, `None` if the file cannot express it exactly.
 fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState, maps: bool) -> Option<String> {
     let before = PdoState::of_sheet(sheet, id, wanted.name)?;
     if before == *wanted && !maps {
@@ -200,7 +199,7 @@ fn pdo(sheet: &Device, id: NodeId, wanted: &PdoState, maps: bool) -> Option<Stri
     pdo_text(sheet, wanted.name, &change).filter(|_| becomes(&change))
 }
 
-/// A change of a PDO in TOML, a list if it is about nothing but the objects; `None` if the file cannot say it.
+/// A change of a PDO in TOML, as a short list if it is only about the objects; `None` if the file cannot express it.
 fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
     let mut keys = Vec::new();
     if let Some(mapping) = &change.mapping {
@@ -218,7 +217,7 @@ fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
     keys.extend(change.cob_id.map(|id| ("cob-id", format!("{:#X}", id.raw()))));
     keys.extend(change.transmission.map(|it| ("transmission", transmission(it))));
     if let Some(inhibit) = change.inhibit_100us {
-        // The file has whole milliseconds.
+        // The file allows whole milliseconds only.
         keys.push(("inhibit", time(inhibit.is_multiple_of(10).then_some(u64::from(inhibit) / 10)?)));
     }
     keys.extend(change.event_timer_ms.map(|ms| ("every", time(ms.into()))));
@@ -232,7 +231,8 @@ fn pdo_text(sheet: &Device, pdo: PdoName, change: &Change) -> Option<String> {
     })
 }
 
-/// Puts parameters into a section, by their names and with units. What the data sheet does not allow stays a remark, and is returned.
+/// Puts parameters with names and units into a section. Those that the data sheet does not allow become remarks, and
+/// are returned.
 fn put_settings(
     section: &mut Section,
     sheet: &Device,

@@ -1,4 +1,4 @@
-//! A machine that has no file yet, as it was [`Found`] on a bus or in DCFs, or as others describe it; and the text of its file.
+//! Makes the file of an existing machine, from what was [`Found`] on a bus or in DCFs, or from another format.
 
 mod found;
 
@@ -16,17 +16,17 @@ pub use found::Found;
 
 use crate::nodes::is_name;
 
-/// The text of a machine's file in the making.
+/// The file of a machine, still being written.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
     machine: Section,
     pub(crate) bus: Section,
-    /// Those of a machine that has several.
+    /// The buses with their names, if there are several.
     buses: Vec<(String, Section)>,
     nodes: Vec<(String, Section)>,
 }
 
-/// A table of the file, line by line.
+/// A table of the file, as lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Section {
     lines: Vec<String>,
@@ -34,12 +34,11 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// A key, whose value is TOML.
+    /// Adds a key; the value is TOML.
     pub(crate) fn put(&mut self, key: &str, value: impl AsRef<str>) {
         self.lines.push(format!("{key} = {}", value.as_ref()));
     }
 
-    /// A time.
     pub(crate) fn put_time(&mut self, key: &str, ms: u64) {
         self.put(key, time(ms));
     }
@@ -48,19 +47,19 @@ impl Section {
         self.put("bit-rate", quoted(&format!("{kbit} kbit/s")));
     }
 
-    /// A parameter, whose value is TOML.
+    /// Adds a parameter; the value is TOML.
     pub(crate) fn set(&mut self, object: &str, value: &str) {
         self.settings.push(format!("{} = {value}", Key::new(object).display_repr()));
     }
 
-    /// What cannot be said in the file.
+    /// Adds a comment about what the file cannot express.
     fn remark(&mut self, text: &str) {
         self.settings.push(format!("# {}", text.replace(char::is_control, " ")));
     }
 }
 
 impl Draft {
-    /// A machine on this bus, with its bit rate in bit/s and the period of SYNC, if they are known; without nodes.
+    /// A machine without nodes on this bus, with bit rate in bit/s and SYNC period, if known.
     #[must_use]
     pub fn on(url: &str, bit_rate: Option<u32>, sync: Option<Duration>) -> Self {
         let mut draft = Draft::default();
@@ -74,17 +73,18 @@ impl Draft {
         draft
     }
 
-    /// A name for a node that is free.
+    /// A free name for a node.
     fn free_name(&self, wanted: &str, otherwise: &str) -> String {
         free_name(&self.nodes, wanted, otherwise)
     }
 
-    /// A name for a bus that is free.
+    /// A free name for a bus.
     pub(crate) fn free_bus_name(&self, wanted: &str) -> String {
         free_name(&self.buses, wanted, "bus")
     }
 
-    /// Ends the bus that was described: the only one, with the name of the machine, or one of several, with its own.
+    /// Completes the bus described so far: the only one, which has the machine's name, or one of several, which has its
+    /// own.
     pub(crate) fn end_bus(&mut self, bus: Option<String>, name: Option<&str>, designator: Option<&str>) {
         self.bus.lines.extend(designator.map(|it| format!("designator = {}", quoted(it))));
         match (bus, name) {
@@ -97,7 +97,7 @@ impl Draft {
     /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
-        // Writing to a string cannot fail.
+        // Writing to a string cannot fail, so its results are ignored.
         let mut text = String::new();
         let mut table = |name: &str, lines: &[String]| {
             let gap = if text.is_empty() { "" } else { "\n" };
@@ -125,7 +125,7 @@ impl Draft {
     }
 }
 
-/// The name that is wanted as a word, if that can be and no other has it.
+/// `wanted` as a valid name, if that is possible and free; else `otherwise`.
 fn free_name(taken: &[(String, Section)], wanted: &str, otherwise: &str) -> String {
     let word = |name: &str| name.trim().replace(|letter: char| ".:= ".contains(letter) || letter.is_control(), "-");
     let is_free = |name: &String| is_name(name) && !taken.iter().any(|(other, _)| other == name);
@@ -144,7 +144,7 @@ pub(crate) fn time(ms: u64) -> String {
     quoted(&Duration::from_millis(ms).to_string())
 }
 
-/// The numbers of an identity that are given.
+/// The given numbers of an identity, in TOML; `None` without any.
 pub(crate) fn identity(numbers: [Option<u32>; 4]) -> Option<String> {
     let names = ["vendor", "product", "revision", "serial"].into_iter().zip(numbers);
     let given: Vec<_> = names.filter_map(|(name, number)| Some(format!("{name} = {:#X}", number?))).collect();
@@ -160,7 +160,7 @@ fn transmission(transmission: TransmissionType) -> String {
     }
 }
 
-/// An object by its name, or by its address where the name is that of several.
+/// The name of an object, or its address if several objects have that name.
 pub(crate) fn object_name(device: &Device, address: Address) -> String {
     let name = device.entry(address.index(), address.sub()).map(|entry| name(device, entry));
     let name = name.filter(|name| resolve(Some(device), name).as_ref() == Ok(&address));
@@ -176,7 +176,7 @@ pub(crate) fn entry_mut(device: &mut Device, address: Address) -> Option<&mut En
     object.entries.iter_mut().find(|entry| entry.sub == address.sub())
 }
 
-/// What a node is called that has no name.
+/// The name for a node that was given none.
 fn usual_name(device: Option<&Device>, id: NodeId) -> String {
     let kind = match device.and_then(|device| device.profile) {
         Some(401) => "io",

@@ -1,4 +1,4 @@
-//! What other tools take of a machine: DCFs, the list of nodes, a CAN database; a page and a picture for people.
+//! Exports a machine: DCFs, the list of nodes and a CAN database for other tools, a page and a picture for people.
 
 mod page;
 mod picture;
@@ -16,12 +16,12 @@ use crate::draft::entry_mut;
 use crate::model::{Machine, Node};
 
 impl Machine {
-    /// The data sheet of a node with all that a boot writes, and its node-ID, name and bit rate: what a DCF says. `None` without
-    /// a data sheet.
+    /// The contents of a node's DCF: its data sheet with everything that a boot writes, node-ID, name and bit rate.
+    /// `None` without a data sheet.
     #[must_use]
     pub fn configured(&self, node: &Node) -> Option<Device> {
         let mut device = node.device()?.clone();
-        // Of several writes of an entry, the last one stays.
+        // If an entry is written several times, the last value counts.
         for write in self.writes(node) {
             if let Some(entry) = entry_mut(&mut device, write.address) {
                 entry.configured = parse_padded(entry.data_type, &write.data);
@@ -44,18 +44,18 @@ impl Machine {
         Some(device)
     }
 
-    /// The DCF of a node (CiA 306-1).
+    /// The DCF of a node (CiA 306-1); `None` without a data sheet.
     #[must_use]
     pub fn dcf(&self, node: &Node) -> Option<String> {
         self.configured(node).as_ref().map(lexican_eds::write::dcf)
     }
 
-    /// The name of its bus, or else its own.
+    /// The name of the bus, or else of the machine.
     fn network_name(&self) -> Option<&str> {
         self.bus.name.as_ref().map(|name| name.as_str()).or(self.name.as_deref())
     }
 
-    /// The list of the nodes and their DCFs, on all its buses (CiA 306-3, `nodelist.cpj`).
+    /// The list of all nodes on all buses, with their DCFs (CiA 306-3, `nodelist.cpj`).
     #[must_use]
     pub fn node_list(&self) -> String {
         let mut list = String::new();
@@ -92,7 +92,7 @@ impl Machine {
         list
     }
 
-    /// A CAN database of the nodes that have a data sheet and a node-ID.
+    /// The CAN database of the nodes that have both a data sheet and a node-ID.
     #[must_use]
     pub fn database(&self) -> Database {
         let devices = self.configured_nodes();
@@ -101,14 +101,14 @@ impl Machine {
         Database::new(&nodes)
     }
 
-    /// A script by which Wireshark shows the objects of the nodes that have a data sheet and a node-ID.
+    /// A Wireshark script for the nodes that have both a data sheet and a node-ID.
     #[must_use]
     pub fn wireshark_script(&self) -> String {
         let devices = self.configured_nodes();
         wireshark::script(devices.iter().map(|(node, id, device)| (node.name.value.clone(), *id, device)))
     }
 
-    /// The nodes that have a data sheet and a node-ID, as they are when they have booted.
+    /// The nodes that have both a data sheet and a node-ID, with their contents after a boot.
     fn configured_nodes(&self) -> Vec<(&Node, NodeId, Device)> {
         self.nodes.iter().filter_map(|node| Some((node, node.id?, self.configured(node)?))).collect()
     }
@@ -125,7 +125,7 @@ impl Machine {
 }
 
 impl Node {
-    /// How it is watched: `heartbeat 100 ms`.
+    /// How the node is watched: `heartbeat 100 ms`.
     fn error_control(&self) -> String {
         match (self.heartbeat, self.guarding) {
             (Some(time), _) => format!("heartbeat {time}"),
@@ -134,7 +134,7 @@ impl Node {
         }
     }
 
-    /// The device of the library that it is, or the name of the file.
+    /// Its id in the library, or the name of its file.
     fn sheet_in_words(&self) -> String {
         let Some(name) = &self.sheet_name else { return "no data sheet".to_owned() };
         let is_known = self.sheet.as_ref().is_some_and(|sheet| sheet.library.is_some());

@@ -1,4 +1,4 @@
-//! A page about a machine, in HTML or Markdown.
+//! Documents a machine on a page, in HTML or Markdown.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use crate::plan::Why;
 use crate::wire::active;
 
 impl Machine {
-    /// A page about it: bus, nodes, PDOs, what is written; in HTML also the data sheet of each node with that.
-    /// `picture` is the name of its picture, which HTML has in it.
+    /// A page about bus, nodes, PDOs and values that are written. In HTML, it includes the data sheet of each node with
+    /// these values. `picture` is the name of the network's picture, which HTML embeds.
     #[must_use]
     pub fn page(&self, format: Format, picture: Option<&str>) -> String {
         let mut page = Page::new(format, self.name.as_deref().unwrap_or("Machine"));
@@ -84,7 +84,7 @@ impl Machine {
         page.table("", ["from", "to", "PDO", "objects"], rows.collect());
     }
 
-    /// What a boot writes to a node, and its data sheet with that.
+    /// The chapter of a node: what a boot writes, and the data sheet with these values.
     fn node_of_page(&self, node: &Node, page: &mut Page) {
         let name = node.name.as_str();
         page.heading(2, name, name, &format!("node-ID {}, {}", node.id_in_words(), node.sheet_in_words()));

@@ -9,7 +9,7 @@ use crate::nodes::MANAGER;
 use crate::wire::{Sent, active};
 
 impl Machine {
-    /// A picture of the network as SVG: the nodes on their bus, and which PDO goes where.
+    /// A picture of the network as SVG: the nodes on the bus, and senders and receivers of each PDO.
     #[must_use]
     pub fn picture(&self) -> String {
         let mut lines = Vec::new();
@@ -21,7 +21,7 @@ impl Machine {
             let optional = if node.optional { ", optional" } else { "" };
             let is_sent = |sent: &Sent<'_>| sent.state.name.direction == Direction::Transmit;
             let messages = [Direction::Transmit, Direction::Receive].into_iter().flat_map(|way| active(node, way));
-            // What the file says nothing about is not sent to it by anybody.
+            // An RPDO that the file does not mention is sent by nobody.
             let messages = messages.filter(|sent| is_sent(sent) || sent.place.is_some());
             let message = |sent: Sent<'_>| {
                 let objects: Vec<_> = sent.state.mapping.iter().map(|it| title(it, node.device())).collect();

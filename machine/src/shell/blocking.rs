@@ -1,4 +1,5 @@
-//! A machine for programs that block: [`tokio`](super::tokio)'s, which runs inside, so that all drives of a machine share one adapter.
+//! A machine for blocking programs. It runs the one of [`tokio`](super::tokio) inside, so that all drives share one
+//! adapter.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -15,8 +16,8 @@ use lexican_toolbox::values::report::ValueReport;
 use super::{BoxedLink, Event, MachineError, tokio};
 use crate::model;
 
-/// A machine on its buses. Clones are the same machine, and may be used in other threads; it ends with the last of them and of what
-/// it has given.
+/// A machine on its buses. Clones refer to the same machine and may be used in other threads; it ends when all clones,
+/// and all nodes and drives from it, are dropped.
 #[derive(Clone)]
 pub struct Machine {
     machine: tokio::Machine,
@@ -25,13 +26,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// As [`tokio::Machine::open`].
+    /// See [`tokio::Machine::open`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self, MachineError> {
         let file = model::Machine::of_path(path.as_ref())?;
         Machine::over(file.links()?, file)
     }
 
-    /// As [`tokio::Machine::over`].
+    /// See [`tokio::Machine::over`].
     pub fn over(links: Vec<BoxedLink>, file: model::Machine) -> Result<Self, MachineError> {
         let mut runner: Option<Runner> = None;
         let machine = tokio::Machine::on(links, file, |link| {
@@ -45,47 +46,47 @@ impl Machine {
         Ok(Machine { machine, runner: runner.expect("there is a bus"), stop: StopHandle::default() })
     }
 
-    /// What its file says.
+    /// The machine as read from its file.
     #[must_use]
     pub fn file(&self) -> &model::Machine {
         self.machine.file()
     }
 
-    /// The same machine for a part of the program that is asynchronous, and what runs it.
+    /// The same machine for asynchronous code, and its runner.
     #[must_use]
     pub fn inner(&self) -> (&tokio::Machine, &Runner) {
         (&self.machine, &self.runner)
     }
 
-    /// What stops all its drives from another thread: for `ctrlc::set_handler`, say.
+    /// A handle that stops all drives from another thread: for `ctrlc::set_handler`, for example.
     #[must_use]
     pub fn stop_handle(&self) -> StopHandle {
         self.stop.clone()
     }
 
-    /// As [`tokio::Machine::boot`].
+    /// See [`tokio::Machine::boot`].
     pub fn boot(&self) -> Result<(), MachineError> {
         self.runner.block_on(self.machine.boot())
     }
 
-    /// As [`tokio::Machine::events`].
+    /// See [`tokio::Machine::events`].
     #[must_use]
     pub fn events(&self) -> Events {
         Events { events: self.machine.events(), machine: self.clone() }
     }
 
-    /// The node of this name.
+    /// See [`tokio::Machine::node`].
     pub fn node(&self, name: &str) -> Result<Node, MachineError> {
         Ok(Node { node: self.machine.node(name)?, runner: self.runner.clone() })
     }
 
-    /// As [`tokio::Machine::drive`].
+    /// See [`tokio::Machine::drive`].
     pub fn drive(&self, name: &str) -> Result<Drive, MachineError> {
         let drive = self.runner.block_on(self.machine.drive(name))?;
         Ok(Drive(shared::Drive::new(drive, self.runner.clone(), self.stop.clone())))
     }
 
-    /// As [`tokio::move_together`]; the drives are stopped by the [stop handle](Machine::stop_handle), too.
+    /// See [`tokio::move_together`]. The [stop handle](Machine::stop_handle) stops these drives, too.
     pub fn move_together(&self, orders: &mut [(&mut Drive, &str)]) -> Result<(), MachineError> {
         let mut inner: Vec<_> = orders.iter_mut().map(|(drive, position)| (drive.0.inner(), *position)).collect();
         self.runner.block_on(async {
@@ -100,7 +101,7 @@ impl Machine {
         })
     }
 
-    /// Lets time pass, in which nodes are watched and booted.
+    /// Lets time pass, during which nodes are watched and booted.
     pub fn pass(&self, span: Duration) -> Result<(), MachineError> {
         let network = self.machine.network();
         self.runner.block_on(async { Ok(network.sleep_until(network.now().await? + span).await.map(|_| ())?) })
@@ -113,14 +114,14 @@ impl fmt::Debug for Machine {
     }
 }
 
-/// What happens to the nodes of a machine. Made by [`Machine::events`].
+/// The events of a machine's nodes, from [`Machine::events`].
 pub struct Events {
     events: tokio::Events,
     machine: Machine,
 }
 
 impl Events {
-    /// Waits for the next event no longer than `within`, by the time of the bus.
+    /// Waits for the next event, at most `within` by the time of the bus; `None` if there was none.
     pub fn next(&mut self, within: Duration) -> Result<Option<Event>, MachineError> {
         let network = self.machine.machine.network();
         self.machine.runner.block_on(async {
@@ -134,7 +135,7 @@ impl Events {
     }
 }
 
-/// A node of a machine. Made by [`Machine::node`].
+/// A node of a machine, from [`Machine::node`].
 #[derive(Clone, Debug)]
 pub struct Node {
     node: tokio::Node,
@@ -148,56 +149,56 @@ impl Node {
         self.node.id()
     }
 
-    /// As [`tokio::Node::read`].
+    /// See [`tokio::Node::read`].
     pub fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, MachineError> {
         self.runner.block_on(self.node.read(object))
     }
 
-    /// As [`tokio::Node::write`].
+    /// See [`tokio::Node::write`].
     pub fn write<T: Value, A: Writable, M, D>(&self, object: Object<T, A, M, D>, value: T) -> Result<(), MachineError> {
         self.runner.block_on(self.node.write(object, value))
     }
 
-    /// As [`tokio::Node::get`].
+    /// See [`tokio::Node::get`].
     pub fn get(&self, object: &str) -> Result<ValueReport, MachineError> {
         self.runner.block_on(self.node.get(object))
     }
 
-    /// As [`tokio::Node::set`].
+    /// See [`tokio::Node::set`].
     pub fn set(&self, object: &str, value: &str) -> Result<(), MachineError> {
         self.runner.block_on(self.node.set(object, value))
     }
 }
 
-/// A drive of a machine. It is [the driver's](shared::Drive), whose methods take positions as the drive counts them; those here take
-/// them as people write them.
+/// A drive of a machine. It dereferences to [the driver's](shared::Drive), whose methods take positions in counts of
+/// the drive; the methods here take them with units.
 ///
-/// One that is dropped while it may be moving is sent a stop, and standard error says so.
+/// Dropping a drive that may be moving sends it a stop, and reports that on standard error.
 #[derive(Debug)]
 pub struct Drive(shared::Drive<Any, tokio::Drive>);
 
 impl Drive {
-    /// As [`tokio::Drive::counts`].
+    /// See [`tokio::Drive::counts`].
     pub fn counts(&mut self, position: &str) -> Result<i32, MachineError> {
         self.0.call(async |drive| drive.counts(position).await)
     }
 
-    /// As [`tokio::Drive::move_to`].
+    /// See [`tokio::Drive::move_to`].
     pub fn move_to(&mut self, position: &str) -> Result<Ending, MachineError> {
         self.0.call(async |drive| drive.move_to(position).await)
     }
 
-    /// As [`tokio::Drive::start_moving_to`]; [`finish`](shared::Drive::finish) waits for the end.
+    /// See [`tokio::Drive::start_moving_to`]; [`finish`](shared::Drive::finish) waits for the end.
     pub fn start_moving_to(&mut self, position: &str) -> Result<(), MachineError> {
         self.0.call(async |drive| drive.start_moving_to(position).await)
     }
 
-    /// As [`tokio::Drive::run_at`].
+    /// See [`tokio::Drive::run_at`].
     pub fn run_at(&mut self, velocity: &str, lasting: Duration) -> Result<Ending, MachineError> {
         self.0.call(async |drive| drive.run_at(velocity, lasting).await)
     }
 
-    /// As [`tokio::Drive::carry_out`].
+    /// See [`tokio::Drive::carry_out`].
     pub fn carry_out(&mut self, order: Order, lasting: Option<Duration>) -> Result<Ending, MachineError> {
         self.0.call(async |drive| drive.carry_out(order, lasting).await)
     }

@@ -1,4 +1,4 @@
-//! Why a machine does not do what it was asked.
+//! The errors of a machine at work.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::files::Files;
 use crate::model::{Machine, Node, WhichBus};
 use crate::read::similar;
 
-/// Why a machine does not do what it was asked.
+/// Why a machine at work has failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names of fields say what they are")]
@@ -63,7 +63,7 @@ pub enum MachineError {
 }
 
 impl Machine {
-    /// The machine, if nothing is wrong in its file. Warnings are left to `lexican machine check`.
+    /// The machine, if its file has no errors. Warnings are ignored; `lexican machine check` shows them.
     ///
     /// Errors: [`MachineError::Wrong`].
     pub fn sound(self) -> Result<Self, MachineError> {
@@ -71,14 +71,15 @@ impl Machine {
         if findings.is_empty() { Ok(self) } else { Err(MachineError::Wrong { file: self.file().to_owned(), findings }) }
     }
 
-    /// The machine of a file in which nothing is wrong, on all its buses or the one that is named: `machine.toml#left`.
+    /// Reads a file without errors, with all its buses or the one named as in `machine.toml#left`.
     pub fn of_path(name: &Path) -> Result<Self, MachineError> {
         let (path, bus) = Machine::file_and_bus(name);
         let machine = Machine::open(path)?.sound()?;
         Ok(if bus.is_some() { machine.into_bus(bus)? } else { machine })
     }
 
-    /// A machine without a file, which errors call `name`: its nodes in the words of a file, as [`node_words`](Machine::node_words) has them.
+    /// A machine without a file, made of nodes in the words of a file, as [`node_words`](Machine::node_words) writes
+    /// them. Errors refer to it as `name`.
     pub fn of_words(name: &str, words: &str) -> Result<Self, MachineError> {
         Machine::parse(Source::new(name, words), Files::Folder(Path::new("."))).sound()
     }
@@ -91,14 +92,14 @@ impl Machine {
         format!("[node.{name}]\nid = {id}\nsheet = {sheet}\noverlay = [{}]\n", overlays.join(", "))
     }
 
-    /// Opens the bus that the file names, by a kind of link of the runtime that is built in.
+    /// Opens the bus that the file names, if the runtime has this kind of link built in.
     pub fn link(&self) -> Result<BoxedLink, MachineError> {
         let url = self.bus.url.as_ref().ok_or_else(|| MachineError::NoBus(self.file().to_owned()))?;
         let url: BusUrl = url.parse()?;
         url.open().map_err(|error| MachineError::Open { url, error })
     }
 
-    /// The same of all its buses.
+    /// Opens all its buses.
     pub fn links(&self) -> Result<Vec<BoxedLink>, MachineError> {
         self.buses().map(Machine::link).collect()
     }
@@ -113,7 +114,7 @@ impl Machine {
         self.input.eds.name()
     }
 
-    /// The bus of the node of this name, and its place there.
+    /// The position of the bus of the node with this name, and that of the node on this bus.
     pub(super) fn place(&self, name: &str) -> Result<(usize, usize), MachineError> {
         let at = |machine: &Machine| machine.nodes.iter().position(|node| node.name.value == name);
         self.buses().enumerate().find_map(|(bus, machine)| Some((bus, at(machine)?))).ok_or_else(|| {

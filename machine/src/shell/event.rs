@@ -1,4 +1,4 @@
-//! What happens to the nodes of a machine, by their names.
+//! Events of a machine, with the names of nodes.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,16 +18,17 @@ use lexican_toolbox::values::report::ValueReport;
 use crate::model::Machine;
 use crate::wire::active;
 
-/// Something that has happened to a machine. `Display` is a line.
+/// An event of a machine. `Display` is one line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// The name of the node, or its node-ID if the file has none for it. For what concerns all, the name of the bus, if it has one.
+    /// The name of the node, or its node-ID if the file does not have it. For events of a whole bus, the name of the
+    /// bus, if it has one.
     pub node: Option<String>,
     /// What has happened.
     pub what: What,
 }
 
-/// What has happened.
+/// The kind of an event.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "`Display` says what it is")]
@@ -41,15 +42,15 @@ pub enum What {
     Lost,
     BootLoop,
     Emergency(Emergency),
-    /// It has sent a PDO, with these values.
+    /// The node has sent a PDO with these values.
     Pdo(Vec<ValueReport>),
     Bus(BusState),
-    /// This many frames, or events, are missing here: this program was too slow.
+    /// This many frames or events were lost because the program was too slow.
     Missed(u64),
 }
 
 impl What {
-    /// In a word: `booted-up`, `emergency`.
+    /// One word: `booted-up`, `emergency`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -93,7 +94,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// Which node sends which PDO, and what is in it.
+/// For each COB-ID of a PDO, the position of its sender, and its mapping.
 pub(super) type Pdos = BTreeMap<CobId, (usize, Vec<model::Mapped>)>;
 
 impl Machine {
@@ -111,7 +112,7 @@ impl Machine {
         (0..self.nodes.len()).flat_map(sent).map(row).collect()
     }
 
-    /// An event by name; `None` of what no user of a machine waits for.
+    /// The event with names; `None` if users of a machine need not know it.
     pub(super) fn named(&self, pdos: &Pdos, event: shell::Event) -> Option<Event> {
         let of = |node: NodeId, what| Some(Event { node: Some(self.name_of(node)), what });
         let of_all = |what| Some(Event { node: self.bus.name.as_ref().map(|name| name.value.clone()), what });
@@ -136,7 +137,7 @@ impl Machine {
                     NetworkEvent::StateChanged { node, state } => of(node, What::State(state)),
                     NetworkEvent::Lost { node, .. } => of(node, What::Lost),
                     NetworkEvent::BootLoop(node) => of(node, What::BootLoop),
-                    // It is said by the manager's event.
+                    // The manager reports this as an event of its own.
                     NetworkEvent::BootedUp(_) => None,
                 },
                 _ => None,

@@ -1,4 +1,4 @@
-//! The PDOs that a link has received, with their times.
+//! The PDOs that a link has received, and when.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,19 +8,19 @@ use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 use super::BoxedLink;
 
-/// The last frame of each PDO on a bus, and when it came. Clones are the same.
+/// The last frame of each PDO on a bus, with its time. Clones share their contents.
 #[derive(Clone, Debug, Default)]
 pub struct Heard(Arc<Mutex<BTreeMap<CobId, (Instant, Frame)>>>);
 
 impl Heard {
-    /// A link that records each PDO from now on.
+    /// Wraps a link to record every PDO from now on.
     #[must_use]
     pub fn over(link: BoxedLink) -> (BoxedLink, Heard) {
         let heard = Heard::default();
         (Box::new(Noting { link, heard: heard.clone() }), heard)
     }
 
-    /// When the last frame with a COB-ID came, and what it was.
+    /// The last frame with a COB-ID, and when it came.
     #[must_use]
     pub fn latest(&self, id: CobId) -> Option<(Instant, Frame)> {
         self.frames().get(&id).copied()
@@ -31,7 +31,7 @@ impl Heard {
     }
 }
 
-/// A link that records each PDO with the time at which it came, so that its age is known when it is read.
+/// A link that records the time of each PDO, so that a value's age is known when it is read.
 struct Noting {
     link: BoxedLink,
     heard: Heard,

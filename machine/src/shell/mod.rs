@@ -14,5 +14,5 @@ pub use error::MachineError;
 pub use event::{Event, What};
 pub use heard::Heard;
 
-/// The link to one of the buses of a machine.
+/// The link to one bus of a machine.
 pub type BoxedLink = Box<dyn Link + Send>;

@@ -1,4 +1,4 @@
-//! Backup and restore of a machine at work, and of its nodes: the toolbox's, for programs that block.
+//! Backup and restore of a running machine and its nodes, for blocking programs; by the functions of the toolbox.
 
 use std::fmt;
 
@@ -34,14 +34,15 @@ pub enum ParametersError {
     Ended(#[from] Ended),
     #[error("{node}: {other}; nothing was written")]
     Other { node: String, other: OtherDevice },
-    /// The device refuses some.
+    /// The device has refused some of them.
     #[error("{0}")]
     Refused(Box<Restored>),
     #[error("{ended}; {restored}; the same call goes on from there")]
     Interrupted { ended: Ended, restored: Box<Restored> },
 }
 
-/// What was written into a node, as far as it went. `Display` is a sentence with all that was refused.
+/// The result of writing parameters into a node, complete or not. `Display` is a sentence with everything that was
+/// refused.
 #[derive(Clone, Debug)]
 pub struct Restored {
     /// The name of the node.
@@ -60,7 +61,7 @@ impl fmt::Display for Restored {
     }
 }
 
-/// Reads the parameters of a node, as [`backup`] does.
+/// Reads the parameters of a node; see [`backup`].
 pub fn backup_node(
     node: &Node,
     runner: &Runner,
@@ -70,7 +71,7 @@ pub fn backup_node(
     Ok(backup(&mut NodeEntries::new(node, runner), node.device()?, domains, progress)?)
 }
 
-/// Reads the parameters of all nodes. Those that are gone, or have no node-ID or data sheet, are among the unread ones.
+/// Reads the parameters of all nodes. Nodes that are gone, or lack a node-ID or a data sheet, are listed as unread.
 pub fn backup_machine(
     machine: &Machine,
     runner: &Runner,
@@ -90,8 +91,8 @@ pub fn backup_machine(
     }
 }
 
-/// Writes the settings of another device, `of`, into a node, as [`restore`] does. It has to be of the same vendor and product, unless
-/// `force` is given.
+/// Writes the settings of the device `of` into a node; see [`restore`]. Vendor and product must be the same unless
+/// `force` is set.
 pub fn restore_node(
     node: &Node,
     runner: &Runner,
@@ -110,7 +111,7 @@ pub fn restore_node(
     }
 }
 
-/// Writes what a backup has of each node, one after the other. All are checked before anything is written.
+/// Writes the backup of each node, one after the other. All nodes are checked before anything is written.
 pub fn restore_machine(
     machine: &Machine,
     runner: &Runner,
@@ -134,7 +135,7 @@ fn check(node: &Node, entries: &mut NodeEntries, of: &Device, force: bool) -> Re
     }
 }
 
-/// The entries of a node of a machine. Other calls to the node wait their turn.
+/// The entries of a machine's node. Other calls to the node wait meanwhile.
 #[derive(Debug)]
 struct NodeEntries {
     network: Network,
@@ -145,7 +146,7 @@ struct NodeEntries {
 }
 
 impl NodeEntries {
-    /// Those of a node, and what runs its network: calls block.
+    /// The entries of a node; calls block on `runner`.
     fn new(node: &Node, runner: &Runner) -> Self {
         let (network, events) = (node.network().clone(), node.network().events());
         NodeEntries { network, runner: runner.clone(), id: node.id(), events, silence: Silence::default() }
@@ -181,7 +182,7 @@ impl Entries for NodeEntries {
     }
 
     fn has_restarted(&mut self) -> Result<bool, LinkError> {
-        // What has happened by now is among the events then.
+        // After this call, everything that has happened is among the events.
         self.runner.block_on(self.network.now())?;
         let mut has_restarted = false;
         loop {
@@ -189,7 +190,7 @@ impl Entries for NodeEntries {
                 Ok(event) => {
                     has_restarted |= event == NetworkEvent::Manager(manager::Event::BootedUp { node: self.id });
                 }
-                // It may have been among those that were missed.
+                // The boot-up may be among the lost events.
                 Err(TryRecvError::Lagged(_)) => has_restarted = true,
                 Err(_) => return Ok(has_restarted),
             }

@@ -1,4 +1,4 @@
-//! A machine for programs on tokio.
+//! A machine for tokio.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -27,22 +27,23 @@ use super::{BoxedLink, Event, MachineError, What};
 use crate::model;
 use crate::wire::active;
 
-/// The time within which the mandatory nodes must boot, unless the file has another one.
+/// The default time within which mandatory nodes must boot.
 const BOOT_TIME: Duration = Duration::from_secs(10);
 
-/// A machine on its buses. Clones are the same machine; it ends with the last of them and of what it has given.
+/// A machine on its buses. Clones refer to the same machine; it ends when all clones, and all nodes and drives from it,
+/// are dropped.
 #[derive(Clone)]
 pub struct Machine {
     file: Arc<model::Machine>,
-    /// One for each of its buses.
+    /// One for each bus.
     networks: Arc<[Network]>,
-    /// From then on its nodes are watched, and its drives watch it.
+    /// Set by the boot: from then on the manager watches the nodes, and drives watch the manager.
     is_booted: Arc<AtomicBool>,
 }
 
 impl Machine {
-    /// The machine of a file, on the buses that the file names; on one of them by `machine.toml#left`. Nothing is sent, except that
-    /// nodes get their node-IDs by LSS where the file says so; this blocks.
+    /// Opens the machine of a file on the buses that it names, or on one of them with `machine.toml#left`. Nothing is
+    /// sent, except that nodes get their node-IDs by LSS if the file says so; that blocks.
     ///
     /// # Panics
     ///
@@ -52,7 +53,7 @@ impl Machine {
         Machine::on(file.links()?, file, Network::spawn)
     }
 
-    /// A machine on other buses, such as those of a simulation: a link for each, in the order of the file.
+    /// Opens a machine on other buses, such as simulated ones: one link for each bus in the order of the file.
     ///
     /// # Panics
     ///
@@ -78,7 +79,7 @@ impl Machine {
         Ok(Machine { file: Arc::new(file), networks, is_booted: Arc::default() })
     }
 
-    /// A machine of one bus whose network is there already: for nodes that a program names while it runs.
+    /// A machine with one bus, whose network exists already: for nodes that a program adds at run time.
     pub fn beside(network: Network, file: model::Machine) -> Result<Self, MachineError> {
         let file = file.sound()?;
         match file.buses().count() {
@@ -87,13 +88,13 @@ impl Machine {
         }
     }
 
-    /// What its file says.
+    /// The machine as read from its file.
     #[must_use]
     pub fn file(&self) -> &model::Machine {
         &self.file
     }
 
-    /// The network of its first bus, for all else.
+    /// The network of the first bus, for everything else.
     #[must_use]
     pub fn network(&self) -> &Network {
         &self.networks[0]
@@ -103,8 +104,8 @@ impl Machine {
         self.file.buses().zip(&*self.networks)
     }
 
-    /// Boots the machine as planned (CiA 302-2): checks, configures, watches and starts its nodes, and keeps them up from now on. A
-    /// node that is lost, or comes back, is booted again. What happens is among the [`events`](Machine::events).
+    /// Boots the machine as planned (CiA 302-2): checks, configures, watches and starts its nodes. From then on, nodes
+    /// that are lost or return are booted again. This is reported by [`events`](Machine::events).
     pub async fn boot(&self) -> Result<(), MachineError> {
         self.is_booted.store(true, Ordering::Relaxed);
         let boot = async |at: usize, file: &model::Machine, network: &Network| {
@@ -116,7 +117,7 @@ impl Machine {
         try_join_all(self.buses().enumerate().map(|(at, (file, network))| boot(at, file, network))).await.map(drop)
     }
 
-    /// What happens to all its nodes from now on: the last 1024 events of each bus wait until they are taken.
+    /// The events of all nodes from now on. For each bus, up to 1024 events wait to be taken.
     #[must_use]
     pub fn events(&self) -> Events {
         let buses = self.buses().map(|(file, network)| (network.events(), file.pdos()));
@@ -131,8 +132,8 @@ impl Machine {
         Ok(Node { id, ..node })
     }
 
-    /// The drive of this name. Where it can notice that this program is gone, that is armed, unless the machine has booted and its
-    /// file has the drive guarded, or watch the manager's heartbeat.
+    /// The drive with this name. If the drive can notice the loss of this program, its protection is armed, unless the
+    /// machine has booted and its file already makes the drive watch the manager, by heartbeat or guarding.
     pub async fn drive(&self, name: &str) -> Result<Drive, MachineError> {
         use lexican_driver::tokio::Drive as Driver;
         let node = self.node(name)?;
@@ -154,7 +155,7 @@ impl fmt::Debug for Machine {
     }
 }
 
-/// The node-IDs that answer to a read of 1000h within a time. Nothing is changed.
+/// The node-IDs that respond to reading 1000h within a time. Changes nothing.
 pub async fn scan(network: &Network, within: Duration) -> Vec<NodeId> {
     let network = network.clone().with_patience(within);
     let answers =
@@ -162,14 +163,14 @@ pub async fn scan(network: &Network, within: Duration) -> Vec<NodeId> {
     join_all(NodeId::all().map(answers)).await.into_iter().flatten().collect()
 }
 
-/// What happens to the nodes of a machine. Made by [`Machine::events`].
+/// The events of a machine's nodes, from [`Machine::events`].
 pub struct Events {
     buses: Vec<(Receiver<NetworkEvent>, Pdos)>,
     file: Arc<model::Machine>,
 }
 
 impl Events {
-    /// Waits for the next event; `None` when a bus is gone.
+    /// Waits for the next event; `None` if a bus is gone.
     pub async fn next(&mut self) -> Option<Event> {
         loop {
             let all = self.buses.iter_mut().map(|(receiver, _)| Box::pin(receiver.recv()));
@@ -190,7 +191,7 @@ impl Events {
     }
 }
 
-/// A node of a machine. Made by [`Machine::node`].
+/// A node of a machine, from [`Machine::node`].
 #[derive(Clone, Debug)]
 pub struct Node {
     machine: Machine,
@@ -206,18 +207,18 @@ impl Node {
         self.id
     }
 
-    /// What its file says of it.
+    /// The node as read from the file.
     #[must_use]
     pub fn stated(&self) -> &model::Node {
         &self.on_bus().nodes[self.at]
     }
 
-    /// What its file says of its bus.
+    /// The part of the file about its bus.
     fn on_bus(&self) -> &model::Machine {
         self.machine.file.buses().nth(self.bus).expect("it is one of its buses")
     }
 
-    /// The network of its bus, for all else.
+    /// The network of its bus, for everything else.
     #[must_use]
     pub fn network(&self) -> &Network {
         &self.machine.networks[self.bus]
@@ -243,7 +244,7 @@ impl Node {
         Ok(ValueReport::of_bytes(Some(&values), address, &self.bytes(address).await?))
     }
 
-    /// Reads all entries of an object that can be read: those of an array or a record, in their order.
+    /// Reads all readable entries of an object, in order.
     pub async fn get_all(&self, object: &str) -> Result<Vec<ValueReport>, MachineError> {
         let device = self.device()?;
         let mut reports = Vec::new();
@@ -255,13 +256,13 @@ impl Node {
         Ok(reports)
     }
 
-    /// Writes the bytes of an object by name, as they are.
+    /// Writes bytes to an object by name, without interpreting them.
     pub async fn set_bytes(&self, object: &str, data: &[u8]) -> Result<(), MachineError> {
         let address = resolve(self.stated().device(), object).map_err(|error| self.unknown(error))?;
         self.network().write_bytes(self.id, address, data).await.map_err(|error| self.stated().access(error))
     }
 
-    /// Writes an object by name, with a value and its unit: "2.5 mm", "profile velocity".
+    /// Writes a value with its unit to an object by name: "2.5 mm", "profile velocity".
     pub async fn set(&self, object: &str, value: &str) -> Result<(), MachineError> {
         let (values, address) = self.found(object).await?;
         let it = self.stated();
@@ -274,13 +275,13 @@ impl Node {
         self.network().write_bytes(self.id, address, &data).await.map_err(|error| it.access(error))
     }
 
-    /// The PDOs that it sends, by its file or its data sheet.
+    /// The PDOs that it sends, by the file or else by its data sheet.
     #[must_use]
     pub fn sent_pdos(&self) -> Vec<PdoState> {
         active(self.stated(), Direction::Transmit).into_iter().map(|sent| sent.state).collect()
     }
 
-    /// The numbers on which units and limits of objects depend, read from it.
+    /// Reads the values on which units and limits of objects depend.
     pub async fn conditions(
         &self,
         objects: impl IntoIterator<Item = Address>,
@@ -290,7 +291,7 @@ impl Node {
         Ok(values.all_seen().collect())
     }
 
-    /// An object by its name, and the values on which its unit and limits depend.
+    /// An object by name, with the values on which its unit and limits depend.
     async fn found(&self, object: &str) -> Result<(DeviceValues<'_>, Address), MachineError> {
         let device = self.device()?;
         let address = resolve(Some(device), object).map_err(|error| self.unknown(error))?;
@@ -332,7 +333,7 @@ impl Node {
         describe(&sheet.input).map_err(|error| MachineError::NotADrive { node: it.name.value.clone(), error })
     }
 
-    /// Positions and velocities of a drive by their units, which depend on how it is set.
+    /// The units of a drive's positions and velocities, which depend on its settings.
     async fn scales(&self) -> Result<Scales<'_>, MachineError> {
         let mut scales = Scales::new(self.device()?, self.description()?);
         let objects: Vec<_> = scales.objects().collect();
@@ -341,10 +342,10 @@ impl Node {
     }
 }
 
-/// A drive of a machine. It is [the driver's](lexican_driver::tokio::Drive), whose methods take positions as the drive counts them;
-/// those here take them as people write them.
+/// A drive of a machine. It dereferences to [the driver's](lexican_driver::tokio::Drive), whose methods take positions
+/// in counts of the drive; the methods here take them with units.
 ///
-/// One that is dropped while it may be moving is sent a stop, and standard error says so.
+/// Dropping a drive that may be moving sends it a stop, and reports that on standard error.
 pub struct Drive {
     drive: lexican_driver::tokio::Drive<Any>,
     node: Node,
@@ -357,33 +358,33 @@ impl Drive {
         &self.node
     }
 
-    /// A position as the drive counts it: "120 mm".
+    /// Converts a position to counts of the drive: "120 mm".
     pub async fn counts(&self, position: &str) -> Result<i32, MachineError> {
         let scales = self.node.scales().await?;
         scales.parse_position(position).map_err(|error| self.node.stated().wrong(error))
     }
 
-    /// Travels to a position, and waits for the end: "120 mm".
+    /// Moves to a position and waits for the end: "120 mm".
     pub async fn move_to(&mut self, position: &str) -> Result<Ending, MachineError> {
         let target = self.counts(position).await?;
         self.carry_out(Order::MoveTo(target), None).await
     }
 
-    /// Starts to travel; [`finish`](lexican_driver::tokio::Drive::finish) waits for the end.
+    /// Starts to move to a position; [`finish`](lexican_driver::tokio::Drive::finish) waits for the end.
     pub async fn start_moving_to(&mut self, position: &str) -> Result<(), MachineError> {
         let target = self.counts(position).await?;
         self.drive.run(async |context: DriveContext| prepare(&context, Order::MoveTo(target)).await).await?;
         Ok(self.drive.start_moving_to(target).await?)
     }
 
-    /// Runs at a velocity for a time, and stops: "60 rpm".
+    /// Runs at a velocity for a time, then stops: "60 rpm".
     pub async fn run_at(&mut self, velocity: &str, lasting: Duration) -> Result<Ending, MachineError> {
         let velocity = self.node.scales().await?.parse_velocity(velocity);
         let velocity = velocity.map_err(|error| self.node.stated().wrong(error))?;
         self.carry_out(Order::Run(velocity), Some(lasting)).await
     }
 
-    /// Carries an order out: its mode is set, it is checked before anything moves, and a drive that stalls or is late is stopped.
+    /// Carries out an order: sets its mode, checks it before anything moves, and stops a drive that stalls or is late.
     pub async fn carry_out(&mut self, order: Order, lasting: Option<Duration>) -> Result<Ending, MachineError> {
         let carry_out = async |context: DriveContext| {
             let times = Times { within: context.patience(), lasting };
@@ -413,7 +414,8 @@ impl fmt::Debug for Drive {
     }
 }
 
-/// Has several drives travel at once, and waits until all have reached their positions. When one has not, all others are stopped.
+/// Moves several drives at once, and waits until all have reached their positions. If one does not, all others are
+/// stopped.
 pub async fn move_together(orders: &mut [(&mut Drive, &str)]) -> Result<(), MachineError> {
     let travel = async |drive: &mut Drive, position: &str| match drive.move_to(position).await? {
         ending if ending.is_success() => Ok(()),
@@ -426,7 +428,7 @@ pub async fn move_together(orders: &mut [(&mut Drive, &str)]) -> Result<(), Mach
     ended.map(drop)
 }
 
-/// Stops drives at once.
+/// Stops all drives at once.
 pub(super) async fn stop_all(drives: impl Iterator<Item = &mut Drive>) -> Result<(), MachineError> {
     try_join_all(drives.map(async |drive| Ok(drive.drive.stop().await?))).await.map(drop)
 }
