@@ -1,4 +1,5 @@
-//! `cargo bench -p lexican-lsp [-- STROKES]`: how long a key stroke takes, from the change to its findings, in a data sheet of 1,200 entries.
+//! `cargo bench -p lexican-lsp [-- STROKES]`: times a key stroke, from the change to its findings, in a data sheet of
+//! 1,200 entries.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -44,7 +45,7 @@ fn main() {
     served.join().unwrap().unwrap();
 }
 
-/// Single values, every tenth of which is wrong in something.
+/// A data sheet of single values; every tenth one has a mistake.
 fn data_sheet(entries: usize) -> String {
     let mut text =
         format!("[FileInfo]\r\nFileName=made.eds\r\n[ManufacturerObjects]\r\nSupportedObjects={entries}\r\n");

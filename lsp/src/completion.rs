@@ -1,4 +1,4 @@
-//! What may stand at a place.
+//! Completion.
 
 use lexican_eds::Span;
 use lexican_eds::model::{AccessType, Device, Entry, ObjectKind};
@@ -15,20 +15,18 @@ use crate::hover::{device_of, object};
 use crate::keys;
 use crate::place::{Part, Place, place};
 
-/// What is offered.
+/// A completion item.
 #[derive(Clone, Default)]
 struct Offer {
-    /// What is written.
+    /// The text to insert.
     text: String,
-    /// What it is called.
     label: String,
-    /// What is said of it.
     detail: String,
-    /// Its explanation, if it has one.
+    /// May be empty.
     documentation: String,
 }
 
-/// The most that is offered at once: a device has thousands of entries, and editors ask again at each letter.
+/// The most items at once: a device has thousands of entries, and editors ask again at each letter.
 const MOST: usize = 1000;
 
 /// The `CompletionList` at an offset.
@@ -43,10 +41,10 @@ pub(crate) fn completion(document: &Document, offset: u32) -> Value {
     offers.retain(|offer| [&offer.label, &offer.text].iter().any(|text| text.to_ascii_lowercase().contains(&typed)));
     let (range, is_incomplete) = (document.range(word), offers.len() > MOST);
     let items = offers.into_iter().take(MOST).map(|Offer { text, label, detail, documentation }| {
-        // Editors compare with the filter text what is typed, be that the name or the number.
+        // Editors filter by this text, so users may type either the name or the number.
         let (filter, edit) = (format!("{text} {label}"), json!({ "range": range, "newText": text }));
         let mut item = json!({ "label": label, "detail": detail, "filterText": filter, "textEdit": edit });
-        // Some clients show an empty box for nothing.
+        // Some clients show an empty box for an empty text.
         if !documentation.is_empty() {
             item["documentation"] = documentation.into();
         }
@@ -64,7 +62,7 @@ fn number(label: &str, text: String) -> Offer {
     Offer { label: label.to_owned(), detail: text.clone(), text, ..Offer::default() }
 }
 
-/// A section, a key, or a value of a data sheet.
+/// The items for a section, a key or a value in a data sheet.
 fn of_sheet(document: &Document, offset: u32) -> Option<(Span, Vec<Offer>)> {
     let source = document.source();
     let outline = Outline::new(source);
@@ -93,7 +91,7 @@ fn of_sheet(document: &Document, offset: u32) -> Option<(Span, Vec<Offer>)> {
     Some((Span::eds(indent, here.map_or(end, |(key, _)| key.end)), offers.collect()))
 }
 
-/// The values of a key of a data sheet.
+/// The items for the value of a key in a data sheet.
 fn values(device: &Device, outline: &Outline<'_>, section: &Section, key: &str) -> Vec<Offer> {
     match key.to_ascii_lowercase().as_str() {
         "objecttype" => ObjectKind::ALL.iter().map(|it| number(it.name(), format!("0x{:X}", it.code()))).collect(),
@@ -109,7 +107,7 @@ fn values(device: &Device, outline: &Outline<'_>, section: &Section, key: &str) 
             device.entries().filter_map(mapped).collect()
         }
         _ if section.is_list() => {
-            // One that is listed is mentioned by its list, besides its section.
+            // A listed object is mentioned by its list as well as by its section.
             let listed = outline.mentions().filter(|it| it.sub.is_none() && !it.is_section());
             let listed: Vec<_> = listed.map(|it| it.index).collect();
             let objects = device.objects.iter().filter(|object| !listed.contains(&object.index));
@@ -119,7 +117,7 @@ fn values(device: &Device, outline: &Outline<'_>, section: &Section, key: &str) 
     }
 }
 
-/// A table, a key, or a value of an overlay or a machine.
+/// The items for a table, a key or a value in an overlay or machine.
 fn of_toml(document: &Document, offset: usize) -> Option<(Span, Vec<Offer>)> {
     let text = document.source().text();
     let place = place(text, offset)?;
@@ -127,7 +125,7 @@ fn of_toml(document: &Document, offset: usize) -> Option<(Span, Vec<Offer>)> {
         Kind::Overlay => of_overlay(&document.device, &place),
         _ => of_machine(document, &place, &text[place.word.start..offset]),
     };
-    // Texts need quotes, and so do keys with more than letters, digits, hyphens and underscores.
+    // Texts need quotes, and so do keys with other characters than letters, digits, hyphens and underscores.
     let is_quoted = text[..place.word.start].ends_with(['"', '\'']);
     let is_bare = |text: &str| text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
     let is_plain = |text: &str| place.part != Part::Value && is_bare(text);
@@ -157,7 +155,7 @@ fn of_overlay(device: &Device, place: &Place) -> Vec<Offer> {
     }
 }
 
-/// An entry as overlays and machines call it.
+/// An entry in the notation of overlays and machines.
 fn of_entry(device: &Device, entry: &Entry) -> Offer {
     let has_subs = device.object(entry.index).is_some_and(|object| object.kind.has_subs());
     let text = if has_subs { address(entry).to_string() } else { format!("{:04X}", entry.index) };

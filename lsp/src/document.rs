@@ -1,4 +1,4 @@
-//! A text as the editor has it: its changes, its places, and what reading it gives.
+//! An open text: its changes, positions, and the result of reading it.
 
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,13 @@ use lexican_toolbox::text::files::read;
 use percent_encoding::percent_decode_str;
 use serde_json::{Value, json};
 
-/// What a text is.
+/// The kind of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Sheet,
     Overlay,
     Machine,
-    /// It is not judged: another file, or an overlay whose data sheet is not found.
+    /// No findings: another kind of file, or an overlay whose data sheet is not found.
     Other,
 }
 
@@ -25,11 +25,11 @@ pub(crate) struct Document {
     pub(crate) path: PathBuf,
     pub(crate) version: Value,
     pub(crate) kind: Kind,
-    /// How many columns a character takes.
+    /// The number of columns that a character takes in the client's encoding.
     columns: fn(char) -> usize,
-    /// With the data sheet of an overlay, and the overlays before it.
+    /// For an overlay, its data sheet and the overlays before it as well.
     pub(crate) input: Input,
-    /// Which of these texts is this one.
+    /// The number of this text within `input`.
     pub(crate) number: u16,
     memory: Memory,
     pub(crate) device: Device,
@@ -39,7 +39,7 @@ pub(crate) struct Document {
 }
 
 impl Document {
-    /// A `TextDocumentItem` of the client.
+    /// Opens a `TextDocumentItem` of the client.
     pub(crate) fn new(item: &Value, columns: fn(char) -> usize) -> Self {
         let uri = item["uri"].as_str().unwrap_or_default().to_owned();
         let path = path_of(&uri);
@@ -62,7 +62,8 @@ impl Document {
         document
     }
 
-    /// Finds out what the text is and what belongs to it; again when a file is saved, since they name each other.
+    /// Determines the kind of the text and the files that belong to it. Called again when a file is saved, since files
+    /// refer to each other.
     pub(crate) fn settle(&mut self) {
         let source = self.source().clone();
         self.kind = kind_of(&self.path, &source);
@@ -88,7 +89,7 @@ impl Document {
         self.is_published = false;
     }
 
-    /// Applies changes, of which each is about the text after the one before it.
+    /// Applies changes; each refers to the text after the previous one.
     pub(crate) fn change(&mut self, changes: &Value) {
         self.is_published = false;
         for change in changes.as_array().into_iter().flatten() {
@@ -96,7 +97,7 @@ impl Document {
             let new = change["text"].as_str().unwrap_or_default();
             let text = match &change["range"] {
                 Value::Null => new.to_owned(),
-                // Of a text that is too large to be read nothing is kept.
+                // The content of a text that is too large was not kept.
                 _ if source.refusal().is_some() => continue,
                 range => {
                     let [start, end] = [&range["start"], &range["end"]].map(|at| self.offset(at) as usize);
@@ -107,7 +108,7 @@ impl Document {
         }
     }
 
-    /// Reads the text. While it is no TOML, what was read last stays, so that names are known where one is typed.
+    /// Reads the text. While it is not valid TOML, the last result is kept, so that names are still known.
     pub(crate) fn read(&mut self) {
         let is_toml = |findings: &Diagnostics| !findings.iter().any(|finding| finding.code.ends_with("::syntax"));
         match self.kind {
@@ -130,7 +131,7 @@ impl Document {
         }
     }
 
-    /// The offset of a `Position`: a column beyond the line's end is its end.
+    /// The offset of a `Position`. A column beyond the end of a line counts as its end.
     pub(crate) fn offset(&self, at: &Value) -> u32 {
         let [line, column] = ["line", "character"].map(|key| at[key].as_u64().unwrap_or(0) as usize);
         let mut columns = 0;
@@ -142,7 +143,7 @@ impl Document {
         self.source().line(line).char_indices().find(is_at).map_or(end, |(before, _)| start + before as u32)
     }
 
-    /// The `Range` of a place in one of the texts.
+    /// The `Range` of a place in one of the input's texts.
     pub(crate) fn range_in(&self, source: &Source, place: Span) -> Value {
         let [start, end] = [place.start, place.end].map(|offset| {
             let line = source.line_at(offset);
@@ -161,7 +162,8 @@ impl Document {
         self.range_in(self.source(), place)
     }
 
-    /// The `TextEdit`s that make another text of this one: of the lines from the first to the last that differ.
+    /// The `TextEdit`s that turn this text into another one: they replace the lines from the first to the last
+    /// difference.
     pub(crate) fn edits(&self, text: &str) -> Value {
         let old = self.source().text();
         if old == text {
@@ -177,7 +179,7 @@ impl Document {
         json!([{ "range": range, "newText": &text[begin..text.len() - end] }])
     }
 
-    /// The `WorkspaceEdit` that makes another text of this one.
+    /// The `WorkspaceEdit` that turns this text into another one.
     pub(crate) fn workspace_edit(&self, text: &str) -> Value {
         json!({ "changes": { &self.uri: self.edits(text) } })
     }
@@ -194,14 +196,14 @@ fn kind_of(path: &Path, source: &Source) -> Kind {
     }
 }
 
-/// The data sheet with the name of an overlay.
+/// The data sheet with the file name of an overlay.
 fn beside(overlay: &Path) -> Option<(Input, u16)> {
     let paths = ["eds", "EDS", "dcf", "DCF"].map(|extension| overlay.with_extension(extension));
     let sheet = read(paths.iter().find(|path| path.is_file())?).ok()?;
     Some((Input::new(sheet).overlay(Source::new("", "")), 1))
 }
 
-/// The data sheet of a node that has an overlay, by the machine in this folder or above it.
+/// The data sheet of the node that uses an overlay, in a machine in the overlay's folder or above it.
 fn of_machine(overlay: &Path) -> Option<(Input, u16)> {
     let file = overlay.ancestors().skip(1).map(|folder| folder.join("machine.toml")).find(|file| file.is_file())?;
     let machine = Machine::open(&file).ok()?;
@@ -215,13 +217,13 @@ fn of_machine(overlay: &Path) -> Option<(Input, u16)> {
     })
 }
 
-/// The path of a `file:` URI; other URIs as they are.
+/// The path of a `file:` URI; other URIs are kept as they are.
 fn path_of(uri: &str) -> PathBuf {
     let path = uri.strip_prefix(if cfg!(windows) { "file:///" } else { "file://" }).unwrap_or(uri);
     percent_decode_str(path).decode_utf8_lossy().into_owned().into()
 }
 
-/// The URI of a file; `None` if there is none, as of a device of the library.
+/// The URI of a file; `None` for one that does not exist, as in the device library.
 pub(crate) fn uri_of(path: &Path) -> Option<String> {
     let uri = report::uri(&path.display().to_string());
     path.is_file().then(|| format!("file://{}{uri}", if uri.starts_with('/') { "" } else { "/" }))

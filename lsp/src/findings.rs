@@ -1,4 +1,4 @@
-//! Findings as an editor shows them, and their fixes.
+//! Diagnostics and code actions.
 
 use lexican_eds::rules::{Rule, rule};
 use lexican_eds::{Diagnostic, Label, Severity, Span};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::document::{Document, Kind, uri_of};
 
-/// The `PublishDiagnosticsParams` with all findings of a text.
+/// The `PublishDiagnosticsParams` of a text.
 pub(crate) fn published(document: &Document) -> Value {
     let diagnostics: Vec<_> = shown(document).map(|(finding, place)| shape(document, finding, place)).collect();
     let mut params = json!({ "uri": document.uri, "version": document.version });
@@ -14,7 +14,7 @@ pub(crate) fn published(document: &Document) -> Value {
     params
 }
 
-/// The findings that are about this text, and where; those without a place are about the whole of it.
+/// The findings about this text with their places; those without a place get its beginning.
 pub(crate) fn shown(document: &Document) -> impl Iterator<Item = (&Diagnostic, Span)> {
     let whole = Span { source: document.number, start: 0, end: 0 };
     let places = document.findings.iter().map(move |finding| (finding, finding.span().unwrap_or(whole)));
@@ -24,7 +24,7 @@ pub(crate) fn shown(document: &Document) -> impl Iterator<Item = (&Diagnostic, S
 fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
     let related: Vec<_> = finding.labels.iter().skip(1).filter_map(|label| related(document, label)).collect();
     let message: Vec<_> = std::iter::once(finding.message.as_str()).chain(finding.help.as_deref()).collect();
-    // What is put in afterwards is not copied.
+    // Moved in below, where `json!` would copy it.
     let mut shape = json!({
         "severity": match finding.severity {
             Severity::Error => 1,
@@ -37,14 +37,14 @@ fn shape(document: &Document, finding: &Diagnostic, place: Span) -> Value {
     });
     shape["range"] = document.range(place);
     shape["relatedInformation"] = Value::Array(related);
-    // What is not said is left out: some clients take null for a value.
+    // Omit unknown fields: some clients take null for a value.
     if let Some(rule) = rule(finding.code) {
         shape["codeDescription"] = json!({ "href": page(rule) });
     }
     shape
 }
 
-/// The rule in the list of all rules.
+/// The link to a rule in the list of all rules.
 fn page(rule: &Rule) -> String {
     let list = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/eds/RULES.md");
     format!("{list}#{}-{}", rule.code.replace(':', ""), rule.severity.name())
@@ -59,7 +59,7 @@ fn related(document: &Document, label: &Label) -> Option<Value> {
     Some(related)
 }
 
-/// The `CodeAction`s that mend the findings in a range.
+/// The `CodeAction`s that fix findings in a range.
 pub(crate) fn actions(document: &Document, params: &Value) -> Vec<Value> {
     let [from, to] = ["start", "end"].map(|end| document.offset(&params["range"][end]));
     let only = params["context"]["only"].as_array();

@@ -1,4 +1,4 @@
-//! What stands at a place: the object, and the rules that found something there.
+//! Hover: the object at a position, and rules with findings there.
 
 use lexican_eds::dump::{facts, value_text};
 use lexican_eds::model::{Device, Entry, Value};
@@ -51,7 +51,7 @@ fn what(document: &Document, offset: u32) -> Option<(Span, String)> {
     Some((span, of_object(device, address.index(), sub)?))
 }
 
-/// The object that a word of an overlay or a machine names, its device, and the sub-index if it is one of several.
+/// The object that a word of an overlay or machine means, with its device, and the sub-index if the object has several.
 pub(crate) fn object<'d>(
     document: &'d Document,
     place: &Place,
@@ -70,7 +70,8 @@ pub(crate) fn object<'d>(
     Some((device, named, (!is_whole).then_some(named.sub())))
 }
 
-/// The device that a word of a machine is about, that of the node whose table it is in or before the point; and the rest of it.
+/// The device that a word of a machine refers to, and the rest of the word: of the node before its point, else of the
+/// node whose table it is in.
 pub(crate) fn device_of<'d, 'w>(document: &'d Document, place: &Place, word: &'w str) -> Option<(&'d Device, &'w str)> {
     let is_of_node = |key: &String| ["settings", "limits", "tpdo", "rpdo"].contains(&key.as_str());
     let (name, word) = match place.path.first()?.as_str() {
@@ -82,7 +83,7 @@ pub(crate) fn device_of<'d, 'w>(document: &'d Document, place: &Place, word: &'w
     Some((node.device()?, word))
 }
 
-/// An object with its entries, or one of them.
+/// An object with its entries, or a single entry.
 fn of_object(device: &Device, index: u16, sub: Option<u8>) -> Option<String> {
     let object = device.object(index)?;
     let entry = object.entry(sub.unwrap_or(0)).filter(|_| sub.is_some() || !object.kind.has_subs());
@@ -122,7 +123,7 @@ fn summary(device: &Device, entry: &Entry) -> String {
     format!("- `{:02X}` {}: {data_type}, {access}{}", entry.sub, entry.name, default.unwrap_or_default())
 }
 
-/// A value, and what it is: with its unit or its name, and with the node-ID of a DCF.
+/// A value, with its unit or name, for the node-ID of a DCF.
 fn of_value(device: &Device, entry: &Entry, value: &Value) -> String {
     let node = device.commissioning.as_ref().and_then(|it| NodeId::new(it.node_id?));
     let value_here = node.map_or_else(|| value.clone(), |node| resolved(value, node));

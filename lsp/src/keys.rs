@@ -1,4 +1,4 @@
-//! The keys of a machine and their values, as the JSON Schema of its file has them.
+//! The keys of a machine and their values, from the JSON Schema.
 
 use std::sync::LazyLock;
 
@@ -8,7 +8,7 @@ use crate::place::{Part, Place};
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(lexican_machine::schema);
 
-/// What the schema has for a place, with what it says of it: keys, or values.
+/// The keys or values that the schema allows at a place, with their descriptions.
 pub(crate) fn known(place: &Place) -> Vec<(&'static str, String)> {
     let shapes = at(&place.path).into_iter();
     if place.part == Part::Value {
@@ -23,7 +23,7 @@ pub(crate) fn known(place: &Place) -> Vec<(&'static str, String)> {
     fits.map(|(key, shape)| (key.as_str(), said(shape))).collect()
 }
 
-/// What the schema says of the key or the value that a word is.
+/// The description of the key or value that a word is.
 pub(crate) fn description(place: &Place, word: &str) -> Option<String> {
     let shapes = match place.part {
         Part::Value => at(&place.path).into_iter().filter(|shape| shape["const"] == word).collect(),
@@ -32,7 +32,7 @@ pub(crate) fn description(place: &Place, word: &str) -> Option<String> {
     shapes.into_iter().map(said).find(|said| !said.is_empty())
 }
 
-/// The shapes of what is at a path, however it may be written. Elements of arrays are where their array is.
+/// The schemas at a path, in all alternatives. Elements of arrays have the path of their array.
 fn at(path: &[String]) -> Vec<&'static Value> {
     let within = |shape: &'static Value, key: &str| {
         let known = shape["properties"].get(key).or_else(|| shape.get("additionalProperties"));
@@ -42,7 +42,7 @@ fn at(path: &[String]) -> Vec<&'static Value> {
         .fold(alternatives(&SCHEMA), |shapes, key| shapes.into_iter().flat_map(|shape| within(shape, key)).collect())
 }
 
-/// A shape and all those that can stand for it.
+/// A schema and all its alternatives.
 fn alternatives(shape: &'static Value) -> Vec<&'static Value> {
     let named = shape["$ref"].as_str().and_then(|name| SCHEMA.pointer(name.strip_prefix('#')?));
     let lists = ["anyOf", "oneOf"].into_iter().filter_map(|key| shape[key].as_array()).flatten();

@@ -1,11 +1,11 @@
-//! A language server for CANopen: data sheets (EDS, DCF), overlays, and the file of a machine.
+//! A language server for CANopen: data sheets (EDS, DCF), overlays, and machine files.
 //!
-//! [`serve`] answers a client over any [`Connection`]. All that it says comes from the rules, the model, the keys of overlays and the
-//! schema of a machine, so an editor shows what `lexican eds lint`, `machine check` and `machine schema` print. Texts are those of the
-//! client, in Unicode, whatever encoding their files are in.
+//! [`serve`] answers a client over any [`Connection`]. All content comes from the rules, the model, the keys of
+//! overlays and the schema of machines, so editors show what `lexican eds lint`, `machine check` and `machine schema`
+//! print. Open texts come from the client, in Unicode, whatever the encoding of their files.
 //!
-//! A text is judged when no further change of it waits. Messages are JSON as the protocol has it; where a function returns one of its
-//! structures, its documentation names it.
+//! Findings are sent when no further change is waiting. Messages are built as JSON; the documentation of a function
+//! names the structure of the protocol that it returns.
 
 mod completion;
 mod document;
@@ -26,7 +26,7 @@ use document::{Document, Kind};
 
 /// Serves a client until it ends the session, or is gone.
 ///
-/// Errors: if the client breaks the protocol when the session begins or ends.
+/// Errors: the client violates the protocol when the session begins or ends.
 pub fn serve(connection: &Connection) -> Result<(), ProtocolError> {
     let (id, params) = connection.initialize_start()?;
     let offered = params["capabilities"]["general"]["positionEncodings"].as_array();
@@ -36,11 +36,11 @@ pub fn serve(connection: &Connection) -> Result<(), ProtocolError> {
     };
     connection.initialize_finish(id, introduction(encoding))?;
     let mut server = Server { documents: BTreeMap::new(), columns };
-    // A client that is gone is noticed when nothing comes from it any more.
+    // Ignore a failure: if the client is gone, receiving ends the loop.
     let send = |message: Message| drop(connection.sender.send(message));
     loop {
         let next = connection.receiver.try_recv();
-        // An answer is about the text as it is now, and so is what is shown while nothing comes.
+        // Read the changed texts before answering a request, and when nothing is waiting.
         if !matches!(next, Ok(Message::Notification(_))) {
             server.published().into_iter().for_each(|findings| send(findings.into()));
         }
@@ -79,7 +79,7 @@ fn introduction(encoding: &str) -> Value {
 /// The open texts.
 struct Server {
     documents: BTreeMap<String, Document>,
-    /// How many columns a character takes.
+    /// The number of columns that a character takes in the client's encoding.
     columns: fn(char) -> usize,
 }
 
@@ -95,7 +95,7 @@ impl Server {
         findings.collect()
     }
 
-    /// Takes a notification; a text that is closed has no findings any more.
+    /// Handles a notification. If it closes a text, returns one that clears the findings.
     fn take(&mut self, Notification { method, params }: &Notification) -> Option<Notification> {
         let uri = params["textDocument"]["uri"].as_str()?;
         match method.as_str() {
@@ -145,11 +145,11 @@ impl Server {
 }
 
 fn publication(params: Value) -> Notification {
-    // Its `new` would copy the parameters.
+    // `Notification::new` would serialise the parameters again.
     Notification { method: "textDocument/publishDiagnostics".to_owned(), params }
 }
 
-/// The text in its usual form.
+/// The formatted text.
 fn formatted(document: &Document) -> Result<String, String> {
     let source = document.source();
     match document.kind {

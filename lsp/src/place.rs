@@ -1,4 +1,4 @@
-//! Where in a TOML text an offset is, however unfinished the text.
+//! Positions in a TOML text, even an unfinished one.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use toml_parser::lexer::TokenKind as Token;
 /// The tables and the key around an offset.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
-    /// From the outermost table; with the key, where its value is.
+    /// From the outermost table on; for a value, including its key.
     pub(crate) path: Vec<String>,
     pub(crate) part: Part,
     /// The word at the offset, without quotes; empty between words.
@@ -17,16 +17,16 @@ pub(crate) struct Place {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// The name of a table, in brackets.
+    /// The name of a table, between brackets.
     Header,
     Key,
     Value,
 }
 
-/// The place of an offset; `None` in a comment.
+/// The tables and key around an offset; `None` in a comment.
 pub(crate) fn place(text: &str, offset: usize) -> Option<Place> {
     let (mut header, mut key, mut part) = (Vec::new(), Vec::new(), Part::Key);
-    // The keys of the tables and arrays around, and whether it is a table.
+    // The keys of the surrounding tables and arrays; the flag is true for tables.
     let mut around: Vec<(Vec<String>, bool)> = Vec::new();
     let (mut line_begins, mut word) = (true, offset..offset);
     for token in Source::new(text).lex() {
@@ -53,7 +53,8 @@ pub(crate) fn place(text: &str, offset: usize) -> Option<Place> {
         }
         match token.kind() {
             Token::Comment if offset <= end => return None,
-            // Values of several lines do not begin a line with a bracket, but half a value may stand before a table.
+            // Lines of a multi-line value do not begin with a bracket, but an unfinished value may be followed by a
+            // table.
             Token::LeftSquareBracket if line_begins => {
                 (around, header, key, part) = (Vec::new(), Vec::new(), Vec::new(), Part::Header);
             }
@@ -84,7 +85,7 @@ pub(crate) fn place(text: &str, offset: usize) -> Option<Place> {
 mod tests {
     use super::*;
 
-    /// `path part word` at the bar.
+    /// `path part word` for the position of the bar in the text.
     fn at_bar(text: &str) -> String {
         let offset = text.find('|').unwrap();
         let text = text.replace('|', "");

@@ -1,4 +1,4 @@
-//! The parts of a text, and what leads from one to another: outline, folding, definitions and new names.
+//! Outline, folding, go to definition, and rename.
 
 use lexican_eds::edit::renumber;
 use lexican_eds::outline::{Outline, Section};
@@ -11,7 +11,7 @@ use crate::document::{Document, Kind, uri_of};
 use crate::hover::object;
 use crate::place::{Part, place};
 
-/// The sections of an object, which follow each other; each of the others alone.
+/// Groups the sections: those of an object together, each other one alone.
 fn objects<'o>(outline: &'o Outline<'_>) -> impl Iterator<Item = &'o [Section]> {
     let index = |section: &Section| section.object.map(|(index, _)| index);
     outline.sections.chunk_by(move |section, next| index(section).is_some() && index(section) == index(next))
@@ -21,7 +21,7 @@ fn lines_of(object: &[Section]) -> [u32; 2] {
     [object[0].lines[0], object[object.len() - 1].lines[1]]
 }
 
-/// The `DocumentSymbol`s: sections, of which sub-indices are below their objects; the tables of TOML look alike.
+/// The `DocumentSymbol`s: sections with sub-indices nested in their objects, or the tables of TOML.
 pub(crate) fn symbols(document: &Document) -> Vec<Value> {
     const OBJECT: u8 = 19;
     let symbol = |section: &Section, [first, last]: [u32; 2], children: Vec<Value>| {
@@ -48,7 +48,7 @@ pub(crate) fn symbols(document: &Document) -> Vec<Value> {
     objects(&Outline::new(document.source())).map(whole).collect()
 }
 
-/// The `FoldingRange`s: an object with its sub-indices, each of these, every other section.
+/// The `FoldingRange`s: objects including their sub-indices, each sub-index, and every other section.
 pub(crate) fn folds(document: &Document) -> Vec<Value> {
     let below = |object: &[Section]| object[1..].iter().map(|section| section.lines).collect();
     let of_object = |object: &[Section]| [vec![lines_of(object)], below(object)].concat();
@@ -57,7 +57,7 @@ pub(crate) fn folds(document: &Document) -> Vec<Value> {
     all.map(|[first, last]| json!({ "startLine": first, "endLine": last })).collect()
 }
 
-/// The `Location` of the object that is named at an offset, or of the file.
+/// The `Location` of the object or file that is named at an offset.
 pub(crate) fn definition(document: &Document, offset: u32) -> Option<Value> {
     let source = document.source();
     if document.kind == Kind::Sheet {
@@ -84,14 +84,14 @@ fn section(document: &Document, sheet: &Source, uri: &str, index: u16, sub: Opti
     Some(json!({ "uri": uri, "range": document.range_in(sheet, name) }))
 }
 
-/// What a new name at an offset would be for: the `Range` of an index in a data sheet.
+/// The `Range` of an index of a data sheet, if one is at this offset: only indices can be renamed.
 pub(crate) fn prepare_rename(document: &Document, offset: u32) -> Option<Value> {
     let here = Outline::new(document.source()).mention_at(offset)?;
     let range = document.range(here.span);
     Some(json!({ "range": range, "placeholder": format!("{:04X}", here.index) }))
 }
 
-/// The `WorkspaceEdit` that gives the object at an offset another index; else why there is none.
+/// The `WorkspaceEdit` that gives the object at an offset another index, or the reason why not.
 pub(crate) fn rename(document: &Document, offset: u32, name: &str) -> Result<Value, String> {
     let here = Outline::new(document.source()).mention_at(offset).ok_or("there is no index of an object here")?;
     let to = parse_hex(name.trim(), 4).ok_or_else(|| format!("{name:?} is no index: write four hexadecimal digits"))?;

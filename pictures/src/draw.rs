@@ -1,4 +1,4 @@
-//! The SVG document.
+//! Draws pictures as an SVG document.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -14,20 +14,20 @@ pub(crate) const PAPER: &str = "#F5F7F9";
 const LEFT: f64 = 112.0;
 const RIGHT: f64 = LEFT + ACROSS;
 const WIDTH: f64 = RIGHT + 24.0;
-/// The title and the subtitle.
+/// The height of title and subtitle.
 const TITLE: f64 = 62.0;
-/// Numbers of events stand above the first panel.
+/// The height of the event numbers above the first panel.
 const EVENTS: f64 = 28.0;
-/// The title of a panel and its legend stand above it; a long legend has rows of its own below the title.
+/// The height of a panel's title and legend; a long legend adds rows below the title.
 const HEAD: f64 = 22.0;
 const LEGEND: f64 = 18.0;
 const GAP: f64 = 16.0;
 const AXIS: f64 = 44.0;
 const EVENT_LINE: f64 = 20.0;
-/// Letters that stand out from lines behind them.
+/// A white outline that makes letters readable in front of lines.
 const HALO: &str = r##"stroke="#FFFFFF" stroke-width="4" paint-order="stroke""##;
 
-/// Pictures below each other, as one SVG document.
+/// One SVG document with the pictures below each other.
 #[must_use]
 pub fn svg(pictures: &[Picture]) -> String {
     let mut body = String::new();
@@ -38,7 +38,7 @@ pub fn svg(pictures: &[Picture]) -> String {
     document(&body, WIDTH, height)
 }
 
-/// A document of this size.
+/// An SVG document of this size.
 pub(crate) fn document(body: &str, width: f64, height: f64) -> String {
     format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="max-width:100%;height:auto" font-family="Inter, 'Segoe UI', 'DejaVu Sans', Verdana, sans-serif" font-size="12">
@@ -48,14 +48,14 @@ pub(crate) fn document(body: &str, width: f64, height: f64) -> String {
     )
 }
 
-/// A picture at its place.
+/// A picture with its position.
 struct Layout<'a> {
     picture: &'a Picture,
     top: f64,
 }
 
 impl Layout<'_> {
-    /// Draws it; returns where it ends.
+    /// Draws it; returns its lower edge.
     fn draw(&self, out: &mut String) -> f64 {
         let Picture { title, subtitle, axis, span, panels, events } = self.picture;
         text(out, 24.0, self.top + 30.0, title, r#"font-size="17" font-weight="bold""#, INK);
@@ -154,7 +154,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Each event as a line through all panels, with a number above.
+    /// Draws each event as a line through all panels, with its number above.
     fn draw_event_lines(&self, out: &mut String, top: f64, bottom: f64) {
         let events = &self.picture.events;
         let marks = spread(events.iter().map(|event| self.x(event.at_s)), LEFT..RIGHT);
@@ -167,7 +167,7 @@ impl Layout<'_> {
     }
 }
 
-/// What the numbers mean, in two columns if the texts are short; returns where that ends.
+/// Lists the events, in two columns if the texts are short; returns the lower edge.
 fn draw_events(out: &mut String, events: &[Event], top: f64) -> f64 {
     let longest = events.iter().map(|event| event.text.chars().count()).max().unwrap_or_default();
     let columns: &[f64] = if longest > 52 { &[LEFT] } else { &[LEFT, 540.0] };
@@ -188,10 +188,10 @@ struct Key {
     row: usize,
 }
 
-/// How many rows the legend has besides that of the title, and where its names stand: to the right of the title, if there is
-/// room. A curve that is alone needs none.
+/// The number of extra rows that the legend takes, and the positions of its names: to the right of the title, if they
+/// fit. A single curve needs no legend.
 fn keys(title: &str, curves: &[Curve]) -> (usize, Vec<Key>) {
-    // A guess on the safe side: the font that shows the picture is not known here.
+    // An estimate on the safe side, since the font of the viewer is unknown.
     let letter = |letter: char| if letter.is_uppercase() { 8.6 } else { 6.7 };
     let width = |curve: &Curve| 34.0 + curve.name.chars().map(letter).sum::<f64>() + 14.0;
     let named = || curves.iter().enumerate().filter(|(_, curve)| curves.len() > 1 && !curve.name.is_empty());
@@ -210,7 +210,7 @@ fn keys(title: &str, curves: &[Curve]) -> (usize, Vec<Key>) {
     (if has_room { 0 } else { row + 1 }, keys)
 }
 
-/// How much room the title of a panel and the legend take.
+/// The height of a panel's title and legend.
 fn head(panel: &Panel) -> f64 {
     match &panel.content {
         Content::Curves(curves) => HEAD + LEGEND * keys(&panel.title, curves).0 as f64,
@@ -222,7 +222,7 @@ fn color(number: usize, curve: &Curve) -> &'static str {
     curve.color.unwrap_or(PALETTE[number % PALETTE.len()])
 }
 
-/// Curves after the last colour are dashed, so that no two look the same.
+/// After the last colour, curves are dashed, so that no two look the same.
 fn stroke(number: usize, curve: &Curve) -> String {
     let dashes = [r#" stroke-dasharray="6 4""#, r#" stroke-dasharray="2 3""#];
     let dash = match number / PALETTE.len() {
@@ -235,7 +235,7 @@ fn stroke(number: usize, curve: &Curve) -> String {
 
 pub(crate) fn text(out: &mut String, x: f64, y: f64, text: &str, attributes: &str, color: &str) {
     if !text.is_empty() {
-        // XML has no way to write control characters.
+        // XML cannot express control characters.
         let text = text.replace(char::is_control, "?").replace('&', "&amp;").replace('<', "&lt;");
         let _ = writeln!(out, r#"<text x="{x:.1}" y="{y:.1}" fill="{color}" {attributes}>{text}</text>"#);
     }

@@ -1,8 +1,8 @@
-//! Pictures of something over time, as SVG: panels of curves and of lanes above each other, with one axis below, and
-//! numbered events through all of them; and of a [`network`].
+//! Pictures over time as SVG: panels of curves and lanes with a common time axis, and numbered events through all of
+//! them. Also pictures of a [`network`].
 //!
-//! Written as text and not by a plotting library: coordinates of a tenth of a pixel, small files, and not a byte
-//! that differs from run to run.
+//! Written as text without a plotting library: coordinates have a resolution of a tenth of a pixel, files are small,
+//! and the same input always gives the same bytes.
 
 mod draw;
 pub mod network;
@@ -13,12 +13,12 @@ use std::ops::Range;
 pub use draw::svg;
 pub use scale::range;
 
-/// How wide a panel is, in pixels.
+/// The width of a panel, in pixels.
 const ACROSS: f64 = 824.0;
-/// How high a lane is, in pixels.
+/// The height of a lane, in pixels.
 const LANE: f64 = 22.0;
 
-/// The colours of curves that have none of their own, in this order. Any two differ for readers who see red and green alike.
+/// The default colours of curves, in this order. They differ for readers with red-green colour blindness, too.
 const PALETTE: [&str; 6] = [BLUE, ORANGE, GREEN, PURPLE, AMBER, SKY];
 /// `#0072B2`
 pub const BLUE: &str = "#0072B2";
@@ -37,38 +37,38 @@ pub const GREY: &str = "#8A949E";
 /// `#222A33`
 pub const INK: &str = "#222A33";
 
-/// A picture.
+/// A picture with panels over a common axis.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {
     /// Its first line.
     pub title: String,
     /// Its second line.
     pub subtitle: String,
-    /// What the axis below all panels means, with its unit.
+    /// The title of the common axis, with its unit.
     pub axis: String,
-    /// From where to where this axis goes.
+    /// The range of the common axis.
     pub span: Range<f64>,
     /// From top to bottom.
     pub panels: Vec<Panel>,
-    /// What happened, ascending in time.
+    /// Ascending in time.
     pub events: Vec<Event>,
 }
 
-/// Something that happened: a numbered line through all panels, and a line of text below them.
+/// An event: a numbered line through all panels, with a text below them.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// When, in seconds.
+    /// In seconds.
     pub at_s: f64,
     /// What.
     pub text: String,
 }
 
-/// One diagram.
+/// A panel of a picture.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// What it shows, with its unit.
+    /// With the unit.
     pub title: String,
-    /// How high it is, in pixels.
+    /// In pixels.
     pub height: f64,
     /// What is in it.
     pub content: Content,
@@ -77,40 +77,40 @@ pub struct Panel {
 /// What is in a panel.
 #[derive(Clone, Debug)]
 pub enum Content {
-    /// Numbers; the first one is drawn first.
+    /// Curves of numbers; the first one is drawn first.
     Curves(Vec<Curve>),
-    /// What is so, and what is not so.
+    /// Lanes with bars where something holds.
     Lanes(Vec<Lane>),
 }
 
-/// A number over time.
+/// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// What it is, for the legend; one without a name is not in it.
+    /// The name in the legend; empty to leave the curve out.
     pub name: String,
-    /// Its colour, instead of the next one of the palette.
+    /// `None` for the next colour of the palette.
     pub color: Option<&'static str>,
     /// Whether it is a dashed line.
     pub dashed: bool,
-    /// How wide the line is, in pixels.
+    /// The width of the line, in pixels.
     pub width: f64,
     /// Points that are joined by lines.
     pub points: Vec<(f64, f64)>,
 }
 
-/// Something that is so from time to time.
+/// A lane, with bars for the times at which something holds.
 #[derive(Clone, Debug)]
 pub struct Lane {
-    /// What.
+    /// What holds.
     pub name: &'static str,
     /// The colour of its bars.
     pub color: &'static str,
-    /// From when to when, in seconds.
+    /// Beginning and end of each bar, in seconds.
     pub spans_s: Vec<(f64, f64)>,
 }
 
 impl Picture {
-    /// Makes one unit as long across as upwards in a panel of curves, so that a circle is round: sets the span.
+    /// Sets the span so that a unit has the same length on both axes of a panel of curves, and circles are round.
     #[must_use]
     pub fn to_scale(mut self, middle: f64) -> Picture {
         let upwards = self.panels.first().map_or(0.0, |panel| {
@@ -124,19 +124,19 @@ impl Picture {
 }
 
 impl Panel {
-    /// Curves over each other, in a panel of the usual height.
+    /// A panel of curves with the usual height.
     #[must_use]
     pub fn curves(title: impl Into<String>, curves: Vec<Curve>) -> Panel {
         Panel { title: title.into(), height: 170.0, content: Content::Curves(curves) }
     }
 
-    /// Lanes below each other.
+    /// A panel of lanes below each other.
     #[must_use]
     pub fn lanes(title: impl Into<String>, lanes: Vec<Lane>) -> Panel {
         Panel { title: title.into(), height: lanes.len() as f64 * LANE, content: Content::Lanes(lanes) }
     }
 
-    /// From the lowest to the highest value of the curves, with air.
+    /// The range of the curves' values, with a margin.
     fn values(&self) -> Range<f64> {
         let curves = if let Content::Curves(curves) = &self.content { &curves[..] } else { &[] };
         range(curves.iter().flat_map(|curve| &curve.points).map(|point| point.1))
@@ -144,13 +144,13 @@ impl Panel {
 }
 
 impl Curve {
-    /// A curve with the next colour.
+    /// A curve in the next colour.
     #[must_use]
     pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
         Curve { name: name.into(), color: None, dashed: false, width: 2.0, points }
     }
 
-    /// What should be reached: each target holds until the next one, and the last one until `end_s`.
+    /// A curve of targets: each holds until the next one, the last one until `end_s`.
     #[must_use]
     pub fn target(targets: &[(f64, f64)], end_s: f64) -> Curve {
         let mut points = held(targets);
@@ -160,7 +160,7 @@ impl Curve {
 }
 
 impl Lane {
-    /// Of what was seen, ascending in time.
+    /// A lane from observations in ascending time.
     #[must_use]
     pub fn new(name: &'static str, color: &'static str, seen: impl Iterator<Item = (f64, bool)>) -> Lane {
         let mut spans_s: Vec<(f64, f64)> = Vec::new();
@@ -177,7 +177,7 @@ impl Lane {
     }
 }
 
-/// Values that hold until the next one: where one differs from the one before, there is a step.
+/// The points of a step curve: each value holds until the next one.
 #[must_use]
 pub fn held(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut steps: Vec<(f64, f64)> = Vec::with_capacity(points.len() * 2);

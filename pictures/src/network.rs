@@ -1,4 +1,4 @@
-//! Nodes on a bus, and which message of one goes to which others.
+//! Pictures of a network: nodes on a bus, and which node receives what from which.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,14 +6,14 @@ use std::fmt::Write as _;
 use crate::draw::{FAINT, MUTED, PAPER, document, line, text};
 use crate::{BLUE, GREY, INK, ORANGE, PALETTE};
 
-/// Nodes on a bus.
+/// A network to draw.
 #[derive(Clone, Debug, Default)]
 pub struct Network {
     /// The first line.
     pub title: String,
     /// The second line.
     pub subtitle: String,
-    /// From top to bottom; the first one is the manager, to and from which goes what no other node sends or receives.
+    /// From top to bottom. The first one is the manager, which sends and receives messages without another end.
     pub nodes: Vec<Node>,
 }
 
@@ -22,22 +22,22 @@ pub struct Network {
 pub struct Node {
     /// What it is called.
     pub name: String,
-    /// What else is said of it.
+    /// Further lines about it.
     pub lines: Vec<String>,
-    /// What it sends and receives.
+    /// Messages that it sends and receives.
     pub messages: Vec<Message>,
 }
 
 /// A message that a node sends or receives.
 #[derive(Clone, Debug)]
 pub struct Message {
-    /// By which messages of two nodes are the same one.
+    /// The same number in two nodes means the same message.
     pub id: u32,
-    /// Whether the node sends it.
+    /// Whether the node sends it; otherwise it receives it.
     pub is_sent: bool,
-    /// What is in it.
+    /// Its contents.
     pub what: String,
-    /// How it goes.
+    /// When it is sent.
     pub note: String,
 }
 
@@ -47,24 +47,24 @@ const BUS: f64 = 44.0;
 const BOX: f64 = 76.0;
 const ACROSS: f64 = 190.0;
 const MESSAGES: f64 = BOX + ACROSS + 30.0;
-/// Where the texts of messages end, and what they are connected to begins.
+/// Where the texts of messages end and the wires begin.
 const ENDS: f64 = 800.0;
 const LANES: f64 = ENDS + 96.0;
 const LANE: f64 = 12.0;
 const MESSAGE: f64 = 38.0;
 const GAP: f64 = 18.0;
-/// The letters of a line of text that fit, by a guess on the safe side: the font that shows the picture is not known here.
+/// The letters that fit in a line, an estimate on the safe side: the font of the viewer is unknown.
 const LETTERS: usize = ((ENDS - MESSAGES - 24.0) / 6.6) as usize;
 const SMALL_LETTERS: usize = LETTERS * 12 / 11;
 
-/// A message at its place.
+/// A message with its position.
 struct Row<'a> {
     message: &'a Message,
     y: f64,
 }
 
 impl Network {
-    /// The picture as an SVG document.
+    /// An SVG document.
     #[must_use]
     pub fn svg(&self) -> String {
         let mut out = String::new();
@@ -110,7 +110,7 @@ impl Row<'_> {
     fn draw(&self, out: &mut String) {
         let Message { is_sent, what, note, .. } = self.message;
         let (y, left) = (self.y + 12.0, MESSAGES - 14.0);
-        // Away from the node, or to it.
+        // Sent messages point away from the node, received ones to it.
         let (tip, tail, color) = if *is_sent { (left + 8.0, left, BLUE) } else { (left, left + 8.0, ORANGE) };
         let _ = writeln!(
             out,
@@ -123,8 +123,8 @@ impl Row<'_> {
     }
 }
 
-/// Connects what is sent with what is received, each message in a lane of its own where they would cover each other; what has no
-/// other end goes to the manager, or comes from it. Returns the number of lanes.
+/// Connects senders with receivers; messages that would overlap get separate lanes. A message without another end is
+/// connected to the manager. Returns the number of lanes.
 fn draw_wires(out: &mut String, rows: &[Row<'_>]) -> usize {
     let mut wires: BTreeMap<u32, Vec<&Row<'_>>> = BTreeMap::new();
     rows.iter().for_each(|row| wires.entry(row.message.id).or_default().push(row));
@@ -141,7 +141,7 @@ fn draw_wires(out: &mut String, rows: &[Row<'_>]) -> usize {
         );
         text(out, ENDS + 45.0, y + 4.0, "manager", r#"text-anchor="middle" font-size="11""#, MUTED);
     }
-    // Where each lane is free again.
+    // The position from which each lane is free.
     let mut lanes: Vec<f64> = Vec::new();
     let mut wires: Vec<_> = wires.into_iter().map(|ends| (ends[0].y, ends[ends.len() - 1].y, ends)).collect();
     wires.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -171,7 +171,7 @@ fn draw_wires(out: &mut String, rows: &[Row<'_>]) -> usize {
     lanes.len()
 }
 
-/// As much of a text as there is room for.
+/// The beginning of a text, as far as it fits.
 fn cut(text: &str, letters: usize) -> String {
     match text.char_indices().nth(letters) {
         None => text.to_owned(),
@@ -195,10 +195,10 @@ mod tests {
         ];
         let svg = Network { title: "A & B".to_owned(), subtitle: String::new(), nodes }.svg();
         assert!(svg.contains("A &amp; B") && svg.contains("&lt;2>"));
-        // The one that nobody receives.
+        // One for the message that nobody receives.
         assert_eq!(svg.matches(">manager</text>").count(), 2);
         assert_eq!(svg.matches("<circle").count(), 2);
-        // A message goes through three nodes, and the other one beside it.
+        // One message passes three nodes, and the other one is beside it.
         assert!(svg.contains(&format!("width=\"{}\"", LANES + 2.0 * LANE + 24.0)), "{svg}");
     }
 }

@@ -1,8 +1,8 @@
-//! Numbers at an axis, and which points of a curve are drawn.
+//! Axes, and the choice of points of a curve.
 
 use std::ops::Range;
 
-/// From the lowest to the highest number, with air around them, and with zero if it is near.
+/// The range of the numbers with a margin, extended to zero if that is near.
 pub fn range(numbers: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let first = numbers.clone().next().unwrap_or_default();
     let (low, high) = (numbers.clone().fold(first, f64::min), numbers.fold(first, f64::max));
@@ -13,7 +13,7 @@ pub fn range(numbers: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     (if low == 0.0 { low - air / 2.0 } else { low - air })..high + air
 }
 
-/// Round numbers within a range, about `count` of them, and their texts: with a sign if some are below zero.
+/// About `count` round numbers within a range, and their texts; with signs if some are negative.
 pub(crate) fn ticks(range: &Range<f64>, count: usize, is_signed: bool) -> Vec<(f64, String)> {
     let least = (range.end - range.start) / count as f64;
     let power = 10_f64.powf(least.log10().floor());
@@ -29,7 +29,7 @@ pub(crate) fn ticks(range: &Range<f64>, count: usize, is_signed: bool) -> Vec<(f
     (first..=last).map(|number| number as f64 * step).map(|value| (value, text(value))).collect()
 }
 
-/// Moves places sideways until they are far enough from each other: to the right first, then back from the edge.
+/// Moves positions sideways until they are far enough apart: first to the right, then back from the edge.
 pub(crate) fn spread(places: impl Iterator<Item = f64>, edges: Range<f64>) -> Vec<f64> {
     let mut places: Vec<f64> = places.collect();
     let apart = ((edges.end - edges.start) / places.len() as f64).min(21.0);
@@ -46,12 +46,12 @@ pub(crate) fn spread(places: impl Iterator<Item = f64>, edges: Range<f64>) -> Ve
     places
 }
 
-/// Drops points between which the line is the same, to a tenth of a pixel, while it goes to the right.
+/// Drops points that change the line by less than a tenth of a pixel, as long as it goes to the right.
 pub(crate) fn thin(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     const ALL: Range<f64> = f64::NEG_INFINITY..f64::INFINITY;
     let mut kept: Vec<(f64, f64)> = Vec::new();
     let mut last: Option<(f64, f64)> = None;
-    // The slopes from the last kept point that pass all points since by less than a tenth of a pixel.
+    // The slopes for which the line from the last kept point passes all later ones within a tenth of a pixel.
     let mut slopes = ALL;
     for point in points {
         if let (Some(from), Some(before)) = (kept.last(), last) {
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(thin(back.into_iter()), back);
     }
 
-    /// What is dropped is never farther from the line than what can be seen, and a long rest takes no longer than its points.
+    /// No dropped point is visibly off the line, and a long standstill takes time linear in its points.
     #[test]
     fn no_dropped_point_is_off_the_line() {
         let curve: Vec<_> = (0..200_000).map(|n| f64::from(n) / 200.0).map(|x| (x, (x / 50.0).sin() * 80.0)).collect();
