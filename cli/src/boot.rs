@@ -1,4 +1,4 @@
-//! `lexican boot`: configures and starts a network, and keeps it up.
+//! `lexican boot`: configures and starts a network, and keeps it running.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let interrupted = ctrl_c()?;
     let is_kept = args.keep || args.span.is_some();
     if is_kept {
-        // What ends with this command would be missed after it.
+        // Protection that relies on this command would trip after it ends.
         let now = network.now();
         machine.produce(network.manager(), now);
     }
@@ -133,7 +133,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             Some(end) => now >= end,
             None => !is_kept && !is_booting(&mut network),
         };
-        // What came during the boot is reported before the end: no more than the network keeps.
+        // At the end, report the events that are left, at most as many as the network keeps.
         if interrupted.load(Ordering::Relaxed) || is_over && left == 0 {
             break;
         }
@@ -166,7 +166,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if is_ready && is_as_expected { Outcome::Clean } else { Outcome::Found })
 }
 
-/// Whether the nodes that have booted have the software versions that the machine wants (100Ah).
+/// Checks the software versions (100Ah) of the booted nodes against the machine; false if one differs.
 fn software<L: Link>(network: &mut Network<L>, machine: &Machine) -> bool {
     let mut is_as_expected = true;
     for node in &machine.nodes {
@@ -183,7 +183,7 @@ fn software<L: Link>(network: &mut Network<L>, machine: &Machine) -> bool {
     is_as_expected
 }
 
-/// What a node is: the device that lexican knows, and what it says itself.
+/// A node as text: the device by its identity, and the identity.
 fn identity<L: Link>(network: &mut Network<L>, node: NodeId) -> String {
     let device_type = network.read(node, Object::<u32, Ro>::new(cia301::DEVICE_TYPE, 0)).ok();
     let [vendor, product, ..] = read_identity(&mut RemoteNode::new(network, node)).unwrap_or_default();
@@ -194,18 +194,18 @@ fn identity<L: Link>(network: &mut Network<L>, node: NodeId) -> String {
     format!("{known} ({})", numbers.join(", "))
 }
 
-/// How many events are reported at most when the time is over.
+/// The most events that are reported after the time is up.
 const LEFT: usize = 1000;
-/// How often Ctrl-C is checked.
+/// The interval of checking for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether a node is still being booted. `Network::boot` does not wait for optional nodes.
+/// Whether a node is still booting: `Network::boot` does not wait for optional nodes.
 fn is_booting<L: Link>(network: &mut Network<L>) -> bool {
     network.kept().is_some_and(|kept| kept.nodes().any(|node| kept.is_booting(node)))
 }
 
 impl Args {
-    /// The machine of a file, or one of the nodes that are named.
+    /// The machine of a file, or one made of the nodes in the arguments.
     fn machine(&self) -> Result<OnBus, Failure> {
         if self.node.is_empty() && self.optional.is_empty() {
             return sound_on_bus(&found(self.machine.clone())?);
@@ -238,7 +238,7 @@ impl Args {
 
 fn print(as_json: bool, event: &Event) -> Result<(), Failure> {
     let (name, node, text, is_bad, more) = match *event {
-        // It may be why a node is not OPERATIONAL.
+        // This may be the reason why the node is not OPERATIONAL.
         Event::Emergency { node, emergency } => {
             let (code, register) = (emergency.code, format!("{:02X}", emergency.register.0));
             let text = format!("EMCY {code}, error register = {register}h");

@@ -1,4 +1,4 @@
-//! All commands but `demo`.
+//! All commands except `demo`.
 
 #[cfg(unix)]
 use crate::chaos;
@@ -62,7 +62,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// What shows before it runs, and not while it is parsed.
+    /// Reports what is wrong with the arguments beyond what clap checks.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         match self {
             Command::Drive(args) => args.check_value(),
@@ -70,7 +70,7 @@ impl Command {
         }
     }
 
-    /// Runs it; `shell` is the command with all of them.
+    /// Runs the command. `shell` can run all commands, for sequences.
     pub(crate) fn run(self, shell: run::Shell) -> Result<Outcome, Failure> {
         match self {
             Command::Bench(args) => bench::run(&args, shell),

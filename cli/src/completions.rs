@@ -1,4 +1,4 @@
-//! `lexican completions` and `lexican man`: shell completions and man pages, made of the command's own arguments.
+//! `lexican completions` and `lexican man`: shell completions and man pages, made from the arguments of all commands.
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -15,7 +15,7 @@ use crate::bus::{BUS, SheetName};
 use crate::output::{Failure, Outcome, raw_stdout};
 use lexican_toolbox::data_sheet::find;
 
-/// The environment variable by which a shell asks for completions.
+/// The environment variable in which a shell asks for completions.
 const ASK: &str = "LEXICAN_COMPLETE";
 
 /// Print completions for a shell
@@ -51,7 +51,7 @@ const MAN_EXAMPLES: &str = "\
 Examples:
     lexican man ~/.local/share/man/man1";
 
-/// Answers a shell that asks for completions, and ends the process; does nothing for other runs.
+/// If a shell asks for completions, prints them and ends the process.
 pub(crate) fn answer(command: fn() -> Command) {
     CompleteEnv::with_factory(command).var(ASK).complete();
 }
@@ -74,14 +74,14 @@ pub(crate) fn man(args: &ManArgs, command: Command) -> Result<Outcome, Failure> 
 
 const NAME: &str = "lexican";
 
-/// The devices that lexican knows, and files.
+/// Completes devices of the library, and files.
 pub(crate) fn devices(current: &OsStr) -> Vec<CompletionCandidate> {
     let begins = |id: &&str| id.starts_with(&*current.to_string_lossy());
     let known = library::all().iter().map(|shipped| shipped.id).filter(begins).map(CompletionCandidate::new);
     known.chain(PathCompleter::file().complete(current)).collect()
 }
 
-/// The objects of the device that the command line names: by index if it begins with a digit, else by name.
+/// Completes objects of the device on the command line: by index if the word begins with a digit, else by name.
 pub(crate) fn objects(current: &OsStr) -> Vec<CompletionCandidate> {
     let Some(device) = device_of(std::env::args(), std::env::var(BUS).ok()) else { return Vec::new() };
     let current = current.to_string_lossy().to_lowercase();
@@ -101,13 +101,13 @@ pub(crate) fn objects(current: &OsStr) -> Vec<CompletionCandidate> {
     entries.filter_map(|(object, entry)| candidate(object, entry)).collect()
 }
 
-/// `Position-Actual-Value`: a name without what a shell would have to quote. It means the same object.
+/// A name as one word that needs no quotes: `Position-Actual-Value`. It means the same object.
 fn one_word(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("-")
 }
 
-/// The data sheet that `--device` names, or the URL of the bus.
+/// The data sheet in `--device`, or else in the URL of the bus.
 fn device_of(args: impl Iterator<Item = String>, bus: Option<String>) -> Option<Device> {
     let args: Vec<_> = args.collect();
     let value = |option: &str| {
@@ -122,7 +122,7 @@ fn device_of(args: impl Iterator<Item = String>, bus: Option<String>) -> Option<
     };
     let named = value("--device").and_then(|named| Some(named.parse::<SheetName>().ok()?.sheet));
     let name = named.or_else(|| of_bus(value("--bus").or(bus)?))?;
-    // Without a word about what is wrong with it: the shell shows candidates only.
+    // Silently: the shell expects nothing but candidates.
     Some(lexican_eds::device(&find(&name).ok()?))
 }
 

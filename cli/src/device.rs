@@ -1,4 +1,4 @@
-//! The device of a command: a data sheet in a file, or a device of the library.
+//! The data sheet of a command, from a file or the device library.
 
 use std::path::{Path, PathBuf};
 
@@ -28,18 +28,18 @@ impl DeviceArgs {
         !self.overlay.is_empty()
     }
 
-    /// Refuses to write one of the files that are read.
+    /// Refuses to overwrite one of the files that are read.
     pub(crate) fn guard(&self, output: &Path) -> Result<(), Failure> {
         guard(output, Some(self.device.as_str()), &self.overlay)
     }
 
-    /// The device, as far as its data sheet can be read.
+    /// Loads the data sheet, as far as it can be read.
     pub(crate) fn load(&self) -> Result<DataSheet, Failure> {
         Ok(DataSheet::load(&self.device, &self.overlay)?)
     }
 }
 
-/// Refuses to write one of these data sheets and overlays.
+/// Refuses to overwrite one of these data sheets and overlays.
 pub(crate) fn guard<'a>(
     output: &Path,
     sheets: impl IntoIterator<Item = &'a str>,
@@ -49,7 +49,7 @@ pub(crate) fn guard<'a>(
     Existing::Replace.guard(output, read).map_err(|error| Failure::file("write", output, &error))
 }
 
-/// The texts of this name: of a node of a machine, a file, or else a device of the library; and which device that is.
+/// The texts with this name, of a machine's node, a file, or a device of the library; for the last, with its id.
 #[cfg(feature = "full")]
 pub(crate) fn find(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
     match crate::machine::sheet_of_node(name) {
@@ -58,21 +58,21 @@ pub(crate) fn find(name: &str) -> Result<(Input, Option<&'static str>), DataShee
     }
 }
 
-/// Reads the data sheet of this name, with overlays; warns about its errors.
+/// Loads a data sheet with overlays; warns about its errors.
 #[cfg(feature = "full")]
 pub(crate) fn load(name: &str, overlays: &[PathBuf]) -> Result<DataSheet, Failure> {
     let (input, library) = find(name)?;
     Ok(DataSheet { library, ..load_input(input, overlays)? })
 }
 
-/// Reads a data sheet, with overlays; warns about its errors.
+/// Reads a data sheet with overlays; warns about its errors.
 pub(crate) fn load_input(input: Input, overlays: &[PathBuf]) -> Result<DataSheet, Failure> {
     let sheet = DataSheet::new(with_overlays(input, overlays)?)?;
     warn_of_errors(&sheet);
     Ok(sheet)
 }
 
-/// Warns about the errors of a data sheet.
+/// Warns about the errors in a data sheet.
 pub(crate) fn warn_of_errors(sheet: &DataSheet) {
     let errors = sheet.errors().count();
     if errors > 0 {
@@ -92,7 +92,7 @@ pub(crate) fn show_errors(sheet: &DataSheet) -> bool {
     !errors.is_empty()
 }
 
-/// The errors of a data sheet, with the lines that they are about.
+/// The errors in a data sheet, with their lines.
 pub(crate) fn in_full(sheet: &DataSheet) -> String {
     sheet.errors().map(|finding| format!("{}\n\n", finding.render(&sheet.input))).collect()
 }

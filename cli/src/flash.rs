@@ -1,4 +1,4 @@
-//! `lexican flash`: program download to a boot loader.
+//! `lexican flash`: downloads a program to a boot loader.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -69,7 +69,7 @@ Examples:
     lexican flash --bus can0 5 --loader bootloader.toml firmware.bin
     lexican flash --bus can0 5 --status";
 
-/// More than any microcontroller's flash.
+/// More than the flash of any microcontroller.
 const MAX_BYTES: usize = 256 << 20;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
 }
 
-/// Reports a download that was not done, and what the device holds.
+/// Reports a failed download, and what the device holds.
 fn failed(as_json: bool, node: u8, error: &FlashError) -> Result<Outcome, Failure> {
     let is_lost = matches!(error.held, Held::Unknown | Held::NoControl);
     let help = match error.held {
@@ -134,7 +134,7 @@ fn failed(as_json: bool, node: u8, error: &FlashError) -> Result<Outcome, Failur
     Ok(Outcome::Found)
 }
 
-/// What a device holds, for programs.
+/// One word for programs.
 const fn word(held: Held) -> &'static str {
     match held {
         Held::Unknown => "unknown",

@@ -18,7 +18,7 @@ pub(crate) struct Args {
 pub(crate) fn run(_: &Args) -> Result<Outcome, Failure> {
     let (connection, threads) = Connection::stdio();
     let served = serve(&connection).map_err(Failure::new);
-    // The threads end when nothing can be sent any more.
+    // Drop the connection to end the threads.
     drop(connection);
     served.and_then(|()| Ok(threads.join()?))?;
     Ok(Outcome::Clean)

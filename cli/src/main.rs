@@ -1,10 +1,10 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] loads data sheets, [`bus`] opens links and explains their errors, and [`output`] prints
-//! results and sets the exit code; what needs no terminal is in `lexican_toolbox`. Each other module is one command: `demo`, and
-//! with the feature `full` all [`commands`].
+//! [`device`] loads data sheets, [`bus`] opens links and explains their errors, and [`output`] prints results and sets
+//! the exit code. What needs no terminal is in `lexican_toolbox`. All other modules are commands: `demo`, and with the
+//! feature `full` all [`commands`].
 
-// What several commands share is more than one of them uses.
+// Without the feature, some of the shared code is unused.
 #![cfg_attr(not(feature = "full"), allow(dead_code, unused_imports))]
 
 mod demo;
@@ -13,7 +13,7 @@ mod node_place;
 mod output;
 mod print;
 
-/// What only the whole command has.
+/// The modules that only the full command has.
 #[cfg(feature = "full")]
 #[path = ""]
 mod whole {
@@ -108,7 +108,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The arguments with the names of a machine and with the node where its command has it.
+/// Resolves names of the machine's nodes, and puts the node where the command takes it.
 fn resolved(args: Vec<OsString>, cli: &clap::Command) -> Vec<OsString> {
     #[cfg(feature = "full")]
     let args = machine::names::resolved(args, cli);
@@ -123,11 +123,11 @@ fn carried_out(args: Vec<OsString>) -> Result<output::Outcome, output::Failure> 
     }
 }
 
-/// What a sequence needs of it.
+/// What sequences use of this command.
 #[cfg(feature = "full")]
 const SHELL: run::Shell = run::Shell { command: Cli::command, resolved, check: understood, run: carried_out };
 
-/// Whether arguments are understood; if not, why.
+/// Checks arguments without running them; returns the error text.
 #[cfg(feature = "full")]
 fn understood(args: Vec<OsString>) -> Result<(), String> {
     match Cli::try_parse_from(args) {

@@ -118,17 +118,17 @@ struct Watch<L> {
     link: L,
     pump: Pump,
     command: NmtCommand,
-    /// The nodes that are addressed; `None` for all.
+    /// The addressed nodes; `None` for all.
     targets: Option<Vec<NodeId>>,
-    /// The last reported state of each node; after a reset it stays INITIALISING, which is the boot-up message.
+    /// The last state of each node. After a reset, INITIALISING stands for the boot-up message and is kept.
     heard: BTreeMap<NodeId, NmtState>,
-    /// The heartbeat time (1017h) of nodes that were not heard, in ms, read by SDO; `None` if they have no such object.
+    /// The heartbeat time (1017h) in ms of silent nodes, read by SDO; `None` if they lack the object.
     heartbeats: BTreeMap<NodeId, Option<u16>>,
     /// The nodes whose heartbeat time was requested.
     asked: BTreeSet<NodeId>,
 }
 
-/// 0 for no heartbeat.
+/// 1017h; 0 means no heartbeat.
 const HEARTBEAT_TIME: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 
 impl<L: Link> Watch<L> {
@@ -193,9 +193,9 @@ impl<L: Link> Watch<L> {
         }
     }
 
-    /// Requests states by node guarding (CiA 301, 7.2.8.2.2), to which heartbeat producers need not respond; and once by
-    /// SDO the heartbeat time of a node that was not heard, which may have neither. After a reset, nodes send a boot-up
-    /// message by themselves.
+    /// Asks for states by node guarding (CiA 301, 7.2.8.2.2), to which heartbeat producers need not respond. Once, it
+    /// also reads the heartbeat time of silent nodes by SDO, because a node may have neither. Not after a reset, which
+    /// nodes report by a boot-up message.
     fn ask(&mut self, all: bool) -> Result<(), Failure> {
         if self.is_reset() {
             return Ok(());
@@ -290,14 +290,14 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// A node that changes its state some time after the command.
+    /// A node that changes its state with a delay.
     struct Slow {
         node: NodeId,
         state: NmtState,
         delay: Duration,
         /// Zero for none.
         heartbeat: Duration,
-        /// Whether it responds to guarding while it has no heartbeat.
+        /// Whether it responds to guarding when it has no heartbeat.
         knows_guarding: bool,
         next_beat: Option<Instant>,
         change: Option<(Instant, NmtState)>,
@@ -364,7 +364,7 @@ mod tests {
     struct Seen {
         reached: Vec<u8>,
         others: Vec<u8>,
-        /// The heartbeat times read by SDO.
+        /// The heartbeat times that were read by SDO.
         heartbeats: Vec<(u8, Option<u16>)>,
         after_ms: u64,
         /// The number of guarding requests.
@@ -417,7 +417,7 @@ mod tests {
             check(&seen, &[5], &[], 730..=1010);
             assert_eq!(seen.questions, 3);
         }
-        // With little time, it is asked early.
+        // With little time, nodes are asked early.
         check(&wait(vec![Slow::new(5, 0, 0)], Start, 5, 100), &[5], &[], 50..=51);
     }
 
@@ -429,7 +429,7 @@ mod tests {
             check(&seen, &[], &[], 2000..=2000);
             assert_eq!(seen.heartbeats, [(5, Some(0))]);
         }
-        // The next heartbeat comes in a minute.
+        // The next heartbeat is due in a minute.
         let rare = Slow { next_beat: Some(Instant::from_micros(60_000_000)), ..Slow::new(5, 0, 60_000) };
         assert_eq!(wait(vec![rare], Start, 5, 2000).heartbeats, [(5, Some(60_000))]);
         // After a reset, a node reports by itself.

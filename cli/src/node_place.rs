@@ -1,11 +1,11 @@
-//! A node is named by `--node 5` or by its place, `5`: a command has one of the two, and takes the other as well.
+//! Accepts a node both as `--node 5` and as the first word `5`, whichever of them a command has.
 
 use std::ffi::{OsStr, OsString};
 
 use clap::{Arg, Command};
 use lexican_toolbox::text::node_id::node_ids;
 
-/// The arguments with the node where the command has it. What cannot be understood is left for clap to complain about.
+/// Moves the node to where its command has it. Clap reports what cannot be understood.
 pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
     let (command, begin) = command(&args, cli);
     let by_place = command.get_positionals().next().is_some_and(is_node);
@@ -25,7 +25,7 @@ pub(crate) fn settled(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
     args
 }
 
-/// The command that is called, and where its own arguments begin.
+/// The command in the arguments, and the position of its own arguments.
 pub(crate) fn command<'c>(args: &[OsString], cli: &'c Command) -> (&'c Command, usize) {
     let (mut command, mut begin) = (cli, 1);
     while let Some(below) = args.get(begin).and_then(|name| command.find_subcommand(name)) {
@@ -34,20 +34,20 @@ pub(crate) fn command<'c>(args: &[OsString], cli: &'c Command) -> (&'c Command, 
     (command, begin)
 }
 
-/// Whether an argument is a node, or several.
+/// Whether an argument takes a node or several nodes.
 pub(crate) fn is_node(arg: &Arg) -> bool {
     arg.get_value_names()
         .is_some_and(|names| names.iter().any(|name| ["NODE", "NODES", "NODE|none"].contains(&name.as_str())))
 }
 
-/// The words of a command line, and the command that they are for.
+/// The words of a command line after the command, with the command.
 pub(crate) struct Words<'a> {
     pub(crate) args: &'a [OsString],
     pub(crate) command: &'a Command,
 }
 
 impl Words<'_> {
-    /// Where `--node` stands, how many words it takes, and the node.
+    /// The position of `--node`, the number of its words, and its value.
     fn option(&self, begin: usize) -> Option<(usize, usize, OsString)> {
         let end = self.args.iter().position(|word| word == "--").unwrap_or(self.args.len());
         (begin..end).find_map(|at| match self.args[at].to_str()? {
@@ -56,7 +56,7 @@ impl Words<'_> {
         })
     }
 
-    /// The word that may be the name of a node, and how much of it stands before the name.
+    /// The position of the word that may be the name of a node, and the length of what precedes the name in it.
     #[cfg(feature = "full")]
     pub(crate) fn node_word(&self, begin: usize) -> Option<(usize, usize)> {
         let takes_option = self.command.get_arguments().any(|arg| arg.get_long() == Some("node"));
@@ -69,7 +69,7 @@ impl Words<'_> {
         }
     }
 
-    /// The file of a machine that is named.
+    /// The file in `--machine`.
     #[cfg(feature = "full")]
     pub(crate) fn machine(&self, begin: usize) -> Option<std::path::PathBuf> {
         let first = self.command.get_positionals().next()?;
@@ -77,8 +77,8 @@ impl Words<'_> {
         self.places(begin).first().filter(|_| is_machine).map(|at| (&self.args[*at]).into())
     }
 
-    /// Where a node stands by its place: as the first word, or behind one of a fixed choice as `nmt start` has. Objects cannot be
-    /// taken for it, since those up to 007Fh are data types.
+    /// The position of a node without `--node`: the first word, or the one after a fixed choice, as in `nmt start`. It
+    /// cannot be an object, because indices up to 007Fh are data types.
     fn node(&self, begin: usize) -> Option<usize> {
         let at = self.place(begin)?;
         let text = self.args[at].to_str()?;
@@ -86,14 +86,14 @@ impl Words<'_> {
         (decimal && node_ids(text).is_ok()).then_some(at)
     }
 
-    /// The first word that may be a node.
+    /// The position of the first word that may be a node.
     fn place(&self, begin: usize) -> Option<usize> {
         let mut positionals = self.command.get_positionals();
         let chosen = positionals.next().is_some_and(|arg| !arg.get_possible_values().is_empty());
         self.places(begin).get(usize::from(chosen)).copied()
     }
 
-    /// Where the words stand that are neither options nor their values.
+    /// The positions of words that are neither options nor their values.
     fn places(&self, begin: usize) -> Vec<usize> {
         let mut places = Vec::new();
         let mut at = begin;
@@ -110,7 +110,7 @@ impl Words<'_> {
         places
     }
 
-    /// Whether the next word is the value of this one; `None` if this is no option.
+    /// Whether the next word is the value of this option; `None` if this is no option.
     fn option_of(&self, word: &OsStr) -> Option<bool> {
         let word = word.to_str()?.strip_prefix('-').filter(|rest| !rest.is_empty())?;
         let known = |arg: &&Arg| match word.strip_prefix('-') {

@@ -1,4 +1,4 @@
-//! What a command prints and writes: text on the terminal, files, an exit code.
+//! The output of commands: text on the terminal, files, exit codes.
 
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -19,14 +19,14 @@ pub(crate) use lexican_toolbox::text::json::fields;
 use lexican_toolbox::values::lookup::ObjectError;
 use serde_json::Value as Json;
 
-/// The result of a command that has done its work.
+/// The result of a command that could do its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
     /// No findings: exit 0.
     Clean,
     /// Findings, differences, failed checks: exit 1.
     Found,
-    /// Some input could not be read, which has been reported: exit 2.
+    /// Some input could not be read, and this has been reported: exit 2.
     Unreadable,
 }
 
@@ -40,12 +40,12 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// Why a command could not do its work: exit 2, as for a wrong command line.
+/// Why a command could not do its work: exit 2, as for wrong arguments.
 #[derive(Debug)]
 pub(crate) struct Failure {
     message: String,
     help: Option<String>,
-    /// What it comes from, in full: printed before it.
+    /// Printed in full before the message.
     findings: String,
     silent: bool,
 }
@@ -55,7 +55,7 @@ impl Failure {
         Failure { message: message.to_string(), help: None, findings: String::new(), silent: false }
     }
 
-    /// Adds advice what to do about it.
+    /// Adds advice.
     pub(crate) fn help(mut self, help: impl Display) -> Self {
         self.help = Some(help.to_string());
         self
@@ -66,7 +66,7 @@ impl Failure {
         Failure { help, ..self }
     }
 
-    /// Prints findings before the message.
+    /// Adds findings, to be printed before the message.
     pub(crate) fn after(self, findings: String) -> Self {
         Failure { findings, ..self }
     }
@@ -93,7 +93,7 @@ impl Failure {
         }
         let mut stderr = stderr();
         let (error, help) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default().bold());
-        // If stderr is closed, the exit code has to do.
+        // Ignore an error: if stderr is closed, the exit code remains.
         let _ = writeln!(stderr, "{}{error}error{error:#}: {}", self.findings, self.message);
         if let Some(text) = &self.help {
             let _ = writeln!(stderr, "{help}help{help:#}: {text}");
@@ -109,8 +109,8 @@ impl Display for Failure {
     }
 }
 
-/// An error while writing to stdout. A command without end stops when its reader leaves (`lexican monitor | head`), which
-/// is no failure; all others write to [`stdout`], and end with their own exit code.
+/// An error while writing to stdout. Endless commands stop when their reader leaves (`lexican monitor | head`), which
+/// is no failure. All others write to [`stdout`], and end with their own exit code.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         let silent = error.kind() == io::ErrorKind::BrokenPipe;
@@ -165,16 +165,16 @@ impl From<AccessError> for Failure {
     }
 }
 
-/// What to do about a node that does not answer.
+/// The advice for a node that does not answer.
 pub(crate) const NO_ANSWER: &str = "is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes \
      and their states: one in STOPPED answers after `lexican nmt pre-operational --node NODE`";
 
-/// The text about frames that were received by the machine but not by the command.
+/// The message about frames that the machine received but the command did not.
 pub(crate) fn missing_frames(frames: u32) -> String {
     format!("{frames} frames are missing here: they came faster than they were read")
 }
 
-/// A flag that Ctrl-C, SIGTERM and SIGHUP set.
+/// A flag that is set by Ctrl-C, SIGTERM and SIGHUP.
 #[cfg(feature = "full")]
 pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
@@ -183,8 +183,8 @@ pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     Ok(flag)
 }
 
-/// Calls this at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command by themselves. A sequence has several commands, each with
-/// its own.
+/// Calls `handler` at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command. A sequence runs several commands,
+/// each with its own handler.
 #[cfg(feature = "full")]
 pub(crate) fn on_ctrl_c(handler: impl FnMut() + Send + 'static) -> Result<(), Failure> {
     static HANDLERS: Mutex<Vec<Box<dyn FnMut() + Send>>> = Mutex::new(Vec::new());
@@ -199,18 +199,18 @@ pub(crate) fn on_ctrl_c(handler: impl FnMut() + Send + 'static) -> Result<(), Fa
         .map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))
 }
 
-/// Whether colours are wanted on stdout: not in a pipe, and not where NO_COLOR is set (<https://no-color.org>).
+/// Whether to use colours on stdout: not in a pipe, and not if NO_COLOR is set (<https://no-color.org>).
 pub(crate) fn colours() -> bool {
     anstream::AutoStream::choice(&io::stdout()) != anstream::ColorChoice::Never
 }
 
-/// A remark on stderr.
+/// Prints a note on stderr.
 pub(crate) fn note(message: impl Display) {
     let note = AnsiColor::Green.on_default().bold();
     let _ = writeln!(stderr(), "{note}note{note:#}: {message}");
 }
 
-/// A problem that does not end the command, on stderr.
+/// Prints a problem that does not end the command on stderr.
 pub(crate) fn warn(message: impl Display) {
     let warning = AnsiColor::Yellow.on_default().bold();
     let _ = writeln!(stderr(), "{warning}warning{warning:#}: {message}");
@@ -222,7 +222,7 @@ pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     if is_kept() { ProgressBar::hidden() } else { ProgressBar::new(steps).with_style(style) }
 }
 
-/// A sign on stderr that something is under way whose length is unknown; hidden if stderr is no terminal.
+/// A spinner on stderr for work of unknown length; hidden if stderr is no terminal.
 pub(crate) fn spinner(message: String) -> ProgressBar {
     let spinner = if is_kept() { ProgressBar::hidden() } else { ProgressBar::new_spinner().with_message(message) };
     spinner.enable_steady_tick(std::time::Duration::from_millis(200));
@@ -230,12 +230,12 @@ pub(crate) fn spinner(message: String) -> ProgressBar {
 }
 
 /// Stdout for commands that end by themselves. If the reader leaves (`lexican ... | head`), the rest of the output is
-/// dropped, and the command goes on: its exit code is a result as well.
+/// dropped and the command continues, because its exit code is a result as well.
 pub(crate) fn stdout() -> Stdout {
     Stdout(anstream::stdout().lock())
 }
 
-/// [`stdout`] for data, in which escape sequences are kept.
+/// The same for data, in which escape sequences are kept.
 pub(crate) fn raw_stdout() -> Stdout {
     Stdout(anstream::AutoStream::always_ansi(io::stdout().lock()))
 }
@@ -245,7 +245,7 @@ fn stderr() -> Stdout<impl Write> {
 }
 
 thread_local! {
-    /// What this thread prints, if that is kept.
+    /// The output of this thread, if it is being captured.
     static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
 }
 
@@ -253,14 +253,14 @@ fn is_kept() -> bool {
     KEPT.with_borrow(Option::is_some)
 }
 
-/// Keeps what is printed: where it would be, something else is shown.
+/// Captures the output of `action`, for a client that shows something else on the terminal.
 pub(crate) fn kept<T>(action: impl FnOnce() -> T) -> (T, String) {
     KEPT.set(Some(Vec::new()));
     let (result, printed) = (action(), KEPT.take().unwrap_or_default());
     (result, anstream::adapter::strip_str(&String::from_utf8_lossy(&printed)).to_string())
 }
 
-/// A stream, unless what is printed is kept.
+/// Writes to a stream, or to the captured output.
 pub(crate) struct Stdout<S = anstream::AutoStream<io::StdoutLock<'static>>>(S);
 
 impl<S: Write> Write for Stdout<S> {
@@ -282,7 +282,7 @@ fn unless_broken<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
     }
 }
 
-/// Prints a result: a JSON object, or the text.
+/// Prints a result as a JSON object or as text.
 pub(crate) fn print_result(as_json: bool, object: impl Into<Json>, text: impl Display) -> Result<(), Failure> {
     let mut stdout = stdout();
     if as_json {
@@ -304,7 +304,7 @@ pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
-/// Whether files that are there are replaced.
+/// The option to replace existing files.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub(crate) struct ForceArgs {
     /// Replace the file if there is one
@@ -321,12 +321,12 @@ impl ForceArgs {
         if self.force { Existing::Replace } else { Existing::Keep }
     }
 
-    /// Refuses a file that would be replaced, or that is `read` by the same command: before the work that it is to keep.
+    /// Before the work begins, refuses a file that exists and is to be kept, or that the same command reads.
     pub(crate) fn guard<'a>(self, path: &Path, read: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
         self.existing().guard(path, read).map_err(|error| Failure::file("write", path, &error))
     }
 
-    /// Writes a file, unless there is one with another content.
+    /// Writes a file, unless it exists with other content and is to be kept.
     pub(crate) fn write(self, path: &Path, content: &[u8]) -> Result<(), Failure> {
         let is_same = || std::fs::read(path).is_ok_and(|present| present == content);
         match self.guard(path, []) {
@@ -336,7 +336,8 @@ impl ForceArgs {
     }
 }
 
-/// Replaces a file as a whole, or leaves it as it is. A link stays a link; a device such as `/dev/null` is written to.
+/// Replaces a file as a whole, or leaves it as it is. Symbolic links are kept, and devices such as `/dev/null` are
+/// written to.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let is_special = std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
     let written = if is_special { std::fs::write(path, content) } else { replace(path, content) };

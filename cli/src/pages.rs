@@ -1,4 +1,4 @@
-//! Every command in every page, and in every hint of the sources, is one that this command understands.
+//! Tests that every command in pages and in hints of the sources is valid.
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use lexican_machine::{At, Machine};
 use crate::machine::names;
 use crate::{Cli, node_place};
 
-/// The pages and sources of the project. What the changelog says of commands was true when it was written.
+/// All pages and sources, except the changelog, whose commands may be outdated.
 fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("the folder is there").map(|entry| entry.expect("it can be read")) {
         let (path, name) = (entry.path(), entry.file_name());
@@ -25,7 +25,7 @@ fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// What a page says of the command: whole lines of its blocks, and what stands between backquotes in its text.
+/// A command in a page: a whole line of a code block, or a span between backquotes.
 enum Said {
     Line(String),
     Span(String),
@@ -54,7 +54,7 @@ fn said(page: &str, is_source: bool) -> Vec<(usize, Said)> {
             }
             None => {
                 let spans = line.split('`').skip(1).step_by(2).filter(|span| span.starts_with("lexican "));
-                // The first line of what a simulated device keeps.
+                // This is the first line of a simulated device's storage file, not a command.
                 let spans = spans.filter(|span| !span.starts_with("lexican parameters"));
                 all.extend(spans.map(|span| (line_number, Said::Span(span.to_owned()))));
             }
@@ -63,7 +63,7 @@ fn said(page: &str, is_source: bool) -> Vec<(usize, Said)> {
     all
 }
 
-/// The words of a line as a shell has them, up to a comment, a pipe or the next command.
+/// The words of a line as in a shell, up to a comment, a pipe or the next command.
 fn words(line: &str) -> Vec<OsString> {
     let ends = |word: &String| word.starts_with(['|', ';', '&', '>', '<', '(', ')']);
     let words = shlex::Shlex::new(line).take_while(|word| !ends(word));
@@ -73,7 +73,7 @@ fn words(line: &str) -> Vec<OsString> {
 /// The machine of the demo.
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/line.toml");
 
-/// What is wrong with a whole command line. `bus` is what a page has in `LEXICAN_BUS`.
+/// What is wrong with a whole command line; `bus` is the value of `LEXICAN_BUS` in the page.
 fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     let words = words(line);
     if words.iter().any(|word| word == "..." || word == "\\") {
@@ -81,7 +81,7 @@ fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     }
     let parse = |extra: Option<&str>| {
         let words = words.iter().cloned().chain(extra.iter().flat_map(|bus| ["--bus", bus]).map(OsString::from));
-        // The pages name the nodes of the demo, as if it had a bus.
+        // Pages use the node names of the demo, as if its machine had a bus.
         let demo = |_| {
             let mut machine = Machine::open(DEMO.as_ref()).ok()?;
             machine.bus.url = Some(At { value: "can0".to_owned(), span: 0..0 });
@@ -97,7 +97,7 @@ fn misread(line: &str, bus: Option<&str>) -> Option<String> {
     (!matches!(error.kind(), DisplayHelp | DisplayVersion)).then(|| text.lines().next().unwrap_or_default().to_owned())
 }
 
-/// What is wrong with the mention of a command: a subcommand or an option that is not there.
+/// What is wrong with the mention of a command: an unknown subcommand or option.
 fn unknown(mention: &str) -> Option<String> {
     let cli = Cli::command();
     let mut command: &Command = &cli;

@@ -1,4 +1,4 @@
-//! Frames on the terminal: one line each, in columns and colours.
+//! Prints frames, one line each, in columns and colours.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use lexican_toolbox::bus::transfers::{End, Transfer};
 use lexican_toolbox::decode::{Decoded, Service};
 use lexican_toolbox::values::hex;
 
-/// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.
+/// A frame without newline: `   0.012345  405  RPDO3 node 5     1F 00 88 13 00 00    Controlword = ...`.
 pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     let data = if frame.is_remote() { format!("RTR {}", frame.dlc()) } else { hex(frame.data()) };
     let mut name = decoded.name.to_string();
@@ -31,7 +31,8 @@ pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     .to_owned()
 }
 
-/// `   0.012345       SDO node 5             read 6064:00 Position Actual Value = 0 increments (0.4 ms)`, without newline.
+/// A transfer without newline: `   0.012345       SDO node 5         read 6064:00 Position Actual Value = 0 increments
+/// (0.4 ms)`.
 pub(crate) fn transfer(transfer: &Transfer) -> String {
     let (dim, is_done) = (Style::new().dimmed(), transfer.end == End::Done);
     let style = if is_done { AnsiColor::Cyan.on_default() } else { ALARM };
@@ -45,7 +46,7 @@ pub(crate) fn transfer(transfer: &Transfer) -> String {
     )
 }
 
-/// A line that is no frame.
+/// A line about something else than a frame.
 pub(crate) fn notice(text: &str) -> String {
     styled(AnsiColor::Yellow.on_default().bold(), text)
 }

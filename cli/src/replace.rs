@@ -1,4 +1,4 @@
-//! `lexican replace`: a device of a machine in the place of one that has failed.
+//! `lexican replace`: replaces a failed device of a machine.
 
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let archived = archive.node(name).ok_or_else(|| {
         Failure::new(format_args!("{} has no {name}", file.display())).help("`lexican backup` saves the whole machine")
     })?;
-    // It is found where the machine has it now.
+    // The machine may have moved the node to another node-ID since the backup.
     let archived = ArchivedNode { node: args.node, ..archived.clone() };
     let sheet = node.device().ok_or_else(|| {
         Failure::new(format_args!("{name} has no data sheet")).help("sheet = \"FILE.eds\" in the file of the machine")
@@ -157,7 +157,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Found)
 }
 
-/// Whether it has taken the place; if not, also in which state it is left.
+/// The result for the user: whether the device has taken the place, or in which state it is.
 fn verdict(name: &str, steps: &[Step], result: &Result<(), ReplaceError>) -> String {
     let has_begun = steps.iter().any(|step| matches!(step, Step::Named { .. } | Step::Checked { .. }));
     match result {
@@ -167,7 +167,7 @@ fn verdict(name: &str, steps: &[Step], result: &Result<(), ReplaceError>) -> Str
     }
 }
 
-/// How the report begins.
+/// The head of the report.
 fn report(machine: &Machine, of: &Replacement<'_>, file: &Path, archive: &Archive) -> String {
     let time = |time| time_of_day::text(time).split('.').next().unwrap_or_default().to_owned();
     let ArchivedNode { name, node, identity, versions, .. } = of.archived;
@@ -182,7 +182,7 @@ fn report(machine: &Machine, of: &Replacement<'_>, file: &Path, archive: &Archiv
     )
 }
 
-/// The newest backup beside the file of a machine that has this node.
+/// The newest backup with this node beside the file of a machine.
 fn newest(path: &Path, name: &str) -> Result<(PathBuf, Archive), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let files = std::fs::read_dir(folder).map_err(|error| Failure::file("read", folder, &error))?;
@@ -197,7 +197,7 @@ fn newest(path: &Path, name: &str) -> Result<(PathBuf, Archive), Failure> {
     })
 }
 
-/// By what a node notices that its manager is gone.
+/// How a node notices that its manager is gone.
 fn watched(machine: &Machine, node: &Node) -> Option<Watched> {
     if let Some(within) = node.life_time() {
         return Some(Watched { heartbeat: None, within });

@@ -1,4 +1,4 @@
-//! `lexican scan`: the nodes of a bus.
+//! `lexican scan`: finds the nodes of a bus.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -57,10 +57,10 @@ const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 #[derive(Debug, Default)]
 pub(crate) struct Found {
     numbers: BTreeMap<Address, u32>,
-    /// Second, different responses.
+    /// Second responses that differ from the first.
     others: BTreeMap<Address, u32>,
     state: Option<NmtState>,
-    /// Why there may be two nodes.
+    /// Signs of two nodes with the same node-ID.
     pub(crate) evidence: BTreeSet<Evidence>,
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })
 }
 
-/// The nodes of a bus, and the network behind the link.
+/// Finds the nodes of a bus; also returns the network on the link.
 pub(crate) fn nodes<L: Link>(link: L, wait: Duration) -> Result<(BTreeMap<NodeId, Found>, Network<L>), Failure> {
     Scanner::new(link, wait).scan()
 }
@@ -82,10 +82,10 @@ struct Scanner<L> {
     pump: Pump,
     wait: Duration,
     found: BTreeMap<NodeId, Found>,
-    /// How many nodes the current request went to, and those that have responded.
+    /// How many nodes were sent the current request; then, those that have responded.
     asked: usize,
     answered: BTreeSet<NodeId>,
-    /// Entries whose responses are segmented: they are read again at the end.
+    /// Entries with segmented responses, to be read in full at the end.
     segmented: BTreeSet<(NodeId, Address)>,
     decoder: Decoder<'static>,
     duplicates: DuplicateNodes,
@@ -125,7 +125,7 @@ impl<L: Link> Scanner<L> {
         self.listen(self.wait, true)?;
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
-        // A node that sends segments without end, or repeats itself, has had its time.
+        // A node that sends segments without end, or repeats itself, gets no more than this time.
         network.set_patience(Some(self.wait));
         for (node, address) in self.segmented {
             if let Ok(data) = network.read_bytes(node, address) {
@@ -156,7 +156,7 @@ impl<L: Link> Scanner<L> {
         Ok(())
     }
 
-    /// Listens for so long, or until all nodes that were asked have responded.
+    /// Listens for `span`, or until all asked nodes have responded.
     fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
         let until = self.link.now() + span;
         while !until_answered || self.answered.len() < self.asked {
@@ -171,7 +171,7 @@ impl<L: Link> Scanner<L> {
     fn hear(&mut self, frame: &Frame) -> Result<(), Failure> {
         self.suspect(frame);
         if let Some(node) = ErrorControl::node(frame.id()).filter(|_| !frame.is_remote()) {
-            // A node is PRE-OPERATIONAL after its boot-up message.
+            // A boot-up message is followed by PRE-OPERATIONAL.
             let state = ErrorControl::parse(frame.data()).map(|message| match message.state {
                 NmtState::Initialising => NmtState::PreOperational,
                 state => state,
@@ -198,7 +198,7 @@ impl<L: Link> Scanner<L> {
                 Ok(())
             }
             Content::Segmented { .. } => {
-                // A node that goes on sending is not aborted once for each frame.
+                // If the node keeps sending, do not abort for each frame.
                 if !self.segmented.insert((node, address)) {
                     return Ok(());
                 }
@@ -208,7 +208,7 @@ impl<L: Link> Scanner<L> {
         }
     }
 
-    /// Looks for two nodes with one node-ID.
+    /// Looks for signs of two nodes with the same node-ID.
     fn suspect(&mut self, frame: &Frame) {
         let decoded = self.decoder.decode(frame);
         if let Some((node, evidence)) = self.duplicates.observe(self.link.now(), &decoded) {
@@ -284,7 +284,7 @@ impl Found {
         if parts.is_empty() { "answers, but has no device type".to_owned() } else { parts.join(", ") }
     }
 
-    /// Where two responses to one request differ.
+    /// The difference between two responses to the same request.
     fn difference(&self) -> String {
         let differ = self.others.iter().filter_map(|(address, other)| {
             Some(format!("{address} is {:X}h and {other:X}h", self.numbers.get(address)?))
@@ -319,7 +319,7 @@ mod tests {
         for &(node, serial) in nodes {
             bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(node), &sheet(serial)));
         }
-        // Until after the boot-up messages.
+        // Wait until the boot-up messages are over.
         let mut link = bus.link();
         let until = link.now() + Duration::from_secs(1);
         while link.receive(until).unwrap().is_some() {}
@@ -362,7 +362,7 @@ mod tests {
         assert!(duplicates.evidence.contains(&Evidence::SecondAnswer) && duplicates.others.is_empty());
     }
 
-    /// Node 9 answers at once, begins a segmented upload, and never ends it; it repeats each answer.
+    /// Node 9 answers at once, begins a segmented upload that never ends, and repeats each answer.
     struct Endless {
         now: Instant,
         request: Option<Frame>,
@@ -389,9 +389,9 @@ mod tests {
             };
             let [command, low, high, sub, ..] = *request.data().first_chunk::<8>().unwrap();
             let response = match command {
-                // 4 GB.
+                // Announces 4 GB.
                 0x40 => [0x41, low, high, sub, 0xFF, 0xFF, 0xFF, 0xFF],
-                // An abort ends the answers to it as little.
+                // An abort does not stop it, either.
                 0x80 => [0x41, low, high, sub, 0xFF, 0xFF, 0xFF, 0xFF],
                 toggle => [toggle & 0x10, 0, 0, 0, 0, 0, 0, 0],
             };
@@ -406,7 +406,7 @@ mod tests {
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
     }
 
-    /// A link whose node, 9, answers uploads two seconds later, and sends nothing else.
+    /// A link whose node 9 answers uploads after two seconds, and sends nothing else.
     struct Far {
         now: Instant,
         answers: Vec<(Instant, Frame)>,

@@ -1,4 +1,4 @@
-//! A screen of the terminal that is drawn again and again, until somebody leaves it.
+//! A full-screen display that is redrawn until the user leaves it.
 
 use std::io::{IsTerminal, stdin, stdout};
 use std::time::Duration as WallDuration;
@@ -10,13 +10,13 @@ use ratatui::{DefaultTerminal, Frame};
 
 use crate::output::{Failure, reason};
 
-/// The whole terminal, until it is dropped.
+/// Takes the whole terminal, and gives it back when dropped.
 pub(crate) struct Screen {
     terminal: DefaultTerminal,
 }
 
 impl Screen {
-    /// Whether there is a terminal on both sides.
+    /// Whether both stdin and stdout are terminals.
     pub(crate) fn is_possible() -> bool {
         stdin().is_terminal() && stdout().is_terminal()
     }
@@ -35,7 +35,7 @@ impl Screen {
         Ok(())
     }
 
-    /// Whether somebody wants to leave, by `q`, Esc or Ctrl-C.
+    /// Whether the user wants to leave, by `q`, Esc or Ctrl-C.
     pub(crate) fn is_left(&mut self) -> Result<bool, Failure> {
         while poll(WallDuration::ZERO).map_err(failure)? {
             let Event::Key(key) = read().map_err(failure)? else { continue };
@@ -59,7 +59,7 @@ fn failure(error: std::io::Error) -> Failure {
     Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)))
 }
 
-/// Lines with a hint how to leave as the last one. What does not fit is left out at the end.
+/// Draws lines with a hint how to leave at the bottom; lines that do not fit are cut off at the end.
 pub(crate) fn render(lines: Vec<Line<'static>>, frame: &mut Frame<'_>) {
     let mut area = frame.area();
     area.height = area.height.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! `lexican statistics`: what a bus carries, by numbers.
+//! `lexican statistics`: load, rates, jitter and errors of a bus.
 
 use std::io::Write;
 use std::sync::atomic::Ordering;
@@ -48,7 +48,7 @@ Examples:
     lexican statistics --bus can0 --bit-rate 500
     lexican statistics --bus log:bus.log --bit-rate 125 --json | jq '.nodes[] | select(.silent_seconds)'";
 
-/// How often the screen is drawn.
+/// The interval of drawing.
 const DRAWN: Duration = Duration::from_millis(250);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (mut pump, end) = (Pump::new(), args.span.map(|span| link.now() + span));
     let period = if screen.is_some() { Some(DRAWN) } else { args.every };
     let mut shown = period.map(|period| link.now() + period);
-    // Frames without end must not keep anybody from leaving, and a link may not wait for ever.
+    // Leaving must work even if frames never end, and some links cannot wait without a limit.
     const LOOK: Duration = Duration::from_millis(100);
     loop {
         let until = [end, shown].into_iter().flatten().fold(link.now() + LOOK, Instant::min);
@@ -122,7 +122,7 @@ fn print(as_json: bool, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The numbers as a table of the bus, of its nodes, and of its COB-IDs.
+/// The statistics as a table of the bus, its nodes and its COB-IDs.
 fn lines(report: &Report) -> Vec<Line<'static>> {
     let mut lines = vec![Line::from(summary(report))];
     if let (Some(mean), Some(peak)) = (report.load_percent, report.load_percent_peak) {

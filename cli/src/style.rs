@@ -1,4 +1,4 @@
-//! One style for all commands: what a name means in one of them, it means in every other.
+//! Tests the common style of all commands: the same name means the same in each of them.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ fn commands() -> Vec<(String, Command)> {
     all
 }
 
-/// What an argument takes: the name of its value, or that it is a flag.
+/// The kind of an argument: the name of its value, or that it is a flag.
 fn kind(arg: &Arg) -> String {
     match arg.get_action() {
         ArgAction::SetTrue => "flag".to_owned(),
@@ -28,8 +28,8 @@ fn kind(arg: &Arg) -> String {
     }
 }
 
-/// What is left of a kind if it is one of several nodes, or of one of them: a node is `NODE`, several are `NODES`, and what is
-/// said of a node is `NODE=WHAT`.
+/// The kind regardless of how many it is for: `NODES` becomes `NODE`, and `NODE=FILE`, which is said of one node, becomes
+/// `FILE`.
 fn of_any_number(kind: &str) -> String {
     match kind {
         "NODES" | "NODE[=DEVICE]" => "NODE".to_owned(),
@@ -66,7 +66,7 @@ fn a_command_takes_its_node_first_or_by_an_option_but_not_both_ways() {
     }
 }
 
-/// A time has its unit with it, in the defaults as well; and a file that results from a command is its `--output`.
+/// A duration has its unit, in defaults as well; and the file that a command produces is its `--output`.
 #[test]
 fn values_are_named_in_one_way() {
     for (name, command) in commands() {

@@ -23,12 +23,12 @@ use crate::output::{Failure, print_result, spinner, warn};
 pub(crate) use read::{LONGEST, ReadArgs, read, save};
 pub(crate) use write::{WriteArgs, data_type, write};
 
-/// How results are printed.
+/// Prints results in the wanted form.
 #[derive(Clone, Copy)]
 struct Printer {
     node: NodeId,
     json: bool,
-    /// Whether a text has to say of which node it is.
+    /// Whether texts must name the node.
     names_node: bool,
 }
 
@@ -38,7 +38,7 @@ impl Printer {
         print_result(self.json, fields, format_args!("{}{text}", self.prefix()))
     }
 
-    /// Prints an abort: an object for programs, a warning for people.
+    /// Prints an abort: a JSON object, or a warning.
     fn refusal(self, report: &ValueReport, error: &SdoError) -> Result<(), Failure> {
         match error {
             SdoError::Aborted { code, .. } if self.json => return self.print(report.refusal(*code), ""),
@@ -55,7 +55,7 @@ impl Printer {
     }
 }
 
-/// Reads the entries on which the unit and the limits of an entry depend.
+/// Reads the entries on which unit and limits of an entry depend.
 pub(crate) fn read_conditions<L: Link>(
     network: &mut Network<L>,
     node: NodeId,
@@ -66,7 +66,7 @@ pub(crate) fn read_conditions<L: Link>(
     Ok(RemoteNode::new(network, node).read_conditions(conditions, values)?)
 }
 
-/// Follows the transfer of `payload`, of `len` bytes if that is known: shows how far it is, and aborts it at Ctrl-C.
+/// Wraps a transfer of `payload`, whose length is `len` if known: shows its progress, and aborts it at Ctrl-C.
 fn follow<P: Payload>(
     what: &str,
     len: Option<usize>,
@@ -81,7 +81,7 @@ fn follow<P: Payload>(
     })
 }
 
-/// Whether the node has answered, though with an error.
+/// Whether an error is an answer of the node.
 fn is_answer(error: &SdoError) -> bool {
     !matches!(error, SdoError::TimedOut { .. })
 }

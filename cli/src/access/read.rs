@@ -91,12 +91,12 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The most that is read without `--max`: 64 MiB.
+/// The longest value read without `--max`, in bytes.
 pub(crate) const LONGEST: u32 = 64 << 20;
-/// The most that is read of an object whose type has a size: enough to show what else a device sends there.
+/// The longest value read of a type with a fixed size, in bytes: enough to show what a device sends instead.
 const LONGEST_NUMBER: u32 = 64;
 
-/// Writes the bytes of an entry, no more than `max`, into a file.
+/// Writes at most `max` bytes of an entry to a file.
 pub(crate) fn save(
     network: &mut Network<BoxedLink>,
     node: NodeId,
@@ -140,7 +140,7 @@ struct Reading<'a, 'n> {
     max: u32,
 }
 
-/// A device that sends more than is taken, which may be without end.
+/// The failure for a device that sends more than `bound` bytes, perhaps without end.
 fn too_long(address: Address, bound: u32, max: u32) -> Failure {
     let failure = Failure::new(format_args!("{address}: the device sends more than {bound} bytes"));
     if bound < max {
@@ -165,7 +165,7 @@ impl Reading<'_, '_> {
             }
             let (data, read) = self.entry(address)?;
             outcome = outcome.max(read);
-            // Beyond the count of these, there is nothing.
+            // Do not read entries beyond the count in sub-index 0.
             let counts = cia301::counts_entries(address.index());
             if let Some([count]) = data.as_deref().filter(|_| is_whole && counts && address.sub() == 0) {
                 last = *count;
@@ -174,7 +174,7 @@ impl Reading<'_, '_> {
         Ok(outcome)
     }
 
-    /// Reads and prints an entry; the bytes, unless it is refused.
+    /// Reads and prints an entry; returns its bytes unless the node refuses.
     fn entry(&mut self, address: Address) -> Result<(Option<Vec<u8>>, Outcome), Failure> {
         let node = self.printer.node;
         if let Some(values) = &mut self.values {

@@ -155,13 +155,13 @@ fn parsed(address: Address, value: Result<Value, String>) -> Result<Value, Failu
     value.map_err(|error| Failure::new(format_args!("{address}: {error}")))
 }
 
-/// The file that a value of bytes names: `@image.bin`.
+/// The file in a value such as `@image.bin`.
 fn file(data_type: DataType, value: &str) -> Option<&Path> {
     let takes_files = matches!(data_type.class(), Class::Bytes | Class::Other);
     value.strip_prefix('@').filter(|_| takes_files).map(Path::new)
 }
 
-/// The content of a file, which is at most what SDO can transfer.
+/// The content of a file, at most as long as an SDO transfer.
 fn content(path: &Path) -> Result<Vec<u8>, Failure> {
     const LONGEST: usize = u32::MAX as usize;
     let data = read_up_to(path, LONGEST)?;

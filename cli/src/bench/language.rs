@@ -1,8 +1,7 @@
-//! The language of page and terminal.
+//! The language of the page and the terminal.
 
 use lexican_bench::tui;
 
-/// Those that there are.
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 pub(super) enum Language {
     /// German
@@ -12,7 +11,7 @@ pub(super) enum Language {
 }
 
 impl Language {
-    /// What the environment says.
+    /// The language in the user's environment.
     pub(super) fn of_this_user() -> Self {
         let named = |name| std::env::var(name).ok().filter(|locale| !locale.is_empty());
         let locale = ["LC_ALL", "LC_MESSAGES", "LANG"].into_iter().find_map(named);
@@ -22,7 +21,7 @@ impl Language {
         }
     }
 
-    /// As HTML names it.
+    /// The language tag in HTML.
     pub(super) const fn tag(self) -> &'static str {
         match self {
             Language::De => "de",

@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     let ending = Ending::new(&bench);
     let end = server.end();
     ending.on_ctrl_c(move |bench| {
-        // Drives first: the page may still show how they stop.
+        // End the drives first, so that the page can still show how they stop.
         bench.end();
         end.end();
     })?;
@@ -118,7 +118,7 @@ pub(crate) fn run(args: &Args, shell: Shell) -> Result<Outcome, Failure> {
     outcome(&bench.end())
 }
 
-/// The end of the bench, which a second Ctrl-C does not wait for.
+/// The end of the bench. A second Ctrl-C does not wait for it.
 #[derive(Clone)]
 struct Ending {
     bench: Bench,
@@ -130,12 +130,12 @@ impl Ending {
         Ending { bench: bench.clone(), has_begun: Arc::default() }
     }
 
-    /// Whether this begins it.
+    /// Whether this call begins the end.
     fn begins(&self) -> bool {
         !self.has_begun.swap(true, Ordering::Relaxed)
     }
 
-    /// Ends the bench by `end` at Ctrl-C, on a thread of its own, so that a second Ctrl-C is heard meanwhile: that ends the program.
+    /// At Ctrl-C, ends the bench by `end` in a separate thread. A second Ctrl-C meanwhile ends the program.
     fn on_ctrl_c(&self, end: impl FnOnce(&Bench) + Send + 'static) -> Result<(), Failure> {
         let (ending, mut end) = (self.clone(), Some(end));
         on_ctrl_c(move || {
@@ -156,10 +156,10 @@ impl Ending {
     }
 }
 
-/// What shells say of a program that Ctrl-C has ended: 128 + SIGINT.
+/// The exit code after Ctrl-C, as in shells: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// How the bench has ended, by the drives that have not confirmed that they stand.
+/// The outcome, given the drives that have not confirmed a standstill.
 fn outcome(unconfirmed: &[String]) -> Result<Outcome, Failure> {
     if unconfirmed.is_empty() {
         return Ok(Outcome::Clean);
@@ -171,13 +171,13 @@ fn may_be_moving(unconfirmed: &[String]) -> String {
     format!("NOT CONFIRMED THAT IT STANDS: {}", unconfirmed.join("; "))
 }
 
-/// Shows a bench on the terminal until somebody leaves; what the bench has started is stopped then.
+/// Shows a bench on the terminal until the user leaves; then stops what it has started.
 fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     let unusable =
         |error: std::io::Error| Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)));
     let ending = Ending::new(bench);
     ending.on_ctrl_c(|bench| {
-        // A terminal that is gone never lets go of who reads its keys, so the drives are stopped from here.
+        // A thread that reads keys of a closed terminal never returns, so stop the drives here.
         let unconfirmed = bench.end();
         tui::give_terminal_back();
         if unconfirmed.is_empty() {
@@ -189,18 +189,18 @@ fn on_terminal(bench: &Bench, language: Language) -> Result<Outcome, Failure> {
     let mut terminal = tui::take_terminal().map_err(unusable)?;
     let shown = tui::run(bench, &mut terminal, language.into());
     tui::give_terminal_back();
-    // From here on Ctrl-C is a second one: somebody has left already.
+    // From now on, Ctrl-C is the second one: the user has already left.
     ending.begins();
     let unconfirmed = bench.end();
     if shown.is_err() {
-        // Dropped, it would complain to a terminal that is gone, and panic.
+        // Dropping it would write to the closed terminal, and panic.
         std::mem::forget(terminal);
     }
     shown.map_err(unusable)?;
     outcome(&unconfirmed)
 }
 
-/// What people keep of a machine.
+/// What the bench keeps of a machine.
 fn kept(machine: &Machine) -> Kept {
     let filter = |(name, of): (&String, &Filter)| {
         let Filter { nodes, services, without, object, ids, text, alarming, transfers } = of.clone();
@@ -229,7 +229,7 @@ impl Args {
                 (Some(link), nodes, simulation)
             }
         };
-        // That of a simulation is known: it is ours.
+        // The bit rate of a simulation is known.
         let bit_rate = bit_rate.or(simulation.as_ref().map(|simulation| simulation.bit_rate));
         let simulation = simulation.map(Devices);
         let simulated = |node| simulation.as_ref().and_then(|devices| devices.name(node));
@@ -238,7 +238,7 @@ impl Args {
             let name = sheet.input.eds.name().to_owned();
             (node, named(node), Some(Sheet::new(&name, sheet)))
         };
-        // The demo has no URL, and is never opened by one.
+        // The demo has no URL by which it could be opened, so this is only a name.
         let of_demo = || url("sim:demo").expect("it is one");
         let bus = BusArgs::named(self.bus.as_ref().map_or_else(of_demo, |bus| bus.url().clone()));
         let context = Context { shell, bus, as_json: false, machine: self.known.machine() };
@@ -255,7 +255,7 @@ impl Args {
         begun.map_err(|error| Failure::new(format_args!("the bench cannot begin: {}", reason(&error))))
     }
 
-    /// Watches and draws what the machine says, for as long as the client is kept.
+    /// Watches and plots what the machine's file says, for as long as the returned client lives.
     fn show_at_first(&self, bench: &Bench) -> Option<Client> {
         let machine = self.known.machine().filter(|machine| !machine.bench.is_empty())?;
         let client = bench.open_client();
@@ -281,7 +281,7 @@ impl Args {
     }
 }
 
-/// The machine of the demo, and the files that it names.
+/// The machine of the demo, and its files.
 const MACHINE: &str = include_str!("../../machines/line.toml");
 const FILES: Files<'_> = Files::Embedded(&[
     ("io.eds", include_str!("../../machines/io.eds")),
@@ -292,7 +292,8 @@ fn demo() -> Result<Bus, Failure> {
     simulate(Plant::parse(MACHINE, "line.toml", FILES)?, Pace::RealTime)
 }
 
-/// Says where the page is, what that risks, and opens it for as long as what is returned is kept.
+/// Prints the address of the page and its risk, and opens the page. The file that opens it lives as long as the
+/// returned value.
 fn print_address(server: &Server, args: &Args) -> Result<Option<Opening>, Failure> {
     let address = server.address();
     let language = args.lang.map(|language| format!("&lang={}", language.tag())).unwrap_or_default();
@@ -309,7 +310,7 @@ fn print_address(server: &Server, args: &Args) -> Result<Option<Opening>, Failur
         return Ok(None);
     }
     let opening = Opening::of(&url).ok();
-    // A browser in a box of its own may not read the file.
+    // A sandboxed browser may not be able to read the file.
     note(if opening.is_some() {
         "if the browser shows no page, open the address above"
     } else {
@@ -318,7 +319,7 @@ fn print_address(server: &Server, args: &Args) -> Result<Option<Opening>, Failur
     Ok(opening)
 }
 
-/// What it risks to serve at an address that other machines can reach, and what would be better.
+/// The risk of an address that other machines can reach, and a better way.
 fn risk(address: SocketAddr) -> Option<(String, String)> {
     let port = address.port();
     let risk = format!(
@@ -328,7 +329,7 @@ fn risk(address: SocketAddr) -> Option<(String, String)> {
     (!address.ip().is_loopback()).then_some((risk, better))
 }
 
-/// Whether a browser would have a window. Without one, what opens it may take the terminal for a browser in text.
+/// Whether a browser can open a window. Without a screen, a text browser might take over the terminal.
 fn has_screen() -> bool {
     let has = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
     cfg!(any(windows, target_os = "macos")) || ["DISPLAY", "WAYLAND_DISPLAY", "WSL_DISTRO_NAME"].into_iter().any(has)

@@ -1,11 +1,12 @@
-//! How the page is opened so that nobody else learns its token.
+//! Opens the page without showing its token to other users.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
-/// A file that sends the browser to the page, and that only this user can read: every user of the machine sees with what a program was
+/// A file that redirects the browser to the page and that only this user can read, because all users can see the
+/// command lines of programs. Deleted when dropped.
 /// started. It goes when this is dropped.
 pub(super) struct Opening {
     _file: NamedTempFile,
@@ -20,14 +21,14 @@ impl Opening {
     }
 }
 
-/// That for files of running programs, which is this user's own; else that for any temporary ones.
+/// The user's own folder for running programs, or else the one for temporary files.
 fn folder() -> PathBuf {
     let own = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
     own.filter(|folder| folder.is_absolute() && folder.is_dir()).unwrap_or_else(std::env::temp_dir)
 }
 
 fn write(url: &str, folder: &Path) -> io::Result<NamedTempFile> {
-    // On Unix only its owner may read and write it.
+    // On Unix, tempfile makes it readable by its owner only.
     let mut file = Builder::new().prefix("lexican-bench-").suffix(".html").tempfile_in(folder)?;
     let url = url.replace('&', "&amp;");
     writeln!(

@@ -1,4 +1,4 @@
-//! The lines of a sequence, recorded and played by the bench.
+//! The bench's sequences: understands and runs their lines.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -18,7 +18,7 @@ use crate::run::{Context, Lines};
 
 pub(super) struct Sequences {
     pub(super) context: Arc<Context>,
-    /// The nodes, where the URL of the bus says what they are.
+    /// The nodes that the URL of the bus describes.
     pub(super) nodes: Vec<(NodeId, DataSheet)>,
 }
 

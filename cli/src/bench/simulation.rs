@@ -1,4 +1,4 @@
-//! Simulated devices, as the bench shows them and lets things happen to them.
+//! The bench's access to simulated devices.
 
 use std::sync::{MutexGuard, PoisonError};
 
@@ -9,11 +9,11 @@ use lexican_simulation::{Input, Power, Segment, SimulatedDevice, Takes};
 
 use crate::bus::Simulation;
 
-/// The devices of a simulation in this process.
+/// The simulated devices of this process.
 pub(super) struct Devices(pub(super) Simulation);
 
 impl Devices {
-    /// What the plant calls a device.
+    /// The name of a device in the plant.
     pub(super) fn name(&self, node: NodeId) -> Option<String> {
         let devices = self.devices();
         devices.nodes().find(|device| device.node() == Some(node))?.name().map(str::to_owned)

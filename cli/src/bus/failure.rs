@@ -1,4 +1,4 @@
-//! Errors of a bus that cannot be opened, or simulated, with advice to the user.
+//! Errors of opening or simulating a bus, with advice.
 
 use lexican_runtime::host::slcan;
 use lexican_runtime::host::url::OpenError;
@@ -33,7 +33,7 @@ pub(crate) fn open_failure(error: &OpenError) -> Failure {
     }
 }
 
-/// The error of a file that is not a terminal.
+/// Whether the error is that of a file that is not a terminal.
 fn is_no_terminal(error: &std::io::Error) -> bool {
     let text = reason(error);
     text.contains("typewriter") || text.contains("inappropriate ioctl")

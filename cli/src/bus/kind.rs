@@ -1,4 +1,4 @@
-//! What a kind of bus is, and what opening one gives.
+//! Kinds of buses, and open buses.
 
 use std::sync::{Arc, Mutex};
 
@@ -10,64 +10,64 @@ use lexican_toolbox::data_sheet::DataSheet;
 
 use crate::output::Failure;
 
-/// A kind of bus, as this command has it.
+/// A kind of bus in this command.
 pub(crate) struct Kind {
     pub(crate) scheme: &'static Scheme,
-    /// Opens it; simulated time passes at the pace unless the URL says otherwise.
+    /// Opens the bus. Simulated time passes at this pace unless the URL says otherwise.
     pub(super) open: fn(&BusUrl, Pace) -> Result<Bus, Failure>,
     pub(crate) simulated: Simulated,
 }
 
-/// How simulated devices get onto a kind of bus.
+/// How simulated devices use a kind of bus.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Simulated {
-    /// As any program does: by opening it.
+    /// They open it, as other programs do.
     Shared,
-    /// As any program, and no other one can open it meanwhile.
+    /// They open it, and no other program can do so meanwhile.
     Alone,
-    /// One drive, by the protocol of its other interface, at a terminal that it makes itself.
+    /// A single drive uses the protocol of its other interface, at a pseudo-terminal that the command creates.
     AtTerminal(Terminal),
-    /// Not at all: why, and what to do.
+    /// They cannot: the reason, and what to do instead.
     Never(&'static str, Option<&'static str>),
 }
 
-/// What is at a terminal that a simulated drive makes.
+/// The interface of a simulated drive at a pseudo-terminal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Terminal {
-    /// The word of `simulate --bus`.
+    /// The value of `simulate --bus`.
     pub(crate) name: &'static str,
-    /// The parameters of the URL by which others open it.
+    /// The parameters of the URL by which other programs open it.
     pub(crate) parameters: fn(&Plant) -> Result<String, Failure>,
-    /// Connects the interface of the drive, whose data sheet has this name.
+    /// Connects the interface to the drive, whose data sheet has this name.
     pub(crate) connect: fn(SimulatedDevice, &str, Instant) -> Result<SimulatedDevice, Failure>,
 }
 
-/// A bus that is open.
+/// An open bus.
 pub(crate) struct Bus {
     pub(crate) link: Box<dyn Link + Send>,
-    /// The nodes, where the URL says what they are.
+    /// The nodes that the URL describes.
     pub(crate) nodes: Vec<(NodeId, DataSheet)>,
-    /// The devices, where they are simulated in this process.
+    /// The devices simulated in this process, if any.
     pub(crate) simulation: Option<Simulation>,
 }
 
-/// Simulated devices, and their bus.
+/// Simulated devices with their bus.
 #[derive(Clone)]
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     /// In bits per second.
     pub(crate) bit_rate: u32,
-    /// Not to be held while the bus is asked for something.
+    /// Must not be locked while the bus is used.
     pub(crate) devices: Arc<Mutex<Segment<SimulatedDevice>>>,
 }
 
 impl Bus {
-    /// One that is not simulated here.
+    /// An open bus without simulation.
     pub(crate) fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
         Bus { link, nodes, simulation: None }
     }
 
-    /// Waits until the nodes of a URL have booted.
+    /// Waits until the nodes in the URL have booted.
     pub(crate) fn settled(mut self) -> Result<Self, Failure> {
         const BOOTING: Duration = Duration::from_millis(100);
         if !self.nodes.is_empty() {
@@ -77,7 +77,7 @@ impl Bus {
     }
 }
 
-/// Lets `span` pass, and drops the frames.
+/// Lets `span` pass, ignoring all frames.
 pub(super) fn listen(link: &mut impl Link, span: Duration) -> Result<(), Failure> {
     let (mut pump, until) = (Pump::new(), link.now() + span);
     while pump.receive_frame(link, until)?.is_some() {}

@@ -1,4 +1,4 @@
-//! The kinds of bus that the command has: each a row.
+//! The kinds of buses of this command: one row each.
 
 use std::ffi::OsStr;
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use super::kind::{Bus, Kind, Simulated};
 use super::{profibus, serial, simulation};
 use crate::output::Failure;
 
-/// All kinds of bus. Another one is a row here, and a file of its own.
+/// A new kind is a row here and a file of its own.
 pub(crate) static KINDS: [Kind; 6] = [
     Kind { scheme: &SOCKETCAN, open: socketcan, simulated: Simulated::Shared },
     Kind { scheme: &SLCAN, open: link, simulated: Simulated::Alone },
@@ -35,12 +35,12 @@ impl Kind {
     }
 }
 
-/// Parses the name of a bus.
+/// Parses the URL of a bus.
 pub(crate) fn url(text: &str) -> Result<BusUrl, BusUrlError> {
     BusUrl::among(&KINDS.each_ref().map(|kind| kind.scheme), text)
 }
 
-/// The bit rate of a CAN bus in bits per second, if its URL says it.
+/// The bit rate in the URL of a CAN bus, in bit/s.
 pub(crate) fn bit_rate(url: &BusUrl) -> Option<u32> {
     let is_can = matches!(Kind::of(url).simulated, Simulated::Shared | Simulated::Alone);
     url.rate("bitrate").filter(|_| is_can)
@@ -66,14 +66,14 @@ pub(super) fn help() -> String {
     help
 }
 
-/// Buses to begin from, for a shell.
+/// Completions for the URL of a bus.
 pub(super) fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let schemes = KINDS.iter().map(|kind| kind.scheme);
     let begun = schemes.filter(|scheme| scheme.example.starts_with(&*current.to_string_lossy()));
     begun.map(|scheme| CompletionCandidate::new(scheme.example).help(Some(scheme.what.into()))).collect()
 }
 
-/// Opens a bus that is a link and nothing else.
+/// Opens a bus that needs only a link.
 fn link(url: &BusUrl, _: Pace) -> Result<Bus, Failure> {
     let link = url.open().map_err(|error| open_failure(&error))?;
     Ok(Bus::of(link, Vec::new()))

@@ -1,4 +1,4 @@
-//! What the nodes of a whole bus are.
+//! The data sheets of all nodes on a bus.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -24,29 +24,29 @@ pub(crate) struct KnownArgs {
 }
 
 impl KnownArgs {
-    /// The nodes of which it is said what they are, or that they are treated as unknown.
+    /// The nodes named in the arguments, including those to be treated as unknown.
     pub(crate) fn named(&self) -> impl Iterator<Item = NodeId> {
         self.device.iter().map(|(node, _)| *node)
     }
 
-    /// What a machine calls a node, by its data sheet, machine.toml#feeder.
+    /// The name of a node in the machine, by its data sheet `machine.toml#feeder`.
     pub(crate) fn name(&self, node: NodeId) -> Option<String> {
         let (_, name) = self.device.iter().find(|(named, _)| *named == node)?;
         machine_of_sheet(name).map(|(_, node)| node)
     }
 
-    /// The machine whose nodes they are.
+    /// The machine to which the nodes belong.
     pub(crate) fn machine(&self) -> Option<OnBus> {
         self.device.iter().find_map(|(_, name)| machine_of_sheet(name)).map(|(machine, _)| machine)
     }
 
-    /// The data sheets with their overlays, of which some replace those that the URL of the bus names.
+    /// The data sheets with overlays. Those in the arguments replace those in the URL of the bus.
     pub(crate) fn load(&self, of_url: Vec<(NodeId, DataSheet)>) -> Result<BTreeMap<NodeId, DataSheet>, Failure> {
         let overlays = |node| self.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
         let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
         let mut known = BTreeMap::new();
         for (node, sheet) in of_url {
-            // The overlays add to the data sheet, which stays the one of the library.
+            // With overlays, it is still the data sheet of the library.
             let added = load_input(sheet.input, &overlays(node))?;
             known.insert(node, DataSheet { library: sheet.library, ..added });
         }

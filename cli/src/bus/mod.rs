@@ -1,4 +1,4 @@
-//! The bus of a command: opening it, and the nodes on it.
+//! Opens the bus of a command, and finds the nodes on it.
 
 pub(crate) mod failure;
 pub(crate) mod kind;
@@ -56,17 +56,17 @@ impl BusArgs {
         BusArgs { bus }
     }
 
-    /// Whether the bus is a log, which takes no frames.
+    /// Whether the bus is a log, to which nothing can be sent.
     pub(crate) fn is_log(&self) -> bool {
         self.log_file().is_some()
     }
 
-    /// The file of the log, if the bus is one.
+    /// The file, if the bus is a log.
     pub(crate) fn log_file(&self) -> Option<&Path> {
         (self.bus.scheme().name == LOG.name).then(|| Path::new(self.bus.place()))
     }
 
-    /// All frames of the log, if the bus is one.
+    /// All frames, if the bus is a log.
     pub(crate) fn recorded(&self) -> Option<Result<Vec<(Instant, Frame)>, Failure>> {
         let (file, interface) = (self.log_file()?, self.bus.get("interface").map(str::to_owned));
         let broken = |error: io::Error| Failure::new(format_args!("{}: {}", file.display(), reason(&error)));
@@ -74,30 +74,29 @@ impl BusArgs {
         Some(reader.and_then(|reader| reader.into_frames(interface).collect::<io::Result<_>>().map_err(broken)))
     }
 
-    /// How the bus is called.
     pub(crate) const fn url(&self) -> &BusUrl {
         &self.bus
     }
 
-    /// The name of its interface in logs.
+    /// The name of the bus's interface in logs.
     pub(crate) fn interface(&self) -> &str {
         if self.bus.scheme().name == SOCKETCAN.name { self.bus.place() } else { INTERFACE }
     }
 
-    /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
+    /// Opens the bus. Simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
         shared::open(&self.bus, || (Kind::of(&self.bus).open)(&self.bus, pace))
     }
 }
 
-/// A network that receives only the responses to its requests, so that other frames cost nothing.
+/// A network whose link passes on only responses to its requests, so that other frames cost nothing.
 pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
     let mut network = Network::new(link);
     network.listen_to_own(&[])?;
     Ok(network)
 }
 
-/// Waits until a frame without response has left the buffers.
+/// Waits until a frame that gets no response has left the transmit buffers.
 pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
     const LEAVING: Duration = Duration::from_millis(20);
     listen(link, LEAVING)

@@ -1,4 +1,4 @@
-//! The nodes of a command, and the data sheets of their devices.
+//! The nodes of a command, and their data sheets.
 
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ pub(crate) struct SheetArgs {
     timeout: Duration,
 }
 
-/// When a data sheet that is named is refused, because the node is another device by its identity (1018h).
+/// When a named data sheet is refused because the node's identity (1018h) is another one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Identity {
     /// If the vendor is another; of another product it is warned: makers have data sheets for several.
@@ -71,56 +71,56 @@ pub(crate) enum Identity {
     Any,
 }
 
-/// The `--device` of a node that is treated as unknown.
+/// The `--device` for a node to be treated as unknown.
 pub(super) const NO_DEVICE: &str = "none";
 
 pub(crate) type BoxedLink = Box<dyn Link + Send>;
 
-/// A node of a network that waits for its answers as long as `--timeout` says.
+/// A network with one node; requests time out after `--timeout`.
 pub(crate) struct Connected {
     pub(crate) network: Network<BoxedLink>,
     pub(crate) id: NodeId,
-    /// The device, if it is given or recognised.
+    /// The device, if it is given or was recognised.
     pub(crate) device: Option<Device>,
 }
 
-/// Several nodes of a network.
+/// A network with several nodes.
 pub(crate) struct Nodes {
     pub(crate) network: Network<BoxedLink>,
     pub(crate) ids: Vec<NodeId>,
-    /// The data sheets that `--device` names, of a node or of all, and how; no sheet for `none`.
+    /// The data sheets of `--device`, for one node or for all; `None` for `none`.
     named: Vec<(SheetName, Option<Device>)>,
     /// The nodes that the URL of the bus describes.
     known: Vec<(NodeId, Device)>,
     overlays: Vec<PathBuf>,
     is_log: bool,
-    /// How alike a node and the data sheet that is named for it have to be.
+    /// How well a node must match the data sheet that is named for it.
     pub(crate) identity: Identity,
 }
 
 impl NetworkArgs {
-    /// Whether the bus is a log, which takes no frames.
+    /// Whether the bus is a log, to which nothing can be sent.
     pub(crate) fn is_log(&self) -> bool {
         self.bus.is_log()
     }
 
-    /// The files that are read.
+    /// The files that the command reads.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         let sheets = self.sheet.device.iter().map(|named| Machine::file_and_bus(Path::new(&named.sheet)).0);
         sheets.chain(self.sheet.overlay.iter().map(PathBuf::as_path)).chain(self.bus.log_file())
     }
 
-    /// Opens the bus, and finds out what the node is; `None` for the only one that the URL names.
+    /// Opens the bus and identifies the node; with `None`, the only node that the URL names.
     pub(crate) fn connect(&self, node: Option<NodeId>) -> Result<Connected, Failure> {
         self.connect_at(Pace::Virtual, node)
     }
 
-    /// [`NetworkArgs::connect`]; simulated time passes at `pace` unless the URL says otherwise.
+    /// The same, with simulated time passing at `pace` unless the URL says otherwise.
     pub(crate) fn connect_at(&self, pace: Pace, node: Option<NodeId>) -> Result<Connected, Failure> {
         self.connect_as(pace, node, Identity::default())
     }
 
-    /// [`NetworkArgs::connect_at`], with a node that has to be so alike its data sheet.
+    /// The same, with this requirement on the node's identity.
     pub(crate) fn connect_as(
         &self,
         pace: Pace,
@@ -134,24 +134,24 @@ impl NetworkArgs {
         Ok(Connected { network: nodes.network, id, device })
     }
 
-    /// [`SheetArgs::connect_known`]
+    /// See [`SheetArgs::connect_known`].
     pub(crate) fn connect_known(&self, ids: impl IntoIterator<Item = NodeId>) -> Result<Network<BoxedLink>, Failure> {
         self.sheet.connect_known(&self.bus, ids)
     }
 
-    /// Opens the bus; `None` for the only node that the URL names.
+    /// Opens the bus; with `None`, for the only node that the URL names.
     pub(crate) fn connect_several(&self, nodes: Option<&NodeIds>) -> Result<Nodes, Failure> {
         self.sheet.connect(&self.bus, nodes.map(|nodes| nodes.0.clone()), Pace::Virtual)
     }
 }
 
 impl SheetArgs {
-    /// The data sheet of a file or of the library, with the overlays.
+    /// Loads a data sheet from a file or the library, with the overlays.
     pub(crate) fn load(&self, name: &str) -> Result<Device, Failure> {
         Ok(load(name, &self.overlay)?.device)
     }
 
-    /// Opens a bus with nodes whose data sheets a machine has.
+    /// Opens a bus with nodes whose data sheets come from a machine.
     pub(crate) fn connect_known(
         &self,
         bus: &BusArgs,
@@ -187,7 +187,7 @@ impl SheetArgs {
         let Bus { link, nodes: known, .. } = bus.open(pace)?.settled()?;
         let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
         let ids = ids.or(only).ok_or_else(which_node)?;
-        // A machine has all of its nodes.
+        // A machine has data sheets for all its nodes; keep those of nodes that are meant.
         named.retain(|(name, _)| {
             name.node.is_none_or(|node| ids.contains(&node)) || machine_of_sheet(&name.sheet).is_none()
         });
@@ -217,7 +217,7 @@ impl SheetArgs {
     }
 }
 
-/// The failure of a command that needs a node-ID.
+/// The failure of a command that requires a node-ID.
 pub(crate) fn which_node() -> Failure {
     Failure::new("which node?").help("name its node-ID; `lexican scan` shows the nodes of the bus")
 }
@@ -236,7 +236,7 @@ impl Nodes {
         if let Some((_, device)) = self.known.iter().find(|(known, _)| *known == id) {
             return Ok(Some(device.clone()));
         }
-        // A log answers nothing.
+        // A log cannot be asked.
         let shipped = if self.is_log { None } else { identify(&mut self.network, id)? };
         let Some(shipped) = shipped else { return Ok(None) };
         match self.overlays.as_slice() {
@@ -248,7 +248,7 @@ impl Nodes {
         }
     }
 
-    /// Refuses the data sheet of another device than the node, as far as [`Identity`] says.
+    /// Refuses the data sheet of another device, as strictly as [`Identity`] requires.
     pub(crate) fn check_identity(&mut self, id: NodeId, device: &Device, name: &str) -> Result<(), Failure> {
         if self.is_log || self.identity == Identity::Any {
             return Ok(());
@@ -268,7 +268,8 @@ impl Nodes {
         }
     }
 
-    /// Does something with each node and its device. If there are several, the failure of one is reported, and the command
+    /// Runs an action for each node with its device. With several nodes, a failure of one is reported and the others
+    /// follow.
     /// goes on to the next.
     pub(crate) fn for_each(
         mut self,
@@ -289,13 +290,13 @@ impl Nodes {
         Ok(worst)
     }
 
-    /// Whether results have to say of which node they are.
+    /// Whether results must name the node.
     pub(crate) fn are_several(&self) -> bool {
         self.ids.len() > 1
     }
 }
 
-/// Limits the time for each answer of a node.
+/// Sets the timeout for each response of a node.
 pub(crate) fn limit<L: Link>(network: &mut Network<L>, id: NodeId, timeout: Duration) {
     let (now, timeout) = (network.now(), timeout + network.latency());
     let manager = network.manager();
@@ -304,7 +305,7 @@ pub(crate) fn limit<L: Link>(network: &mut Network<L>, id: NodeId, timeout: Dura
     *client = client.clone().with_timeout(timeout);
 }
 
-/// Recognises a node by its identity, and says so.
+/// Recognises a node by its identity, and tells the user.
 pub(crate) fn identify(network: &mut Network<BoxedLink>, node: NodeId) -> Result<Option<&'static Shipped>, Failure> {
     let mut number = |address| -> Result<Option<u32>, Failure> {
         match network.read_bytes(node, address) {

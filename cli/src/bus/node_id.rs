@@ -1,4 +1,4 @@
-//! Node-IDs on the command line.
+//! Node-IDs in arguments.
 
 use std::convert::Infallible;
 use std::str::FromStr;
@@ -18,7 +18,7 @@ impl FromStr for NodeOrNone {
     }
 }
 
-/// Several node-IDs: `3,5-9`; in the order of the text, each once.
+/// Several node-IDs, `3,5-9`: in the order of the text, without duplicates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NodeIds(pub(crate) Vec<NodeId>);
 
@@ -30,7 +30,7 @@ impl FromStr for NodeIds {
     }
 }
 
-/// What `--device` says of a node, or of all.
+/// The value of `--device`, for one node or for all.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetName {
     pub(crate) node: Option<NodeId>,
@@ -48,7 +48,7 @@ impl FromStr for SheetName {
     }
 }
 
-/// What is said of a node: `5=siko/ag03-1`.
+/// Parses a value for a node: `5=siko/ag03-1`.
 pub(crate) fn of_node(text: &str) -> Result<(NodeId, String), String> {
     let (node, said) = text.split_once('=').ok_or("write ID=FILE or ID=DEVICE, for example 5=siko/ag03-1")?;
     Ok((node_id(node)?, said.to_owned()))

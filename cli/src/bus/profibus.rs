@@ -55,19 +55,19 @@ pub(super) const KIND: Kind = Kind {
     }),
 };
 
-/// The devices of the library that are known on PROFIBUS.
+/// The devices of the library that have a model on PROFIBUS.
 const DEVICES: [(&str, &Model); 2] = [("siko/ag03-1", &AG03_1), ("siko/ag02", &AG02)];
 
-/// Bit rates at which a port is quick enough for the gateway.
+/// Bit rates at which a serial port is fast enough for the gateway.
 const BIT_RATES: [Baudrate; 3] = [Baudrate::B93750, Baudrate::B187500, Baudrate::B500000];
 
-/// How long a slave may take until it exchanges data.
+/// The time until a slave must exchange data.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How often the master is polled.
+/// The interval of polling the master.
 const POLL: Duration = Duration::from_micros(500);
 
-/// A device that is known on PROFIBUS: its name in the library, and what it is there.
+/// The name in the library and the PROFIBUS model of a device.
 fn known(device: &str) -> Result<(&'static str, &'static Model), Failure> {
     let shipped = lexican_eds::library::find(device);
     let known = DEVICES.into_iter().find(|(id, _)| shipped.is_some_and(|shipped| shipped.id == *id));
@@ -107,7 +107,7 @@ fn open(url: &BusUrl, _: Pace) -> Result<Bus, Failure> {
     }
 }
 
-/// Waits until data is exchanged, for a while.
+/// Waits for data exchange, for a limited time.
 fn await_data<S: Segment>(station: &mut Station<S>) -> Result<(), std::io::ErrorKind> {
     let end = station.now() + PATIENCE;
     while station.exchanges() == 0 && station.now() < end {

@@ -1,7 +1,7 @@
-//! `--bus pty`: a bus of pseudo-terminals, each of which acts as a serial adapter (slcan). It needs no CAN driver.
+//! `--bus pty`: a bus of pseudo-terminals, each of which acts as a serial adapter (slcan), so no CAN driver is needed.
 //!
-//! Each terminal serves one program, so that a monitor and another command can share the bus. Like an adapter, a terminal
-//! carries frames only while its channel is open, so that no program receives old frames.
+//! Each terminal serves one program, so that several programs can share the bus. Like an adapter, a terminal passes on
+//! frames only while its channel is open, so that no program receives old frames.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
@@ -16,15 +16,15 @@ use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
 use crate::output::Failure;
 
-/// How often a terminal that no program has open is checked.
+/// The interval of checking a terminal that no program has open.
 const LOOK: StdDuration = StdDuration::from_millis(100);
 
-/// The most lines that wait to be read by a program; further lines are dropped.
+/// The most lines that wait for a program to read them; further ones are dropped.
 const WAITING_LINES: usize = 256;
-/// The most lines that wait to be handled; a program that sends more is blocked, as by a serial line that is full.
+/// The most lines that wait to be handled; a program that sends more is blocked, as on a busy serial line.
 const RECEIVED_LINES: usize = 256;
 
-/// The response to a command that was carried out, and the end of each line.
+/// The response to a command that was carried out; also the end of a line.
 const DONE: &str = "\r";
 const SENT: &str = "z\r";
 /// The response to an unknown command.
@@ -43,14 +43,14 @@ struct Terminal {
 }
 
 enum Received {
-    /// A line without its end.
+    /// Without its end.
     Line(String),
-    /// The last program has closed it.
+    /// The last program has closed the terminal.
     Closed,
 }
 
 impl Ptys {
-    /// A bus of so many pseudo-terminals.
+    /// A bus of `count` pseudo-terminals.
     #[expect(clippy::disallowed_methods, reason = "a link has the clock of the machine")]
     pub(crate) fn open(count: usize) -> Result<Self, Failure> {
         let (sender, received) = sync_channel(RECEIVED_LINES);
@@ -62,7 +62,7 @@ impl Ptys {
         self.terminals.iter().map(|terminal| format!("slcan:{}", terminal.path)).collect()
     }
 
-    /// Handles an event of a terminal; returns the frame that it has sent.
+    /// Handles an event of a terminal; returns the frame that it sends, if any.
     fn take(&mut self, number: usize, received: Received) -> Option<Frame> {
         let terminal = self.terminals.get_mut(number)?;
         let line = match received {
@@ -82,12 +82,12 @@ impl Ptys {
                 terminal.open = false;
                 DONE
             }
-            // No errors.
+            // Status flags: no errors.
             Some(b'F') => "F00\r",
             Some(b'V') => "V0101\r",
             Some(b'N') => "N0000\r",
-            // Echoes of own lines: a system that resets a terminal when its last program leaves (Linux, macOS) echoes
-            // until the next one has set it up.
+            // Echoes of our own lines: Linux and macOS reset a terminal when its last program leaves, and it then
+            // echoes until the next program has set it up.
             Some(b'z' | b'^') => return None,
             None | Some(b'S' | b's' | b'M' | b'm' | b'Z' | b'X') => DONE,
             Some(_) => REFUSED,
@@ -109,7 +109,7 @@ impl Ptys {
         Some(frame)
     }
 
-    /// Sends a frame to all terminals except for its sender.
+    /// Sends a frame to all terminals except that of the sender.
     fn broadcast(&mut self, frame: &Frame, sender: Option<usize>) {
         let text = line(frame) + DONE;
         let others = self.terminals.iter_mut().enumerate().filter(|(number, it)| it.open && Some(*number) != sender);
@@ -130,18 +130,18 @@ impl Terminal {
     }
 
     fn send(&self, text: &str) {
-        // Dropped if there is no room.
+        // Drop the line if the program does not read.
         let _ = self.lines.try_send(text.to_owned());
     }
 }
 
-/// Makes a pseudo-terminal; returns this end, and the path of the other one. That is not kept open, so that reading
-/// fails when its last program leaves.
+/// Creates a pseudo-terminal; returns this end and the path of the other end, which is not kept open, so that reading
+/// fails when the last program leaves.
 fn terminal() -> io::Result<(File, String)> {
     pair().map(|(terminal, path, _)| (terminal, path))
 }
 
-/// Both ends of a pseudo-terminal, and the path of the other one.
+/// Creates a pseudo-terminal; returns both ends, with the path of the other end.
 pub(super) fn pair() -> io::Result<(File, String, OwnedFd)> {
     let pair = nix::pty::openpty(None, None)?;
     let mut settings = tcgetattr(&pair.slave)?;
@@ -174,7 +174,7 @@ fn read(mut terminal: File, number: usize, events: &SyncSender<(usize, Received)
                 }
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            // Reading fails after all lines have been read. A poll would report the hang-up earlier.
+            // Reading fails only after all lines have been read; polling would report the hang-up earlier.
             _ => {
                 line.clear();
                 if !gone && events.send((number, Received::Closed)).is_err() {
@@ -189,7 +189,7 @@ fn read(mut terminal: File, number: usize, events: &SyncSender<(usize, Received)
 
 fn write(mut terminal: File, lines: &Receiver<String>) {
     while let Ok(line) = lines.recv() {
-        // The reader notices when the program leaves.
+        // Ignore an error: the reader notices when the program leaves.
         let _ = terminal.write_all(line.as_bytes());
     }
 }
@@ -243,7 +243,7 @@ mod tests {
     fn lines_before_a_hang_up_are_read() {
         let mut ptys = Ptys::open(1).unwrap();
         let frame = Frame::from_array(CobId::SYNC, [1]);
-        // The first program leaves before the terminal is read, the next ones meanwhile.
+        // The first program leaves before the terminal is read, the others while it is read.
         for _ in 0..20 {
             let mut user = serialport::new(&ptys.terminals[0].path, 115_200).open_native().unwrap();
             user.write_all(format!("O\r{}\rC\r", line(&frame)).as_bytes()).unwrap();

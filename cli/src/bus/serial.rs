@@ -1,4 +1,4 @@
-//! A drive behind its own serial interface, as the only node of a bus.
+//! A drive at its own serial interface, as the only node of a bus.
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::schemes::{anything, elsewhere};
@@ -45,10 +45,10 @@ pub(super) const KIND: Kind = Kind {
     }),
 };
 
-/// The device of the library whose interface is known.
+/// The device of the library with a serial interface.
 const DEVICE: &str = "siko/ag02";
 
-/// Whether the serial interface of a device is known.
+/// Whether the device has a serial interface that is supported.
 fn is_known(device: &str) -> bool {
     lexican_eds::library::find(device).is_some_and(|shipped| shipped.id == DEVICE)
 }

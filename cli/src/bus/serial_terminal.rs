@@ -1,9 +1,9 @@
-//! `simulate --bus serial` and `--bus profibus`: a pseudo-terminal that is the other interface of a simulated drive.
+//! `simulate --bus serial` and `--bus profibus`: a pseudo-terminal as the other interface of a simulated drive.
 
 #[cfg(unix)]
 pub(crate) use unix::{Alone, SerialTerminal};
 
-/// There is none on other systems.
+/// Pseudo-terminals do not exist on other systems.
 #[cfg(not(unix))]
 pub(crate) enum SerialTerminal {}
 
@@ -32,10 +32,10 @@ mod unix {
     use crate::bus::pty::pair;
     use crate::output::Failure;
 
-    /// How long the session waits for bytes, by which a deadline of the drive can be late.
+    /// How long the session waits for bytes; a deadline of the drive may be this late.
     const PATIENCE: Duration = Duration::from_millis(1);
-    /// How many pieces of bytes wait to be handled, and to be read: a program that sends more is blocked, and answers to one
-    /// that does not read are lost, as on a line without handshake.
+    /// The most chunks of bytes that wait to be handled or to be read. A program that sends more is blocked, and
+    /// responses to a program that does not read are lost, as on a line without handshake.
     const PIECES: usize = 64;
 
     pub(crate) struct SerialTerminal {
@@ -65,12 +65,12 @@ mod unix {
             Ok(SerialTerminal { answers, path, bytes, _other_end: other_end })
         }
 
-        /// The path of the other end, for other programs.
+        /// The path of the end for other programs.
         pub(crate) fn path(&self) -> &str {
             &self.path
         }
 
-        /// What has come, after a short wait.
+        /// The bytes received, after waiting shortly for some.
         pub(crate) fn receive(&mut self) -> Vec<u8> {
             self.bytes.recv_timeout(PATIENCE).unwrap_or_default()
         }
@@ -83,7 +83,7 @@ mod unix {
         }
     }
 
-    /// The bus of such a drive, in real time: nobody hears what it sends.
+    /// The CAN bus of such a drive, in real time: no other node is on it.
     pub(crate) struct Alone(std::time::Instant);
 
     impl Alone {
@@ -123,7 +123,7 @@ mod unix {
         use super::*;
         use std::fs::OpenOptions;
 
-        /// It would fill the terminal's buffer many times.
+        /// The responses exceed the terminal's buffer many times.
         #[test]
         fn a_program_that_does_not_read_holds_nothing_up() {
             let mut terminal = SerialTerminal::open().unwrap_or_else(|_| panic!("the system has pseudo-terminals"));
@@ -131,7 +131,7 @@ mod unix {
             for _ in 0..5000 {
                 terminal.send(b"+0001000>\r").unwrap();
             }
-            // It still hears, and is heard again when its answers are read.
+            // The drive still receives, and the program gets responses again once it reads.
             program.write_all(b"R").unwrap();
             assert!((0..1000).any(|_| terminal.receive() == b"R"));
             let mut answers = [0; 100];

@@ -1,4 +1,4 @@
-//! Buses that the commands of a sequence share: each is opened once, and stays open between them.
+//! Buses that the commands of a sequence share: each is opened once and stays open.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,7 +9,7 @@ use lexican_toolbox::data_sheet::DataSheet;
 use super::kind::{Bus, Simulation};
 use crate::output::Failure;
 
-/// Those that are open; none unless a sequence runs.
+/// The open buses; `None` unless a sequence runs.
 static OPEN: Mutex<Option<Vec<Open>>> = Mutex::new(None);
 
 struct Open {
@@ -19,18 +19,18 @@ struct Open {
     simulation: Option<Simulation>,
 }
 
-/// From now on, buses are shared.
+/// Shares all buses opened from now on.
 pub(crate) fn share() {
     *OPEN.lock().unwrap_or_else(PoisonError::into_inner) = Some(Vec::new());
 }
 
-/// From now on, this is the bus of a URL.
+/// Makes a bus the one of this URL, for all further commands.
 pub(crate) fn lend(url: &BusUrl, bus: Bus) -> Result<(), Failure> {
     share();
     open(url, || Ok(bus)).map(drop)
 }
 
-/// Opens a bus, or returns the one that is open.
+/// Opens a bus, or returns it if it is open already.
 pub(super) fn open(url: &BusUrl, open: impl FnOnce() -> Result<Bus, Failure>) -> Result<Bus, Failure> {
     let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(all) = all.as_mut() else { return open() };
@@ -45,18 +45,18 @@ pub(super) fn open(url: &BusUrl, open: impl FnOnce() -> Result<Bus, Failure>) ->
     };
     let Open { link, nodes, simulation, .. } = &all[at];
     let mut link = link.clone();
-    // As if it had just been opened: all frames, and none of before.
+    // As after opening: without a filter, and without old frames.
     link.listen_to(&[])?;
     while link.receive(link.now())?.is_some() {}
     Ok(Bus { link: Box::new(link), nodes: nodes.clone(), simulation: simulation.clone() })
 }
 
-/// A link of one command after another.
+/// A link that one command uses after another.
 #[derive(Clone)]
 struct Shared(Arc<Mutex<Box<dyn Link + Send>>>);
 
 impl Shared {
-    /// A command that has panicked leaves the link as it is.
+    /// Ignores the poison of a command that panicked; the link is still usable.
     fn with<T>(&self, action: impl FnOnce(&mut Box<dyn Link + Send>) -> T) -> T {
         action(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,4 +1,4 @@
-//! A bus inside the process with simulated devices on it.
+//! A bus in this process, with simulated devices.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::device::{load, warn_of_errors};
 use crate::machine::sound_on_bus;
 use crate::output::Failure;
 
-/// The node-ID of a simulation whose URL names none.
+/// The default node-ID of a simulation.
 const NODE: NodeId = NodeId::literal(1);
 
 pub(super) const KIND: Kind = Kind {
@@ -41,7 +41,7 @@ fn open(url: &BusUrl, pace: Pace) -> Result<Bus, Failure> {
     simulate(plant, url.pace().unwrap_or(pace))
 }
 
-/// Switches a plant on, on a bus of its own.
+/// Switches on a plant on a bus of its own.
 pub(crate) fn simulate(plant: Plant, pace: Pace) -> Result<Bus, Failure> {
     let (bus, devices) = plant.on_own_bus(pace)?;
     let link = Box::new(bus.link());
@@ -54,7 +54,7 @@ pub(crate) fn simulate(plant: Plant, pace: Pace) -> Result<Bus, Failure> {
     Ok(Bus { link, nodes, simulation: Some(simulation) })
 }
 
-/// Reads a machine to simulate; warns about the errors of its data sheets.
+/// Reads a machine to simulate; warns about errors in its data sheets.
 pub(crate) fn read_plant(path: &Path) -> Result<Plant, Failure> {
     let plant = Plant::of_machine(&*sound_on_bus(path)?)?;
     plant.devices.iter().for_each(|device| warn_of_errors(&device.sheet));

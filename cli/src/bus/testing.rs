@@ -1,4 +1,4 @@
-//! For tests: a bus that always has a frame.
+//! For tests: a bus that always has a frame to receive.
 
 use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::wire::heartbeat::ErrorControl;

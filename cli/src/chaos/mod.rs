@@ -1,4 +1,4 @@
-//! `lexican chaos`: what a program leaves behind that ends at any moment.
+//! `lexican chaos`: judges what a program leaves behind that ends at a random moment.
 
 mod program;
 
@@ -90,12 +90,12 @@ Examples:
     lexican chaos siko/ag03-1 --writes kept.txt -- lexican backup --bus {bus} 1 -o kept.txt --force
     lexican chaos FILE.eds --node 7 --bus vcan0 --for 20s -- python3 machine.py";
 
-/// How often program and axes are looked at.
+/// The interval of checking program and axes.
 const LOOK: Duration = Duration::from_millis(2);
-/// What is asked of every program.
+/// The requirement for all programs.
 const REQUIREMENT: &str = "Each axis stands within its dead-man time and does not move again, nothing is left half done, and no \
     success is claimed that is none.";
-/// A computer that is later than this decides nothing about times.
+/// If the computer is later than this, a run says nothing about times.
 const TOO_LATE: Duration = Duration::from_millis(500);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -129,18 +129,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 fn fresh_seed() -> u64 {
     let elapsed = std::time::UNIX_EPOCH.elapsed().unwrap_or_default();
-    // Few enough digits to be typed again.
+    // Few enough digits to type them again.
     (elapsed.as_millis() % 1_000_000) as u64
 }
 
-/// Where trials take place.
+/// What all trials share.
 struct Lab<'a> {
     args: &'a Args,
     stopped: &'a AtomicBool,
     files: Vec<Written>,
 }
 
-/// A trial that was run to its end, and how its program ended.
+/// A trial that has run to its end.
 struct Ran<'a> {
     running: Running<'a>,
     now: Instant,
@@ -149,7 +149,7 @@ struct Ran<'a> {
 }
 
 impl Lab<'_> {
-    /// Devices that have kept nothing of the run before.
+    /// New devices, without anything stored in the previous run.
     fn plant(&self) -> Result<(Plant, tempfile::TempDir), Failure> {
         let mut plant = self.args.plant.plant()?;
         let failed = |error| Failure::new(format_args!("cannot copy what a device stores: {error}"));
@@ -231,7 +231,7 @@ impl Lab<'_> {
         Ok(Some(running.conclude(now, &end, judge_files)))
     }
 
-    /// Prints a run, and adds it to the report.
+    /// Prints a trial, and adds it to the report.
     fn show(&self, report: &mut Report, id: &str, title: String, trial: Trial) -> Result<(), Failure> {
         let level = trial.findings.iter().map(|finding| finding.level).min();
         let level = if level == Some(chaos::Level::Should) { Level::Should } else { Level::Must };
@@ -293,7 +293,7 @@ impl Lab<'_> {
 struct Written {
     path: PathBuf,
     before: Option<Vec<u8>>,
-    /// After an undisturbed run.
+    /// The content after the undisturbed run.
     whole: Option<Vec<u8>>,
 }
 
@@ -302,7 +302,7 @@ impl Written {
         Ok(Written { path: path.to_owned(), before: read(path)?, whole: None })
     }
 
-    /// Makes it what it was before.
+    /// Restores the content from before.
     fn put_back(&self) -> Result<(), Failure> {
         let put_back = match &self.before {
             Some(content) => fs::write(&self.path, content),
@@ -318,7 +318,7 @@ impl Written {
     }
 }
 
-/// The content of a file, if there is one.
+/// The content of a file; `None` if it does not exist.
 fn read(path: &Path) -> Result<Option<Vec<u8>>, Failure> {
     match fs::read(path) {
         Ok(content) => Ok(Some(content)),

@@ -1,4 +1,4 @@
-//! The program as a process group: what it prints, how it ends, and that nothing of it is left.
+//! Runs a program as a process group: captures its output and its end, and leaves no process behind.
 
 use std::io::Read;
 use std::os::unix::process::CommandExt;
@@ -12,23 +12,23 @@ use nix::unistd::Pid;
 
 use crate::output::{Failure, reason};
 
-/// So much of its output is kept: the end.
+/// The length of the output's end that is kept, in bytes.
 const KEPT: usize = 1 << 16;
-/// How long its output may take to end when it has ended itself.
+/// How long to wait for the rest of the output after the program has ended.
 const FLUSHED: StdDuration = StdDuration::from_millis(500);
 
 pub(super) struct Program {
     child: Child,
-    /// Its process group, which has the number of the process.
+    /// The process group, whose number is that of the process.
     group: Pid,
     stdout: Receiver<Vec<u8>>,
     stderr: Receiver<Vec<u8>>,
-    /// How it has ended. Its number may be another's since.
+    /// The exit status. After the end, the process number may be reused.
     ended: Option<ExitStatus>,
 }
 
 impl Program {
-    /// Starts it in a process group of its own, with the bus in place of `{bus}` and in its environment.
+    /// Starts the program in a new process group, with the bus in place of `{bus}` and in its environment.
     pub(super) fn start(command: &[String], bus: &str) -> Result<Self, Failure> {
         let mut words = command.iter().map(|word| word.replace("{bus}", bus));
         let name = words.next().unwrap_or_default();
@@ -59,11 +59,11 @@ impl Program {
     }
 
     fn signal_group(&self, signal: Unix) {
-        // All of the group may have ended by now.
+        // Ignore an error: the whole group may have ended already.
         let _ = killpg(self.group, signal);
     }
 
-    /// Whether it has ended. What it has started and left behind ends with it.
+    /// Whether the program has ended; then ends the processes that it left behind.
     pub(super) fn has_ended(&mut self) -> Result<bool, Failure> {
         if self.ended.is_none() {
             self.ended = self
@@ -77,7 +77,7 @@ impl Program {
         Ok(self.ended.is_some())
     }
 
-    /// Ends what is left of it; returns how it has ended and what it has printed on stderr.
+    /// Ends the rest of the group; returns how the program has ended, and what it printed on stderr.
     pub(super) fn finish(self) -> (End, String) {
         self.signal(Signal::Kill);
         let text = |from: &Receiver<Vec<u8>>| {
@@ -96,7 +96,7 @@ impl Drop for Program {
     }
 }
 
-/// The end of an output, once it is complete.
+/// Sends the end of an output once it is complete.
 fn follow(output: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -107,7 +107,7 @@ fn follow(output: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
             let over = kept.len().saturating_sub(KEPT);
             kept.drain(..over);
         }
-        // Nobody may want it any more.
+        // Ignore an error: the receiver may be gone.
         let _ = sender.send(kept);
     });
     receiver

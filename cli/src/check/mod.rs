@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if tally.differ > 0 { Outcome::Found } else { Outcome::Clean })
 }
 
-/// Compares every entry of a node with its data sheet; `done` gets each, most of them without findings.
+/// Compares every entry of a node with its data sheet. `done` is called for each, mostly without findings.
 fn inspect<L: Link>(
     network: &mut Network<L>,
     node: NodeId,
@@ -111,7 +111,7 @@ struct Inspection<'a, L> {
 }
 
 impl<L: Link> Inspection<'_, L> {
-    /// Reads all entries first, because the meaning and the limits of some depend on others.
+    /// Reads all entries first, because meanings and limits depend on other entries.
     fn read_all(&mut self, values: &mut DeviceValues<'_>) -> Result<BTreeMap<Address, Answer>, Failure> {
         let entries: Vec<_> = values.device.entries().collect();
         let progress = progress("reading {msg} {wide_bar} {pos}/{len}", entries.len() as u64);
@@ -138,7 +138,7 @@ impl<L: Link> Inspection<'_, L> {
         Ok(self.node.read(address(entry))?.into())
     }
 
-    /// Writes all values back, in the order in which CiA 301 lets a PDO be changed; returns what is refused.
+    /// Writes back all values, in the order that CiA 301 requires for PDOs; returns the refusals.
     fn write_back(
         &mut self,
         device: &Device,
@@ -155,7 +155,7 @@ impl<L: Link> Inspection<'_, L> {
                 Err(Refusal::Aborted(code)) => refused_write(code),
                 Err(Refusal::Failed(text)) => Finding { kind: Kind::Failed, text },
             };
-            // A PDO that cannot be switched off takes its own value back nevertheless.
+            // Some PDOs cannot be disabled, but accept their own value: only the final write counts.
             if write.is_final {
                 refused.insert(write.address, finding);
             }
@@ -169,9 +169,9 @@ struct Tally {
     entries: usize,
     differ: usize,
     unchecked: usize,
-    /// Those that are set to something else than their default.
+    /// The number of values that are not the default.
     set: usize,
-    /// Those of which the data sheet contradicts itself.
+    /// The number of entries whose data sheet contradicts itself.
     sheet: usize,
 }
 

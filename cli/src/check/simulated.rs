@@ -1,7 +1,7 @@
-//! Simulates every data sheet of a folder: the device boots, obeys NMT, and `check` finds no difference.
+//! Simulates every data sheet in a folder: the device must boot and obey NMT, and `check` must find no difference.
 //!
-//! `LEXICAN_SHEETS` names the folder; by default, the data sheets of the tests and of the device library are simulated.
-//! `cargo xtask corpus` does it for real ones.
+//! `LEXICAN_SHEETS` names the folder; by default, the data sheets are those of the tests and the device library. `cargo
+//! xtask corpus` uses real ones.
 
 use crate::bus::network;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use super::*;
 use lexican_simulation::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
-/// The longest heartbeat and a second, because a heartbeat producer does not respond to guarding.
+/// The longest heartbeat period plus a second, because a heartbeat producer does not respond to guarding.
 const PATIENCE: Duration = Duration::from_millis(0xFFFF + 1000);
 
 #[test]
@@ -53,7 +53,7 @@ fn every_simulated_device_agrees_with_its_data_sheet() {
     println!("{} data sheets, {} of them simulated", files.len(), simulated.into_inner());
 }
 
-/// The device of a data sheet, unless that has errors or no objects.
+/// The device of a data sheet; `None` if that has errors or no objects.
 fn load(path: &Path) -> Option<Device> {
     let bytes = fs::read(path).expect("the data sheet can be read");
     let (device, findings) = lexican_eds::load(&Input::new(Source::from_bytes(path.to_string_lossy(), &bytes)));
@@ -75,7 +75,7 @@ fn deviations(device: &Device) -> Vec<String> {
     found.extend(disobeyed(device, &mut watch, &mut network));
     let extent = Extent { write: true, domains: true };
     let checked = inspect(&mut network, NODE, device, extent, |report, findings| {
-        // What a drive measures is not what its data sheet has by default.
+        // Measured values of a drive differ from the defaults.
         let is_measured = servo::measures(report.address);
         let deviations = findings
             .iter()
@@ -87,7 +87,7 @@ fn deviations(device: &Device) -> Vec<String> {
     found
 }
 
-/// The NMT commands that are not obeyed, by the state of the node and by whether SDO works in it.
+/// The NMT commands that the node does not obey, by its state and by whether SDO works.
 fn disobeyed(device: &Device, watch: &mut VirtualLink, network: &mut Network<VirtualLink>) -> Vec<String> {
     let mut found = Vec::new();
     let first = state(watch, network);
@@ -122,7 +122,7 @@ fn disobeyed(device: &Device, watch: &mut VirtualLink, network: &mut Network<Vir
     found
 }
 
-/// The state from the response to guarding, or from the next heartbeat.
+/// The state from the response to guarding, or else from the next heartbeat.
 fn state(watch: &mut VirtualLink, network: &mut Network<VirtualLink>) -> Option<NmtState> {
     while next_state(watch, Duration::ZERO).is_some() {}
     network.send(&ErrorControl::request(NODE)).expect("a virtual bus carries frames");

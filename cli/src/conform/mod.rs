@@ -259,7 +259,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 impl Args {
-    /// What the head of a report says beside the device.
+    /// The head of a report, besides the device.
     fn about(&self, sheet: &Sheet, settings: &Settings) -> About {
         let bus = self.bus.as_ref();
         let rate = match (bus.and_then(kinds::bit_rate), settings.bit_rate_kbit) {
@@ -280,7 +280,7 @@ impl Args {
 }
 
 impl Reports {
-    /// Writes the reports. Returns whether the device is worse than in an earlier one.
+    /// Writes the reports; returns whether the device is worse than in an earlier one.
     fn write(
         &self,
         report: &Report,
@@ -305,13 +305,13 @@ impl Reports {
     }
 }
 
-/// Says in the head of a report what was tested, behind the version.
+/// Adds the tested plan after the version in the head of a report.
 fn with_plan(mut about: About, plan: String) -> About {
     about.facts.insert(2, ("plan".to_owned(), plan));
     about
 }
 
-/// The name of an earlier report, and what it says.
+/// An earlier report, with its file name.
 fn earlier(path: &Path) -> Result<(String, Earlier), Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
     let earlier = Earlier::parse(&text).map_err(|error| {
@@ -322,7 +322,7 @@ fn earlier(path: &Path) -> Result<(String, Earlier), Failure> {
 }
 
 impl Selection {
-    /// The cases of all suites that are asked for, once each.
+    /// The selected cases of all suites, without duplicates.
     fn chosen(&self) -> Result<Vec<&'static Case>, Failure> {
         for name in self.only.iter().chain(&self.skip) {
             if !all_cases().any(|case| case.is_meant_by(name)) {
@@ -339,7 +339,7 @@ impl Selection {
         Ok(chosen)
     }
 
-    /// What the device is tested by: without the cases of other profiles, unless they are asked for by name.
+    /// Leaves out cases of other profiles, unless they are selected by name.
     fn for_device(&self, mut chosen: Vec<&'static Case>, device: &Device) -> Vec<&'static Case> {
         if self.only.is_empty() {
             chosen.retain(|case| case.profile().is_none_or(|profile| device.profile == Some(profile)));
@@ -356,7 +356,7 @@ impl Selection {
     }
 }
 
-/// Brings a list into an order that only the number decides (Fisher and Yates, by SplitMix64).
+/// Shuffles a list by a seed (Fisher-Yates with SplitMix64).
 fn shuffle<T>(list: &mut [T], seed: u64) {
     let mut state = seed;
     for last in (1..list.len()).rev() {
@@ -398,7 +398,7 @@ impl Conditions {
     }
 }
 
-/// A row of a file of known deviations.
+/// A row in the file of known deviations.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
@@ -406,7 +406,7 @@ struct Row {
     why: String,
 }
 
-/// A file of known deviations.
+/// Reads a file of known deviations.
 fn known(path: &Path) -> Result<BTreeMap<String, Known>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
     let rows: BTreeMap<String, Row> = toml::from_str(&text).map_err(|error| {
@@ -426,7 +426,7 @@ fn all_cases() -> impl Iterator<Item = &'static Case> {
     cases().chain(profile_cases())
 }
 
-/// `2003=10`, `Output=0x1F`.
+/// Parses a write: `2003=10`, `Output=0x1F`.
 fn write(device: &Device, text: &str) -> Result<Write, Failure> {
     let wrong = || Failure::new(format_args!("{text:?} is not a write such as 2003=10 or 2004:01=0x1F"));
     let (object, value) = text.split_once('=').ok_or_else(wrong)?;

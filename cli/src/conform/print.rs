@@ -1,4 +1,4 @@
-//! What the conformance test prints.
+//! The output of the conformance test.
 
 use std::io::Write as _;
 
@@ -25,12 +25,12 @@ pub(super) fn list(cases: &[&Case]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What to call a device.
+/// The name of a device.
 pub(super) fn name(device: &Device) -> &str {
     device.info.product_name.as_deref().unwrap_or("a device without name")
 }
 
-/// What is going to happen to the device.
+/// Prints what is about to happen to the device.
 pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Result<(), Failure> {
     let mut stdout = stdout();
     let device = name(&sheet.device);
@@ -72,7 +72,7 @@ pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Resul
     Ok(())
 }
 
-/// How a drive is going to move.
+/// Prints how a drive is about to move.
 fn motion(cases: usize, Motion { travel, velocity }: Motion) -> Result<(), Failure> {
     let mut stdout = stdout();
     let title = styled(AnsiColor::Yellow.on_default().bold(), "With --allow motion THE DRIVE MOVES");
@@ -88,7 +88,7 @@ fn motion(cases: usize, Motion { travel, velocity }: Motion) -> Result<(), Failu
     Ok(())
 }
 
-/// The screen while the test runs: a progress bar, and what fails at once.
+/// The screen during the test: a progress bar, and failures as they occur.
 pub(super) struct Screen<'a> {
     bar: ProgressBar,
     node: NodeId,
@@ -131,7 +131,7 @@ impl Observer for Screen<'_> {
         let is_seen =
             matches!(report.outcome, Err(Verdict::Failed(_) | Verdict::Blocked(..) | Verdict::NotDecidable(_)));
         if self.json || is_seen || !report.notes.is_empty() {
-            // A reader that has left does not end the test.
+            // Ignore an error: the test goes on even if nobody reads the output.
             self.bar.suspend(|| drop(self.show(report)));
         }
     }
@@ -146,7 +146,7 @@ pub(crate) fn style(report: &CaseReport) -> Style {
     }
 }
 
-/// What the test has led to; the last line has all of it in short.
+/// Prints the result of the test; the last line sums it up.
 pub(crate) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
     if as_json {
         writeln!(stdout(), "{}", report.json())?;
@@ -166,7 +166,7 @@ pub(crate) fn sum(report: &Report, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is different from an earlier test.
+/// Prints the differences from an earlier test.
 pub(super) fn differences(differences: &Differences, as_json: bool) -> Result<(), Failure> {
     let mut stdout = stdout();
     if as_json {

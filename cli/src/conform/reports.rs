@@ -1,4 +1,4 @@
-//! The files that a test writes.
+//! The report files of a test.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,6 @@ pub(crate) struct ReportArgs {
     pub(crate) force: ForceArgs,
 }
 
-/// A file to write a report to.
 #[derive(Clone, Debug)]
 struct ReportFile {
     path: PathBuf,
@@ -45,7 +44,7 @@ impl ReportArgs {
         self.report.is_empty()
     }
 
-    /// Refuses files that would be replaced, before the work that they are about; `guard` refuses others.
+    /// Before the test, refuses report files that would replace existing ones, or that `guard` refuses.
     pub(crate) fn guard(&self, guard: impl Fn(&std::path::Path) -> Result<(), Failure>) -> Result<(), Failure> {
         self.report.iter().try_for_each(|file| self.force.guard(&file.path, []).and_then(|()| guard(&file.path)))
     }
@@ -56,7 +55,7 @@ impl ReportArgs {
     }
 }
 
-/// The head of a report: when and by what it was written, and more.
+/// The head of a report: date, version, and more.
 pub(crate) fn about(more: impl IntoIterator<Item = (&'static str, String)>) -> About {
     let date = now().map_or_else(|| "not known".to_owned(), |time| format!("{} UTC", time_of_day::text(time)));
     let first = [("date", date), ("version", format!("lexican {}", env!("CARGO_PKG_VERSION")))];

@@ -1,4 +1,4 @@
-//! `lexican conform --trace`: a device asked by the frames of a file.
+//! `lexican conform --trace`: sends the frames of a file to a device.
 
 use std::io::Write as _;
 use std::path::Path;

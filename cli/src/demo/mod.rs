@@ -1,4 +1,4 @@
-//! `lexican demo`: the two worked examples of the AG03/1's manual.
+//! `lexican demo`: the two worked examples in the manual of the AG03/1.
 
 mod play;
 mod stage;
@@ -36,10 +36,10 @@ pub(crate) struct Args {
     force: ForceArgs,
 }
 
-/// The data sheet to decode frames with.
+/// The data sheet for decoding frames.
 const DEVICE: &str = "siko/ag03-1";
 const EXAMPLES: [&Example; 2] = [&POSITIONING, &VELOCITY];
-/// The interface on which `canplayer -I demo.log` replays it.
+/// The interface to which `canplayer -I demo.log` sends.
 const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -78,7 +78,7 @@ mod tests {
     use crate::output::kept;
     use lexican_runtime::host::{Fate, VirtualBus};
 
-    /// The checks that fail in a run over a manipulated bus.
+    /// The checks that fail when the bus is tampered with.
     fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
         let device = DataSheet::load(DEVICE, &[]).unwrap().device;
         let mut stage = Stage::new(&device, ProgressBar::hidden(), Pace::Virtual);
@@ -87,7 +87,7 @@ mod tests {
         checks.into_iter().filter(|check| !check.passed).map(|check| check.what).collect()
     }
 
-    /// The bus loses the n-th frame with this identifier.
+    /// Makes the bus lose the n-th frame with this identifier.
     fn lose(id: u32, n: u32) -> impl FnOnce(&VirtualBus) {
         move |bus: &VirtualBus| {
             let mut seen = 0;
@@ -111,7 +111,7 @@ mod tests {
         assert!(failed.contains(&"table 25: position -5000 increments reached".to_owned()), "{failed:?}");
         let failed = failures(lose(0x505, 2));
         assert!(failed.contains(&"table 26: velocity +30 rev/min reached".to_owned()), "{failed:?}");
-        // The last command of all.
+        // The last command.
         let failed = failures(lose(0x000, 4));
         assert!(failed.contains(&"table 26: node ends in PRE-OPERATIONAL".to_owned()), "{failed:?}");
     }

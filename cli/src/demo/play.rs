@@ -1,4 +1,4 @@
-//! Plays a worked example: sends its frames, waits as its rows say, and compares what happens with the manual.
+//! Plays a worked example: sends its frames, waits as its rows say, and compares the effects with the manual.
 
 use lexican_pictures::{BLUE, Curve, Event, GREEN, Lane, PURPLE, Panel, Picture};
 use lexican_runtime::cia301::connection::{RPDO_1, TPDO_1};
@@ -14,9 +14,9 @@ use super::stage::{Stage, Truth};
 use crate::output::Failure;
 use lexican_toolbox::node::identity::VENDOR;
 
-/// How long a controller waits for the drive to report its state, which it does every 100 ms (1800h:05).
+/// How long the controller waits for the drive's state, which comes every 100 ms (1800h:05).
 const HANDSHAKE: Duration = Duration::from_millis(150);
-/// How often a waiting controller polls the drive.
+/// The interval of polling the drive.
 const POLLING: Duration = Duration::from_millis(200);
 /// The longest wait for a state.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -35,7 +35,7 @@ const TPDO1: CobId = CobId::of_node(TPDO_1, NODE);
 const TPDO3: CobId = CobId::of_node(TPDO_1 + 0x200, NODE);
 const TPDO4: CobId = CobId::of_node(TPDO_1 + 0x300, NODE);
 
-/// A condition that must hold.
+/// A condition that must hold, and whether it does.
 pub(super) struct Check {
     pub(super) what: String,
     pub(super) seen: String,
@@ -56,7 +56,7 @@ fn or_none(seen: Option<impl ToString>) -> String {
 pub(super) fn all(stage: &mut Stage<'_>, examples: &[&Example]) -> Result<(Vec<Check>, Vec<Picture>), Failure> {
     stage.heading("Power on")?;
     wait(stage, |stage| Ok(stage.nmt.is_some()))?;
-    // A careful controller first checks that this is the right device.
+    // A careful controller checks first that the device is the right one.
     stage.read(DEVICE_TYPE)?;
     stage.read(VENDOR)?;
     let window = stage.read(POSITION_WINDOW)?.unwrap_or(0);
@@ -78,7 +78,7 @@ pub(super) fn all(stage: &mut Stage<'_>, examples: &[&Example]) -> Result<(Vec<C
     Ok((checks, pictures))
 }
 
-/// Polls the drive until something has happened; `false` if that takes too long.
+/// Polls the drive until something has happened; `false` on timeout.
 fn wait<'a>(
     stage: &mut Stage<'a>,
     mut happened: impl FnMut(&mut Stage<'a>) -> Result<bool, Failure>,
@@ -98,9 +98,9 @@ fn wait<'a>(
 struct Play<'s, 'a> {
     stage: &'s mut Stage<'a>,
     example: &'s Example,
-    /// How far from a target the drive may rest (6067h), in increments.
+    /// How far from the target the drive may stop (6067h), in increments.
     window: u32,
-    /// The rows whose frames were sent, and when.
+    /// The rows whose frames were sent, with time and frame.
     sent: Vec<(Instant, Frame, &'static str)>,
 }
 
@@ -120,7 +120,7 @@ impl Play<'_, '_> {
             self.stage.progress.inc(1);
         }
         let end = self.stage.now();
-        // Node guarding (CiA 301, 7.2.8.2.2).
+        // Ask for the state by node guarding (CiA 301, 7.2.8.2.2).
         self.stage.nmt = None;
         self.stage.ask(ErrorControl::cob_id(NODE), 1)?;
         let nmt = self.stage.nmt;
@@ -146,7 +146,7 @@ impl Play<'_, '_> {
         self.example.operating_mode == 1
     }
 
-    /// Changes the operating mode via parameter 20, as the manual says; the drive is PRE-OPERATIONAL now.
+    /// Sets the operating mode by parameter 20, as in the manual; the drive is then PRE-OPERATIONAL.
     fn set_operating_mode(&mut self) -> Result<Option<u8>, Failure> {
         let mode = self.example.operating_mode;
         let current = self.stage.read(OPERATING_MODE)?;
@@ -158,7 +158,7 @@ impl Play<'_, '_> {
         Ok(self.stage.read(OPERATING_MODE)?.map(|mode| mode as u8))
     }
 
-    /// Does what a row says; whether a wait has succeeded.
+    /// Carries out a row; returns whether a wait has succeeded.
     fn step(&mut self, row: &Row) -> Result<bool, Failure> {
         match row.action {
             Action::Send(frame) => {
@@ -194,7 +194,7 @@ impl Play<'_, '_> {
         }
     }
 
-    /// What must hold after a row; `before` is what the row before it has done, and the motion then.
+    /// What must hold after a row. `before` is the action of the previous row, and the motion at that time.
     fn check(
         &self,
         row: &Row,
@@ -242,7 +242,7 @@ impl Play<'_, '_> {
         })
     }
 
-    /// The motion that was seen, and the orders that caused it.
+    /// A picture of the observed motion and the commands that caused it.
     fn picture(&self, begin: Instant, end: Instant) -> Picture {
         let Example { table, title, .. } = self.example;
         let seconds = |at: Instant| at.since(Instant::ZERO).as_secs_f64();

@@ -1,4 +1,4 @@
-//! The bus with the simulated drive, as a controller sees it, and what was seen on it.
+//! The bus with the simulated drive, seen by the controller, and the recording of it.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -27,37 +27,36 @@ const SAMPLING: Duration = Duration::from_millis(10);
 
 pub(super) struct Stage<'a> {
     pub(super) bus: VirtualBus,
-    /// For frames as they are.
+    /// For sending and receiving frames directly.
     link: VirtualLink,
-    /// For SDO.
+    /// For SDO transfers.
     network: Network<VirtualLink>,
     drive: Arc<Mutex<SimulatedDrive>>,
     tap: Receiver<(Instant, Frame)>,
     decoder: Decoder<'a>,
     pub(super) progress: ProgressBar,
-    /// What the drive has reported last, by PDO.
+    /// The last values in the drive's PDOs.
     reported: BTreeMap<Address, i128>,
-    /// The NMT state that it has reported last.
+    /// The last NMT state reported by the drive.
     pub(super) nmt: Option<NmtState>,
-    /// All frames of the bus.
     pub(super) frames: Vec<(Instant, Frame)>,
-    /// The motion, at regular intervals.
+    /// The motion, sampled at regular intervals.
     pub(super) samples: Vec<(Instant, Truth)>,
     /// Emergencies, aborts, and frames that cannot be decoded.
     pub(super) alarms: Vec<String>,
 }
 
-/// Position and velocity of the shaft, from the simulation itself.
+/// Position and velocity of the shaft, read from the simulation itself.
 #[derive(Clone, Copy)]
 pub(super) struct Truth {
     pub(super) position_increments: f64,
     pub(super) velocity_rpm: f64,
-    /// The status word, as the drive would report it now.
+    /// The status word as the drive would report it.
     pub(super) status: u16,
 }
 
 impl<'a> Stage<'a> {
-    /// A bus with the drive, which has just been switched on.
+    /// A bus with the drive just switched on.
     pub(super) fn new(device: &'a Device, progress: ProgressBar, pace: Pace) -> Self {
         let bus = VirtualBus::with_bit_rate(BIT_RATE_KBIT);
         let (sender, tap) = channel();
@@ -82,7 +81,7 @@ impl<'a> Stage<'a> {
         Ok(self.link.send(frame)?)
     }
 
-    /// Listens for so long, or until the drive sends a frame with this identifier.
+    /// Listens for `span`, or until the drive sends a frame with the wanted identifier.
     pub(super) fn listen(&mut self, span: Duration, wanted: Option<CobId>) -> Result<(), Failure> {
         let until = self.now() + span;
         loop {
@@ -101,27 +100,27 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Requests a frame of the drive by a remote frame, and waits for it.
+    /// Requests a frame from the drive by a remote frame, and waits for it.
     pub(super) fn ask(&mut self, id: CobId, len: u8) -> Result<(), Failure> {
         const PATIENCE: Duration = Duration::from_millis(50);
         self.send(&Frame::remote(id, len).expect("no PDO is longer than eight bytes"))?;
         self.listen(PATIENCE, Some(id))
     }
 
-    /// Reads a number of up to four bytes by SDO; `None` if the drive does not give it.
+    /// Reads a number of up to four bytes by SDO; `None` if the drive does not respond or refuses.
     pub(super) fn read(&mut self, address: Address) -> Result<Option<u32>, Failure> {
         let data = answer(self.network.read_bytes(NODE, address))?;
         self.record()?;
         Ok(data.map(|data| data.iter().rev().fold(0, |number, byte| number << 8 | u32::from(*byte))))
     }
 
-    /// Writes one byte by SDO, if the drive takes it.
+    /// Writes one byte by SDO, ignoring a refusal.
     pub(super) fn write(&mut self, address: Address, value: u8) -> Result<(), Failure> {
         answer(self.network.write_bytes(NODE, address, &[value]))?;
         self.record()
     }
 
-    /// What the drive has reported last of an entry.
+    /// The last value that the drive has reported for an entry.
     pub(super) fn reported(&self, address: Address) -> Option<i128> {
         self.reported.get(&address).copied()
     }
@@ -131,7 +130,7 @@ impl<'a> Stage<'a> {
         let shaft = drive.shaft(now);
         Truth {
             position_increments: shaft.position,
-            // 1600 increments are one revolution.
+            // One revolution has 1600 increments.
             velocity_rpm: shaft.velocity * 60.0 / 1600.0,
             status: drive.status_word(now),
         }
@@ -146,12 +145,12 @@ impl<'a> Stage<'a> {
         self.line(format_args!("\n{}\n", styled(Style::new().bold().underline(), text)))
     }
 
-    /// Prints a remark between frames.
+    /// Prints a comment between frames.
     pub(super) fn remark(&self, text: impl Display) -> Result<(), Failure> {
         self.line(styled(Style::new().dimmed().italic(), format_args!("{:>14}{text}", "")))
     }
 
-    /// Records and prints the frames of the bus.
+    /// Records and prints the frames on the bus.
     fn record(&mut self) -> Result<(), Failure> {
         while let Ok((at, frame)) = self.tap.try_recv() {
             let decoded = self.decoder.decode(&frame);
@@ -188,7 +187,7 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// What the drive has answered; `None` if it does not.
+/// The result, or `None` if the drive did not respond or refused.
 fn answer<T>(result: Result<T, AccessError>) -> Result<Option<T>, Failure> {
     match result {
         Ok(answer) => Ok(Some(answer)),

@@ -110,7 +110,7 @@ Examples:
     lexican drive --bus can0 5 --explain --device FILE.eds
     lexican drive --bus sim:siko/ag03-1?node=5 5 move-to 5000 --enable";
 
-/// The orders by their words.
+/// Parses an order from its word.
 fn verbs() -> impl TypedValueParser<Value = Verb> {
     let words = Verb::ALL.iter().map(|verb| PossibleValue::new(verb.word()).help(verb.help()));
     let named = |word: String| Verb::ALL.iter().copied().find(|verb| verb.word() == word);
@@ -118,7 +118,7 @@ fn verbs() -> impl TypedValueParser<Value = Verb> {
 }
 
 impl Args {
-    /// Whether only Ctrl-C ends it.
+    /// Whether only Ctrl-C ends the order.
     pub(super) fn is_endless(&self) -> bool {
         self.order.is_some_and(Verb::lasts) && self.span.is_none()
     }
@@ -132,12 +132,12 @@ impl Args {
         Some(self.value.clone()? + &unit)
     }
 
-    /// None is given with `--explain`, which looks.
+    /// The order; without one, as with `--explain`, the one that only looks.
     fn verb(&self) -> Verb {
         self.order.unwrap_or(Verb::Watch)
     }
 
-    /// The velocity and the acceleration of travels that are to be set, as 6081h and 6083h have them.
+    /// The velocity and the acceleration to set, in the units of 6081h and 6083h.
     pub(super) fn profile(&self, scales: &Scales<'_>, description: &Description) -> Result<[Option<i64>; 2], Failure> {
         let numbers = description.profile.map(|profile| [Some(profile.velocity), profile.acceleration]);
         let numbers = numbers.unwrap_or_default();

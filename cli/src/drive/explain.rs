@@ -12,7 +12,7 @@ use super::args::Args;
 use super::node::{Drive, failed, find_sheet};
 use crate::output::{Failure, Outcome, note, stdout};
 
-/// The findings of a data sheet that make a difference to each order, and not only to some.
+/// Findings of a data sheet that affect every order, not only some.
 const SAID: [&str; 3] = ["drive::profile", "drive::velocity", "drive::vendor"];
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -63,14 +63,14 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// Says before an order what the driver uses instead of what the data sheet lacks.
+/// Before an order, tells what the driver uses instead of missing objects.
 pub(super) fn say_what_is_used_instead(sheet: &DataSheet) {
     let facts = explain_sheet(&sheet.input, &sheet.device).1.into_iter();
     let said: Vec<Fact> = facts.filter(|fact| fact.code.is_some_and(|code| SAID.contains(&code))).collect();
     say(&said);
 }
 
-/// Facts as notes.
+/// Prints facts as notes.
 pub(super) fn say(facts: &[Fact]) {
     for fact in facts {
         let remedy = fact.remedy.as_ref().map_or_else(String::new, |remedy| format!(": {remedy}"));

@@ -22,7 +22,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return explain::run(args);
     }
     args.check_value()?;
-    // Without an end, a simulation runs in real time, so that one can watch it.
+    // An endless simulation runs in real time, so that users can watch it.
     let pace = if args.is_endless() { Pace::RealTime } else { Pace::Virtual };
     let found = DriveNode::open(&args.bus, pace, args.node, args.device.as_deref(), &args.overlay)?;
     let mut scales = Scales::new(&found.sheet.device, found.description);

@@ -1,4 +1,4 @@
-//! An order to a drive, from what is said before it to what is said after it.
+//! Carries out an order, from the announcement to the final report.
 
 use lexican_driver::{Error, Protection, Step, Supervision};
 use lexican_runtime::profile::cia402::State;
@@ -12,15 +12,15 @@ use super::node::Drive;
 use super::report::Report;
 use crate::output::{Failure, Outcome, note, warn};
 
-/// A drive, and what it is to do.
+/// A drive with its order.
 pub(super) struct Moving<'a> {
     pub(super) args: &'a Args,
     pub(super) drive: Drive,
     pub(super) order: Order,
-    /// The velocity and the acceleration to set before it.
+    /// The velocity and the acceleration to set first.
     pub(super) profile: [Option<i64>; 2],
     pub(super) scales: &'a Scales<'a>,
-    /// The command has enabled it, and has to disable it.
+    /// Whether the command has enabled the drive, and so has to disable it.
     pub(super) enabled: bool,
 }
 
@@ -32,7 +32,7 @@ impl Moving<'_> {
             let [velocity, acceleration] = self.profile;
             self.drive.run(async |drive| set_profile(&drive, velocity, acceleration).await)?;
             if self.args.enable && self.drive.state()? != State::OperationEnabled {
-                // Also if it is cancelled half way.
+                // Set this first: enabling may be cancelled half way.
                 self.enabled = true;
                 self.drive.run(async |drive| prepare(&drive, order).await)?;
                 self.drive.enable()?;
@@ -49,7 +49,7 @@ impl Moving<'_> {
         Ok(ending)
     }
 
-    /// Arms what lets the drive notice that the command is gone, if it has that.
+    /// Arms the drive's protection against the loss of this command, if it has one.
     fn protect(&mut self) -> Result<(), Error> {
         let (within, manager) = (self.args.protect, self.args.manager);
         if within.is_zero() {
@@ -64,7 +64,7 @@ impl Moving<'_> {
         }
     }
 
-    /// Says what is about to be done.
+    /// Announces what is about to be done.
     fn announce(&mut self, report: &mut Report<'_>) -> Result<(), Error> {
         let from = if self.order.verb().begins_at_a_position() { Some(self.drive.position()?) } else { None };
         let until = match self.args.span {
@@ -78,20 +78,20 @@ impl Moving<'_> {
         Ok(())
     }
 
-    /// Says how it has ended. The drive stands then, or that it may not is the failure.
+    /// Reports how the order has ended. The drive is at a standstill then; if it may not be, that is the failure.
     pub(super) fn end(mut self, report: &mut Report<'_>, result: Result<Ending, Error>) -> Result<Outcome, Failure> {
         let node = self.args.node;
         let mut end = end_safely(&mut self.drive, self.order, result);
         if end.is_known && self.enabled {
-            // Ctrl-C may come once more, and cancel this before it has begun.
+            // A second Ctrl-C may cancel the first attempt before it begins.
             match self.drive.disable().or_else(|_| self.drive.disable()) {
-                // A fault has done so.
+                // After a fault the drive is disabled already.
                 Ok(()) | Err(Error::Fault(_)) => {}
                 Err(error) => end = end_safely(&mut self.drive, Order::Disable, Err(error)),
             }
         }
         if !end.may_be_moving {
-            // What was seen before it was stopped is not where it is now.
+            // The last values are from before the stop; read them again.
             let _ = self.drive.run(async |drive| see(&drive).await);
         }
         let now = self.drive.run(async |drive| Ok((Look::at(&drive), drive.now())));
@@ -105,7 +105,7 @@ impl Moving<'_> {
         }
         if end.is_known {
             report.close(&end, remedy)?;
-            // These have no other end.
+            // Orders that last have no other end than being cancelled.
             let is_end = end.word == "cancelled" && self.order.verb().lasts();
             return Ok(if end.is_success || is_end { Outcome::Clean } else { Outcome::Found });
         }
@@ -123,7 +123,7 @@ impl Moving<'_> {
         })
     }
 
-    /// What to do about it, by commands where these do so.
+    /// The remedy, as commands where possible.
     fn remedy(&self, end: &SafeEnd) -> Option<String> {
         let order = |step: &Step| format!("`lexican drive {} {}`", self.args.node, step.word());
         let text = end.remedy.clone()?;

@@ -1,4 +1,4 @@
-//! The drive at a node: how it is described, and its data sheet.
+//! Finds the drive at a node: its description and its data sheet.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub(super) struct DriveNode {
 }
 
 impl DriveNode {
-    /// Opens the bus, and finds out what the node is: by the name given, by the URL of the bus, or by its identity.
+    /// Opens the bus and identifies the node: by the given name, by the URL of the bus, or by its identity.
     pub(super) fn open(
         bus: &BusArgs,
         pace: Pace,
@@ -37,7 +37,7 @@ impl DriveNode {
     }
 }
 
-/// Opens the bus, and finds the data sheet of the node.
+/// Opens the bus, and finds the node's data sheet.
 pub(super) fn find_sheet(
     bus: &BusArgs,
     pace: Pace,
@@ -64,7 +64,7 @@ fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Fail
     Ok((network.into_link(), shipped.input()))
 }
 
-/// The description of a drive, and what to do without one.
+/// The description of a drive; if there is none, the failure says what to do.
 fn description_of(input: &Input) -> Result<&'static Description, Failure> {
     describe(input).map_err(|error| {
         Failure::new(error).help(
@@ -73,7 +73,7 @@ fn description_of(input: &Input) -> Result<&'static Description, Failure> {
     })
 }
 
-/// How connecting to a drive fails.
+/// The failure of connecting to a drive.
 pub(super) fn failed(error: Error, is_named: bool) -> Failure {
     match error {
         Error::Link(error) => error.into(),

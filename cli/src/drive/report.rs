@@ -1,4 +1,4 @@
-//! What becomes of an order: a line that changes on a terminal, lines or JSON objects elsewhere.
+//! Reports an order: one changing line on a terminal, lines or JSON objects elsewhere.
 
 use std::io::{IsTerminal, Write};
 
@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 
 use crate::output::{Failure, note, progress, stdout, warn};
 
-/// What is not older counts as present: to read state, position and velocity takes no longer on a slow bus.
+/// Values no older than this count as current: reading state, position and velocity takes no longer on a slow bus.
 const FRESH: Duration = Duration::from_millis(500);
 
 pub(super) struct Report<'a> {
@@ -22,25 +22,25 @@ pub(super) struct Report<'a> {
     next: Option<Instant>,
     last: Option<Look>,
     ends: Option<Instant>,
-    /// Why stdout cannot be written.
+    /// The error of writing to stdout.
     broken: Option<Failure>,
 }
 
 impl<'a> Report<'a> {
-    /// Reports a look each `every`, by a line that changes if a terminal shows it.
+    /// Reports a look every `every`; on a terminal by a line that changes.
     pub(super) fn new(node: NodeId, scales: &'a Scales<'a>, json: bool, every: Duration) -> Self {
         let shows = !json && std::io::stderr().is_terminal();
         let bar = shows.then(|| progress("{spinner} {msg}", 0));
         Report { node, scales, json, bar, every, begun: None, next: None, last: None, ends: None, broken: None }
     }
 
-    /// Says what is about to be done, before it is.
+    /// Announces what is about to be done.
     pub(super) fn order(&mut self, order: &str, value: Option<i32>, text: &str) -> Result<(), Failure> {
         let fields = json!({ "event": "order", "node": self.node.get(), "order": order, "value": value, "text": text });
         self.print(fields, &format!("node {}: {text}", self.node))
     }
 
-    /// Takes a look, and reports it if it is time for that.
+    /// Takes a look, and reports it when the interval is over.
     pub(super) fn look(&mut self, look: Look) {
         if look.state.is_none() || look.position.is_none() {
             return;
@@ -62,12 +62,12 @@ impl<'a> Report<'a> {
         self.print(self.fields("progress", look), &format!("{:>10.3}  {}", self.elapsed(look), self.words(look)))
     }
 
-    /// The time at the end, by which what was last seen is so old.
+    /// Sets the time of the end, from which the age of the last values is computed.
     pub(super) fn ends_at(&mut self, now: Instant) {
         self.ends = Some(now);
     }
 
-    /// Says how it has ended, and what to do about it.
+    /// Reports how the order has ended, and what to do about it.
     pub(super) fn close(&mut self, end: &SafeEnd, remedy: Option<String>) -> Result<(), Failure> {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
@@ -97,7 +97,7 @@ impl<'a> Report<'a> {
         self.broken.take().map_or(Ok(()), Err)
     }
 
-    /// How old is what was last seen, unless it has just been read.
+    /// The age of the last values as text; empty if they are current.
     fn age(&self, look: Look) -> String {
         match self.ends.map(|now| now.since(look.at)) {
             Some(age) if age > FRESH => format!(", {:.1} s ago", age.as_secs_f64()),

@@ -229,7 +229,7 @@ pub(crate) fn remove(args: &RemoveArgs) -> Result<Outcome, Failure> {
     edited.finish()
 }
 
-/// A data sheet on its way to another one.
+/// A data sheet with edits applied, not yet written.
 struct Edited<'a> {
     args: &'a EditArgs,
     before: DataSheet,
@@ -243,7 +243,7 @@ impl<'a> Edited<'a> {
         Ok(Self { args, before: load(input.clone())?, sheet: load(input)? })
     }
 
-    /// The part of the data sheet that a text names.
+    /// The place in the data sheet that a text names.
     fn place(&self, text: &str) -> Result<Place, Failure> {
         let sections = [
             ("FileInfo", Place::FileInfo),
@@ -283,7 +283,7 @@ impl<'a> Edited<'a> {
         self.apply(|sheet| Ok(edit::add_object(sheet, &object)?))
     }
 
-    /// A value as data sheets have it.
+    /// A value in the notation of data sheets.
     fn written(&self, place: Place, key: &str, value: &str) -> Result<String, Failure> {
         let is = |name: &str| same_name(name, key);
         if is("DataType")
@@ -306,7 +306,7 @@ impl<'a> Edited<'a> {
         let Some(entry) = self.sheet.device.entry(address.index(), address.sub()).filter(|_| is_value) else {
             return Ok(value.to_owned());
         };
-        // What data sheets have is kept as it is; a unit or a name is for people.
+        // Values in the notation of data sheets are kept; units and names are converted.
         let is_number = entry.data_type.range().is_some();
         let is_plain =
             value.is_empty() || value.starts_with('$') || !value.contains(|c: char| c.is_alphabetic() && c != 'x');
@@ -329,7 +329,7 @@ impl<'a> Edited<'a> {
         Ok(())
     }
 
-    /// Findings that the data sheet did not have before.
+    /// Findings that are new.
     fn worse(&self) -> Vec<&Diagnostic> {
         let mut before: Vec<_> =
             self.before.diagnostics.iter().map(|finding| (finding.code, &finding.message)).collect();
@@ -345,7 +345,7 @@ impl<'a> Edited<'a> {
         after.filter(is_new).collect()
     }
 
-    /// Writes the data sheet, unless it would be a worse one.
+    /// Writes the data sheet, unless it has new findings.
     fn finish(self) -> Result<Outcome, Failure> {
         let (before, after) = (&self.before.input.eds, &self.sheet.input.eds);
         let worse = self.worse();

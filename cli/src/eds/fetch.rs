@@ -1,4 +1,4 @@
-//! `lexican eds fetch`: the data sheet that a device has in it.
+//! `lexican eds fetch`: reads the data sheet that a device stores.
 
 use std::path::PathBuf;
 

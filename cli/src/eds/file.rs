@@ -1,4 +1,4 @@
-//! Data sheets that a command changes in place: read so that they can be written back byte for byte, and compared.
+//! Data sheets that a command changes in place: read in a way that they can be written back byte for byte.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use crate::output::{Failure, styled, write_whole};
 use lexican_toolbox::data_sheet::find;
 use lexican_toolbox::text::files::read_up_to;
 
-/// Refuses the names of the library, and files that do not exist.
+/// Refuses names of the library, and files that do not exist.
 pub(super) fn must_be_file(name: &str) -> Result<(), Failure> {
     if Path::new(name).is_file() {
         return Ok(());
     }
-    // Fails with a better message if there is no such file.
+    // Its error message is better if the file does not exist.
     find(name)?;
     Err(Failure::new(format_args!("{name} is not a file that could be written")))
 }
@@ -33,7 +33,7 @@ pub(super) fn open(name: &str) -> Result<Input, Failure> {
     Ok(Input::new(eds))
 }
 
-/// Refuses XML, to which no objects are added and from which none are taken.
+/// Refuses XML, in which objects cannot be added or removed.
 pub(super) fn must_be_ini(eds: &Source) -> Result<(), Failure> {
     if !xdd::is_xml(eds) {
         return Ok(());
@@ -44,7 +44,7 @@ pub(super) fn must_be_ini(eds: &Source) -> Result<(), Failure> {
     )))
 }
 
-/// Writes a data sheet in the encoding that it was in.
+/// Writes a data sheet in its own encoding.
 pub(super) fn write(sheet: &Source) -> Result<(), Failure> {
     let bytes = sheet.to_bytes().ok_or_else(|| {
         let encoding = sheet.encoding();
@@ -56,7 +56,7 @@ pub(super) fn write(sheet: &Source) -> Result<(), Failure> {
     write_whole(Path::new(sheet.name()), &bytes)
 }
 
-/// The difference as `diff -u` prints it, and `patch` takes it; empty if there is none.
+/// The difference in the format of `diff -u`, for `patch`; empty if there is none.
 pub(super) fn difference(before: &Source, after: &Source) -> String {
     let diff = TextDiff::from_lines(before.text(), after.text());
     let mut text = String::new();

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             writeln!(output::stdout(), "{name}")?;
             outcome = Outcome::Found;
         } else if args.write && changes {
-            // Old tools can read only the old encoding.
+            // Keep the encoding, because old tools may read only that one.
             match eds.encoding().encode(&formatted) {
                 Some(bytes) => write_whole(Path::new(name), &bytes)?,
                 None => {

@@ -93,18 +93,18 @@ impl Args {
     }
 }
 
-/// The result for one file. The file and its findings are freed, because there may be thousands.
+/// The result for one file. It keeps only text, since there may be thousands of files.
 #[derive(Default)]
 struct Checked {
-    /// The findings in the requested format; empty if the file cannot be read.
+    /// In the requested format; empty if the file cannot be read.
     text: String,
-    /// The findings in SARIF, if that is the format.
+    /// In SARIF, if that is the format.
     sarif: Option<Value>,
     /// The numbers of errors, warnings and notes.
     counts: [usize; 3],
-    /// How many findings were mended, or would be.
+    /// The number of findings that were fixed, or would be.
     fixed: usize,
-    /// How many could be.
+    /// The number of findings that could be fixed.
     fixable: usize,
     /// Why the file is no data sheet.
     failure: Option<Failure>,
@@ -220,25 +220,25 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
     })
 }
 
-/// The failure for a text that is no data sheet, whose findings are shown elsewhere.
+/// The failure for a text that is no data sheet. Its findings are printed separately.
 fn no_object(input: Input) -> Failure {
     let error = DataSheetError::NoObject { sheet: DataSheet::parse(input).into() };
     Failure::new(&error).help_if(error.remedy())
 }
 
-/// One line that begins with the name of the file, even if the finding has no place in it.
+/// One line that begins with the file name, even if the finding has no place.
 fn short(finding: &Diagnostic, input: &Input) -> String {
     let line = finding.render_short(input);
     if finding.span().is_some() { line + "\n" } else { format!("{}: {line}\n", input.eds.name()) }
 }
 
-/// Calls `work` for every item on all processors, and `done` with the results in the order of the items.
+/// Calls `work` for every item on all processors, and `done` for the results in order.
 fn in_parallel<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> R + Sync,
     mut done: impl FnMut(R) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    // A bar is of no use for few files.
+    // A few files need no progress bar.
     let progress = match items.len() {
         0..8 => ProgressBar::hidden(),
         many => progress("{bar:40.cyan/dim} {pos}/{len} data sheets", many as u64),
@@ -247,11 +247,11 @@ fn in_parallel<T: Sync, R: Send>(
     let written = std::thread::scope(|scope| {
         let results: Vec<_> = (0..workers)
             .map(|first| {
-                // A worker waits until its results are taken, so that few of them are kept.
+                // Workers wait until their results are taken, so that few results are kept.
                 let (sender, results) = sync_channel(2);
                 let mut items = items.iter().skip(first).step_by(workers);
                 let work = &work;
-                // Sending fails after an error of `done`.
+                // Sending fails after `done` has failed.
                 scope.spawn(move || items.try_for_each(|item| sender.send(work(item)).ok()));
                 results
             })
@@ -267,7 +267,7 @@ fn in_parallel<T: Sync, R: Send>(
     written
 }
 
-/// Adds the results and the rules of a file to the one run of a SARIF log.
+/// Adds the results and rules of a file to the single run of a SARIF log.
 fn append(log: &mut Value, mut of_file: Value) {
     let lists: [fn(&mut Value) -> &mut Value; 2] =
         [|log| &mut log["runs"][0]["results"], |log| &mut log["runs"][0]["tool"]["driver"]["rules"]];
@@ -275,7 +275,7 @@ fn append(log: &mut Value, mut of_file: Value) {
         let more = list(&mut of_file).take();
         let Some(all) = list(log).as_array_mut() else { continue };
         for element in more.as_array().into_iter().flatten() {
-            // A rule, which has an id, is added only once.
+            // Elements with an id are rules; add each only once.
             if element["id"].is_null() || !all.iter().any(|other| other["id"] == element["id"]) {
                 all.push(element.clone());
             }
@@ -283,7 +283,7 @@ fn append(log: &mut Value, mut of_file: Value) {
     }
 }
 
-/// Writes the texts of the files; those of JSON are elements of a list.
+/// Writes the texts of all files; in JSON, as elements of a list.
 struct Printer<W> {
     format: Format,
     stdout: W,
@@ -316,7 +316,7 @@ impl<W: Write> Printer<W> {
 
 const HEAD: &str = "{\n  \"files\": [";
 
-/// The last line, on stderr so that it does not disturb a pipe.
+/// The last line; on stderr, to keep it out of a pipe.
 #[derive(Default)]
 struct Summary {
     files: usize,

@@ -1,4 +1,4 @@
-//! `lexican watch` and `lexican plot`: values of a node over time.
+//! `lexican watch` and `lexican plot`: follow values of a node over time.
 
 mod plot;
 mod watch;
@@ -45,24 +45,24 @@ struct SignalArgs {
     signals: Vec<String>,
 }
 
-/// What there is to do while values are followed.
+/// Handles followed values.
 trait Follower {
-    /// A value has come.
+    /// Takes a value.
     fn value(&mut self, at: Instant, report: &ValueReport) -> Result<(), Failure>;
-    /// The values are to be shown.
+    /// Draws the values on the screen.
     fn draw(&mut self, screen: &mut Screen) -> Result<(), Failure>;
-    /// An object cannot be read, or can again.
+    /// An object cannot be read, or with `None`, all can be read again.
     fn trouble(&mut self, trouble: Option<&str>);
 }
 
-/// How often the screen is drawn.
+/// The interval of drawing.
 const DRAWN: Duration = Duration::from_millis(100);
 
-/// How often the screen and Ctrl-C are looked at.
+/// The interval of checking the screen and Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
 
 impl SignalArgs {
-    /// Follows the values until the end: that of the span, of a log, or by a key on the screen.
+    /// Follows the values until the end of the span or the log, or until a key is pressed on the screen.
     fn follow(&self, wants_screen: bool, follower: &mut impl Follower) -> Result<(), Failure> {
         let pace = if self.span.is_some() { Pace::Virtual } else { Pace::RealTime };
         let Connected { mut network, id, device } = self.network.connect_at(pace, self.node)?;

@@ -146,7 +146,7 @@ impl Plot {
     }
 }
 
-/// The points since a time.
+/// The points from `begin` on.
 fn within(series: &Series, begin: f64) -> &[(f64, f64)] {
     let first = series.points.partition_point(|(at, _)| *at < begin);
     &series.points[first..]

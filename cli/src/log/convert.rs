@@ -68,7 +68,7 @@ Examples:
     lexican convert trace.trc bus.log --begin 2026-09-30T15:06:13Z
     lexican convert bus.log acceptance.csv --to trace --node 5 --device siko/ag03-1";
 
-/// What each format keeps, a line each.
+/// What each format keeps, one line each.
 fn kept() -> String {
     let line = |format: Format| {
         let Facts { times, interface, direction, .. } = format.facts();
@@ -80,7 +80,7 @@ fn kept() -> String {
     )
 }
 
-/// What a log becomes.
+/// The target of a conversion.
 #[derive(Clone, Copy, Debug)]
 enum Target {
     Log(Format),
@@ -95,7 +95,7 @@ impl FromStr for Target {
     }
 }
 
-/// How many frames are converted between two looks at the progress.
+/// The number of frames between two updates of the progress bar.
 const STEP: u64 = 1 << 14;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -122,7 +122,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Writer::new(io::stdout(), to)
     } else {
         let existing = args.force.existing();
-        // What comes through a pipe may be lost if it is not kept as it comes.
+        // Write a pipe's frames as they come, so that an interruption does not lose them.
         let writer = match size {
             Some(_) => Writer::create_whole(output, to, existing),
             None => Writer::create(output, to, existing),
@@ -153,7 +153,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         writer.write(&record).map_err(|error| write_failure(output, error))?;
         written += 1;
-        // A log that is still being written is passed on as it comes.
+        // Pass on a log that is still being written without delay.
         if size.is_none() && is_pipe(output) && read % 64 == 0 {
             writer.flush().map_err(|error| write_failure(output, error))?;
         }

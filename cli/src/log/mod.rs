@@ -53,14 +53,14 @@ impl SelectionArgs {
     }
 }
 
-/// The name of stdin and stdout.
+/// The file name for stdin and stdout.
 const PIPE: &str = "-";
 
 fn is_pipe(path: &Path) -> bool {
     path == Path::new(PIPE)
 }
 
-/// Opens a log, or stdin; returns its size as well, if it has one.
+/// Opens a log or stdin; also returns its size, if known.
 fn open(path: &Path, format: Option<Format>) -> Result<(Reader, Option<u64>), Failure> {
     if is_pipe(path) {
         return Ok((Reader::new("stdin", io::stdin(), format)?, None));
@@ -68,7 +68,7 @@ fn open(path: &Path, format: Option<Format>) -> Result<(Reader, Option<u64>), Fa
     Ok((Reader::open(path, format)?, fs::metadata(path).ok().map(|data| data.len()).filter(|len| *len > 0)))
 }
 
-/// The format of a file to be written: as it is given, else by the file's extension.
+/// The format of a file to write: as given, else by its extension.
 fn format_of(path: &Path, given: Option<Format>, option: &str) -> Result<Format, Failure> {
     given.or_else(|| Format::of_path(path)).ok_or_else(|| {
         Failure::new(format_args!("which format is {}?", path.display()))
@@ -76,7 +76,7 @@ fn format_of(path: &Path, given: Option<Format>, option: &str) -> Result<Format,
     })
 }
 
-/// Says what was left out of a log.
+/// Reports what was left out of a log.
 fn remark_on(skipped: Skipped) {
     let parts = [
         (skipped.fd, "frame of CAN FD", "frames of CAN FD"),
@@ -99,7 +99,7 @@ fn frames(count: u64) -> String {
     plural(usize::try_from(count).unwrap_or(usize::MAX), "frame")
 }
 
-/// An error while writing; a reader of the pipe that has left is none.
+/// The failure of writing; none if the reader of a pipe has left.
 fn write_failure(path: &Path, error: WriteError) -> Failure {
     match error {
         WriteError::Io(error) if is_pipe(path) => error.into(),
@@ -128,13 +128,13 @@ impl From<LogError> for Failure {
     }
 }
 
-/// A speed, or another factor above zero.
+/// Parses a factor greater than zero.
 fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor: &f64| (1e-3..=1e6).contains(factor));
     factor.ok_or_else(|| format!("{text:?} is no factor from 0.001 to 1000000, such as 10 or 0.5"))
 }
 
-/// A number of bytes: `500k`, `10M`, `1G`.
+/// Parses a number of bytes: `500k`, `10M`, `1G`.
 fn size(text: &str) -> Result<u64, String> {
     let units = [("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000), ("", 1)];
     let found = units.iter().find_map(|(unit, factor)| {

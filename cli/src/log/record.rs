@@ -78,14 +78,14 @@ Examples:
     lexican record --bus can0 -o bus.pcapng --split-size 100M --max-size 1G
     lexican record --bus can0 -o - --to pcap | wireshark -k -i -";
 
-/// How long frames may wait to be written, and how often the progress is shown.
+/// How long frames may wait to be written; also the interval of showing the progress.
 const FLUSH: Duration = Duration::from_millis(200);
-/// How soon the command ends when it is interrupted.
+/// How soon the command reacts to an interruption.
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let format = format_of(&args.output, args.to, "--to")?;
-    // Also if it is to be replaced.
+    // Refuse to replace the log that is being read.
     let is_read = Existing::Replace.guard(&args.output, args.bus.log_file());
     is_read.map_err(|error| Failure::file("write", &args.output, &error))?;
     let stop = ctrl_c()?;
@@ -123,12 +123,12 @@ struct Recorder<'a> {
     args: &'a Args,
     files: Files,
     interface: Arc<str>,
-    /// What is added to the link's time.
+    /// Added to the times of the link.
     origin: Duration,
     begin: Instant,
     flushed: Instant,
     frames: u64,
-    /// The frames when the progress was shown last.
+    /// The number of frames when the progress was last shown.
     shown: u64,
     missing: u64,
     progress: ProgressBar,
@@ -137,7 +137,7 @@ struct Recorder<'a> {
 impl Recorder<'_> {
     fn record(mut self, link: &mut dyn Link, stop: &AtomicBool) -> Result<Outcome, Failure> {
         let (mut pump, end) = (Pump::new(), self.args.span.map(|span| link.now() + span));
-        // Where time is virtual, waiting takes none.
+        // In virtual time, waiting takes no time.
         let step = if link.is_real_time() { LOOK } else { Duration::from_secs(3600) };
         while !stop.load(Ordering::Relaxed) && self.args.count.is_none_or(|count| self.frames < count) {
             let until = end.unwrap_or(Instant::MAX).min(link.now() + step);
@@ -151,7 +151,7 @@ impl Recorder<'_> {
                 Ok(Turn::Idle | Turn::Over) => {}
                 Err(LinkError::Ended) => break,
                 Err(error) => {
-                    // What was heard before is kept.
+                    // Keep what was received before the error.
                     self.files.finish().map_err(|error| write_failure(&self.args.output, error))?;
                     return Err(error.into());
                 }
@@ -176,7 +176,7 @@ impl Recorder<'_> {
         self.files.write(&record).map_err(|error| write_failure(&self.args.output, error))
     }
 
-    /// Writes what has waited long enough.
+    /// Writes frames that have waited long enough.
     fn settle(&mut self, now: Instant) -> Result<(), Failure> {
         let passed = now - self.flushed;
         if passed < FLUSH {
@@ -198,7 +198,7 @@ impl Recorder<'_> {
         let before = bytes;
         files.finish().map_err(|error| write_failure(&args.output, error))?;
         if let Ok(data) = std::fs::metadata(&path) {
-            // What is written at the end belongs to it.
+            // The end that `finish` writes counts as well.
             bytes = before.max(data.len());
         }
         let fields = json!({ "frames": count, "seconds": span.as_secs_f64(), "bytes": bytes,

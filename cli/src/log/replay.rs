@@ -1,4 +1,4 @@
-//! `lexican replay`: the frames of a log on a bus.
+//! `lexican replay`: sends the frames of a log to a bus.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,7 +62,7 @@ Examples:
     lexican replay bus.asc --bus can0 --except 000,080,200-27F,300-37F,400-47F,500-57F,600-67F
     lexican monitor --bus log:bus.blf?pace=real";
 
-/// How soon the command ends when it is interrupted.
+/// How soon the command reacts to an interruption.
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new("stdin can be read once only: --loop needs a file"));
     }
     if !is_pipe(&args.file) {
-        // Before the bus is opened, which a missing log should not disturb.
+        // Report a missing log before touching the bus.
         open(&args.file, args.from)?;
     }
     let stop = ctrl_c()?;
@@ -102,9 +102,9 @@ struct Replay<'a> {
     args: &'a Args,
     link: Box<dyn Link + Send>,
     sent: u64,
-    /// The most that a frame was sent too late.
+    /// The greatest delay of a frame.
     late: Duration,
-    /// What is left out of each pass.
+    /// What each pass leaves out.
     skipped: Skipped,
 }
 
@@ -128,7 +128,7 @@ impl Replay<'_> {
                 self.wait(due, stop)?;
                 self.late = self.late.max(self.link.now() - due);
             } else if self.sent.is_multiple_of(64) {
-                // What comes in meanwhile is not wanted, and a virtual bus goes on while it is listened to.
+                // Drain received frames. On a virtual bus, time passes while listening.
                 let now = self.link.now();
                 self.receive(now)?;
             }
@@ -151,7 +151,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// Drops one frame of others, or waits for it.
+    /// Waits for one frame until `until`, and drops it.
     fn receive(&mut self, until: Instant) -> Result<(), Failure> {
         if let Some(Incoming::State(state)) = self.link.receive(until)? {
             warn(format_args!("the bus is {state}"));

@@ -1,4 +1,4 @@
-//! `lexican convert --to trace`: what a log says of one device becomes frames that a device is asked by.
+//! `lexican convert --to trace`: turns the log of one device into frames to ask a device again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
@@ -36,7 +36,7 @@ pub(super) struct Traced {
 }
 
 impl Traced {
-    /// Refuses options that do nothing where a log becomes another log.
+    /// Refuses options that have no effect when converting to another log.
     pub(super) fn belong_to_a_trace(&self) -> Result<(), Failure> {
         if self.node.is_none() && self.device.is_none() {
             return Ok(());
@@ -46,25 +46,25 @@ impl Traced {
     }
 }
 
-/// A server has been asked when its manager had time; shorter pauses are the computer's.
+/// Shorter pauses before a request are due to the computer, and are not kept.
 const PAUSE: Duration = Duration::from_millis(5);
-/// The pause before what is sent in a cycle.
+/// The pause before a message that is sent in a cycle.
 const CYCLE: Duration = Duration::from_millis(1);
-/// A value that was there for so long is there the next time as well, whatever the phase.
+/// A value that lasted this long is expected again, whatever the phase.
 const HELD: Duration = Duration::from_millis(100);
-/// How long a device may take to boot.
+/// The time that a device may take to boot.
 const BOOT: Duration = Duration::from_secs(5);
-/// The longest time that a condition may have.
+/// The longest time in a condition.
 const LONGEST: Duration = Duration::from_secs(3600);
 
-/// What CiA 301, 401 and 402 say is measured or counted.
+/// Objects of CiA 301, 401 and 402 that are measured or counted.
 const MEASURED: [u16; 30] = [
     0x1002, 0x1013, 0x6000, 0x6020, 0x6043, 0x6044, 0x6053, 0x6054, 0x6062, 0x6063, 0x6064, 0x6069, 0x606B, 0x606C,
     0x6074, 0x6077, 0x6078, 0x6079, 0x60B9, 0x60BA, 0x60BB, 0x60BC, 0x60BD, 0x60F4, 0x60FA, 0x60FC, 0x60FD, 0x6400,
     0x6401, 0x6402,
 ];
 
-/// What is read-only and mapped, and yet no measurement but the state of the device.
+/// Objects that are read-only and mapped, but are states, not measurements.
 const STATES: [u16; 4] = [0x1001, 0x603F, 0x6041, 0x6061];
 
 pub(super) fn run(
@@ -122,7 +122,7 @@ pub(super) fn run(
     Ok(Outcome::Clean)
 }
 
-/// The node that is asked by SDO or commanded, if there is only one.
+/// The only node that is accessed by SDO or commanded; an error if there are several.
 fn only_node<'f>(frames: impl Iterator<Item = &'f Frame>) -> Result<NodeId, Failure> {
     let asked = frames.filter(|frame| !frame.is_remote()).filter_map(|frame| match frame.id().raw() {
         0x000 => NodeId::new(*frame.data().get(1)?),
@@ -145,28 +145,28 @@ fn only_node<'f>(frames: impl Iterator<Item = &'f Frame>) -> Result<NodeId, Fail
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// The manager sent it, and something has to happen.
+    /// Sent by the manager; it has an effect.
     Command,
-    /// The manager sent it, and asks or goes on.
+    /// Sent by the manager; a request, or the continuation of a transfer.
     Question,
-    /// The device answered.
+    /// Sent by the device as an answer.
     Answer,
-    /// The device sends it by itself, once.
+    /// Sent once by the device itself.
     Event,
-    /// The device sends it by itself, and again.
+    /// Sent repeatedly by the device itself.
     Repeated,
 }
 
-/// A row while the log is read.
+/// A row of the trace, while the log is read.
 struct Entry {
     row: Row,
     kind: Kind,
     at: Instant,
-    /// Since when what it has is so.
+    /// Since when its data has been the same.
     settled: Instant,
-    /// Whether other values came before, when it was asked again.
+    /// Whether earlier answers to the same request had other data.
     varied: bool,
-    /// How many frames it stands for.
+    /// The number of frames that it stands for.
     frames: u32,
     dropped: bool,
 }
@@ -177,23 +177,23 @@ struct Recorder<'d> {
     decoder: Decoder<'d>,
     entries: Vec<Entry>,
     left_out: u64,
-    /// The device has booted before anything was asked.
+    /// Whether the device booted before it was asked anything.
     has_booted: bool,
-    /// It was in OPERATIONAL before anything was sent.
+    /// Whether it was OPERATIONAL before anything was sent.
     was_operational: bool,
-    /// Its boot-up message is to come.
+    /// Whether its boot-up message is expected.
     is_reset: bool,
-    /// Its state was asked for by a remote frame.
+    /// Whether its state was requested by a remote frame.
     is_guarded: bool,
-    /// The device sends SYNC.
+    /// Whether the device produces SYNC.
     sends_sync: bool,
-    /// Whose heartbeats it listens to.
+    /// The nodes whose heartbeats it consumes.
     consumed: BTreeSet<u8>,
-    /// The read that is not answered yet.
+    /// The read without an answer yet, as a position among the entries.
     read: Option<usize>,
-    /// Reads since the last command, and their answers: what is read again and again is waited for.
+    /// Reads since the last command, with their answers: a repeated read becomes a wait.
     reads: BTreeMap<Vec<u8>, (usize, usize)>,
-    /// The last repeated entry of each identifier.
+    /// The last repeated entry for each COB-ID.
     last: BTreeMap<CobId, usize>,
 }
 
@@ -225,7 +225,7 @@ impl<'d> Recorder<'d> {
         recorder
     }
 
-    /// What decides who sends a frame has this value now.
+    /// Learns from a written value who sends what.
     fn is_set(&mut self, address: Address, value: u32) {
         match (address.index(), address.sub()) {
             (0x1005, 0) => self.sends_sync = value >> 30 & 1 == 1,
@@ -261,7 +261,7 @@ impl<'d> Recorder<'d> {
                 (Kind::Question, 0)
             }
             (Service::Lss, _) if frame.id().raw() == 0x7E5 => (Kind::Command, 0),
-            // Of a serial number.
+            // Of the serial number.
             (Service::Lss, _) => (Kind::Answer, if frame.data().first() == Some(&0x5D) { !0xFF } else { 0 }),
             _ => {
                 self.left_out += 1;
@@ -269,7 +269,7 @@ impl<'d> Recorder<'d> {
             }
         };
         let is_sent = matches!(kind, Kind::Command | Kind::Question);
-        // What came before the first question answers none.
+        // Answers before the first request belong to none.
         if is_sent || !self.entries.is_empty() {
             self.add(kind, open, source, at, frame, &decoded);
         }
@@ -305,19 +305,19 @@ impl<'d> Recorder<'d> {
             return (if std::mem::take(&mut self.is_reset) { Kind::Answer } else { Kind::Event }, 0);
         }
         self.was_operational |= self.entries.is_empty() && frame.data() == [5];
-        // The toggle bit depends on how often it was asked.
+        // The toggle bit depends on the number of earlier requests.
         if std::mem::take(&mut self.is_guarded) { (Kind::Answer, 0x80) } else { (Kind::Repeated, 0) }
     }
 
-    /// The bits of a value that cannot be the same again.
+    /// The bits of a value that may differ the next time.
     fn open(&self, address: Address) -> u64 {
         let (index, sub) = (address.index(), address.sub());
         let entry = self.device.and_then(|device| device.entry(index, sub));
-        // Objects of the profile repeat every 800h, for up to eight axes.
+        // Objects of the profile repeat every 800h for up to eight axes.
         let index = if (0x6800..0xA000).contains(&index) { 0x6000 + (index - 0x6000) % 0x800 } else { index };
         let is_input = entry.is_some_and(|entry| {
             let is_read = matches!(entry.access, AccessType::Ro | AccessType::Rwr);
-            // Of the manufacturer's, what is mapped into PDOs does not say enough: currents and temperatures often are not.
+            // For manufacturer objects, mappability is no sign: currents and temperatures are often not mappable.
             let is_number = self.device.is_some_and(|device| device.bits(entry.data_type).is_some());
             is_read && (entry.pdo_mapping || (0x2000..0x6000).contains(&index) && is_number)
         });
@@ -330,7 +330,7 @@ impl<'d> Recorder<'d> {
         }
     }
 
-    /// The bits of a PDO that cannot be the same again; all, if its mapping is not known.
+    /// The bits of a PDO that may differ the next time; all of them if its mapping is unknown.
     fn open_in_pdo(&self, frame: &Frame) -> u64 {
         let mapping = self.decoder.mapping(frame);
         if mapping.is_empty() {
@@ -351,7 +351,7 @@ impl<'d> Recorder<'d> {
         let is_sent = matches!(kind, Kind::Command | Kind::Question);
         let mut bytes = frame.data().to_vec();
         if decoded.service == Service::Nmt && decoded.node.is_none() {
-            // A command to all nodes is one to this node, as far as this node is concerned.
+            // A command to all nodes becomes one to this node.
             bytes.iter_mut().skip(1).for_each(|node| *node = self.node.get());
         }
         let data = if frame.is_remote() { format!("R{}", frame.dlc()) } else { text(&bytes, open) };
@@ -390,7 +390,7 @@ impl<'d> Recorder<'d> {
         }
     }
 
-    /// The same was read before, and nothing commanded since: how often does not matter, only what it comes to.
+    /// Merges a repeated read without a command in between: only the final answer matters.
     fn is_answered(&mut self, read: usize, answer: usize) {
         let question = self.entries[read].row.data.clone().into_bytes();
         let Some((last_read, last_answer)) = self.reads.insert(question, (read, answer)) else { return };
@@ -406,7 +406,7 @@ impl<'d> Recorder<'d> {
         }
     }
 
-    /// The rows, with their conditions.
+    /// The rows with their conditions.
     fn rows(mut self) -> Vec<Row> {
         self.drop_passing();
         let mut rows = Vec::new();
@@ -424,7 +424,7 @@ impl<'d> Recorder<'d> {
             match kind {
                 Kind::Command | Kind::Question => {
                     let is_cyclic = !row.cob_id.starts_with('6') && row.cob_id != "000";
-                    // In whole milliseconds.
+                    // Rounded to whole milliseconds.
                     let pause = Duration::from_millis((at.since(base).as_micros() + 500) / 1000).min(LONGEST);
                     if pause >= if is_cyclic { CYCLE } else { PAUSE } {
                         conditions.push(format!("after {}ms", in_milliseconds(pause)));
@@ -440,7 +440,7 @@ impl<'d> Recorder<'d> {
                     }
                     base = base.max(settled);
                 }
-                // Also a slow heartbeat comes by then.
+                // Long enough for slow heartbeats as well.
                 Kind::Event | Kind::Repeated => conditions.extend(["any time".to_owned(), "until 5s".to_owned()]),
             }
             row.condition = conditions.join("; ");
@@ -449,8 +449,8 @@ impl<'d> Recorder<'d> {
         rows
     }
 
-    /// Drops what a device sends by itself and may not send the next time: a value that was there between two others only for
-    /// a moment, and states that no heartbeat has to be in.
+    /// Drops messages that the device sends by itself and may not send again: values that lasted only for a moment
+    /// between two others, and states that a heartbeat may miss.
     fn drop_passing(&mut self) {
         let mut of_id: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, entry) in self.entries.iter().enumerate().filter(|(_, entry)| entry.kind == Kind::Repeated) {
@@ -472,7 +472,7 @@ impl<'d> Recorder<'d> {
     }
 }
 
-/// Bytes in hexadecimal, with `x` for digits that are open in a bit.
+/// Bytes in hexadecimal, with `x` for digits with an open bit.
 fn text(data: &[u8], open: u64) -> String {
     let digit = |value: u8, open: u8| if open == 0 { format!("{value:X}") } else { "x".to_owned() };
     let bytes = data.iter().zip(open.to_le_bytes());

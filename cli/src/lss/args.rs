@@ -31,7 +31,7 @@ pub(crate) struct LinkArgs {
 }
 
 impl LinkArgs {
-    /// Opens the bus, and runs a session.
+    /// Opens the bus and runs a session.
     pub(super) fn run<T>(
         &self,
         work: impl FnOnce(&mut Session<Box<dyn Link + Send>>) -> Result<T, Failure>,
@@ -130,7 +130,7 @@ impl DeviceArgs {
     }
 }
 
-/// A device, or all devices.
+/// One device, or all.
 #[derive(clap::Args, Debug)]
 pub(crate) struct DevicesArgs {
     #[command(flatten)]
@@ -142,7 +142,7 @@ pub(crate) struct DevicesArgs {
 }
 
 impl DevicesArgs {
-    /// Selects the device, or all: then returns `None`.
+    /// Selects one device, or all devices, for which it returns `None`.
     pub(super) fn select<L: Link>(&self, session: &mut Session<L>) -> Result<Option<Selected>, Failure> {
         if self.all {
             session.select_all()?;
@@ -153,7 +153,7 @@ impl DevicesArgs {
     }
 }
 
-/// A number of an identity, of 32 bits: in decimal, or in hexadecimal as it is printed or as programs write it.
+/// Parses a 32-bit number of an identity: decimal, or hexadecimal with `0x` or `h`.
 pub(crate) fn number(text: &str) -> Result<u32, String> {
     let hex = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).or_else(|| text.strip_suffix(['h', 'H']));
     let (digits, radix) = hex.map_or((text, 10), |digits| (digits, 16));

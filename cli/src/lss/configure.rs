@@ -80,15 +80,15 @@ Examples:
     lexican lss bit-rate --bus can0 --all 250 --store --switch-delay 1s  (in a second)
     ip link set can0 down; ip link set can0 up type can bitrate 250000";
 
-/// An entry of the table of CiA 305.
+/// An entry of CiA 305's bit rate table.
 #[derive(Clone, Copy, Debug)]
 struct Rate {
     entry: u8,
-    /// `None` if the device detects it.
+    /// `None` for automatic detection.
     kbit_per_s: Option<u16>,
 }
 
-/// The switch delay in milliseconds (CiA 305, activate bit timing parameters).
+/// Parses the switch delay in ms (CiA 305, activate bit timing parameters).
 fn switch_delay(text: &str) -> Result<u16, String> {
     let ms = in_milliseconds(milliseconds(text)?);
     u16::try_from(ms).map_err(|_| format!("{text} is longer than LSS can say, which is 65535ms"))
@@ -140,7 +140,7 @@ fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Resul
     Ok(if is_missed { Outcome::Found } else { Outcome::Clean })
 }
 
-/// Says what is still to be done.
+/// Tells what the user still has to do.
 fn advise(selected: Selected, new: Option<NodeId>, booted: bool, args: &NodeIdArgs) {
     match selected.node {
         Some(old) if new != Some(old) && !args.activate => note(format_args!(

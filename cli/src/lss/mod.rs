@@ -1,4 +1,4 @@
-//! `lexican lss`: node-IDs and bit rates for devices that are selected by their identity (CiA 305).
+//! `lexican lss`: configures node-IDs and bit rates of devices selected by identity (CiA 305).
 
 mod args;
 mod configure;

@@ -9,7 +9,7 @@ use lexican_toolbox::decode::lss::{response_json, response_text};
 use lexican_toolbox::lss::Selected;
 use lexican_toolbox::node::identity::{self, recognise};
 
-/// The device of a line of output.
+/// The name of the device in a line of output.
 pub(super) fn title(selected: Option<Selected>) -> String {
     selected.map_or_else(|| "all devices".to_owned(), |selected| describe(selected.identity))
 }
@@ -30,7 +30,7 @@ pub(super) fn identity_json(identity: Identity) -> Map<String, Json> {
     }))
 }
 
-/// The fields of a device; none if all are selected.
+/// The JSON fields of a device; empty if all are selected.
 pub(super) fn selected_json(selected: Option<Selected>) -> Map<String, Json> {
     let Some(Selected { identity, node }) = selected else { return Map::new() };
     let mut fields = identity_json(identity);
@@ -43,7 +43,7 @@ pub(super) fn print(as_json: bool, mut device: Map<String, Json>, more: Json, te
     print_result(as_json, device, text)
 }
 
-/// Prints the refusal of a device: an object for programs, a warning for people.
+/// Prints the refusal of a device: a JSON object, or a warning.
 pub(super) fn print_refusal(
     as_json: bool,
     selected: Option<Selected>,

@@ -25,14 +25,14 @@ fn identity(serial: u32) -> Identity {
     Identity { vendor: 0x195, product: 3, revision: 0x1_0000, serial }
 }
 
-/// A device that has only LSS, with 250 and 500 kbit/s.
+/// A device with nothing but LSS, for 250 and 500 kbit/s.
 struct Bare {
     lss: LssDevice,
     host: Host,
     knows_fastscan: bool,
-    /// How long it takes to respond.
+    /// The delay of its responses.
     slowness: Duration,
-    /// Its responses, and when it has them.
+    /// Its responses, with the time at which each is due.
     responses: VecDeque<(Instant, Frame)>,
     ready: VecDeque<Frame>,
 }
@@ -73,7 +73,7 @@ impl Node for Bare {
     }
 }
 
-/// A bus with devices of these serial numbers and node-IDs, 0 for none.
+/// A bus with devices of these serial numbers and node-IDs; 0 for none.
 fn bus(devices: &[(u32, u8)]) -> (VirtualBus, Vec<Arc<Mutex<Bare>>>) {
     let bus = VirtualBus::with_bit_rate(500);
     let bare = |&(serial, node): &(u32, u8)| {
@@ -116,10 +116,10 @@ fn all_devices_without_node_id_are_found_again_and_again() {
     }
 }
 
-/// A device that responds to searches even if it is selected.
+/// A device that still takes part in searches after it was selected.
 struct Stubborn {
     identity: Identity,
-    /// Then it confirms whatever is searched for, as CANopenNode does.
+    /// After that it confirms any number, as CANopenNode does.
     confirms_anything: bool,
     part: Part,
     is_selected: bool,
@@ -320,7 +320,7 @@ fn a_node_id_is_given_and_stored() {
 
 #[test]
 fn a_device_that_waits_for_a_reset_gets_it() {
-    /// A device that takes its node-ID, 9, only when its communication is reset.
+    /// A device that uses its new node-ID, 9, only after its communication is reset.
     struct Waiting(Arc<Mutex<Bare>>, Option<Frame>);
     impl Node for Waiting {
         fn handle_frame(&mut self, _: Instant, frame: &Frame) {
@@ -353,7 +353,7 @@ fn a_device_that_waits_for_a_reset_gets_it() {
 
 #[test]
 fn a_heartbeat_is_no_boot_up_message() {
-    /// A node that had the node-ID before.
+    /// Another node that already has the node-ID.
     struct Alive(bool);
     impl Node for Alive {
         fn handle_frame(&mut self, _: Instant, _: &Frame) {

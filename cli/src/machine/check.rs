@@ -76,10 +76,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if counts[0] > 0 { Outcome::Found } else { Outcome::Clean })
 }
 
-/// How many PDOs are named that may come at any time.
+/// The most messages without a known period that are named.
 const NAMED: usize = 8;
 
-/// What is on a bus, and how busy that makes it.
+/// Prints what is on a bus, and its load.
 fn print_bus(stdout: &mut impl Write, machine: &Machine) -> std::io::Result<()> {
     if let Some(name) = &machine.bus.name {
         write!(stdout, "{}: ", name.value)?;

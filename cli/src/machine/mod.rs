@@ -1,4 +1,5 @@
-//! `lexican machine`: a machine in one file. Every other command finds it as well, and takes the names of its nodes.
+//! `lexican machine`: commands for the file of a machine. All other commands find it too, and accept the names of its
+//! nodes.
 
 mod check;
 mod export;

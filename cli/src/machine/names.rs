@@ -1,4 +1,4 @@
-//! The names of a machine's nodes on the command line: what stands in its file need not be typed again.
+//! Replaces names of a machine's nodes on the command line, and adds what its file already says.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -12,20 +12,20 @@ use super::file::{choose_bus, name_of_sheet, of_here, read, take_named, valued};
 use crate::bus::BUS;
 use crate::node_place::{Words, command};
 
-/// The arguments with node-IDs instead of names of nodes, and with the bus and the data sheets of the machine where they are not
-/// given. Without a machine they stay as they are.
+/// Replaces names of nodes by node-IDs, and adds the bus and the data sheets of the machine unless they are given.
+/// Without a machine, the arguments stay as they are.
 pub(crate) fn resolved(mut args: Vec<OsString>, cli: &Command) -> Vec<OsString> {
     take_named(&mut args);
     resolved_by(args, cli, found)
 }
 
-/// What stands before the node in a side of `compare`.
+/// The prefix of a node in an argument of `compare`.
 const SIDE: &str = "node:";
 
-/// A machine, and where it is.
+/// A machine with its path.
 pub(crate) type Found = Option<(PathBuf, Arc<Machine>)>;
 
-/// The same by a machine that is found in another way: by the file that is named, if one is.
+/// The same with another way of finding the machine, by its file if one is named.
 pub(crate) fn resolved_by(
     mut args: Vec<OsString>,
     cli: &Command,
@@ -34,7 +34,7 @@ pub(crate) fn resolved_by(
     let (command, begin) = command(&args, cli);
     let option = |long: &str| command.get_arguments().find(|arg| arg.get_long() == Some(long));
     let takes = |long: &str| option(long).is_some();
-    // The bus of a simulation is where its devices go, and a demo has its own.
+    // In `simulate`, the bus is where the devices go, and the demo has its own.
     let has_own_bus = command.get_name() == "simulate" || args.iter().any(|word| word == "--demo");
     let Some(bus) = option("bus").filter(|_| !has_own_bus) else { return args };
     let place = Words { args: &args, command }.node_word(begin);
@@ -51,7 +51,7 @@ pub(crate) fn resolved_by(
         return args;
     }
     let Some((path, all)) = found(Words { args: &args, command }.machine(begin)) else { return args };
-    // Of several buses, the one that is named, or that of the node.
+    // The bus that is named, or that of the node.
     let on_named = |name| all.on(Some(name)).ok();
     let of_simulation = bus_name.and_then(|name| name.strip_prefix("sim")).map(|rest| rest.strip_prefix('#'));
     let first = words.as_deref().and_then(|words| words.split(',').next());
@@ -101,9 +101,9 @@ pub(crate) fn resolved_by(
         more.extend(["--bit-rate".into(), (rate / 1000).to_string().into()]);
     }
     if takes("device") && !is_given(&args, "--device") {
-        // A command for a whole bus knows all of its nodes.
+        // A command about a whole bus gets all its nodes.
         let all = if place.is_none() { machine.nodes.iter().collect() } else { named };
-        // What a command says of a single node has no node-ID in front.
+        // An argument about a single node has no node-ID in front.
         let of_one =
             |long| option(long).and_then(Arg::get_value_names).is_some_and(|names| !names[0].contains("NODE="));
         let several = all.len() > 1;
@@ -122,7 +122,7 @@ pub(crate) fn resolved_by(
     args
 }
 
-/// The machine that is named, or that of this folder. What is wrong with its file is said by `machine check`.
+/// The machine that is named, or that of this folder. `machine check` reports what is wrong with its file.
 fn found(named: Option<PathBuf>) -> Found {
     let path = named.or_else(of_here)?;
     let machine = read(&path).ok()?;

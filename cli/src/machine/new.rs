@@ -1,4 +1,4 @@
-//! `lexican machine new`: the file of a machine, from what is there.
+//! `lexican machine new`: makes the file of an existing machine.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(path) = &args.output {
         args.force.guard(path, [])?;
     }
-    // Its paths are relative to the file.
+    // Paths in a machine are relative to its file.
     let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let sheets = Sheets::read(&args.sheets, folder)?;
     let (draft, outcome) = match (&args.source, &args.bus) {
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if findings.has_errors() { Outcome::Found } else { outcome })
 }
 
-/// A machine of the nodes of a bus.
+/// A machine of the nodes on a bus.
 fn of_bus(bus: &BusUrl, sheets: &Sheets, timeout: Duration) -> Result<Draft, Failure> {
     let Bus { mut link, simulation, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
     let of_url = || bus.get("bitrate")?.parse().ok();
@@ -160,7 +160,7 @@ fn of_folder(source: &Path, sheets: &Sheets, folder: &Path) -> Result<Draft, Fai
     Ok(Draft::default().with(&found))
 }
 
-/// A machine of the nodes of a CPJ; what is wrong with it is left out.
+/// A machine of the nodes in a CPJ; prints what is wrong with it.
 fn of_cpj(source: &Path, sheets: &Sheets, folder: &Path) -> Result<(Draft, Outcome), Failure> {
     let files = Files::Folder(source.parent().unwrap_or(Path::new("")));
     let sheet = |path: &str, dcf: &Device| sheets.of_dcf(path.as_ref(), dcf, folder);
@@ -169,7 +169,7 @@ fn of_cpj(source: &Path, sheets: &Sheets, folder: &Path) -> Result<(Draft, Outco
     Ok((draft, if findings.has_errors() { Outcome::Found } else { Outcome::Clean }))
 }
 
-/// What dcfgen or cogen makes of a bus.yml; what is wrong with it is left out.
+/// The machine that dcfgen or cogen makes of a bus.yml; prints what is wrong with it.
 fn of_bus_yml(source: &Path, folder: &Path) -> Result<(Draft, Outcome), Failure> {
     let files = Files::Folder(source.parent().unwrap_or(Path::new("")));
     let name =
@@ -179,7 +179,7 @@ fn of_bus_yml(source: &Path, folder: &Path) -> Result<(Draft, Outcome), Failure>
     Ok((draft, if findings.has_errors() { Outcome::Found } else { Outcome::Clean }))
 }
 
-/// The period of SYNC, if somebody sends it more than once within two seconds.
+/// The period of SYNC; `None` if it is not received at least twice within two seconds.
 fn sync(link: &mut BoxedLink) -> Result<Option<Duration>, Failure> {
     let (mut pump, until, mut seen) = (Pump::new(), link.now() + Duration::from_secs(2), Vec::new());
     while let Some(frame) = pump.receive_frame(link, until)? {
@@ -192,7 +192,7 @@ fn sync(link: &mut BoxedLink) -> Result<Option<Duration>, Failure> {
     Ok(span.map(|span| Duration::from_millis((span / periods + 500) / 1000)).filter(|period| !period.is_zero()))
 }
 
-/// The heartbeat of a node in ms, 0 if it has none.
+/// The heartbeat period of a node in ms, 0 if it has none.
 fn heartbeat(network: &mut Network<BoxedLink>, id: NodeId) -> Result<u16, Failure> {
     match network.read_bytes(id, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0)) {
         Ok(data) => Ok(data.first_chunk().map_or(0, |bytes| u16::from_le_bytes(*bytes))),
@@ -201,7 +201,7 @@ fn heartbeat(network: &mut Network<BoxedLink>, id: NodeId) -> Result<u16, Failur
     }
 }
 
-/// The data sheets by which nodes are known, beside those of the library, and how the file names them.
+/// The data sheets that may match nodes, besides those of the library, with their names in the file.
 struct Sheets(Vec<(String, DataSheet)>);
 
 impl Sheets {
@@ -218,11 +218,11 @@ impl Sheets {
         Ok(Sheets(sheets))
     }
 
-    /// The data sheet of the device of a DCF, and how the file names it: one that is known, or else the DCF itself.
+    /// The data sheet for the device of a DCF, with its name in the file: a known one, or else the DCF itself.
     fn of_dcf(&self, path: &Path, dcf: &Device, folder: &Path) -> (String, Device) {
         let info = &dcf.info;
         let known = self.find([info.vendor_number, info.product_number, info.revision_number, None]);
-        // A data sheet that lacks what the DCF sets is that of another version.
+        // If a data sheet lacks entries that the DCF sets, it is for another version.
         let values = configured(dcf, NodeId::literal(1));
         let has_all = |sheet: &Device| values.keys().all(|it| sheet.entry(it.index(), it.sub()).is_some());
         match known.filter(|(_, sheet)| has_all(sheet)) {
@@ -231,7 +231,7 @@ impl Sheets {
         }
     }
 
-    /// The data sheet of a node, that of its own revision before others, and one that configures nothing before a DCF.
+    /// The data sheet of a node. The same revision is preferred, and an EDS to a DCF.
     fn find(&self, [vendor, product, revision, _]: [Option<u32>; 4]) -> Option<(String, &Device)> {
         let vendor = vendor?;
         let of_file = self.0.iter().filter(|(_, sheet)| is_of(&sheet.device, vendor, product));
@@ -243,7 +243,7 @@ impl Sheets {
     }
 }
 
-/// The data sheets of a folder, by their names.
+/// The data sheets in a folder, sorted by name.
 fn data_sheets(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |error| Failure::file("read", folder, &error);
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
@@ -253,10 +253,10 @@ fn data_sheets(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(files)
 }
 
-/// The path of a file as one in `folder` names it: from there, where the file is in it, or else from the root.
+/// A path as a file in `folder` names it: relative if the folder contains it, else absolute.
 fn relative(path: &Path, folder: &Path) -> String {
     let whole = |folder: &Path| if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.canonicalize().ok();
-    // A link stays a link.
+    // Resolve the folder only: a symbolic link stays a link.
     let here = path.parent().and_then(whole).zip(path.file_name()).map(|(parent, file)| parent.join(file));
     let found = here.zip(whole(folder)).map(|(path, folder)| path.strip_prefix(folder).unwrap_or(&path).to_owned());
     found.unwrap_or_else(|| path.to_owned()).display().to_string()

@@ -104,7 +104,7 @@ fn print(
     let mut values = node.device().map(DeviceValues::new);
     let mut outcome = Outcome::Clean;
     for (at, write) in writes.iter().enumerate() {
-        // A PDO is switched off meanwhile: only what stays is compared.
+        // Compare only the last write of an entry: PDOs are disabled in between.
         let stays = !writes[at + 1..].iter().any(|later| later.address == write.address);
         let present = match (&mut network, node.id) {
             (Some(network), Some(id)) if stays => match network.read_bytes(id, write.address) {
@@ -129,7 +129,7 @@ fn print(
         fields.insert("why".to_owned(), json!(write.why.name()));
         fields.insert("now".to_owned(), json!(now.as_ref().map(ValueReport::text)));
         print_result(as_json, fields, format_args!("  {}  [{}]{was}", wanted.equation(), write.why.name()))?;
-        // Units and limits of others depend on it.
+        // Units and limits of other entries may depend on this value.
         if let (Some(values), Some(value)) = (&mut values, &wanted.value) {
             values.set(write.address, value);
         }

@@ -1,4 +1,4 @@
-//! Which frames to print.
+//! The filter options of `lexican monitor`.
 
 use lexican_toolbox::bus::cob_ids::CobIds;
 use lexican_toolbox::bus::filter::{Filter, ServiceFilter};

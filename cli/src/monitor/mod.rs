@@ -94,7 +94,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new("a log takes no frames: its nodes cannot be asked")
             .help("name the devices with --device NODE=DEVICE; the mapping is known if the log has it"));
     }
-    // Without an end, a simulation runs in real time, so that one can watch it.
+    // An endless simulation runs in real time, so that users can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, nodes, .. } = args.bus.open(pace)?;
     let known = args.known.load(nodes)?;
@@ -109,7 +109,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-/// Listens to a bus, and prints its frames and events.
+/// Receives the frames of a bus, and prints frames and events.
 struct Monitor<'a, W: Write> {
     decoder: Decoder<'a>,
     duplicates: DuplicateNodes,
@@ -123,7 +123,7 @@ struct Monitor<'a, W: Write> {
     is_silent: bool,
     json: bool,
     styled: bool,
-    /// Flushed whenever the link is empty: with a write per line, frames of a busy bus would be lost.
+    /// Flushed whenever the link is empty. Flushing each line would lose frames on a busy bus.
     out: BufWriter<W>,
 }
 
@@ -160,15 +160,15 @@ impl<'a, W: Write> Monitor<'a, W> {
             let now = link.now();
             self.forget(now)?;
             let request = self.reader.poll_transmit(now);
-            // A request that cannot be sent leaves the node unknown; trouble of the bus is reported by `turn`.
+            // If a request cannot be sent, the node stays unknown; `turn` reports trouble of the bus.
             if let Some(request) = request.filter(|request| link.send(request).is_ok()) {
                 self.frame(now, &request)?;
             }
-            // Some links cannot wait for ever; an hour is as good.
+            // Some links cannot wait without a limit; an hour is as good.
             let hour = now + Duration::from_secs(3600);
             let request = self.reader.poll_timeout();
             let until = [end, request].into_iter().flatten().fold(hour, Instant::min);
-            // Waiting for a log or a simulation takes no time, so that its output may wait as well.
+            // Waiting for a log or a simulation takes no time, so that its output need not be flushed.
             let may_wait = self.out.buffer().is_empty() || !link.is_real_time();
             match pump.turn(link, &mut Listener, if may_wait { until } else { now }) {
                 Ok(Turn::Event(frame)) => left -= u64::from(self.frame(link.now(), &frame)?),
@@ -181,7 +181,7 @@ impl<'a, W: Write> Monitor<'a, W> {
                     self.event(link.now(), fields, &missing_frames(frames))?;
                 }
                 Ok(Turn::Over) if end.is_some_and(|end| link.now() >= end) => break,
-                // The link is empty. `Over` may also mean that it is always full.
+                // The link is empty. `Over` may also mean that it is never empty.
                 Ok(Turn::Idle) if link.is_real_time() => self.out.flush()?,
                 Ok(Turn::Idle | Turn::Over) => {}
                 Err(LinkError::Ended) => break,
@@ -196,7 +196,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         Ok(())
     }
 
-    /// Prints a frame if it is wanted, and the events that follow from it; returns whether it was.
+    /// Prints a frame if it passes the filter, and the events that follow from it; returns whether it was printed.
     fn frame(&mut self, at: Instant, frame: &Frame) -> Result<bool, Failure> {
         self.is_silent = false;
         let decoded = self.decoder.decode(frame);
@@ -221,7 +221,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         Ok(is_printed)
     }
 
-    /// Prints a frame, or the SDO transfer that ends with it, if it is wanted.
+    /// Prints a frame, or the SDO transfer that it ends, if that passes the filter.
     fn print(&mut self, at: Instant, frame: &Frame, decoded: Decoded) -> Result<bool, Failure> {
         if let (Some(transfers), Detail::Sdo(sdo)) = (&mut self.transfers, &decoded.detail)
             && sdo.step != Step::Unknown
@@ -250,7 +250,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         Ok(true)
     }
 
-    /// Prints an SDO transfer if it is wanted.
+    /// Prints an SDO transfer if it passes the filter.
     fn transfer(&mut self, transfer: &Transfer) -> Result<bool, Failure> {
         let is_new = self.changes.as_mut().is_none_or(|changes| changes.observe_transfer(transfer));
         if !is_new || !self.filter.matches_transfer(transfer) {
@@ -266,7 +266,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         Ok(true)
     }
 
-    /// Prints the transfers that have gone without an answer for long.
+    /// Prints transfers that have been silent for too long.
     fn forget(&mut self, now: Instant) -> Result<(), Failure> {
         while let Some(transfer) = self.transfers.as_mut().and_then(|transfers| transfers.forget(now)) {
             self.transfer(&transfer)?;
@@ -283,7 +283,7 @@ impl<'a, W: Write> Monitor<'a, W> {
         self.line(&fields.to_string())
     }
 
-    /// Writes a line of JSON, straight into the buffer.
+    /// Writes a JSON line directly into the buffer.
     fn object(&mut self, object: &impl Serialize) -> Result<(), Failure> {
         serde_json::to_writer(&mut self.out, object).map_err(std::io::Error::from)?;
         Ok(self.out.write_all(b"\n")?)
@@ -299,10 +299,10 @@ impl<'a, W: Write> Monitor<'a, W> {
     }
 }
 
-/// The most bytes of output that wait; they are lost if the command is killed meanwhile.
+/// The most bytes of output that wait; if the command is killed, they are lost.
 const BUFFER: usize = 16 * 1024;
 
-/// A frame or a transfer as a line of JSON; `more` is what the other one has not.
+/// A frame or a transfer in JSON; `more` are the fields that only one of them has.
 #[derive(Serialize)]
 struct Line<'a, M> {
     alarming: bool,
@@ -363,7 +363,7 @@ mod tests {
         assert!(flood.now() < Instant::from_micros(2_000_000), "{}", flood.now());
     }
 
-    /// Stdout with the number of writes to it.
+    /// A buffer as stdout, with the number of writes to it.
     #[derive(Clone, Default)]
     struct Output(Arc<Mutex<(Vec<u8>, usize)>>);
 
@@ -385,7 +385,7 @@ mod tests {
         }
     }
 
-    /// A link with so many frames at once, and then silence, before which everything must be written. If it is not in
+    /// A link with this many frames at once and then silence, before which everything must be flushed. If it is not in
     /// real time, each frame comes only while it is waited for.
     struct Burst {
         flood: Flood,

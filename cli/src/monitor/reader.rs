@@ -1,4 +1,4 @@
-//! What the nodes are, and how they are configured: from SDO transfers, or by reading.
+//! Identifies nodes and learns their PDO configuration, from SDO transfers of others or by reading.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -13,32 +13,33 @@ use lexican_toolbox::decode::{Decoded, Detail, Side};
 use lexican_toolbox::node::identity::{PRODUCT, Shipped, VENDOR, recognise};
 use lexican_toolbox::values::address;
 
-/// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.
+/// How long an SDO channel must be quiet before we use it, so that no transfer of another client is disturbed.
 const QUIET: Duration = Duration::from_millis(200);
 
 /// How long a node may take to respond.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Recognises nodes by the identity that they report to any client.
+/// Recognises nodes by identities that any client reads.
 #[derive(Default)]
 pub(super) struct IdentityListener {
-    /// The vendor and the product of each node; it may say that it has no product.
+    /// The vendor-ID and product code of each node, as far as heard. The inner `None` of the second means that the node
+    /// has none.
     heard: BTreeMap<NodeId, (Option<u32>, Option<Option<u32>>)>,
     settled: BTreeSet<NodeId>,
 }
 
 impl IdentityListener {
-    /// Whether the device of the node is given, recognised, or not needed.
+    /// Whether the device of the node is given or recognised, or not needed.
     pub(super) fn is_settled(&self, node: NodeId) -> bool {
         self.settled.contains(&node)
     }
 
-    /// The device of the node is given, or known not to be needed.
+    /// Notes that the device of the node is given or not needed.
     pub(super) fn settle(&mut self, node: NodeId) {
         self.settled.insert(node);
     }
 
-    /// Handles a frame; returns the node and its device when both vendor and product have been heard.
+    /// Handles a frame; once both vendor-ID and product code are known, returns the node and its device.
     pub(super) fn observe(&mut self, decoded: &Decoded) -> Option<(NodeId, &'static Shipped)> {
         let node = decoded.node.filter(|node| !self.settled.contains(node))?;
         let (address, number) = response(decoded)?;
@@ -54,7 +55,7 @@ impl IdentityListener {
     }
 }
 
-/// The entry and the number of an upload's response; no number if the node does not have the entry.
+/// The entry and the number in the response to an upload; `None` for the number if the node lacks the entry.
 fn response(decoded: &Decoded) -> Option<(Address, Option<u32>)> {
     let Detail::Sdo(sdo) = &decoded.detail else { return None };
     let report = sdo.report.as_ref().filter(|_| sdo.side == Side::Server)?;
@@ -68,16 +69,16 @@ fn response(decoded: &Decoded) -> Option<(Address, Option<u32>)> {
     Some((report.address, Some(u32::from_le_bytes(bytes))))
 }
 
-/// Reads entries of nodes, one at a time: their identity, or how their PDOs are configured.
+/// Reads entries of nodes one at a time: identities and PDO configurations.
 #[derive(Default)]
 pub(super) struct Reader {
-    /// What is still to be read, in the order in which the nodes were heard.
+    /// The entries still to be read, in the order in which nodes were heard.
     requests: VecDeque<(NodeId, Address)>,
-    /// Whose identity is known, or read.
+    /// Nodes whose identity is known or is being read.
     heard: BTreeSet<NodeId>,
-    /// The last use of the node's SDO channel by others.
+    /// When others last used the node's SDO channel.
     used: BTreeMap<NodeId, Instant>,
-    /// The request without a response, and its deadline.
+    /// The open request: its node and its deadline.
     open: Option<(NodeId, Instant)>,
 }
 
@@ -86,7 +87,7 @@ impl Reader {
         let Some(node) = decoded.node else { return };
         if let Detail::Sdo(sdo) = &decoded.detail {
             match self.open {
-                // Our own request, and the response to it.
+                // This is our own request or its response.
                 Some((asked, _)) if asked == node => {
                     if sdo.side == Side::Server {
                         self.open = None;
@@ -97,14 +98,14 @@ impl Reader {
         }
     }
 
-    /// The identity of a node that is heard for the first time is to be read.
+    /// Plans to read the identity of a node that is heard for the first time.
     pub(super) fn read_identity(&mut self, node: NodeId) {
         if self.heard.insert(node) {
             self.requests.extend([(node, VENDOR), (node, PRODUCT)]);
         }
     }
 
-    /// The PDO parameters of a node are to be read: identifiers and mappings, which the decoder hears.
+    /// Plans to read the PDO parameters of a node: COB-IDs and mappings. The decoder picks up the responses.
     pub(super) fn read_mapping(&mut self, node: NodeId, device: &Device) {
         let parameters = device.entries().filter(|entry| match entry.index {
             cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512 => entry.sub == 1,
@@ -113,7 +114,7 @@ impl Reader {
         self.requests.extend(parameters.map(|entry| (node, address(entry))));
     }
 
-    /// The next request, when it is due.
+    /// The next request, if it is due.
     pub(super) fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if self.poll_timeout().is_none_or(|at| at > now) {
             return None;

@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let watch = Watch::new()?;
     let mut sheets = Vec::new();
     for (id, _) in &nodes {
-        // All of them are what they should be, before anything is written.
+        // Check the identity of all nodes before anything is written.
         sheets.push(bus.device(*id)?);
     }
     let mut outcome = Outcome::Clean;

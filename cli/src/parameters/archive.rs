@@ -1,4 +1,4 @@
-//! The parameters of a machine in one file: `lexican backup` without nodes, and what `compare` makes of such files.
+//! The parameters of a machine in one file: `lexican backup` without nodes, and `compare` with such files.
 
 use std::path::{Path, PathBuf};
 
@@ -19,10 +19,10 @@ use crate::machine::{found, sound_on_bus};
 use crate::output::{Failure, ForceArgs, Outcome, note, plural, print_result, warn};
 use crate::send::time::now;
 
-/// The side of a comparison that is the machine of this folder.
+/// The argument of `compare` for the machine of this folder.
 pub(super) const MACHINE: &str = "machine";
 
-/// Whether a file is the backup of a machine, by its name.
+/// Whether a file is the backup of a machine, by its extension.
 pub(crate) fn is_archive(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING))
 }
@@ -33,7 +33,7 @@ pub(crate) fn read(path: &Path) -> Result<Archive, Failure> {
     Archive::read(&read_up_to(path, LONGEST)?).map_err(wrong)
 }
 
-/// Reads all nodes of a machine. Those that do not answer are among the unread ones.
+/// Reads all nodes of a machine; nodes that do not answer are listed as unread.
 pub(super) fn take<L: Link>(network: &mut Network<L>, machine: &Machine, watch: &Watch) -> Result<Archive, Failure> {
     let made = now().unwrap_or_default();
     let mut archive = Archive { machine: machine.name.clone(), made, ..Archive::default() };
@@ -51,7 +51,7 @@ pub(super) fn take<L: Link>(network: &mut Network<L>, machine: &Machine, watch: 
     Ok(archive)
 }
 
-/// Saves the parameters of all nodes of the machine of this folder.
+/// Saves the parameters of all nodes of this folder's machine.
 pub(super) fn backup(
     network: &NetworkArgs,
     output: Option<&PathBuf>,
@@ -103,25 +103,25 @@ pub(super) fn backup(
     Ok(outcome)
 }
 
-/// `labeller-12_2026-11-28_060012.tar`, in this folder.
+/// `labeller-12_2026-11-28_060012.tar` in this folder.
 fn default_name(machine: &Machine, path: &Path) -> PathBuf {
     format!("{}_{}.{ENDING}", title(machine, path), stamp()).into()
 }
 
-/// What a machine is called in the names of files: as it says, or as its folder.
+/// The machine in file names: its name, or else that of its folder.
 pub(crate) fn title(machine: &Machine, path: &Path) -> String {
     let folder = || Some(path.canonicalize().ok()?.parent()?.file_name()?.to_string_lossy().into_owned());
     let name = machine.name.clone().or_else(folder).unwrap_or_else(|| "machine".to_owned());
     name.replace(|c: char| !c.is_alphanumeric(), "-")
 }
 
-/// The present time in the name of a file.
+/// The current time, for file names.
 pub(crate) fn stamp() -> String {
     let text = time_of_day::text(now().unwrap_or_default());
     text.split('.').next().unwrap_or_default().replace(' ', "_").replace(':', "")
 }
 
-/// Compares the machine or a backup of it with another one.
+/// Compares machines: the one of this folder, or backups.
 pub(super) fn compare_machines(
     [a, b]: [&str; 2],
     as_json: bool,
@@ -130,7 +130,7 @@ pub(super) fn compare_machines(
 ) -> Result<Outcome, Failure> {
     let (name_a, name_b) = (a, b);
     let is_live = [a, b].contains(&MACHINE);
-    // Without it, the values of two backups have no units.
+    // Without the machine, the values of two backups have no units.
     let machine = if is_live {
         Some(sound_on_bus(&found(None)?)?)
     } else {
@@ -193,12 +193,12 @@ pub(super) fn compare_machines(
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }
 
-/// Why a backup lacks a node.
+/// Why a node is missing in a backup.
 fn why<'a>(archive: &'a Archive, name: &str) -> &'a str {
     archive.unread.get(name).map_or("there was no such node", String::as_str)
 }
 
-/// The overlays of a node, by which its DCF has units and meanings.
+/// The overlays of a node, which give units and meanings to its DCF.
 pub(crate) fn overlays(node: &lexican_machine::Node) -> Vec<Source> {
     node.sheet.as_ref().map(|sheet| sheet.input.overlays.clone()).unwrap_or_default()
 }

@@ -114,5 +114,5 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     })
 }
 
-/// What stands for the node-ID in the name of a file.
+/// The part of a file name that stands for the node-ID.
 const NODE: &str = "{node}";

@@ -58,7 +58,7 @@ Examples:
     lexican compare drive.dcf siko/ag03-1 --json
     lexican compare labeller.tar machine";
 
-/// The node that a side names.
+/// The node-ID in an argument.
 fn node(side: &str) -> Result<Option<NodeId>, Failure> {
     side.strip_prefix("node:").map(node_id).transpose().map_err(Failure::new)
 }
@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             return Err(Failure::new("on which bus is the node?").help("name it with --bus, or in LEXICAN_BUS"));
         }
     };
-    // What replaces $NODEID in a data sheet is the node-ID of the other side.
+    // `$NODEID` in a data sheet becomes the node-ID of the other side.
     let of_file = |name: &str, id: Option<NodeId>, other: Option<NodeId>| match id {
         Some(_) => Ok(None),
         None => {
@@ -117,7 +117,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if count == 0 { Outcome::Clean } else { Outcome::Found })
 }
 
-/// Reads a node; by the data sheet of the other side, if it has none of its own.
+/// Reads a node by its data sheet, or by that of the other side.
 fn of_node(nodes: &mut Nodes, id: NodeId, other: Option<Device>, watch: &Watch) -> Result<Side, Failure> {
     let device = match (nodes.device(id)?, other) {
         (None, Some(other)) => {
@@ -136,13 +136,13 @@ fn commissioned(device: &Device) -> Option<NodeId> {
 }
 
 impl Args {
-    /// The nodes of a machine, on its bus unless another one is named.
+    /// Opens the nodes of a machine, on its bus unless another one is named.
     fn connect(&self, machine: &Machine) -> Result<Network<BoxedLink>, Failure> {
         let bus = self.bus.clone().map_or_else(|| own_bus(machine), Ok)?;
         self.sheet.connect_known(&BusArgs::named(bus), machine.nodes.iter().filter_map(|node| node.id))
     }
 
-    /// Prints a difference, of a node if there are several.
+    /// Prints a difference, with the name of the node if there are several.
     fn print(&self, name: Option<&str>, difference: &Difference) -> Result<(), Failure> {
         let Difference { a, b, .. } = difference;
         let Some(known) = a.as_ref().or(b.as_ref()) else { return Ok(()) };
@@ -173,7 +173,7 @@ impl Args {
     }
 }
 
-/// Whether a field of an entry is about its value.
+/// Whether a JSON field of an entry is about its value.
 fn is_of_value(key: &str) -> bool {
     matches!(key, "value" | "text" | "scaled" | "unit")
 }

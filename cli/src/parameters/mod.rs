@@ -75,7 +75,7 @@ impl From<Ended> for Failure {
     }
 }
 
-/// The data sheet of a node, without which its parameters are unknown.
+/// The data sheet of a node; without one, its parameters are unknown.
 fn known(node: NodeId, device: Option<&Device>) -> Result<&Device, Failure> {
     device.ok_or_else(|| {
         Failure::new(format_args!("the data sheet of node {node} is unknown"))
@@ -83,7 +83,7 @@ fn known(node: NodeId, device: Option<&Device>) -> Result<&Device, Failure> {
     })
 }
 
-/// What is done with what is no parameter.
+/// The option about entries that are no parameters.
 #[derive(clap::Args, Clone, Copy, Debug)]
 struct LeftOutArgs {
     /// List what is left out, and why
@@ -92,7 +92,7 @@ struct LeftOutArgs {
 }
 
 impl LeftOutArgs {
-    /// Lists what is left out, or counts it by reason on stderr; JSON has it in the summary ([`by_reason`]).
+    /// Lists the entries left out, or counts them by reason on stderr. In JSON they are in the summary ([`by_reason`]).
     fn print(self, as_json: bool, device: &Device, left_out: &LeftOuts) -> Result<(), Failure> {
         let values = DeviceValues::new(device);
         if as_json || left_out.is_empty() {
@@ -114,7 +114,7 @@ impl LeftOutArgs {
     }
 }
 
-/// The addresses of what is left out, by reason.
+/// The addresses of the entries left out, by reason.
 fn by_reason(left_out: &LeftOuts) -> Json {
     let mut reasons: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for (address, reason) in left_out {
@@ -123,7 +123,7 @@ fn by_reason(left_out: &LeftOuts) -> Json {
     json!(reasons)
 }
 
-/// Prints an entry that a device does not read or take.
+/// Prints an entry that a device refuses to read or write.
 fn print_refused(
     as_json: bool,
     node: NodeId,

@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let identity = if args.force { Identity::Any } else { Identity::Product };
     let Connected { mut network, id, device } = args.network.connect_as(Pace::Virtual, Some(args.node), identity)?;
-    // How the device is written is up to its data sheet; that of a DCF lacks overlays.
+    // Write by the data sheet of the device, since a DCF lacks overlays.
     let sheet = device.as_ref().unwrap_or(&dcf);
     let mut node = RemoteNode::new(&mut network, id);
     if let Err(other) = check_identity(&mut node, &dcf)? {

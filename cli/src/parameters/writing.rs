@@ -1,4 +1,4 @@
-//! Writing what is wanted of a node, and printing what became of it.
+//! Writes wanted values into a node, and prints the result.
 
 use std::ops::ControlFlow;
 
@@ -42,7 +42,7 @@ impl WriteArgs {
         Options { dry_run: self.dry_run, store: self.store }
     }
 
-    /// Starts the node, if that is wanted.
+    /// Starts the node, if `--start` is given.
     fn start<L: Link>(self, node: &mut RemoteNode<'_, L>) -> Result<(), Failure> {
         if self.start {
             let id = node.id();
@@ -52,14 +52,14 @@ impl WriteArgs {
     }
 }
 
-/// What is wanted, and how.
+/// The wanted values, and how to write them.
 pub(super) struct Wanted<'a> {
     node: NodeId,
     sheet: &'a Device,
     settings: &'a Settings,
     left_out: &'a LeftOuts,
     writing: WriteArgs,
-    /// What is wanted, on which the meaning of other entries depends.
+    /// The wanted values, on which meanings of other entries depend.
     values: DeviceValues<'a>,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Wanted<'a> {
         Wanted { node, sheet, settings, left_out, writing, values }
     }
 
-    /// Writes what differs, printing each entry when it has been written, and what became of the rest at the end.
+    /// Writes what differs; prints each entry when it is written, and the rest at the end.
     pub(super) fn restore<L: Link>(&self, node: &mut RemoteNode<'_, L>, watch: &Watch) -> Result<Outcome, Failure> {
         let (mut restored, mut unprinted) = (Restored::default(), None);
         let mut see = |progress: Progress<'_>| match progress {

@@ -120,7 +120,7 @@ fn plan(args: &Args, device: Option<&Device>, before: PdoState) -> Result<Plan, 
     Plan::new(device, args.node, before, &change)
 }
 
-/// Says why nothing was sent. A name that the data sheet does not have is a mistake of the command line.
+/// Reports why nothing was sent. An unknown name counts as a wrong command line.
 fn refuse(objections: Vec<Objection>) -> Result<Outcome, Failure> {
     for objection in objections {
         match objection {
@@ -132,7 +132,7 @@ fn refuse(objections: Vec<Objection>) -> Result<Outcome, Failure> {
     Ok(Outcome::Found)
 }
 
-/// Writes the change, reads the PDO back, and prints it.
+/// Makes the change, reads the PDO back, and prints it.
 fn apply(
     args: &Args,
     network: &mut Network<BoxedLink>,
@@ -168,7 +168,7 @@ fn apply(
     Ok(if differences.is_empty() { Outcome::Clean } else { Outcome::Found })
 }
 
-/// Makes the PDO what it was, and says whether it is.
+/// Restores the PDO, and reports whether that worked.
 fn put_back(args: &Args, network: &mut Network<BoxedLink>, plan: &Plan) -> Result<(), Failure> {
     let (node, pdo) = (args.node, args.pdo);
     let undone = network.configure(node, &plan.undo());
@@ -184,7 +184,7 @@ fn put_back(args: &Args, network: &mut Network<BoxedLink>, plan: &Plan) -> Resul
     Ok(())
 }
 
-/// Parses `1A5`, `0x1A5`, `00000185`: a number of eight digits has 29 bits.
+/// Parses a COB-ID, `1A5`, `0x1A5` or `00000185`: with eight digits it has 29 bits.
 fn cob_id(text: &str) -> Result<CobId, String> {
     let digits = text.strip_prefix("0x").unwrap_or(text);
     let raw = u32::from_str_radix(digits, 16).ok();

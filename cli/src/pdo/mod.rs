@@ -1,4 +1,4 @@
-//! `lexican pdo`: how the PDOs of a node are configured, and how that is changed.
+//! `lexican pdo`: shows and changes the configuration of PDOs.
 
 mod map;
 mod node;

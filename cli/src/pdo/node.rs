@@ -1,4 +1,4 @@
-//! PDOs of a node: read through its SDO server, printed.
+//! Reads the PDO configuration of a node by SDO, and prints it.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -16,7 +16,7 @@ use serde_json::{Value as Json, json};
 use crate::bus::BoxedLink;
 use crate::output::{Failure, stdout};
 
-/// Reads entries of a node; `None` of one that the node does not have or does not show.
+/// Reads entries of a node; `None` for an entry that it lacks or does not allow to read.
 pub(super) fn reader(
     network: &mut Network<BoxedLink>,
     node: NodeId,
@@ -28,7 +28,7 @@ pub(super) fn reader(
     }
 }
 
-/// Prints a PDO: an object for programs, words and a picture for people.
+/// Prints a PDO: a JSON object, or text with a picture of its bits.
 pub(super) fn print(
     as_json: bool,
     node: NodeId,

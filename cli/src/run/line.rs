@@ -1,4 +1,4 @@
-//! The lines of a sequence, understood before any of them runs.
+//! The lines of a sequence, all of which are checked before the first one runs.
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,21 +15,21 @@ use crate::machine::OnBus;
 use crate::node_place::{Words, command};
 use crate::output::{Failure, Outcome};
 
-/// What does not end by itself, or opens buses of its own.
+/// Commands that do not end by themselves, or that open buses of their own.
 const REFUSED: [&str; 6] = ["run", "bench", "demo", "simulate", "chaos", "completions"];
 
-/// What the whole command does with its arguments.
+/// What a sequence uses of the command.
 #[derive(Clone, Copy)]
 pub(crate) struct Shell {
     pub(crate) command: fn() -> clap::Command,
-    /// Names of nodes replaced by what the machine says of them.
+    /// Resolves the names of nodes.
     pub(crate) resolved: fn(Vec<OsString>, &clap::Command) -> Vec<OsString>,
-    /// Whether it understands them; if not, why.
+    /// Checks arguments; returns the error text.
     pub(crate) check: fn(Vec<OsString>) -> Result<(), String>,
     pub(crate) run: fn(Vec<OsString>) -> Result<Outcome, Failure>,
 }
 
-/// By what lines are understood.
+/// What lines may refer to.
 pub(crate) struct Context {
     pub(crate) shell: Shell,
     pub(crate) bus: BusArgs,
@@ -39,7 +39,7 @@ pub(crate) struct Context {
 
 pub(crate) struct Lines {
     pub(crate) steps: Vec<Line>,
-    /// What stops the drives, each with its name.
+    /// The orders that stop the drives, each with the name of its drive.
     pub(crate) stops: Vec<(String, Step)>,
 }
 
@@ -52,12 +52,12 @@ pub(crate) struct Line {
 
 pub(crate) enum Step {
     Wait(Wait),
-    /// The arguments of a command, which have been understood.
+    /// The arguments of a command, already checked.
     Command(Vec<OsString>),
 }
 
 impl Lines {
-    /// Reads a sequence. Errors: all of its mistakes.
+    /// Reads a sequence. The error text has all mistakes.
     pub(crate) fn read(source: &Source, context: &Context) -> Result<Self, String> {
         let machine = context.machine.as_deref();
         let (mut steps, mut wrong) = (Vec::new(), String::new());
@@ -124,7 +124,7 @@ impl Step {
         (shell.check)(args.clone()).map(|()| Step::Command(args))
     }
 
-    /// Carries it out. A command that panics has failed.
+    /// Runs the line. If the command panics, it has failed.
     pub(crate) fn carry_out(&self, context: &Context, interrupted: &AtomicBool) -> Result<Outcome, Failure> {
         let run = || match self {
             Step::Wait(wait) => wait.run(&context.bus, context.as_json, interrupted),
@@ -133,7 +133,7 @@ impl Step {
         catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(Failure::new("the command has crashed: see above")))
     }
 
-    /// The nodes that it talks to, if they are named.
+    /// The nodes that the line talks to, if it names any.
     pub(crate) fn nodes(&self, shell: Shell) -> Option<Vec<NodeId>> {
         match self {
             Step::Wait(wait) => Some(wait.until.iter().map(|until| until.node).collect()),

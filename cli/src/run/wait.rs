@@ -1,4 +1,4 @@
-//! `wait` in a sequence: for a time, or for an object to have a value.
+//! The line `wait` of a sequence: waits for a time, or for an object to have a value.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -20,11 +20,11 @@ use serde_json::json;
 use crate::bus::{BusArgs, network};
 use crate::output::{Failure, Outcome, print_result, warn};
 
-/// How often an object is read.
+/// The interval of reading an object.
 const LOOK: Duration = Duration::from_millis(20);
 const USAGE: &str = "write `wait 500 ms`, or `wait NODE.OBJECT = VALUE within 2 s`, with =, !=, <, <=, > or >=";
 
-/// What is waited for.
+/// A condition to wait for.
 pub(crate) struct Wait {
     within: Duration,
     pub(super) until: Option<Until>,
@@ -33,13 +33,13 @@ pub(crate) struct Wait {
 pub(super) struct Until {
     pub(super) node: NodeId,
     sheet: Arc<DataSheet>,
-    /// What the machine sets it to, on which the meanings of others depend.
+    /// The settings in the machine, on which meanings of other entries depend.
     settings: Vec<(Address, Value)>,
     address: Address,
-    /// What the order of the two may be.
+    /// Whether an ordering of the object's value and the wanted one fulfils the condition.
     is: fn(Ordering) -> bool,
     value: Value,
-    /// As it is written.
+    /// As written in the sequence.
     text: String,
 }
 
@@ -66,7 +66,7 @@ impl Wait {
         let (Some(id), Some(sheet)) = (node.id, &node.sheet) else {
             return Err(format!("{name} has no node-ID, or no data sheet"));
         };
-        // An element of an array as in a wire.
+        // Accept an element of an array in the notation of wires.
         let object = object.replace('[', "/").replace(']', "");
         let address = resolve(Some(&sheet.device), &object).map_err(|error| format!("{error}; {}", error.advice()))?;
         let entry = |address: Address| sheet.device.entry(address.index(), address.sub());
@@ -123,7 +123,7 @@ impl Until {
     }
 }
 
-/// What the order of two values may be.
+/// The condition that a comparison operator stands for.
 fn order(word: &str) -> Option<fn(Ordering) -> bool> {
     Some(match word {
         "=" => Ordering::is_eq,

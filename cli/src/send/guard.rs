@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut guard = NodeGuard::new(args.node, args.every, args.factor);
     guard.start(session.began);
     let mut guarding = Guarding { guard, requests: 0, answers: 0 };
-    // The answer to the last request may take as long as any other.
+    // Wait for the answer to the last request as for any other.
     let by_count = args.count.and_then(|count| Some(args.every.times(u32::try_from(count).ok()?)));
     let end = by_count.into_iter().chain(args.span).min().map(|span| session.began + span);
     let (mut lost, mut errors) = (0_u64, 0_u64);
@@ -108,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if lost == 0 && errors == 0 && *answers > 0 { session.outcome() } else { Outcome::Found })
 }
 
-/// A guard that counts.
+/// A node guard, with counters.
 struct Guarding {
     guard: NodeGuard,
     requests: u64,

@@ -102,14 +102,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if is_well { session.outcome() } else { Outcome::Found })
 }
 
-/// Sends heartbeats, and watches those of others.
+/// Sends heartbeats, and watches those of other nodes.
 struct Manager<F> {
     node: NodeId,
     ticker: Ticker<F>,
     watched: Vec<Watched>,
 }
 
-/// A node whose heartbeat is watched. One that is silent from the beginning is not lost: it was not heard.
+/// A node whose heartbeat is watched. A node that is silent from the beginning counts as not heard, not as lost.
 struct Watched {
     consumer: HeartbeatConsumer,
     heard: bool,
@@ -122,9 +122,9 @@ impl Watched {
     }
 }
 
-/// What a manager reports.
+/// The events of a manager.
 enum Said {
-    /// Another node sends with its node-ID.
+    /// Another node uses the manager's node-ID.
     Twin,
     Node(NodeId, Event),
 }

@@ -1,4 +1,4 @@
-//! How often and how long something is sent.
+//! The options for how often and how long to send.
 
 use lexican_runtime::Duration;
 use lexican_runtime::host::Pace;
@@ -31,7 +31,7 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// Opens the bus. Without an end, a simulation runs in real time, so that one can watch it.
+    /// Opens the bus. An endless simulation runs in real time, so that users can watch it.
     pub(super) fn open(&self) -> Result<Bus, Failure> {
         let pace = if self.is_endless() { Pace::RealTime } else { Pace::Virtual };
         self.bus.open(pace)?.settled()

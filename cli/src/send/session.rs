@@ -1,4 +1,4 @@
-//! Runs what sends and listens, until it is over, its time has come, or Ctrl-C.
+//! Runs a sending and listening state machine until it is done, its time is up, or Ctrl-C.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,22 +14,22 @@ use crate::bus::{BoxedLink, Bus};
 use crate::output::{Failure, Outcome, ctrl_c, missing_frames, plural, progress, stdout, warn};
 use lexican_toolbox::data_sheet::DataSheet;
 
-/// How often Ctrl-C is looked for.
+/// The interval of checking for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long a frame may take to leave the buffers.
+/// How long a frame may take to leave the transmit buffers.
 const LEAVING: Duration = Duration::from_millis(20);
 
 pub(super) struct Session {
     pub(super) link: BoxedLink,
-    /// The nodes, where the URL of the bus says what they are.
+    /// The nodes that the URL of the bus describes.
     pub(super) nodes: Vec<(NodeId, DataSheet)>,
     pub(super) began: Instant,
     pump: Pump,
     interrupted: std::sync::Arc<AtomicBool>,
     bar: ProgressBar,
     json: bool,
-    /// The frames that the bus did not take.
+    /// The number of frames that the bus did not accept.
     lost: u64,
 }
 
@@ -46,7 +46,7 @@ impl Session {
         Ok(Session { link, nodes, began, pump: Pump::new(), interrupted, bar, json, lost: 0 })
     }
 
-    /// Runs a state machine; `look` says after each turn until when it is to run, and what the progress is.
+    /// Runs a state machine. After each turn, `look` returns the time until which to run, and the progress.
     pub(super) fn run<M: StateMachine>(
         &mut self,
         machine: &mut M,
@@ -75,7 +75,7 @@ impl Session {
         Ok(())
     }
 
-    /// A frame that the bus does not take is lost; the first one is reported.
+    /// Counts a frame that the bus did not accept; reports the first one.
     fn refused(&mut self, error: LinkError) -> Result<(), Failure> {
         self.lost += 1;
         if matches!(error, LinkError::ReadOnly) {
@@ -99,7 +99,7 @@ impl Session {
         self.link.now().since(self.began).as_secs_f64()
     }
 
-    /// Prints an event: the fields, or a line with the time.
+    /// Prints an event as JSON fields, or as a line with its time.
     pub(super) fn print(&self, event: &str, mut fields: Json, text: &str) -> Result<(), Failure> {
         let mut stdout = stdout();
         if self.json {
@@ -113,12 +113,12 @@ impl Session {
         Ok(stdout.flush()?)
     }
 
-    /// Whether all frames were taken.
+    /// `Found` if the bus did not accept some frames.
     pub(super) fn outcome(&self) -> Outcome {
         if self.lost == 0 { Outcome::Clean } else { Outcome::Found }
     }
 
-    /// Sends frames as a schedule has it, and listens for so long after the last one.
+    /// Sends frames by a schedule, and listens for `listen` after the last one.
     pub(super) fn tick<F: FnMut(u64, Duration) -> Vec<Frame>>(
         &mut self,
         schedule: &Schedule,

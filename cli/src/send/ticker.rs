@@ -1,26 +1,26 @@
-//! Frames that are sent at regular times.
+//! Sends frames at regular times.
 
 use std::collections::VecDeque;
 
 use lexican_runtime::host::StateMachine;
 use lexican_runtime::{Duration, Frame, Instant};
 
-/// Sends frames again and again, the first ones at once. Every frame that is heard is an event.
+/// Sends frames periodically, the first ones at once. Every received frame is an event.
 pub(super) struct Ticker<F> {
-    /// The frames by their number, from 0 on, and by how long after the beginning they are due.
+    /// Makes the frames for a tick, given its number from 0 on and its due time since the beginning.
     make: F,
     began: Instant,
-    /// Zero for once.
+    /// Zero to send once.
     period: Duration,
     left: u64,
     ticks: u64,
     next: Option<Instant>,
     unsent: VecDeque<Frame>,
-    /// How many frames were handed over.
+    /// The number of frames sent.
     pub(super) sent: u64,
-    /// How late the latest time was.
+    /// The greatest delay of a tick.
     pub(super) latest: Duration,
-    /// How many times were left out, since the one after them had come.
+    /// The number of ticks left out because the next one was due already.
     pub(super) skipped: u64,
 }
 
@@ -32,7 +32,7 @@ impl<F: FnMut(u64, Duration) -> Vec<Frame>> Ticker<F> {
         Ticker { make, began: now, period, left, ticks: 0, next: Some(now), unsent, sent: 0, latest, skipped: 0 }
     }
 
-    /// Whether all was sent.
+    /// Whether everything has been sent.
     pub(super) fn is_over(&self) -> bool {
         self.next.is_none() && self.unsent.is_empty()
     }
@@ -52,7 +52,7 @@ impl<F: FnMut(u64, Duration) -> Vec<Frame>> StateMachine for Ticker<F> {
         self.ticks += 1;
         self.left -= 1;
         let mut next = due + self.period;
-        // A SYNC that is late is not followed by a burst of those that were missed.
+        // After a delay, do not send a burst of missed SYNCs.
         while !self.period.is_zero() && next <= now {
             next += self.period;
             self.skipped += 1;
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
     use lexican_runtime::CobId;
 
-    /// What is sent at these times in ms.
+    /// The frames sent at these times, in ms.
     fn run(ticker: &mut Ticker<impl FnMut(u64, Duration) -> Vec<Frame>>, times: &[u64]) -> Vec<String> {
         let mut sent = Vec::new();
         for &ms in times {

@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     session.tick(&args.schedule, Duration::ZERO, time, |_, _| Ok(()))
 }
 
-/// The time of this machine.
+/// The time of this computer, in UTC.
 #[expect(clippy::disallowed_methods, reason = "the date is nowhere else")]
 pub(crate) fn now() -> Option<TimeOfDay> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;

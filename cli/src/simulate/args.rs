@@ -117,12 +117,12 @@ A machine (TOML; only id and sheet have to be there; paths are relative to the f
     # delay = \"20 ms\"              # by how much they are delayed";
 
 impl PlantArgs {
-    /// How it is called.
+    /// The name of what is simulated.
     pub(crate) fn name(&self) -> &str {
         self.device.name()
     }
 
-    /// The devices to simulate.
+    /// Makes the devices to simulate.
     pub(crate) fn plant(&self) -> Result<Plant, Failure> {
         let name = self.name();
         if !is_machine(name) {
@@ -146,12 +146,12 @@ impl PlantArgs {
     }
 }
 
-/// The bus of the device.
+/// Where the device is simulated.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
-    /// A bus of so many pseudo-terminals.
+    /// A bus of this many pseudo-terminals.
     Ptys(usize),
-    /// A pseudo-terminal that is the other interface of a drive.
+    /// A pseudo-terminal as the other interface of a drive.
     Terminal(Terminal),
     Url(BusUrl),
 }

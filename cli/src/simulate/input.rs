@@ -1,11 +1,11 @@
-//! Lines from stdin.
+//! Reads lines from stdin.
 
 #[cfg(unix)]
 use std::io::IsTerminal;
 use std::io::{BufRead, Read};
 use std::sync::mpsc::{Receiver, sync_channel};
 
-/// The lines from stdin, if it may be read. Reading waits while too many lines are not handled yet.
+/// The lines from stdin, if it may be read. The reader waits while too many lines are not handled yet.
 pub(super) fn lines() -> Receiver<String> {
     const WAITING: usize = 64;
     let (sender, receiver) = sync_channel(WAITING);
@@ -22,7 +22,7 @@ pub(super) fn lines() -> Receiver<String> {
     receiver
 }
 
-/// A line without its end, or the beginning of a line that is too long for a command; `None` at the end of the input.
+/// A line without its end, cut off if it is too long for a command; `None` at the end of the input.
 fn read_line(input: &mut impl BufRead) -> std::io::Result<Option<String>> {
     const LONGEST: u64 = 4096;
     let mut line = Vec::new();

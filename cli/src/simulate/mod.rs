@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-/// The bus, the serial interface if that is what the device is on, and the URLs for other commands.
+/// The bus, the pseudo-terminal if the device uses its other interface, and the URLs for other commands.
 type Opened = (Box<dyn Link + Send>, Option<SerialTerminal>, Vec<String>);
 
 fn open(place: &Place, plant: &Plant) -> Result<Opened, Failure> {
@@ -75,7 +75,7 @@ fn open_ptys(count: usize) -> Result<Opened, Failure> {
     Ok((Box::new(ptys), None, urls))
 }
 
-/// The bus of a drive whose other interface is used: nothing else is on it.
+/// Opens the bus of a drive that uses its other interface; no other node is on it.
 #[cfg(unix)]
 fn open_terminal(scheme: &str, parameters: &str) -> Result<Opened, Failure> {
     let terminal = SerialTerminal::open()?;

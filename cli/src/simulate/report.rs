@@ -1,4 +1,4 @@
-//! The events of a simulated device, printed as text or JSON.
+//! Prints the events of a simulated device as text or JSON.
 
 use std::io::{self, Write};
 
@@ -24,10 +24,10 @@ pub(super) struct Counts {
 pub(super) struct Report<'a> {
     decoder: Decoder<'a>,
     device: &'a Device,
-    /// What events of a plant call it besides its node-ID; none for the only device.
+    /// The name in events of a plant, besides the node-ID; `None` for a single device.
     name: Option<&'a str>,
     is_alone: bool,
-    /// The node-ID that its file gives it.
+    /// The node-ID in the machine's file.
     given: Option<NodeId>,
     node: Option<NodeId>,
     state: Option<NmtState>,
@@ -56,7 +56,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// A device of a plant with several: its events say whose they are.
+    /// Makes events name the device, for a plant with several.
     pub(super) fn among_others(self, given: Option<NodeId>, name: Option<&'a str>) -> Self {
         Report { given, name, is_alone: false, ..self }
     }
@@ -84,7 +84,7 @@ impl<'a> Report<'a> {
         self.frame(at, &decoded)
     }
 
-    /// Reports changes of the node-ID and of the state.
+    /// Reports changes of node-ID and state.
     pub(super) fn follow(&mut self, at: Instant, node: Option<NodeId>, state: Option<NmtState>) -> io::Result<()> {
         if let Some(node) = node.filter(|node| self.node != Some(*node)) {
             self.decoder.introduce(node, self.device);
@@ -105,7 +105,7 @@ impl<'a> Report<'a> {
         self.print(at, event, text, output::fields(fields))
     }
 
-    /// The device cannot serve an entry as it is configured.
+    /// Reports an entry that the device cannot serve as configured.
     pub(super) fn misconfigured(&self, at: Instant, fault: &Misconfigured) -> io::Result<()> {
         let values = DeviceValues::new(self.device);
         let entry = ValueReport::without_value(Some(&values), fault.address);
@@ -138,7 +138,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Reports a transfer at its end.
+    /// Reports a transfer when it ends.
     fn transfer(&mut self, at: Instant, sdo: &Sdo) -> io::Result<()> {
         let Some(report) = sdo.report.as_ref().filter(|_| sdo.complete) else { return Ok(()) };
         if let Some(code) = sdo.abort {
@@ -159,7 +159,7 @@ impl<'a> Report<'a> {
         if self.all { self.print(at, "read", &format!("read {}", report.equation()), report.json()) } else { Ok(()) }
     }
 
-    /// How the events of a plant call the device: `node 5 feeder`.
+    /// The device in events of a plant: `node 5 feeder`.
     pub(super) fn who(&self) -> String {
         let node = self.node.or(self.given).map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
         self.name.map_or(node.clone(), |name| format!("{node} {name}"))
@@ -175,7 +175,7 @@ impl<'a> Report<'a> {
     }
 }
 
-/// Prints an event: of a device, or of the bus.
+/// Prints an event of a device or of the bus.
 pub(super) fn print(
     json: bool,
     at: Instant,
@@ -185,7 +185,7 @@ pub(super) fn print(
 ) -> io::Result<()> {
     let mut stdout = anstream::stdout().lock();
     if json {
-        // An entry with a value already has its text.
+        // Entries with a value have a text already.
         fields.entry("text").or_insert_with(|| json!(text));
         fields.entry("node").or_insert(Json::Null);
         fields.insert("time".to_owned(), json!(at.since(Instant::ZERO).as_secs_f64()));

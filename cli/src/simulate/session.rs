@@ -1,4 +1,4 @@
-//! Runs devices on their bus, with commands from stdin.
+//! Runs the simulated devices on their bus, and carries out commands from stdin.
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,24 +18,24 @@ use crate::bus::kind::{Kind, Simulated};
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, fields, missing_frames, warn};
 
-/// The lines of stdin that are about no device, for the user.
+/// The commands on stdin that are not about a device, as help.
 const HELP: &str = "\
 quit                         ends, as Ctrl-C does
 with several devices, each line begins with the node-ID or the name of one: 5: get 6041, feeder: blocked = true";
 
-/// How often stdin and Ctrl-C are checked: that much later than it is written, a line takes effect.
+/// The interval of checking stdin and Ctrl-C; a line takes effect with at most this delay.
 const LOOK: Duration = Duration::from_millis(10);
 /// The most lines that are carried out between two frames.
 const LINES: usize = 64;
 
-/// The bus of other commands, if this one uses a terminal of another simulation.
+/// What other commands use as bus if this one uses a terminal of another simulation.
 const OTHER_TERMINAL: &str = "another terminal of the simulation that made it (--bus pty:4 makes four)";
-/// The bus of other commands, if this one uses an adapter.
+/// What other commands use as bus if this one uses an adapter.
 const OTHER_ADAPTER: &str = "another adapter on the same bus";
 
 pub(super) struct Session<'a> {
     participant: Participant<Box<dyn Link + Send>, Segment<Station<'a>>>,
-    /// The serial interface or the PROFIBUS of the only device, if that is what it is on.
+    /// The other interface of the single device, if it is used.
     serial: Option<SerialTerminal>,
     json: bool,
 }
@@ -53,14 +53,14 @@ impl<'a> Session<'a> {
         self.participant.node().nodes_mut()
     }
 
-    /// The only device.
+    /// The single device.
     fn only(&mut self) -> Option<&mut Station<'a>> {
         let mut stations = self.stations();
         let first = stations.next();
         if stations.next().is_some() { None } else { first }
     }
 
-    /// Reports something about the only device, or about all.
+    /// Reports an event of the single device, or of all.
     fn event(&mut self, event: &str, text: &str, more: Json) -> Result<(), Failure> {
         let (now, json) = (self.participant.now(), self.json);
         match self.only() {
@@ -70,7 +70,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Prints what is served on which bus, and how to try it.
+    /// Prints what is simulated on which bus, and how to try it.
     pub(super) fn introduce(&mut self, urls: &[String], args: &Args) -> Result<(), Failure> {
         let now = self.participant.now();
         let mut known = Vec::new();
@@ -98,7 +98,7 @@ impl<'a> Session<'a> {
         for (_, _, text) in &known {
             let _ = writeln!(stderr, "{text}");
         }
-        // A serial port serves one program, which is this one.
+        // A serial port serves one program, and this is it.
         let others = match &args.bus {
             Place::Url(url) if matches!(Kind::of(url).simulated, Simulated::Alone) => {
                 let port = url.place();
@@ -157,7 +157,7 @@ impl<'a> Session<'a> {
                 }
                 self.stations().for_each(|station| station.follow(now));
             }
-            // A drive behind another interface waits for its bytes below.
+            // A drive at another interface waits for its bytes below.
             let look = if self.serial.is_some() { Duration::ZERO } else { LOOK };
             let until = end.map_or(now + look, |end| end.min(now + look));
             match self.participant.run(until) {

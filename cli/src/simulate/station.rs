@@ -1,4 +1,4 @@
-//! A simulated device whose events are printed, and which lines on stdin control.
+//! A simulated device whose events are printed, controlled by lines from stdin.
 
 use std::io;
 
@@ -16,7 +16,7 @@ pub(super) struct Station<'a> {
     pub(super) report: Report<'a>,
     /// The last reported error about the file of stored parameters.
     trouble: Option<String>,
-    /// Why stdout cannot be written.
+    /// The error of writing to stdout.
     broken: Option<io::Error>,
 }
 
@@ -31,13 +31,13 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// Reports changes of the node-ID and of the state.
+    /// Reports changes of node-ID and state.
     pub(super) fn follow(&mut self, now: Instant) {
         let printed = self.report.follow(now, self.device.node_id(), self.device.nmt_state());
         self.note(printed);
     }
 
-    /// Reports what the device cannot do, and why stdout cannot be written.
+    /// Reports entries that the device cannot serve; fails if stdout cannot be written.
     pub(super) fn check(&mut self, now: Instant) -> Result<(), Failure> {
         if let Some(error) = self.broken.take() {
             return Err(error.into());
@@ -53,7 +53,7 @@ impl<'a> Station<'a> {
         Ok(())
     }
 
-    /// Carries out a line. What it answers is empty if the device reports the effect itself.
+    /// Carries out a line. The answer is empty if the device reports the effect itself.
     pub(super) fn carry_out(&mut self, now: Instant, command: &Command) -> Result<String, String> {
         match command {
             Command::Status => Ok(self.status(now)),
