@@ -1,22 +1,22 @@
-//! The columns of the trace, in the terminal and on the page.
+//! The columns of the trace, for the terminal and the page.
 
 use serde::Serialize;
 
 use crate::view::Row;
 
-/// A column, in its order.
+/// A column of the trace.
 #[derive(Serialize)]
 pub(crate) struct Column {
-    /// The field of [`Row`] that the page shows.
+    /// The field of [`Row`] that the page shows in it.
     pub(crate) name: &'static str,
-    /// Above it: in English and in German.
+    /// The titles in English and German.
     pub(crate) titles: [&'static str; 2],
-    /// Its width on the page, in CSS; the page shows no column without one.
+    /// The width on the page, in CSS; `None` to leave the column out.
     page: Option<&'static str>,
-    /// Its width in the terminal, in characters; without one it has what is left.
+    /// The width in the terminal, in characters; `None` for the rest of the line.
     #[serde(skip)]
     pub(crate) terminal: Option<u16>,
-    /// What the terminal shows.
+    /// The text in the terminal.
     #[serde(skip)]
     pub(crate) text: fn(&Row) -> String,
 }
@@ -31,7 +31,7 @@ const fn column(
     Column { name, titles, page, terminal, text }
 }
 
-/// All of them. The page has the node before the meaning.
+/// All columns in the order of the terminal. On the page, the node precedes the meaning.
 pub(crate) const TRACE: [Column; 7] = [
     column("number", ["No.", "Nr."], Some("70px"), Some(8), |row| row.number.to_string()),
     column("time", ["Time", "Zeit"], Some("86px"), Some(12), |row| format!("{:.6}", row.time)),

@@ -1,6 +1,7 @@
-//! A CANopen bus at a glance: one model, shown by two kinds of clients.
+//! The bench for a CANopen bus: one model, shown by two kinds of clients.
 //!
-//! A client (the page, the terminal) gives [`Request`]s and shows the [`View`]. Both are plain data, which the page gets as JSON.
+//! A client (the page or the terminal) sends [`Request`]s and shows the [`View`]. Both are plain data; the page gets
+//! them as JSON.
 
 mod columns;
 pub mod engine;

@@ -1,12 +1,12 @@
-//! One number language for all fields, clients and languages: a decimal point, and nothing between thousands.
+//! The notation of numbers in all fields, clients and languages: a decimal point, and nothing between thousands.
 //!
-//! What is shown beside a field is so, and can be typed into it. What somebody may have meant otherwise is not sent: `5.000` is five
-//! thousand to half of Europe.
+//! What is shown beside a field can be typed into it. A text with a second reading is not sent: `5.000` means five
+//! thousand in half of Europe.
 
 use crate::request::Refused;
 
-/// Refuses a text whose number has more than one reading, unless the field itself shows as many decimals: `shown` is what it shows
-/// for this number.
+/// Refuses a number with two readings, unless the field itself shows this many decimals; `shown` is what the field
+/// shows for it.
 ///
 /// Errors: the readings, and what to write instead.
 pub(crate) fn check(text: &str, shown: Option<&str>) -> Result<(), Refused> {
@@ -17,7 +17,7 @@ pub(crate) fn check(text: &str, shown: Option<&str>) -> Result<(), Refused> {
     }
     let rest = text.trim_start().strip_prefix(number).unwrap_or_default();
     let written = |reading: String| format!("{reading}{rest}");
-    // With a point before the decimals, and with a comma.
+    // Read with a decimal point, and with a decimal comma.
     let (point, comma) = (reading(number, ',', '.'), reading(number, '.', ','));
     match (point, comma) {
         (Some(point), Some(comma)) if value(&point) != value(&comma) => {
@@ -34,7 +34,7 @@ pub(crate) fn check(text: &str, shown: Option<&str>) -> Result<(), Refused> {
     }
 }
 
-/// Takes a text by what parses it, if its number has one reading in a field that shows it so.
+/// Parses a text after [`check`]ing its number.
 pub(crate) fn read<T>(
     text: &str,
     parse: impl Fn(&str) -> Result<T, String>,
@@ -45,14 +45,14 @@ pub(crate) fn read<T>(
     parsed.map_err(Refused::new)
 }
 
-/// The number in a text of digits.
+/// Parses a number.
 pub(crate) fn parse(text: &str) -> Result<f64, Refused> {
     check(text, None)?;
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| Refused::new(format_args!("{text:?} is no number")))
 }
 
-/// Sign, digits, points and commas at the beginning, if there is a point or a comma among digits and no exponent behind them.
+/// The sign, digits, points and commas at the beginning, if there is a point or comma among the digits and no exponent.
 fn leading_number(text: &str) -> Option<&str> {
     let text = text.trim_start();
     let end =
@@ -71,12 +71,12 @@ fn value(reading: &str) -> Option<f64> {
     reading.parse().ok()
 }
 
-/// `5.000` as `5`: a reading that cannot be misread in its turn.
+/// A reading without ambiguity: `5` for `5.000`.
 fn plain(reading: &str) -> String {
     value(reading).map_or_else(|| reading.to_owned(), |number| number.to_string())
 }
 
-/// A number whose thousands are kept apart by one sign, and its decimals by the other, with a point before the decimals.
+/// Reads a number with these separators of thousands and decimals; returns it with a decimal point.
 fn reading(number: &str, thousands: char, decimal: char) -> Option<String> {
     let (sign, digits) = number.strip_prefix(['+', '-']).map_or(("", number), |digits| (&number[..1], digits));
     let (whole, decimals) =
@@ -160,7 +160,7 @@ mod tests {
         assert!(check("5.000", Some("5")).is_err() && check("5.000", Some("+5.00 mm")).is_err());
     }
 
-    /// Every number of the library's devices: as it is shown, it is taken, and means the same.
+    /// Every number of the library's devices is accepted as shown, and means the same.
     #[test]
     fn what_is_shown_beside_a_field_can_be_typed_into_it() {
         let mut checked = 0;
@@ -180,9 +180,9 @@ mod tests {
                     }
                     let shown = values.describe(entry, &value);
                     let taken = read(&shown, |text| values.parse(entry, text), |value| values.describe(entry, value));
-                    // Names and bits are texts of their own.
+                    // Names and bits are texts.
                     if shown.starts_with(|it: char| it.is_ascii_digit() || "+-".contains(it)) {
-                        // A mapping is shown by the name of its object, which is no number, and refused.
+                        // A mapping entry is shown with the name of its object, and refused when typed.
                         let is_mapping = matches!(entry.index, 0x1600..=0x17FF | 0x1A00..=0x1BFF) && taken.is_err();
                         assert!(taken == Ok(value) || is_mapping, "{} {} {shown:?}", shipped.id, entry.name);
                         checked += 1;

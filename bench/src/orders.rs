@@ -1,40 +1,40 @@
-//! The orders to a drive, as both kinds of clients offer them: a row each.
+//! The orders to a drive, as clients offer them: one row each.
 
 use lexican_driver::{Description, Mode};
 use lexican_toolbox::drive::Verb;
 use serde::Serialize;
 
-/// Where an order stands on the page, and what it takes.
+/// Where an order is on the page, and what value it takes.
 #[derive(Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Group {
     Power,
-    /// It takes a position, a distance or a velocity.
+    /// Takes a position, a distance or a velocity.
     Move,
-    /// It takes a homing method.
+    /// Takes a homing method.
     Home,
-    /// It needs no control.
+    /// Needs no control.
     Stop,
-    /// What to do with a travel that a stop has interrupted.
+    /// What to do with a motion that a stop has interrupted.
     After,
 }
 
-/// What a drive has to have for an order.
+/// What an order requires of a drive.
 enum Needs {
     Nothing,
     Mode(Mode),
     Homing,
 }
 
-/// An order, in words; each in English and in German.
+/// An order with its texts in English and German.
 #[derive(Serialize)]
 pub(crate) struct Row {
     pub(crate) verb: Verb,
     group: Group,
-    /// On its button.
+    /// The texts of its button.
     pub(crate) titles: [&'static str; 2],
     help: [&'static str; 2],
-    /// In the terminal: its key, and what is asked for.
+    /// Its key in the terminal, and the question for its value.
     #[serde(skip)]
     pub(crate) key: char,
     #[serde(skip)]
@@ -44,7 +44,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// Whether a drive knows it.
+    /// Whether a drive supports it.
     pub(crate) fn is_for(&self, description: &Description) -> bool {
         match self.needs {
             Needs::Nothing => true,
@@ -57,7 +57,7 @@ impl Row {
 macro_rules! orders {
     ($($verb:ident, $key:literal, $group:ident, $needs:expr, $title:literal, $title_de:literal, $help:literal, $help_de:literal
        $(, $prompt:literal, $prompt_de:literal)?;)*) => {
-        /// All of them, as the page has their buttons.
+        /// All orders, in the order of the page's buttons.
         pub(crate) const ORDERS: &[Row] = &[$(Row {
             verb: Verb::$verb,
             group: Group::$group,

@@ -1,4 +1,4 @@
-//! Data sheets of nodes, which stay until the program ends.
+//! Data sheets of nodes, which are kept until the program ends.
 
 use lexican_driver::Description;
 use lexican_eds::model::Device;
@@ -9,31 +9,31 @@ use lexican_toolbox::node::identity::Shipped;
 
 use crate::view::Lack;
 
-/// The data sheet of a node. Decoders and drivers refer to its texts as long as the program runs, so each is read once.
+/// The data sheet of a node. Decoders and drivers refer to its texts until the program ends, so each is read only once.
 #[derive(Clone, Copy)]
 pub struct Sheet {
     /// `siko/ag03-1`, `drive.eds`.
     pub name: &'static str,
-    /// What it says.
+    /// The parsed data sheet.
     pub device: &'static Device,
-    /// How to move it, if it is a drive.
+    /// How to move the drive; `None` if it is none.
     pub drive: Option<&'static Description>,
-    /// What it lacks for moving its drive, and what the driver uses instead, as `lexican drive NODE --explain` has it; the worst
-    /// first. Nothing of a device that is no drive.
+    /// Facts about moving the drive by the data sheet, as in `lexican drive NODE --explain`, the worst first; empty if
+    /// it is no drive.
     pub lacks: &'static [Fact],
-    /// The same as it is shown.
+    /// The same for the view.
     pub(crate) shown_lacks: &'static [Lack],
 }
 
 impl Sheet {
-    /// A data sheet that was read.
+    /// Keeps a data sheet.
     #[must_use]
     pub fn new(name: &str, sheet: DataSheet) -> Self {
         let name = sheet.library.unwrap_or_else(|| String::leak(name.to_owned()));
         Sheet::of(name, &sheet.input, Box::leak(Box::new(sheet.device)))
     }
 
-    /// That of a device of the library.
+    /// The data sheet of a device in the library.
     pub(crate) fn of_library(shipped: &'static Shipped) -> Self {
         match library::find(shipped.id) {
             Some(found) => Sheet::of(shipped.id, &found.input(), &shipped.device),
@@ -43,7 +43,7 @@ impl Sheet {
 
     fn of(name: &'static str, input: &Input, device: &'static Device) -> Self {
         let (drive, mut facts) = explain_sheet(input, device);
-        // The control word and the status word: no other profile has them there.
+        // Control word and status word: no other profile has these indices.
         let is_drive = device.profile == Some(402) || device.object(0x6040).or(device.object(0x6041)).is_some();
         facts.retain(|fact| is_drive && fact.verdict != Verdict::Ready);
         let shown_lacks = facts.iter().map(lack).collect::<Vec<_>>().leak();

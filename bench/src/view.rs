@@ -1,4 +1,4 @@
-//! What a client shows. Times are in seconds since the bench was opened, or since the first frame of a log.
+//! What clients show. Times are in seconds since the bench was opened, or since the first frame of a log.
 
 #![allow(missing_docs, reason = "a field has a comment where its name does not say all")]
 
@@ -7,43 +7,43 @@ use std::borrow::Cow;
 use lexican_toolbox::drive::Verb;
 use serde::{Deserialize, Serialize};
 
-/// The bus as of a moment. Its fields change at different rates: a client is sent those that have changed.
+/// A snapshot of the bus. Clients are sent the fields that have changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct View {
     pub time: f64,
     pub bus: Bus,
-    /// The nodes that were heard, found or named; ascending.
+    /// The nodes heard, found or named, ascending.
     pub nodes: Vec<Node>,
     /// The nodes that are drives.
     pub drives: Vec<Drive>,
     pub devices: Vec<Simulated>,
-    /// What is under way, and what ended last.
+    /// Running jobs, and those that ended last.
     pub jobs: Vec<Job>,
-    /// Values that are watched.
+    /// Watched values.
     pub watched: Vec<Watched>,
     pub trace: Trace,
     pub control: Control,
-    /// The recorded log, if it is one.
+    /// The recorded log, if the bus is one.
     pub log: Option<Log>,
     pub kept: Kept,
 }
 
-/// What people keep of a machine, besides what they watch.
+/// What the file of a machine keeps for the bench, besides watched values.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Kept {
-    /// The sequences that its file lists.
+    /// The sequences that the file lists.
     pub sequences: Vec<String>,
-    /// The messages that it lists: each is played as a sequence of one line is, without stopping the drives at its end.
+    /// The messages that the file lists: sequences of one line, after which drives are not stopped.
     pub messages: Vec<String>,
-    /// The filters of the trace that it lists, by name.
+    /// The filters of the trace that the file lists, by name.
     pub filters: Vec<(String, TraceFilter)>,
-    /// While what somebody does is recorded: how many lines there are.
+    /// While recording: the number of lines so far.
     pub recorded: Option<u32>,
 }
 
-/// Which frames of the trace, in the words of `lexican monitor`'s options.
+/// Selects frames of the trace, in the notation of `lexican monitor`'s options.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(default)]
@@ -60,9 +60,9 @@ pub struct TraceFilter {
     pub ids: String,
     /// A part of the text.
     pub text: String,
-    /// Only what reports an error.
+    /// Whether to select only frames that report an error.
     pub alarming: bool,
-    /// SDO transfers as one row each.
+    /// Whether to show SDO transfers as one row each.
     pub transfers: bool,
 }
 
@@ -72,26 +72,26 @@ pub struct Bus {
     /// `can0`, `demo`, `bus.log`.
     pub name: String,
     pub is_writable: bool,
-    /// In bits per second, if it is known.
+    /// In bit/s; `None` if unknown.
     pub bit_rate: Option<u32>,
-    /// `active`, `off`, as the controller has it; why it is lost.
+    /// The controller's state, `active` or `off`; or why the bus is lost.
     pub state: String,
     pub frames: u64,
     /// In the last second.
     pub frames_per_second: u32,
-    /// In the last second, if the bit rate is known.
+    /// In the last second; `None` without a bit rate.
     pub load_percent: Option<f64>,
-    /// The most in any second.
+    /// In the second with the most bits.
     pub load_percent_peak: Option<f64>,
-    /// Lost between the controller and us.
+    /// Frames lost between the controller and the bench.
     pub missing_frames: u64,
-    /// By COB-ID.
+    /// The rates by COB-ID.
     pub ids: Vec<Rate>,
-    /// What is wrong on the bus, who does it, and what to do, in sentences.
+    /// What is wrong on the bus, which node causes it, and what to do.
     pub troubles: Vec<Trouble>,
 }
 
-/// The frames of a COB-ID.
+/// The frames with one COB-ID.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Rate {
@@ -99,14 +99,14 @@ pub struct Rate {
     pub id: String,
     /// `TPDO1`.
     pub name: String,
-    /// Whose it is.
+    /// `None` for broadcasts.
     pub node: Option<u8>,
     pub frames: u64,
     /// In the last second.
     pub per_second: f64,
-    /// How far the time from frame to frame deviates, as its standard deviation in ms.
+    /// The standard deviation of the intervals between frames, in ms.
     pub jitter_ms: Option<f64>,
-    /// Its part of all bits of the last second.
+    /// The share of all bits in the last second.
     pub share_percent: f64,
 }
 
@@ -115,13 +115,13 @@ pub struct Rate {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Trouble {
     pub since: f64,
-    /// Who, if it is one node.
+    /// The node that causes it, if it is one.
     pub node: Option<u8>,
     /// `node 7 is silent for 2.3 s`.
     pub text: String,
-    /// The trace's row from which it follows.
+    /// The row number in the trace that shows it.
     pub row: Option<u64>,
-    /// It was, and is shown until it is acknowledged.
+    /// Whether it is past, and shown until it is acknowledged.
     pub is_over: bool,
 }
 
@@ -129,33 +129,33 @@ pub struct Trouble {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Node {
     pub id: u8,
-    /// What the plant calls it, else its device's name (1008h), else that of its data sheet.
+    /// The name in the plant, else 1008h, else that of its data sheet.
     pub name: String,
-    /// The data sheet: `siko/ag03-1`.
+    /// The name of the data sheet: `siko/ag03-1`.
     pub sheet: Option<String>,
-    /// Whether it has one in it (1021h) that is not used.
+    /// Whether it stores a data sheet (1021h) that is not used.
     pub stores_sheet: bool,
-    /// 1018h, as far as it was read: vendor, product, revision, serial number.
+    /// 1018h as far as known: vendor-ID, product code, revision number, serial number.
     pub identity: [Option<u32>; 4],
-    /// `OPERATIONAL`; None while unknown.
+    /// `OPERATIONAL`; `None` if unknown.
     pub state: Option<String>,
-    /// When it was in this state.
+    /// When the state was seen.
     pub seen: Option<Seen>,
-    /// The time between its heartbeats in ms.
+    /// The mean interval of its heartbeats, in ms.
     pub heartbeat_ms: Option<f64>,
-    /// For how long it has been silent, if it should not be.
+    /// How long it has been silent; `None` unless it should have been heard.
     pub silent_seconds: Option<f64>,
-    /// Its present faults, in words; empty if it has none.
+    /// The present faults.
     pub faults: Vec<Fault>,
-    /// Those before, newest first.
+    /// Past faults, newest first.
     pub history: Vec<Fault>,
-    /// The median of the SDO response times in ms.
+    /// The median SDO response time, in ms.
     pub sdo_ms: Option<f64>,
     pub aborts: u32,
     pub boots: u32,
-    /// What its data sheet, and then the drive itself, lacks for moving it, and what is used instead.
+    /// What the drive or its data sheet lacks for moving it, and what is used instead.
     pub lacks: Vec<Lack>,
-    /// What has changed since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
+    /// Changes since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
     pub changes: Vec<String>,
 }
 
@@ -165,7 +165,7 @@ pub struct Node {
 pub struct Lack {
     /// Whether the drive cannot be moved without it.
     pub is_needed: bool,
-    /// What is missing, or used instead, with its remedy.
+    /// What is missing or used instead, with the remedy.
     pub text: Cow<'static, str>,
 }
 
@@ -177,7 +177,7 @@ pub struct Fault {
     pub at: f64,
     /// `3210`.
     pub code: String,
-    /// `DC link over-voltage; the brake resistor is too small`.
+    /// The meaning of the code: `DC link over-voltage; the brake resistor is too small`.
     pub text: String,
     pub row: u64,
 }
@@ -190,26 +190,26 @@ pub struct Object {
     pub address: String,
     /// The name of its object.
     pub object: String,
-    /// Its own name; that of its object if it is the only entry.
+    /// Its own name, or that of the object for a single value.
     pub name: String,
-    /// Where it belongs: `Communication`, `Manufacturer`, `Drive`.
+    /// The area of the dictionary: `Communication`, `Manufacturer`, `Drive`.
     pub group: String,
     /// `UNSIGNED32`.
     pub data_type: String,
-    /// Its size in a frame; `None` if it has none of its own.
+    /// The size in a PDO; `None` if it is not fixed.
     pub bits: Option<u8>,
     /// `rw`, `ro`, `wo`, `const`.
     pub access: String,
-    /// `tpdo`, `rpdo`, `both`; None if it cannot be mapped.
+    /// `tpdo`, `rpdo`, `both`; `None` if it cannot be mapped.
     pub mappable: Option<String>,
-    /// Its default in words.
+    /// The default as text.
     pub default: Option<String>,
     pub low: Option<String>,
     pub high: Option<String>,
-    /// The names that it takes, if it is an enumeration or has bits.
+    /// The names that can be written: of its enumeration or bits.
     pub choices: Vec<String>,
     pub unit: Option<String>,
-    /// What the data sheet says of it.
+    /// The description from the overlay.
     pub help: Option<String>,
     /// The last known value.
     pub value: Option<Value>,
@@ -221,11 +221,11 @@ pub struct Object {
 pub struct Value {
     /// `6064:00`.
     pub address: String,
-    /// With unit, or names; why it could not be read.
+    /// With its unit, or as names; or why it could not be read.
     pub text: String,
-    /// As a number in its unit, if it is one.
+    /// The number in its unit; `None` if it is none.
     pub number: Option<f64>,
-    /// As it is on the wire, in hexadecimal digits.
+    /// The bytes on the wire, in hexadecimal.
     pub raw: String,
     pub at: f64,
     pub is_error: bool,
@@ -238,13 +238,13 @@ pub struct Watched {
     /// `6064:00`.
     pub address: String,
     pub name: String,
-    /// How often it is read.
+    /// The interval of reading, in ms.
     pub every_ms: u32,
     pub value: Option<Value>,
     pub seen: Option<Seen>,
     /// The lowest and the highest number so far.
     pub bounds: Option<(f64, f64)>,
-    /// How often it has changed.
+    /// The number of changes.
     pub changes: u64,
 }
 
@@ -255,9 +255,9 @@ pub struct Difference {
     /// `6081:00`.
     pub address: String,
     pub name: String,
-    /// In the node, in words.
+    /// The value in the node, as text.
     pub here: String,
-    /// In the other one, in words.
+    /// The value on the other side, as text.
     pub there: String,
 }
 
@@ -271,16 +271,16 @@ pub struct Pdo {
     pub is_on: bool,
     /// `event-driven`, `every 2nd SYNC`.
     pub transmission: String,
-    /// In ms, if it has one.
+    /// In ms; `None` if the device lacks it.
     pub event_timer_ms: Option<u16>,
-    /// Between frames, if it has one.
+    /// The minimum interval of frames; `None` if the device lacks it.
     pub inhibit_ms: Option<f64>,
-    /// What it carries, from bit 0 on.
+    /// The mapped objects, from bit 0 on.
     pub fields: Vec<PdoField>,
     /// Frames in the last second.
     pub per_second: f64,
     pub conflict: Option<String>,
-    /// The entries that may be mapped into it: address and name.
+    /// Entries that may be mapped into it: address and name.
     pub mappable: Vec<(String, String)>,
 }
 
@@ -294,19 +294,19 @@ pub struct PdoField {
     /// The first bit.
     pub first_bit: u8,
     pub bits: u8,
-    /// Its last value in words.
+    /// The last value as text.
     pub text: Option<String>,
-    /// When that was seen, in seconds of [`View::time`].
+    /// When the value was seen, in seconds as [`View::time`].
     pub at: Option<f64>,
 }
 
-/// The extent of the trace.
+/// The range of the trace.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Trace {
-    /// The number of the oldest frame that is kept.
+    /// The number of the oldest row kept.
     pub first: u64,
-    /// The number after that of the newest one.
+    /// The number after that of the newest row.
     pub end: u64,
 }
 
@@ -314,25 +314,25 @@ pub struct Trace {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Frames {
-    /// How many rows match, of those that are kept.
+    /// The number of matching rows that are kept.
     pub matching: u64,
-    /// The place of the first of these rows among them.
+    /// The position of the first of these rows among them.
     pub from: u64,
     pub rows: Vec<Row>,
 }
 
-/// A frame, or an SDO transfer, in words.
+/// A frame or an SDO transfer as text.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Row {
-    /// The frame's number from 0; a transfer has that of its last frame.
+    /// The row number, from 0; for a transfer, that of its last frame.
     pub number: u64,
     pub time: f64,
     /// `185`.
     pub id: String,
     /// `06 02 00 00`.
     pub data: String,
-    /// The node, if it is one.
+    /// `None` for broadcasts.
     pub node: Option<u8>,
     /// `TPDO1`.
     pub service: String,
@@ -350,7 +350,7 @@ pub struct Curve {
     pub address: String,
     pub name: String,
     pub unit: Option<String>,
-    /// When its last number was seen.
+    /// When its last point was seen.
     pub seen: Option<Seen>,
     /// Time and number, ascending in time.
     pub points: Vec<(f64, f64)>,
@@ -360,15 +360,15 @@ pub struct Curve {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Drive {
     pub node: u8,
-    /// Its name, as in [`Node::name`].
+    /// See [`Node::name`].
     pub name: String,
-    /// The state of its state machine (CiA 402): `OPERATION ENABLED`; None while unknown.
+    /// The state of CiA 402: `OPERATION ENABLED`; `None` if unknown.
     pub state: Option<String>,
-    /// The states that it may be ordered to from here.
+    /// The states to which it may be ordered now.
     pub allowed: Vec<String>,
-    /// When its state, position and velocity were as they are shown: the oldest of them.
+    /// When state, position and velocity were seen: the oldest of them.
     pub seen: Option<Seen>,
-    /// Its operating mode, in words.
+    /// The mode of operation as text.
     pub mode: Option<String>,
     /// In its unit.
     pub position: Option<f64>,
@@ -378,49 +378,49 @@ pub struct Drive {
     pub velocity: Option<f64>,
     /// `rpm`.
     pub velocity_unit: Option<String>,
-    /// Where the present travel goes.
+    /// The target of the current motion.
     pub target: Option<f64>,
-    /// What an order would be refused for now, in sentences; empty if it would move. `None` while nobody has looked: that is done
-    /// while a client has control.
+    /// Why an order would be refused now, in sentences; empty if the drive would move. `None` if not checked yet: that
+    /// is done while a client has control.
     pub obstacles: Option<Vec<String>>,
-    /// The order under way, in words.
+    /// The current order as text.
     pub order: Option<String>,
     /// How the last order ended.
     pub ending: Option<Ending>,
-    /// A stop that was ordered, until the drive confirms that it stands.
+    /// A stop that was ordered, until the drive confirms its standstill.
     pub unconfirmed: Option<Unconfirmed>,
-    /// The orders that this drive knows.
+    /// The orders that this drive supports.
     #[cfg_attr(test, ts(type = "Array<Verb>"))]
     pub orders: Vec<Verb>,
-    /// The homing methods that it has.
+    /// The homing methods that it supports.
     pub homing_methods: Vec<i8>,
 }
 
-/// When something was as it is shown.
+/// When something was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Seen {
-    /// In seconds of [`View::time`].
+    /// In seconds, as [`View::time`].
     pub at: f64,
-    /// It should have been seen again since: how it is now is unknown.
+    /// Whether it should have been seen again meanwhile, so that its present value is unknown.
     pub is_old: bool,
 }
 
-/// A stop that the drive has not confirmed, and that is sent until it has.
+/// A stop that is repeated until the drive confirms its standstill.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Unconfirmed {
     pub since: f64,
-    /// Why the last attempt has failed; `None` during the first one.
+    /// Why the last attempt failed; `None` during the first one.
     pub why: Option<String>,
 }
 
-/// How an order has ended.
+/// How an order ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ending {
     pub is_success: bool,
-    /// Whether the drive may still be moving: it could not be told to stop.
+    /// Whether the drive may still be moving, because it could not be stopped.
     pub may_be_moving: bool,
     pub text: String,
     pub remedy: Option<String>,
@@ -430,28 +430,28 @@ pub struct Ending {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Simulated {
     pub node: u8,
-    /// What the plant calls it.
+    /// The name in the plant.
     pub name: String,
     pub is_on: bool,
-    /// What can be done to it.
+    /// The inputs that can be set.
     pub inputs: Vec<Input>,
 }
 
-/// Something that can be done to a simulated device.
+/// An input of a simulated device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Input {
     /// `shaft`.
     pub name: String,
-    /// What it is, in a sentence.
+    /// A description in one sentence.
     pub help: String,
-    /// What it takes: `free`, `blocked`; empty for a number.
+    /// The possible values: `free`, `blocked`; empty for a number.
     pub choices: Vec<String>,
-    /// What it is now.
+    /// The present value.
     pub value: Option<String>,
 }
 
-/// Something that takes its time.
+/// A long-running job.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Job {
@@ -459,21 +459,21 @@ pub struct Job {
     pub number: u32,
     /// `restore of node 5`.
     pub name: String,
-    /// 0 to 1, if it is known.
+    /// The progress from 0 to 1; `None` if unknown.
     pub done: Option<f64>,
-    /// Where it is: `6081:00 Profile velocity`; its end in words.
+    /// The present step, `6081:00 Profile velocity`; at the end, the result as text.
     pub text: String,
-    /// How it has ended; None while it runs.
+    /// Whether it has succeeded; `None` while it runs.
     pub is_success: Option<bool>,
 }
 
-/// Who may change something.
+/// Which client may change something.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Control {
     /// The number of the client that has control.
     pub holder: Option<u32>,
-    /// How many clients are open.
+    /// The number of open clients.
     pub clients: u32,
 }
 
@@ -481,8 +481,8 @@ pub struct Control {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Log {
     pub seconds: f64,
-    /// Where it stands.
+    /// The present position.
     pub position: f64,
-    /// 0 if it stands.
+    /// 0 while paused.
     pub speed: f64,
 }

@@ -1,7 +1,7 @@
 // Made of the bench's types: LEXICAN_BLESS=1 cargo test -p lexican-bench golden
 
 /**
- * What a request brings.
+ * The answer to a request.
  */
 export type Answer = "done" | { "objects": Array<Object> } | { "values": Array<Value> } | { "differences": Array<Difference> } | { "pdos": Array<Pdo> } | { "objections": Array<string> } | { "frames": Frames } | { "curves": Array<Curve> } | { "number": number };
 
@@ -11,11 +11,11 @@ export type Bus = {
  */
 name: string, is_writable: boolean, 
 /**
- * In bits per second, if it is known.
+ * In bit/s; `None` if unknown.
  */
 bit_rate: number | null, 
 /**
- * `active`, `off`, as the controller has it; why it is lost.
+ * The controller's state, `active` or `off`; or why the bus is lost.
  */
 state: string, frames: number, 
 /**
@@ -23,33 +23,33 @@ state: string, frames: number,
  */
 frames_per_second: number, 
 /**
- * In the last second, if the bit rate is known.
+ * In the last second; `None` without a bit rate.
  */
 load_percent: number | null, 
 /**
- * The most in any second.
+ * In the second with the most bits.
  */
 load_percent_peak: number | null, 
 /**
- * Lost between the controller and us.
+ * Frames lost between the controller and the bench.
  */
 missing_frames: number, 
 /**
- * By COB-ID.
+ * The rates by COB-ID.
  */
 ids: Array<Rate>, 
 /**
- * What is wrong on the bus, who does it, and what to do, in sentences.
+ * What is wrong on the bus, which node causes it, and what to do.
  */
 troubles: Array<Trouble>, };
 
 /**
- * What an answer has in it: a file is fetched from its address.
+ * The content of an answer. A file has to be fetched from its address.
  */
 export type Content = { "file": { name: string, url: string, bytes: number, } } | Answer;
 
 /**
- * Who may change something.
+ * Which client may change something.
  */
 export type Control = { 
 /**
@@ -57,7 +57,7 @@ export type Control = {
  */
 holder: number | null, 
 /**
- * How many clients are open.
+ * The number of open clients.
  */
 clients: number, };
 
@@ -70,7 +70,7 @@ export type Curve = { node: number,
  */
 address: string, name: string, unit: string | null, 
 /**
- * When its last number was seen.
+ * When its last point was seen.
  */
 seen: Seen | null, 
 /**
@@ -87,33 +87,33 @@ export type Difference = {
  */
 address: string, name: string, 
 /**
- * In the node, in words.
+ * The value in the node, as text.
  */
 here: string, 
 /**
- * In the other one, in words.
+ * The value on the other side, as text.
  */
 there: string, };
 
 export type Drive = { node: number, 
 /**
- * Its name, as in [`Node::name`].
+ * See [`Node::name`].
  */
 name: string, 
 /**
- * The state of its state machine (CiA 402): `OPERATION ENABLED`; None while unknown.
+ * The state of CiA 402: `OPERATION ENABLED`; `None` if unknown.
  */
 state: string | null, 
 /**
- * The states that it may be ordered to from here.
+ * The states to which it may be ordered now.
  */
 allowed: Array<string>, 
 /**
- * When its state, position and velocity were as they are shown: the oldest of them.
+ * When state, position and velocity were seen: the oldest of them.
  */
 seen: Seen | null, 
 /**
- * Its operating mode, in words.
+ * The mode of operation as text.
  */
 mode: string | null, 
 /**
@@ -133,16 +133,16 @@ velocity: number | null,
  */
 velocity_unit: string | null, 
 /**
- * Where the present travel goes.
+ * The target of the current motion.
  */
 target: number | null, 
 /**
- * What an order would be refused for now, in sentences; empty if it would move. `None` while nobody has looked: that is done
- * while a client has control.
+ * Why an order would be refused now, in sentences; empty if the drive would move. `None` if not checked yet: that
+ * is done while a client has control.
  */
 obstacles: Array<string> | null, 
 /**
- * The order under way, in words.
+ * The current order as text.
  */
 order: string | null, 
 /**
@@ -150,24 +150,24 @@ order: string | null,
  */
 ending: Ending | null, 
 /**
- * A stop that was ordered, until the drive confirms that it stands.
+ * A stop that was ordered, until the drive confirms its standstill.
  */
 unconfirmed: Unconfirmed | null, 
 /**
- * The orders that this drive knows.
+ * The orders that this drive supports.
  */
 orders: Array<Verb>, 
 /**
- * The homing methods that it has.
+ * The homing methods that it supports.
  */
 homing_methods: Array<number>, };
 
 /**
- * How an order has ended.
+ * How an order ended.
  */
 export type Ending = { is_success: boolean, 
 /**
- * Whether the drive may still be moving: it could not be told to stop.
+ * Whether the drive may still be moving, because it could not be stopped.
  */
 may_be_moving: boolean, text: string, remedy: string | null, };
 
@@ -184,7 +184,7 @@ at: number,
  */
 code: string, 
 /**
- * `DC link over-voltage; the brake resistor is too small`.
+ * The meaning of the code: `DC link over-voltage; the brake resistor is too small`.
  */
 text: string, row: number, };
 
@@ -193,16 +193,16 @@ text: string, row: number, };
  */
 export type Frames = { 
 /**
- * How many rows match, of those that are kept.
+ * The number of matching rows that are kept.
  */
 matching: number, 
 /**
- * The place of the first of these rows among them.
+ * The position of the first of these rows among them.
  */
 from: number, rows: Array<Row>, };
 
 /**
- * Something that can be done to a simulated device.
+ * An input of a simulated device.
  */
 export type Input = { 
 /**
@@ -210,20 +210,20 @@ export type Input = {
  */
 name: string, 
 /**
- * What it is, in a sentence.
+ * A description in one sentence.
  */
 help: string, 
 /**
- * What it takes: `free`, `blocked`; empty for a number.
+ * The possible values: `free`, `blocked`; empty for a number.
  */
 choices: Array<string>, 
 /**
- * What it is now.
+ * The present value.
  */
 value: string | null, };
 
 /**
- * Something that takes its time.
+ * A long-running job.
  */
 export type Job = { 
 /**
@@ -235,36 +235,36 @@ number: number,
  */
 name: string, 
 /**
- * 0 to 1, if it is known.
+ * The progress from 0 to 1; `None` if unknown.
  */
 done: number | null, 
 /**
- * Where it is: `6081:00 Profile velocity`; its end in words.
+ * The present step, `6081:00 Profile velocity`; at the end, the result as text.
  */
 text: string, 
 /**
- * How it has ended; None while it runs.
+ * Whether it has succeeded; `None` while it runs.
  */
 is_success: boolean | null, };
 
 /**
- * What people keep of a machine, besides what they watch.
+ * What the file of a machine keeps for the bench, besides watched values.
  */
 export type Kept = { 
 /**
- * The sequences that its file lists.
+ * The sequences that the file lists.
  */
 sequences: Array<string>, 
 /**
- * The messages that it lists: each is played as a sequence of one line is, without stopping the drives at its end.
+ * The messages that the file lists: sequences of one line, after which drives are not stopped.
  */
 messages: Array<string>, 
 /**
- * The filters of the trace that it lists, by name.
+ * The filters of the trace that the file lists, by name.
  */
 filters: Array<[string, TraceFilter]>, 
 /**
- * While what somebody does is recorded: how many lines there are.
+ * While recording: the number of lines so far.
  */
 recorded: number | null, };
 
@@ -277,76 +277,76 @@ export type Lack = {
  */
 is_needed: boolean, 
 /**
- * What is missing, or used instead, with its remedy.
+ * What is missing or used instead, with the remedy.
  */
 text: string, };
 
 export type Log = { seconds: number, 
 /**
- * Where it stands.
+ * The present position.
  */
 position: number, 
 /**
- * 0 if it stands.
+ * 0 while paused.
  */
 speed: number, };
 
 /**
- * A command of network management (CiA 301, 7.2.8.2).
+ * An NMT command (CiA 301, 7.2.8.2).
  */
 export type Nmt = "start" | "stop" | "pre-operational" | "reset-node" | "reset-communication";
 
 export type Node = { id: number, 
 /**
- * What the plant calls it, else its device's name (1008h), else that of its data sheet.
+ * The name in the plant, else 1008h, else that of its data sheet.
  */
 name: string, 
 /**
- * The data sheet: `siko/ag03-1`.
+ * The name of the data sheet: `siko/ag03-1`.
  */
 sheet: string | null, 
 /**
- * Whether it has one in it (1021h) that is not used.
+ * Whether it stores a data sheet (1021h) that is not used.
  */
 stores_sheet: boolean, 
 /**
- * 1018h, as far as it was read: vendor, product, revision, serial number.
+ * 1018h as far as known: vendor-ID, product code, revision number, serial number.
  */
 identity: [number | null, number | null, number | null, number | null], 
 /**
- * `OPERATIONAL`; None while unknown.
+ * `OPERATIONAL`; `None` if unknown.
  */
 state: string | null, 
 /**
- * When it was in this state.
+ * When the state was seen.
  */
 seen: Seen | null, 
 /**
- * The time between its heartbeats in ms.
+ * The mean interval of its heartbeats, in ms.
  */
 heartbeat_ms: number | null, 
 /**
- * For how long it has been silent, if it should not be.
+ * How long it has been silent; `None` unless it should have been heard.
  */
 silent_seconds: number | null, 
 /**
- * Its present faults, in words; empty if it has none.
+ * The present faults.
  */
 faults: Array<Fault>, 
 /**
- * Those before, newest first.
+ * Past faults, newest first.
  */
 history: Array<Fault>, 
 /**
- * The median of the SDO response times in ms.
+ * The median SDO response time, in ms.
  */
 sdo_ms: number | null, aborts: number, boots: number, 
 /**
- * What its data sheet, and then the drive itself, lacks for moving it, and what is used instead.
+ * What the drive or its data sheet lacks for moving it, and what is used instead.
  */
 lacks: Array<Lack>, 
 /**
- * What has changed since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
+ * Changes since the bench was opened: `the state: PRE-OPERATIONAL, now OPERATIONAL`.
  */
 changes: Array<string>, };
 
@@ -363,11 +363,11 @@ address: string,
  */
 object: string, 
 /**
- * Its own name; that of its object if it is the only entry.
+ * Its own name, or that of the object for a single value.
  */
 name: string, 
 /**
- * Where it belongs: `Communication`, `Manufacturer`, `Drive`.
+ * The area of the dictionary: `Communication`, `Manufacturer`, `Drive`.
  */
 group: string, 
 /**
@@ -375,7 +375,7 @@ group: string,
  */
 data_type: string, 
 /**
- * Its size in a frame; `None` if it has none of its own.
+ * The size in a PDO; `None` if it is not fixed.
  */
 bits: number | null, 
 /**
@@ -383,19 +383,19 @@ bits: number | null,
  */
 access: string, 
 /**
- * `tpdo`, `rpdo`, `both`; None if it cannot be mapped.
+ * `tpdo`, `rpdo`, `both`; `None` if it cannot be mapped.
  */
 mappable: string | null, 
 /**
- * Its default in words.
+ * The default as text.
  */
 default: string | null, low: string | null, high: string | null, 
 /**
- * The names that it takes, if it is an enumeration or has bits.
+ * The names that can be written: of its enumeration or bits.
  */
 choices: Array<string>, unit: string | null, 
 /**
- * What the data sheet says of it.
+ * The description from the overlay.
  */
 help: string | null, 
 /**
@@ -422,15 +422,15 @@ id: string, is_on: boolean,
  */
 transmission: string, 
 /**
- * In ms, if it has one.
+ * In ms; `None` if the device lacks it.
  */
 event_timer_ms: number | null, 
 /**
- * Between frames, if it has one.
+ * The minimum interval of frames; `None` if the device lacks it.
  */
 inhibit_ms: number | null, 
 /**
- * What it carries, from bit 0 on.
+ * The mapped objects, from bit 0 on.
  */
 fields: Array<PdoField>, 
 /**
@@ -438,7 +438,7 @@ fields: Array<PdoField>,
  */
 per_second: number, conflict: string | null, 
 /**
- * The entries that may be mapped into it: address and name.
+ * Entries that may be mapped into it: address and name.
  */
 mappable: Array<[string, string]>, };
 
@@ -455,16 +455,16 @@ address: string, name: string,
  */
 first_bit: number, bits: number, 
 /**
- * Its last value in words.
+ * The last value as text.
  */
 text: string | null, 
 /**
- * When that was seen, in seconds of [`View::time`].
+ * When the value was seen, in seconds as [`View::time`].
  */
 at: number | null, };
 
 /**
- * The frames of a COB-ID.
+ * The frames with one COB-ID.
  */
 export type Rate = { 
 /**
@@ -476,7 +476,7 @@ id: string,
  */
 name: string, 
 /**
- * Whose it is.
+ * `None` for broadcasts.
  */
 node: number | null, frames: number, 
 /**
@@ -484,36 +484,36 @@ node: number | null, frames: number,
  */
 per_second: number, 
 /**
- * How far the time from frame to frame deviates, as its standard deviation in ms.
+ * The standard deviation of the intervals between frames, in ms.
  */
 jitter_ms: number | null, 
 /**
- * Its part of all bits of the last second.
+ * The share of all bits in the last second.
  */
 share_percent: number, };
 
 /**
- * Why a request was not carried out.
+ * Why a request was refused.
  */
 export type Refused = { 
 /**
- * What is wrong, with node, index and value.
+ * The reason, with node, index and value.
  */
 why: string, 
 /**
- * What to do.
+ * What to do about it.
  */
 remedy: string | null, };
 
 /**
- * A request of a client. What changes something on the bus needs control ([`Request::TakeControl`]), but for
- * [`Request::StopAll`].
+ * A request of a client. Requests that change something on the bus need control ([`Request::TakeControl`]), except
+ * stops.
  *
  * In JSON: `{"do": "write", "node": 5, "address": "6081:00", "text": "100 rpm"}`.
  */
 export type Request = { "do": "take-control", 
 /**
- * Take it from the client that has it; what it started is stopped.
+ * Take it from the client that has it, and stop what that has started.
  */
 force: boolean, } | { "do": "release-control" } | { "do": "stop-all" } | { "do": "nmt", 
 /**
@@ -525,19 +525,19 @@ node: number | null, command: Nmt, } | { "do": "acknowledge" } | { "do": "scan" 
  */
 sheet: string, } | { "do": "fetch-sheet", node: number, } | { "do": "assign", node: number, } | { "do": "objects", node: number, } | { "do": "read", node: number, 
 /**
- * `6064:00`; `1018` for all entries of an object.
+ * `6064:00`; or `1018` for all entries of an object.
  */
 addresses: Array<string>, } | { "do": "seen", node: number, addresses: Array<string>, } | { "do": "write", node: number, address: string, 
 /**
- * As `lexican write` takes it: `100 rpm`, `profile position`, `0x1F`.
+ * In the notation of `lexican write`: `100 rpm`, `profile position`, `0x1F`.
  */
 text: string, 
 /**
- * Send what the data sheet does not allow.
+ * Write even what the data sheet does not allow.
  */
 force: boolean, } | { "do": "watch", node: number, address: string, 
 /**
- * How often, at least every 10 ms.
+ * The interval, at least 10 ms.
  */
 every_ms: number, } | { "do": "unwatch", node: number, address: string, } | { "do": "compare", node: number, with: Other, } | { "do": "backup", node: number, } | { "do": "restore", node: number, dcf: string, } | { "do": "pdos", node: number, } | { "do": "map-pdo", node: number, 
 /**
@@ -545,28 +545,28 @@ every_ms: number, } | { "do": "unwatch", node: number, address: string, } | { "d
  */
 pdo: string, objects: Array<string>, 
 /**
- * `event`, `sync`, `sync:4`, `every:10ms`; as it is without it.
+ * `event`, `sync`, `sync:4`, `every:10ms`; unchanged if `None`.
  */
 transmission: string | null, check: boolean, } | { "do": "trace", 
 /**
- * Which frames, in the words of `lexican monitor`; all without it.
+ * In the notation of `lexican monitor`'s options; all frames by default.
  */
 filter: TraceFilter, 
 /**
- * The first row, counted from the oldest one that is kept and matches; from the end backwards if negative.
+ * The first row, counted from the oldest match that is kept; from the end backwards if negative.
  */
 from: number, 
 /**
- * Counted from the first row that matches and has this number or a higher one: so rows stay where they are when
- * older ones are forgotten.
+ * Count from the first match with this row number or a higher one instead, so that rows stay in place when
+ * older ones are dropped.
  */
 at?: number | null, 
 /**
- * How many, at most 1,000.
+ * The number of rows, at most 1,000.
  */
 count: number, } | { "do": "export", 
 /**
- * By its name, as `lexican convert` takes it.
+ * The name of a log format, as in `lexican convert`.
  */
 format: string, filter: TraceFilter, } | { "do": "plot", node: number, 
 /**
@@ -574,7 +574,7 @@ format: string, filter: TraceFilter, } | { "do": "plot", node: number,
  */
 signals: Array<string>, 
 /**
- * How often objects are read.
+ * The interval of reading objects.
  */
 every_ms: number, } | { "do": "clear-plot", 
 /**
@@ -582,7 +582,7 @@ every_ms: number, } | { "do": "clear-plot",
  */
 node: number | null, } | { "do": "curves", 
 /**
- * In seconds of [`View::time`](crate::View::time).
+ * In seconds, as [`View::time`](crate::View::time).
  */
 since: number, } | { "do": "number", 
 /**
@@ -594,28 +594,28 @@ text: string, } | { "do": "export-plot",
  */
 format: string, } | { "do": "drive", node: number, order: Verb, 
 /**
- * A position, a distance or a velocity with or without unit (`90 deg`), or a homing method.
+ * A position, distance or velocity with or without unit (`90 deg`), or a homing method.
  */
 value: string | null, } | { "do": "record", on: boolean, } | { "do": "play-sequence", name: string, 
 /**
- * Its lines; without them it is one of [`Kept::sequences`](crate::view::Kept::sequences).
+ * Its lines; `None` for one of [`Kept::sequences`](crate::view::Kept::sequences).
  */
 text: string | null, } | { "do": "input", node: number, text: string, } | { "do": "power", node: number, on: boolean, } | { "do": "seek", 
 /**
- * In seconds from its first frame.
+ * In seconds from the first frame.
  */
 seconds: number, } | { "do": "play", 
 /**
- * 1 for the speed of its recording; 0 stands.
+ * 1 for the speed of the recording; 0 pauses.
  */
 speed: number, };
 
 /**
- * A frame, or an SDO transfer, in words.
+ * A frame or an SDO transfer as text.
  */
 export type Row = { 
 /**
- * The frame's number from 0; a transfer has that of its last frame.
+ * The row number, from 0; for a transfer, that of its last frame.
  */
 number: number, time: number, 
 /**
@@ -627,7 +627,7 @@ id: string,
  */
 data: string, 
 /**
- * The node, if it is one.
+ * `None` for broadcasts.
  */
 node: number | null, 
 /**
@@ -640,48 +640,48 @@ service: string, text: string,
 alarming: boolean, };
 
 /**
- * When something was as it is shown.
+ * When something was seen.
  */
 export type Seen = { 
 /**
- * In seconds of [`View::time`].
+ * In seconds, as [`View::time`].
  */
 at: number, 
 /**
- * It should have been seen again since: how it is now is unknown.
+ * Whether it should have been seen again meanwhile, so that its present value is unknown.
  */
 is_old: boolean, };
 
 export type Simulated = { node: number, 
 /**
- * What the plant calls it.
+ * The name in the plant.
  */
 name: string, is_on: boolean, 
 /**
- * What can be done to it.
+ * The inputs that can be set.
  */
 inputs: Array<Input>, };
 
 /**
- * A message to a page, besides the view ([`Fields`](super::changes::Fields)).
+ * A message to a page, other than a view ([`Fields`](super::changes::Fields)).
  */
 export type ToPage = { "hello": { client: number, version: string, } } | { id: number, } & ({ "answer": Content } | { "refused": Refused });
 
 /**
- * The extent of the trace.
+ * The range of the trace.
  */
 export type Trace = { 
 /**
- * The number of the oldest frame that is kept.
+ * The number of the oldest row kept.
  */
 first: number, 
 /**
- * The number after that of the newest one.
+ * The number after that of the newest row.
  */
 end: number, };
 
 /**
- * Which frames of the trace, in the words of `lexican monitor`'s options.
+ * Selects frames of the trace, in the notation of `lexican monitor`'s options.
  */
 export type TraceFilter = { 
 /**
@@ -709,11 +709,11 @@ ids: string,
  */
 text: string, 
 /**
- * Only what reports an error.
+ * Whether to select only frames that report an error.
  */
 alarming: boolean, 
 /**
- * SDO transfers as one row each.
+ * Whether to show SDO transfers as one row each.
  */
 transfers: boolean, };
 
@@ -722,7 +722,7 @@ transfers: boolean, };
  */
 export type Trouble = { since: number, 
 /**
- * Who, if it is one node.
+ * The node that causes it, if it is one.
  */
 node: number | null, 
 /**
@@ -730,20 +730,20 @@ node: number | null,
  */
 text: string, 
 /**
- * The trace's row from which it follows.
+ * The row number in the trace that shows it.
  */
 row: number | null, 
 /**
- * It was, and is shown until it is acknowledged.
+ * Whether it is past, and shown until it is acknowledged.
  */
 is_over: boolean, };
 
 /**
- * A stop that the drive has not confirmed, and that is sent until it has.
+ * A stop that is repeated until the drive confirms its standstill.
  */
 export type Unconfirmed = { since: number, 
 /**
- * Why the last attempt has failed; `None` during the first one.
+ * Why the last attempt failed; `None` during the first one.
  */
 why: string | null, };
 
@@ -756,24 +756,24 @@ export type Value = {
  */
 address: string, 
 /**
- * With unit, or names; why it could not be read.
+ * With its unit, or as names; or why it could not be read.
  */
 text: string, 
 /**
- * As a number in its unit, if it is one.
+ * The number in its unit; `None` if it is none.
  */
 number: number | null, 
 /**
- * As it is on the wire, in hexadecimal digits.
+ * The bytes on the wire, in hexadecimal.
  */
 raw: string, at: number, is_error: boolean, };
 
 /**
- * The bus as of a moment. Its fields change at different rates: a client is sent those that have changed.
+ * A snapshot of the bus. Clients are sent the fields that have changed.
  */
 export type View = { time: number, bus: Bus, 
 /**
- * The nodes that were heard, found or named; ascending.
+ * The nodes heard, found or named, ascending.
  */
 nodes: Array<Node>, 
 /**
@@ -781,15 +781,15 @@ nodes: Array<Node>,
  */
 drives: Array<Drive>, devices: Array<Simulated>, 
 /**
- * What is under way, and what ended last.
+ * Running jobs, and those that ended last.
  */
 jobs: Array<Job>, 
 /**
- * Values that are watched.
+ * Watched values.
  */
 watched: Array<Watched>, trace: Trace, control: Control, 
 /**
- * The recorded log, if it is one.
+ * The recorded log, if the bus is one.
  */
 log: Log | null, kept: Kept, };
 
@@ -799,7 +799,7 @@ export type Watched = { node: number,
  */
 address: string, name: string, 
 /**
- * How often it is read.
+ * The interval of reading, in ms.
  */
 every_ms: number, value: Value | null, seen: Seen | null, 
 /**
@@ -807,7 +807,7 @@ every_ms: number, value: Value | null, seen: Seen | null,
  */
 bounds: [number, number] | null, 
 /**
- * How often it has changed.
+ * The number of changes.
  */
 changes: number, };
 

@@ -1,4 +1,4 @@
-//! Reading and writing entries of a node.
+//! Reads and writes entries of a node.
 
 use lexican_eds::model::Value;
 use lexican_eds::types::Class;
@@ -23,12 +23,12 @@ use crate::request::{Answer, Refused};
 use crate::sheet::Sheet;
 use crate::view;
 
-/// Reads entries by their names or addresses.
+/// Reads entries given by name or address.
 pub(super) fn read(worker: &Worker, texts: &[String]) -> Result<Answer, Refused> {
     let device = lock(&worker.model).sheet(worker.node).map(|sheet| sheet.device);
     let mut addresses = Vec::new();
     for text in texts {
-        // `1018` stands for all of its entries, `1018:00` for one.
+        // `1018` means all its entries, `1018:00` only the first.
         addresses.extend(resolve_all(device, text).map_err(|error| Refused::new(&error).with_remedy(error.advice()))?);
     }
     let mut network = worker.network()?;
@@ -60,7 +60,7 @@ fn read_one(worker: &Worker, network: &mut Network<Port>, address: Address) -> R
     }
 }
 
-/// Gives the node the data sheet that it has in it.
+/// Reads the data sheet that the node stores, and uses it for the node.
 pub(super) fn fetch_sheet(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
     let node = worker.node;
     let mut network = worker.network()?;
@@ -94,7 +94,7 @@ pub(super) fn write(worker: &Worker, text: &str, new: &str, is_forced: bool) -> 
     let entry = sheet.device.entry(address.index(), address.sub());
     let entry = entry.ok_or_else(|| Refused::new(format_args!("the data sheet has no {address}")))?;
     let mut network = worker.network()?;
-    // Limits and units may depend on other entries: the model hears them.
+    // Limits and units may depend on other entries: read them, and the model takes them from the bus.
     let conditions = {
         let model = lock(&worker.model);
         let values = model.values(node).filter(|_| !is_forced);

@@ -1,4 +1,4 @@
-//! The bench over a bus: its nodes, and who looks at them.
+//! The bench over a bus: its nodes and clients.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
@@ -23,18 +23,18 @@ use crate::request::{Answer, Refused, Request};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
 
-/// How often new nodes are looked for, and simulated devices are asked.
+/// The interval of looking for new nodes and asking simulated devices.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How often it is found out why a drive would not move, while somebody has control.
+/// The interval of checking what prevents a drive from moving, while a client has control.
 const OBSTACLES: Duration = Duration::from_secs(2);
 
-/// How long the end of the bench waits for its drives: as long as an attempt to stop one may take.
+/// How long the end of the bench waits for drives: as long as an attempt to stop one may take.
 const ENDING: Duration = Duration::from_secs(7);
 
-/// What can be done to simulated devices.
+/// Control of simulated devices.
 pub trait Simulation: Send {
-    /// The devices, and what can be done to each.
+    /// The devices, with the inputs of each.
     fn devices(&self) -> Vec<view::Simulated>;
 
     /// Sets an input of a device: `blocked = true`.
@@ -44,41 +44,42 @@ pub trait Simulation: Send {
     fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
 }
 
-/// What understands lines: the command whose lines they are.
+/// Translates between requests and lines of the command, and runs these.
 pub trait Player: Send + Sync {
-    /// A request as a line, if there is one that does the same.
+    /// The line that does the same as a request, if there is one.
     fn line(&self, request: &Request) -> Option<String>;
 
-    /// Understands a sequence before any of its lines runs, over this link. Without its text, it is one of the machine's.
+    /// Reads a sequence, to be run over this link, without running any line. If `text` is `None`, it is one of the
+    /// machine's.
     fn read(&self, name: &str, text: Option<String>, link: Box<dyn Link + Send>) -> Result<Vec<Line>, Refused>;
 }
 
-/// A line that can run.
+/// A line of a sequence, ready to run.
 pub struct Line {
     /// `3: drive feeder move-to 50 mm`.
     pub text: String,
-    /// The nodes that it talks to; all without them.
+    /// The nodes that it talks to; `None` for all.
     pub nodes: Option<Vec<NodeId>>,
-    /// Runs it: what it prints, and whether it is fulfilled.
+    /// Runs it; returns its output and its result.
     pub run: Box<dyn FnOnce() -> (String, Result<(), Refused>) + Send>,
 }
 
-/// What a bench begins with.
+/// The initial state of a bench.
 pub struct Setup {
     /// The bus.
     pub bus: BusInfo,
-    /// Nodes that are known before they are heard: their names and data sheets.
+    /// Nodes that are known from the beginning, with name and data sheet.
     pub nodes: Vec<(NodeId, Option<String>, Option<Sheet>)>,
-    /// The simulated devices, if they are.
+    /// Control of the devices, if they are simulated.
     pub simulation: Option<Box<dyn Simulation>>,
-    /// What people keep of the machine.
+    /// What the file of the machine keeps for the bench.
     pub kept: view::Kept,
-    /// What plays sequences.
+    /// Plays sequences, if that is possible.
     pub player: Option<Box<dyn Player>>,
 }
 
 impl Setup {
-    /// A bus of which nothing is known yet.
+    /// A bus without known nodes.
     #[must_use]
     pub fn new(bus: BusInfo) -> Self {
         Setup { bus, nodes: Vec::new(), simulation: None, kept: view::Kept::default(), player: None }
@@ -99,7 +100,7 @@ impl Setup {
     }
 }
 
-/// A bench; clones are the same one.
+/// A bench. Clones refer to the same bench.
 #[derive(Clone)]
 pub struct Bench(pub(super) Arc<Shared>);
 
@@ -110,14 +111,14 @@ pub(super) struct Shared {
     pub(super) clients: Mutex<Clients>,
     pub(super) simulation: Mutex<Option<Box<dyn Simulation>>>,
     pub(super) recording: Option<Arc<Recording>>,
-    /// What clients have read again and again.
+    /// What clients want to be read repeatedly.
     pub(super) wanted: Mutex<Wanted>,
-    /// Links for what clients have started that is about no single node.
+    /// The links of clients' requests that are not about a single node.
     pub(super) links: Mutex<BTreeMap<u32, Vec<u64>>>,
     pub(super) player: Option<Box<dyn Player>>,
-    /// What clients do while it is recorded: its lines, and when the last one has ended.
+    /// While recording: the lines so far, and when the last one ended.
     pub(super) recorded: Mutex<Option<(String, Option<Instant>)>>,
-    /// The link of the sequence that is played.
+    /// The link of the sequence that is being played.
     pub(super) playing: Mutex<Option<u64>>,
 }
 
@@ -129,14 +130,14 @@ pub(super) struct Clients {
 }
 
 impl Clients {
-    /// What a client wants that is gone would never end.
+    /// Refuses requests of a closed client: nothing would end them.
     fn check_open(&self, client: u32) -> Result<(), Refused> {
         self.open.contains(&client).then_some(()).ok_or_else(Refused::interrupted)
     }
 }
 
 impl Bench {
-    /// A bench of a link in real time.
+    /// A bench on a link in real time.
     pub fn live(link: Box<dyn Link + Send>, mut setup: Setup) -> std::io::Result<Self> {
         let model = setup.model(link.now());
         let ports = hub::begin(link, Arc::clone(&model))?;
@@ -146,7 +147,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// A bench of a recorded log, which is shown to its end at first. It takes no frames.
+    /// A bench on a recorded log, shown up to its end at first. Nothing can be sent.
     pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
         setup.bus.is_writable = false;
         let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
@@ -164,19 +165,19 @@ impl Bench {
         Bench(Arc::new(of_clients))
     }
 
-    /// What clients show.
+    /// A snapshot for clients.
     #[must_use]
     pub fn view(&self) -> View {
         let mut model = lock(&self.0.model);
         if self.0.recording.is_none() {
-            // It passes on a bus that is gone, too.
+            // Time passes even after the bus is lost.
             model.pass(self.0.ports.now());
         }
         model.view()
     }
 
-    /// Stops what moves, and ends the bench. It waits for the drives, but not longer than one of them may take to be found gone:
-    /// returns those that have not confirmed that they stand, each in a sentence.
+    /// Stops all drives and ends the bench. Waits for them, but no longer than it takes to notice that a drive is gone.
+    /// Returns one sentence for each drive that has not confirmed its standstill.
     pub fn end(&self) -> Vec<String> {
         if !self.0.ports.is_over() {
             self.stop_all(|_| {});
@@ -191,13 +192,13 @@ impl Bench {
         unconfirmed
     }
 
-    /// The drives that are to stand and have not confirmed it, each in a sentence.
+    /// One sentence for each drive that was to stop and has not confirmed its standstill.
     #[must_use]
     pub fn unconfirmed(&self) -> Vec<String> {
         lock(&self.0.model).unconfirmed()
     }
 
-    /// Looks after nodes that are new.
+    /// Looks after new nodes.
     fn keep(&self) {
         let mut drives = BTreeMap::new();
         while !self.0.ports.is_over() {
@@ -227,7 +228,7 @@ impl Bench {
         }
     }
 
-    /// Follows a drive, and finds out why it would not move.
+    /// Follows a drive, and checks what prevents it from moving.
     fn look_after(
         &self,
         drives: &mut BTreeMap<NodeId, lexican_runtime::Instant>,
@@ -243,7 +244,7 @@ impl Bench {
         }
         let has_control = lock(&self.0.clients).holder.is_some();
         if !has_control {
-            // What was seen is not looked at again.
+            // Values that were seen recently need not be read.
             let mut model = lock(&self.0.model);
             let drive = model.drive(worker.node);
             (drive.obstacles, drive.lacks) = (None, Vec::new());
@@ -274,7 +275,7 @@ impl Bench {
         self.worker(node)
     }
 
-    /// Frames can be sent, or could be until the bus was lost.
+    /// Refuses on a log, and on a bus that the bench only listens to; not if the bus was lost.
     pub(super) fn check_writable(&self) -> Result<(), Refused> {
         match (&self.0.recording, lock(&self.0.model).listens_only()) {
             (Some(_), _) => Err(Refused::new("a log takes no frames").with_remedy("open the bus itself")),
@@ -283,7 +284,7 @@ impl Bench {
         }
     }
 
-    /// Reads an entry every so often; on a bus that takes no frames its value comes when others read it.
+    /// Reads an entry at intervals. If nothing can be sent, its value comes when others read it.
     pub(super) fn poll(&self, node: NodeId, address: Address, every_ms: u32) {
         if let Ok(worker) = self.worker(node) {
             worker.poll(address, millis(every_ms));
@@ -311,7 +312,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Ends that, whichever client wants it.
+    /// Ends watching an entry, for all clients.
     pub(super) fn unwatch(&self, node: NodeId, address: Address) {
         lock(&self.0.wanted).watches.remove(&(node, address));
         let before = lock(&self.0.model).unwatch(node, address);
@@ -320,7 +321,7 @@ impl Bench {
         }
     }
 
-    /// Draws curves for a client.
+    /// Plots signals for a client.
     pub(super) fn plot(&self, client: u32, node: NodeId, signals: &[Signal], every_ms: u32) -> Result<(), Refused> {
         let new = {
             let clients = lock(&self.0.clients);
@@ -337,7 +338,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Removes the curves of a node, or all, whichever client wants them.
+    /// Removes the curves of a node, or all, for all clients.
     pub(super) fn clear_plot(&self, node: Option<NodeId>) {
         lock(&self.0.wanted).curves.retain(|(known, _), _| node.is_some_and(|node| node != *known));
         let cleared = lock(&self.0.model).clear_plot(node);
@@ -346,7 +347,7 @@ impl Bench {
         }
     }
 
-    /// Ends the watches and curves that only this client wanted.
+    /// Ends watches and curves that only this client wanted.
     pub(super) fn forget_wishes_of(&self, client: u32) {
         let (watches, curves) = lock(&self.0.wanted).leave(client);
         for (node, address) in watches {
@@ -360,7 +361,8 @@ impl Bench {
         }
     }
 
-    /// Stops every drive, whatever else is under way; `done` hears when all of them stand, or why one does not.
+    /// Stops every drive, whatever else is being done. `done` is called when all stand still, or with the first
+    /// failure.
     pub(super) fn stop_all(&self, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
         self.end_play();
         let drives: Vec<_> = {
@@ -395,7 +397,7 @@ impl Bench {
         }
     }
 
-    /// A link that is lost when a client is closed.
+    /// A link that is cut when the client is closed.
     pub(super) fn link_of(&self, client: u32) -> Port {
         let link = self.0.ports.link();
         lock(&self.0.links).entry(client).or_default().push(link.number());
@@ -408,7 +410,7 @@ impl Bench {
     }
 }
 
-/// Asks a node who it is: the model hears what it answers.
+/// Reads the identity of a node; the model takes it from the bus.
 pub(super) fn get_to_know(worker: &Worker) {
     worker.ask(NOBODY, |worker| {
         let Ok(mut network) = worker.network() else { return };
@@ -419,7 +421,7 @@ pub(super) fn get_to_know(worker: &Worker) {
             }
             match network.read_bytes(worker.node, address) {
                 Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
-                // It is not there, and asked again when it boots.
+                // The node is not there; it is asked again when it boots.
                 Err(_) => return,
             }
         }

@@ -1,4 +1,4 @@
-//! A page or a terminal: what it asks for, and what ends with it.
+//! A client, a page or a terminal: its requests, and what ends with it.
 
 use std::sync::Arc;
 
@@ -25,16 +25,16 @@ use crate::number;
 use crate::request::{Answer, Other, Refused, Request, Verb};
 use crate::sheet::Sheet;
 
-/// The fastest that an entry is read again and again.
+/// The shortest interval of reading an entry.
 const FASTEST_MS: u32 = 10;
 
-/// The fastest that a log is played.
+/// The greatest speed of playing a log.
 const MOST_SPEED: f64 = 1000.0;
 
-/// The most rows that a request gets.
+/// The most rows in an answer.
 const MOST_ROWS: u32 = 1000;
 
-/// A page or a terminal. When it is closed or dropped, what it has started is stopped.
+/// A client. When it is closed or dropped, everything that it has started is stopped.
 pub struct Client {
     bench: Bench,
     number: u32,
@@ -60,7 +60,7 @@ impl Client {
         self.number
     }
 
-    /// Closes it: what it has started is stopped, and control is free.
+    /// Closes the client: stops what it has started, and releases control.
     pub fn close(&self) {
         let mut clients = lock(&self.bench.0.clients);
         if !clients.open.remove(&self.number) {
@@ -75,7 +75,7 @@ impl Client {
         self.bench.forget_wishes_of(self.number);
     }
 
-    /// Gives a request; its answer comes when it is carried out. Requests about one node follow one another.
+    /// Begins a request, whose answer comes later. Requests about the same node are carried out one after the other.
     #[must_use]
     pub fn ask(&self, request: Request) -> Reply {
         let (sender, reply) = oneshot::channel();
@@ -151,7 +151,7 @@ impl Client {
                     drop(sender.send(Err(refused)));
                     return;
                 }
-                // A node that has a worker is asked through it.
+                // For nodes with a worker, through the worker.
                 for worker in lock(&bench.0.workers).values() {
                     get_to_know(worker);
                 }
@@ -170,7 +170,7 @@ impl Client {
         }
     }
 
-    /// What waits for nothing.
+    /// Answers requests that need not wait.
     fn at_once(&self, request: Request) -> Result<Answer, Refused> {
         let (bench, number) = (&self.bench, self.number);
         match request {
@@ -309,7 +309,7 @@ impl Client {
         Ok((node, resolve(device, text).map_err(Refused::new)?))
     }
 
-    /// Carries something out when what was asked of the node before is done.
+    /// Carries out `task` after all earlier requests to the node.
     fn with(
         &self,
         node: u8,
@@ -319,7 +319,7 @@ impl Client {
         match node_id(node).and_then(|node| self.bench.worker(node)) {
             Ok(worker) => worker.ask(self.number, move |worker| {
                 let result = task(worker);
-                // What was cut off from the bus has not failed by itself.
+                // A failure of a task that was cut off from the bus was caused by that.
                 let was_cut = result.is_err() && worker.is_interrupted();
                 let _ = sender.send(if was_cut { Err(Refused::interrupted()) } else { result });
             }),
@@ -357,7 +357,7 @@ fn needs_control(request: &Request) -> bool {
         | Request::Input { .. }
         | Request::Power { .. } => true,
         Request::MapPdo { check, .. } => !check,
-        // Everybody may stop.
+        // Every client may stop a drive.
         Request::Drive { order, .. } => !order.is_stop(),
         _ => false,
     }
@@ -369,7 +369,7 @@ fn concluded(job: &Job, task: impl FnOnce(&Job) -> Result<Answer, Refused>) -> R
     result
 }
 
-/// Compares a node with something else: each node is read by its own thread.
+/// Compares a node with something else. Two nodes are read in parallel.
 fn compare(bench: &Bench, client: u32, node: u8, with: Other, job: &Arc<Job>) -> Result<Answer, Refused> {
     let worker = bench.worker(node_id(node)?)?;
     let read = |worker: &Worker| {
@@ -391,16 +391,16 @@ fn compare(bench: &Bench, client: u32, node: u8, with: Other, job: &Arc<Job>) ->
     parameters::differences(&here, &there, job)
 }
 
-/// Does something on a thread of its own.
+/// Carries out `task` in a new thread.
 fn apart(
     sender: oneshot::Sender<Result<Answer, Refused>>,
     task: impl FnOnce() -> Result<Answer, Refused> + Send + 'static,
 ) {
-    // Without a thread, the sender is dropped, and the client hears that.
+    // If no thread can be created, the sender is dropped, and the client gets an error.
     let _ = std::thread::Builder::new().spawn(move || drop(sender.send(task())));
 }
 
-/// Another client has control.
+/// The refusal because another client has control.
 fn held_by(client: u32) -> Refused {
     Refused::new(format_args!("client {client} has control"))
         .with_remedy("ask there for them, or take them: what it started is stopped then")

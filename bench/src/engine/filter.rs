@@ -1,4 +1,4 @@
-//! Filters and formats of the trace, in the words of clients.
+//! Filters and exports the trace.
 
 use std::sync::Mutex;
 
@@ -13,7 +13,7 @@ use crate::model::{Model, Which};
 use crate::request::Refused;
 use crate::view::{Frames, TraceFilter};
 
-/// A filter in the words of `lexican monitor`.
+/// Parses a filter in the notation of `lexican monitor`'s options.
 pub(super) fn which(filter: &TraceFilter) -> Result<Which, Refused> {
     if *filter == TraceFilter::default() {
         return Ok(Which::default());
@@ -38,7 +38,7 @@ pub(super) fn which(filter: &TraceFilter) -> Result<Which, Refused> {
     })
 }
 
-/// The end of the name of a log.
+/// The extension of a log file.
 pub(super) fn extension(format: &str) -> &str {
     match format {
         "candump" => "log",
@@ -47,13 +47,13 @@ pub(super) fn extension(format: &str) -> &str {
     }
 }
 
-/// How many steps of a search a request makes: the rest is for the next one.
+/// The most steps of a search in one request; the next request continues.
 const STEPS: usize = 50;
 
-/// Between two steps, so that the bus gets the model.
+/// The pause between two steps, so that others can lock the model.
 const BREATH: Duration = Duration::from_micros(50);
 
-/// Works on the model step by step, so that others get it meanwhile, until a step says that it was the last.
+/// Works on the model step by step, with pauses for others, until `step` returns that it was the last.
 fn step_by_step(steps: usize, mut step: impl FnMut() -> bool) {
     for _ in 0..steps {
         if step() {

@@ -1,4 +1,4 @@
-//! One thread owns the link to the bus; all others send and receive through a link to that thread.
+//! One thread owns the link to the bus. Others send and receive through links to this thread.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
@@ -12,53 +12,53 @@ use lexican_runtime::{CobId, Duration, Frame, Instant};
 use super::lock::lock;
 use crate::model::Model;
 
-/// How long the link is waited on before what is to be sent is looked at.
+/// How long the thread waits for a frame before it looks for frames to send.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Makes links to the bus.
+/// Creates links to the bus.
 #[derive(Clone)]
 pub(super) struct Ports(Arc<Shared>);
 
 struct Shared {
     clock: Mutex<Clock>,
-    /// As [`Link::latency`].
+    /// See [`Link::latency`].
     latency: Duration,
     next: AtomicU64,
     outgoing: Sender<(u64, Frame)>,
     mailboxes: Mutex<BTreeMap<u64, Mailbox>>,
-    /// The link is gone, or the bench is.
+    /// Whether the link is gone, or the bench has ended.
     is_over: AtomicBool,
 }
 
-/// The time of the bus between two looks at its link, and when there is no link any more. It passes as on the machine then.
+/// The time of the bus between two reads of its link, and after the link is gone: then it passes as on the computer.
 struct Clock {
-    /// The time of the bus when it was looked at last, and that of the machine.
+    /// The last known time of the bus, and the computer's time then.
     seen: (Instant, std::time::Instant),
-    /// The latest that anybody was given: a simulation that lags would take it back otherwise.
+    /// The latest time returned so far, since the time of a slow simulation must not go back.
     latest: Instant,
 }
 
 struct Mailbox {
     incoming: Sender<Incoming>,
-    /// The frames that come in; all, when there are none.
+    /// The filter of received frames; empty for all.
     wanted: BTreeSet<CobId>,
 }
 
-/// A link to the bus, in real time, beside others.
+/// A link to the bus in real time, one of several.
 pub(super) struct Port {
     shared: Arc<Shared>,
     number: u64,
     incoming: Receiver<Incoming>,
 }
 
-/// What the thread of the link does.
+/// The thread of the link.
 struct Hub {
     shared: Arc<Shared>,
     model: Arc<Mutex<Model>>,
     outgoing: Receiver<(u64, Frame)>,
 }
 
-/// Begins to run a link, and returns what makes links to its bus.
+/// Starts the thread of a link; returns what creates links to the bus.
 pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std::io::Result<Ports> {
     let (outgoing, frames) = channel();
     lock(&model).set_latency(link.latency());
@@ -68,14 +68,14 @@ pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std
     Ok(Ports(shared))
 }
 
-/// No bus at all: what is sent to it is lost.
+/// Links without a bus, for a recorded log: everything sent is lost.
 pub(super) fn nowhere(now: Instant) -> Ports {
     let (outgoing, _) = channel();
     Ports(Arc::new(Shared::new(now, Duration::ZERO, outgoing)))
 }
 
 impl Ports {
-    /// A link that hears all frames from now on, until it is dropped.
+    /// A link that receives all frames from now on.
     pub(super) fn link(&self) -> Port {
         let (sender, incoming) = channel();
         let number = self.0.next.fetch_add(1, Ordering::Relaxed);
@@ -84,7 +84,7 @@ impl Ports {
         Port { shared: Arc::clone(&self.0), number, incoming }
     }
 
-    /// Takes the bus away from a link: what waits on it ends at once.
+    /// Cuts a link off from the bus; waiting on it ends at once.
     pub(super) fn cut(&self, number: u64) {
         lock(&self.0.mailboxes).remove(&number);
     }
@@ -94,7 +94,7 @@ impl Ports {
         self.0.now()
     }
 
-    /// Whether there is no bus any more.
+    /// Whether the bus is gone.
     pub(super) fn is_over(&self) -> bool {
         self.0.is_over.load(Ordering::Acquire)
     }
@@ -106,7 +106,7 @@ impl Ports {
 }
 
 impl Port {
-    /// What [`Ports::cut`] takes.
+    /// The number for [`Ports::cut`].
     pub(super) const fn number(&self) -> u64 {
         self.number
     }
@@ -123,7 +123,7 @@ impl Shared {
         lock(&self.clock).at(machine_time())
     }
 
-    /// Gives a frame to all links but its sender's.
+    /// Passes a frame to all links but that of the sender.
     fn deliver(&self, sender: Option<u64>, incoming: Incoming) {
         for (number, mailbox) in &*lock(&self.mailboxes) {
             let is_wanted = match incoming {
@@ -131,7 +131,7 @@ impl Shared {
                 _ => true,
             };
             if is_wanted && sender != Some(*number) {
-                // A link that is being dropped hears nothing.
+                // Ignore links that are being dropped.
                 let _ = mailbox.incoming.send(incoming);
             }
         }
@@ -193,7 +193,7 @@ impl Hub {
                     lock(&self.model).lose(error.to_string());
                     break;
                 }
-                // The next frame may get through.
+                // Ignore the error: the next frame may be accepted.
                 Err(_) => {}
             }
             let now = link.now();
@@ -203,7 +203,7 @@ impl Hub {
     }
 }
 
-/// However its thread ends, a panic included: the bus is lost, and links find out.
+/// However the thread ends, even by a panic, links learn that the bus is lost.
 impl Drop for Hub {
     fn drop(&mut self) {
         if std::thread::panicking() {
@@ -239,7 +239,7 @@ impl Link for Port {
         loop {
             match self.incoming.recv_timeout(until.since(self.now()).into()) {
                 Ok(incoming) => return Ok(Some(incoming)),
-                // The time of a simulation that lags has not come yet.
+                // In a slow simulation, the time is not over yet.
                 Err(RecvTimeoutError::Timeout) if self.now() < until => {}
                 Err(RecvTimeoutError::Timeout) => return Ok(None),
                 Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Closed),
@@ -271,7 +271,7 @@ mod tests {
     const HOUR: Duration = Duration::from_secs(3600);
     const LATENCY: Duration = Duration::from_millis(700);
 
-    /// A link whose time passes by an hour with each turn of the hub, while that of the machine stands.
+    /// A link whose time advances by an hour with each turn, while the computer's time stands still.
     struct Leaping(Arc<AtomicU32>);
 
     impl Link for Leaping {
@@ -311,12 +311,12 @@ mod tests {
         let machine = |after| began + std::time::Duration::from_millis(after);
         let mut clock = Clock { seen: (Instant::ZERO, began), latest: Instant::ZERO };
         for turn in 1..=1000 {
-            // A millisecond on the bus takes ten.
+            // One millisecond on the bus takes ten.
             assert_eq!(clock.at(machine(turn * 10 - 7)), Instant::ZERO + ms(turn + 2));
             clock.seen = (Instant::ZERO + ms(turn), machine(turn * 10));
             assert_eq!(clock.at(machine(turn * 10)), Instant::ZERO + ms(turn + 2), "it is given once more");
         }
-        // Nobody looks any more: the bus is gone, and what it has shown becomes old.
+        // After the thread has ended, the bus's time goes on, so that values become old.
         assert_eq!(clock.at(machine(60_000)), Instant::ZERO + ms(51_000));
     }
 }

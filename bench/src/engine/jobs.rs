@@ -1,4 +1,4 @@
-//! What takes its time, as clients see it.
+//! Long-running jobs, as clients see them.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -11,7 +11,7 @@ use crate::view;
 /// Counts jobs, from 1.
 static NUMBER: AtomicU32 = AtomicU32::new(1);
 
-/// A job under way; one that is dropped before its end was interrupted.
+/// A running job. Dropping it before its end means that it was interrupted.
 pub(super) struct Job {
     model: Arc<Mutex<Model>>,
     number: u32,
@@ -20,7 +20,7 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Shows a job that begins.
+    /// Begins a job.
     pub(super) fn begin(model: &Arc<Mutex<Model>>, name: String) -> Self {
         let job = Job {
             model: Arc::clone(model),
@@ -32,17 +32,17 @@ impl Job {
         job
     }
 
-    /// Shows how far it is: a part of 1, and where.
+    /// Reports the progress: from 0 to 1, and a text.
     pub(super) fn progress(&self, done: f64, text: String) {
         self.show(Some(done), text, None);
     }
 
-    /// Shows how it has ended.
+    /// Reports the end.
     pub(super) fn end(&self, is_success: bool, text: String) {
         self.show(Some(1.0), text, Some(is_success));
     }
 
-    /// Shows that it has ended with a refusal, if it has.
+    /// Reports the end if `result` is a refusal.
     pub(super) fn conclude(&self, result: &Result<Answer, Refused>) {
         if let Err(refused) = result {
             self.end(false, refused.why.clone());

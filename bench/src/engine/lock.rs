@@ -1,8 +1,8 @@
-//! Locks of the threads.
+//! Locking without poisoning.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Locks, and ignores poisoning: a thread that panicked has left the data whole.
+/// Locks a mutex and ignores poisoning: the data is consistent even after a thread has panicked.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! The bench over a live bus: what its clients ask for is carried out on threads, and the model hears all of it.
+//! The bench over a live bus: carries out requests on threads, while the model receives every frame.
 
 mod access;
 mod bench;

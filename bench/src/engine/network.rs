@@ -1,4 +1,4 @@
-//! What is about the whole bus: network management, looking for nodes, LSS.
+//! Requests about the whole bus: NMT commands, scanning for nodes, LSS.
 
 use std::sync::{Arc, Mutex};
 
@@ -22,16 +22,16 @@ use super::worker::Worker;
 use crate::model::Model;
 use crate::request::{Answer, Nmt, Refused};
 
-/// Between two requests, so that other nodes get through.
+/// The pause between two requests, for other nodes' frames.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// How long a device may take to answer.
+/// How long a device may take to respond.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// How long a device may take for a step of a fastscan.
+/// How long a device may take for one step of a fastscan.
 const STEP: Duration = Duration::from_millis(50);
 
-/// Sends a command to a node, or to all.
+/// Sends an NMT command to a node or to all.
 pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Result<Answer, Refused> {
     let command = match command {
         Nmt::Start => NmtCommand::Start,
@@ -44,7 +44,7 @@ pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Resu
     Ok(Answer::Done)
 }
 
-/// Asks every node-ID for its device type. The model hears who answers.
+/// Reads 1000h of every node-ID. The model notices which nodes respond.
 pub(super) fn scan(ports: &Ports, mut link: Port, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
     let mut pump = Pump::new();
     let lost = |error| lost(ports, error);
@@ -68,7 +68,7 @@ fn listen(link: &mut impl Link, pump: &mut Pump, span: Duration) -> Result<(), L
     Ok(())
 }
 
-/// Why a link is gone: the bus is, or the client that it was for.
+/// The refusal because the link is gone: either the bus is, or the client.
 fn lost(ports: &Ports, error: LinkError) -> Refused {
     match error {
         LinkError::Closed if !ports.is_over() => Refused::interrupted(),
@@ -76,7 +76,8 @@ fn lost(ports: &Ports, error: LinkError) -> Refused {
     }
 }
 
-/// Gives a device without node-ID that of the worker, which no node may have, and lets it be stored (CiA 305).
+/// Gives the node-ID of the worker, which no node may have yet, to a device without node-ID, and has it stored (CiA
+/// 305).
 pub(super) fn assign(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
     let (node, ports) = (worker.node, &worker.ports);
     match worker.network()?.read_bytes(node, Address::new(cia301::DEVICE_TYPE, 0)) {
@@ -96,7 +97,7 @@ pub(super) fn assign(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
                 .with_remedy("has it lost its node-ID, and has it power? A device without LSS has switches for it"),
             Ended::Trouble(error) => Refused::new(error),
         });
-    // Also if the link of the client is gone: the next device would be configured with it.
+    // Even if the client's link is gone: otherwise, the next configuration would reach this device, too.
     if who.is_err() {
         let _ = ports.link().send(&LssRequest::SwitchGlobal(LssState::Waiting).frame());
     }
@@ -117,7 +118,7 @@ impl From<Trouble> for Ended {
     }
 }
 
-/// Finds the device, and gives it the node-ID; returns its identity in words.
+/// Finds the device and gives it the node-ID; returns its identity as text.
 fn configure(session: &mut Session<Port>, node: NodeId, job: &Job) -> Result<String, Ended> {
     job.progress(0.1, "looks for a device by fastscan".to_owned());
     let Selected { identity, .. } = session.select(Target::Unconfigured)?;

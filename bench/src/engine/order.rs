@@ -1,4 +1,4 @@
-//! Orders to a drive.
+//! Carries out orders to drives.
 
 use lexican_driver::sequence::{self, Recovery};
 use lexican_driver::{Any, Description, Error, Missing, Mode, Protection, Supervision};
@@ -19,13 +19,13 @@ use crate::view;
 
 type Drive = lexican_driver::Drive<Port, Any>;
 
-/// How soon a drive is to notice that the bench is gone.
+/// The time within which a drive notices that the bench is gone.
 const PROTECTION: Duration = Duration::from_secs(1);
 
-/// How long a travel may take.
+/// How long a motion may take.
 const WITHIN: Duration = Duration::from_secs(600);
 
-/// Carries an order out for a client; [`view::Drive`] shows what becomes of it.
+/// Carries out an order for a client; [`view::Drive`] shows its progress.
 pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<Answer, Refused> {
     let node = worker.node;
     let (sheet, description) = {
@@ -38,7 +38,7 @@ pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<
         description(&model, node)?
     };
     let mut scales = Scales::new(sheet.device, description);
-    // A stop has no number, and waits for none.
+    // A stop has no value, and waits for nothing.
     if !verb.is_stop() {
         let mut network = worker.network()?;
         let mut remote = lexican_toolbox::node::remote::RemoteNode::new(&mut network, node);
@@ -70,7 +70,7 @@ pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<
     worker.begin_order(drive.cancel_handle());
     let target = match order {
         Order::MoveTo(target) => Some(target),
-        // Another manager may have ordered the travel.
+        // The interrupted motion may be another manager's.
         Order::Resume => {
             let target = drive.run(async |drive| drive.get(description.objects.target_position).await);
             target.ok().and_then(|target| i32::try_from(target).ok())
@@ -90,7 +90,7 @@ pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<
     let is_refused = end.word == "refused";
     let ending = shown(node, end);
     if !verb.is_stop() {
-        // What stood in its way is another matter now.
+        // The obstacles may have changed.
         worker.ask(NOBODY, move |worker| look(worker, description));
     }
     let is_success = ending.is_success;
@@ -104,7 +104,7 @@ pub(super) fn carry(worker: &Worker, verb: Verb, value: Option<&str>) -> Result<
     if is_success { Ok(Answer::Done) } else { Err(refused) }
 }
 
-/// The data sheet of a drive, and how to move it.
+/// The data sheet of a drive, and its description.
 pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'static Description), Refused> {
     let sheet = model.sheet(node);
     let found = sheet.and_then(|sheet| Some((sheet, sheet.drive?)));
@@ -120,7 +120,7 @@ pub(super) fn description(model: &Model, node: NodeId) -> Result<(Sheet, &'stati
 fn run(worker: &Worker, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
     if order.moves() {
         match drive.protect(Supervision::within(PROTECTION)) {
-            // It goes on with its order if the bench is killed: the view says so before.
+            // The drive would continue if the bench were killed; the view warns of that beforehand.
             Err(why) if Protection::is_lacking(&why) => {}
             protected => protected.map(|_| ())?,
         }
@@ -128,19 +128,19 @@ fn run(worker: &Worker, drive: &mut Drive, order: Order) -> Result<Ending, Error
     let times = Times { within: WITHIN, lasting: None };
     let model = &worker.model;
     let mut look = |look: Look| lock(model).look(worker.node, look);
-    // What is watched is read on, by the order's SDO client: a node has one conversation at a time.
+    // Watched entries are read by the order's SDO client meanwhile, because a node has only one conversation at a time.
     let mut wanted = |now| if order.verb().is_stop() { None } else { worker.due(now) };
     drive.run(async |drive| carry_out(&drive, order, times, &mut look, &mut wanted).await)
 }
 
 fn shown(node: NodeId, end: SafeEnd) -> view::Ending {
     let text = if end.may_be_moving { format!("DRIVE {node} {}", end.text) } else { end.text };
-    // What was interrupted has been by a client.
+    // A cancelled order was cancelled by a client, which is no failure.
     let is_success = end.is_success || end.word == "cancelled";
     view::Ending { is_success, may_be_moving: end.may_be_moving, text, remedy: end.remedy }
 }
 
-/// The ending of an order that left a drive to itself.
+/// The ending of an order whose drive could not be stopped.
 pub(super) fn unstoppable(node: NodeId, why: &dyn std::fmt::Display) -> view::Ending {
     shown(node, lexican_toolbox::drive::unstoppable(why, Protection::None))
 }
@@ -152,7 +152,7 @@ fn parse(verb: Verb, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, 
     }
 }
 
-/// Finds out why a drive would not move now.
+/// Checks what would prevent a drive from moving now.
 pub(super) fn look(worker: &Worker, description: &'static Description) {
     let Ok(link) = worker.link() else { return };
     let found = Drive::connect_described_unprotected(link, worker.node, description).and_then(|mut drive| {
@@ -177,7 +177,7 @@ fn obstacles(drive: &mut Drive, description: &'static Description) -> Result<Vec
     match checked {
         Ok(()) => Ok(Vec::new()),
         Err(Error::Refused(refusal)) => {
-            // An order chooses its mode by itself.
+            // Orders set the mode themselves.
             let is_obstacle = |missing: &&Missing| !matches!(missing, Missing::Mode(_) | Missing::UnknownMode(_));
             Ok(refusal.0.iter().filter(is_obstacle).map(|missing| sentence(*missing)).collect())
         }

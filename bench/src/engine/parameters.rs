@@ -39,7 +39,7 @@ pub(super) fn keep(worker: &Worker, job: &Job) -> Result<Answer, Refused> {
     Ok(Answer::File { name, bytes: kept.dcf().into_bytes() })
 }
 
-/// Writes what differs from a DCF.
+/// Writes parameters that differ from a DCF.
 pub(super) fn put_back(worker: &Worker, job: &Job, dcf: &str) -> Result<Answer, Refused> {
     let sheet = sheet_of(worker)?;
     let (device, _) = lexican_eds::load(&Input::new(Source::new("backup.dcf", dcf)));
@@ -77,7 +77,8 @@ pub(super) fn put_back(worker: &Worker, job: &Job, dcf: &str) -> Result<Answer, 
     Err(Refused::new(format_args!("{said}; not taken: {}", refused.collect::<Vec<_>>().join("; "))))
 }
 
-/// Reads what was seen of a node before its parameters were written: it may depend on them. The model hears the answers.
+/// Reads all values seen before again, because they may depend on the parameters written. The model takes them from the
+/// bus.
 fn see_anew(worker: &Worker, network: &mut Network<Port>) {
     let seen = lock(&worker.model).seen(worker.node);
     for address in seen {
@@ -85,19 +86,19 @@ fn see_anew(worker: &Worker, network: &mut Network<Port>) {
             return;
         }
         match network.read_bytes(worker.node, address) {
-            // What can only be written has no other value.
+            // A write-only entry has not been seen with a value.
             Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
             Err(_) => return,
         }
     }
 }
 
-/// What a node's data sheet says.
+/// The values in a node's data sheet.
 pub(super) fn side_of_sheet(worker: &Worker) -> Result<Side, Refused> {
     Ok(Side::of_sheet(sheet_of(worker)?.device.clone(), worker.node))
 }
 
-/// What a DCF says.
+/// The values in a DCF.
 pub(super) fn side_of_dcf(worker: &Worker, dcf: &str) -> Side {
     let device = lexican_eds::device(&Input::new(Source::new("other.dcf", dcf)));
     Side::of_sheet(device, worker.node)
@@ -127,7 +128,7 @@ fn difference(found: &Difference) -> view::Difference {
     }
 }
 
-/// The parameters of a node.
+/// The values in the node.
 pub(super) fn side(worker: &Worker, job: &Job) -> Result<Side, Refused> {
     let sheet = sheet_of(worker)?;
     let mut network = worker.network()?;

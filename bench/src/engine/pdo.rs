@@ -1,4 +1,4 @@
-//! PDOs of a node.
+//! Reads and changes the PDO configuration of a node.
 
 use std::collections::BTreeMap;
 
@@ -19,11 +19,11 @@ use crate::model::Model;
 use crate::request::{Answer, Refused};
 use crate::view;
 
-/// Reads how the PDOs of a node are configured, so that the model takes values from their frames.
+/// Reads the PDO configuration of a node, so that the model can decode its PDOs.
 pub(super) fn learn(worker: &Worker) {
     let device = lock(&worker.model).sheet(worker.node).map(|sheet| sheet.device);
     let Ok(mut network) = worker.network() else { return };
-    // One that does not answer is asked again when it boots; until then its data sheet says what its PDOs carry.
+    // Ignore errors: a node that does not respond is read again when it boots; until then, its data sheet is used.
     let _ = PdoState::read_all(device, reader(&mut network, worker));
 }
 
@@ -87,14 +87,14 @@ fn view(
     }
 }
 
-/// The entries that fit into a PDO by themselves.
+/// The entries that fit into the PDO alone.
 fn mappable(device: &Device, pdo: PdoName) -> Vec<(String, String)> {
     let fits = |at: &Address| pdo.map(Some(device), &[at.to_string()]).is_ok();
     let entries = device.entries().map(|entry| (address(entry), entry)).filter(|(at, _)| fits(at));
     entries.map(|(at, entry)| (at.to_string(), name(device, entry))).collect()
 }
 
-/// A change of a PDO as a client asks for it.
+/// The wanted change of a PDO.
 pub(super) struct Wanted {
     pub(super) pdo: String,
     pub(super) objects: Vec<String>,
@@ -102,7 +102,7 @@ pub(super) struct Wanted {
     pub(super) is_check: bool,
 }
 
-/// Checks a change of a PDO, and makes it unless only the check is asked for.
+/// Checks a change of a PDO, and makes it unless only the check is wanted.
 pub(super) fn map(worker: &Worker, wanted: &Wanted) -> Result<Answer, Refused> {
     let node = worker.node;
     let device = lock(&worker.model).sheet(node).map(|sheet| sheet.device);
@@ -173,7 +173,7 @@ fn plan(
     Plan::new(device, worker.node, before, &change).map_err(text)
 }
 
-/// What speaks against a change, in words.
+/// The objections to a change, as text.
 struct ObjectionText(String);
 
 impl std::fmt::Display for ObjectionText {
@@ -182,7 +182,7 @@ impl std::fmt::Display for ObjectionText {
     }
 }
 
-/// `event`, `sync`, `sync:4`, `every:10ms`: the transmission type and the event timer in ms.
+/// Parses `event`, `sync`, `sync:4`, `every:10ms` to a transmission type and an event timer in ms.
 fn timing(direction: Direction, words: &str) -> Result<(Option<TransmissionType>, Option<u16>), String> {
     let wrong = || format!("{words:?} is none of event, sync, sync:N and every:10ms");
     let (kind, number) = words.split_once(':').map_or((words, None), |(kind, number)| (kind, Some(number)));
@@ -202,7 +202,7 @@ fn timing(direction: Direction, words: &str) -> Result<(Option<TransmissionType>
     }
 }
 
-/// Reads entries; `None` of one that the node does not have or does not show.
+/// Reads entries; `None` for an entry that the node lacks or does not allow to read.
 fn reader<'a>(
     network: &'a mut Network<Port>,
     worker: &'a Worker,

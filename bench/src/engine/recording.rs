@@ -1,4 +1,4 @@
-//! A recorded log, through which clients go.
+//! Shows a recorded log, through which clients can move.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
@@ -11,18 +11,18 @@ use crate::model::Model;
 use crate::request::{Answer, Refused};
 use crate::view;
 
-/// How often it goes on while it is played.
+/// The interval of showing more while the log is played.
 const STEP: Duration = Duration::from_millis(20);
 
-/// How often it is looked at otherwise, so that the end of the bench is noticed.
+/// The interval otherwise, to notice the end of the bench.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How many frames are taken before a client may look.
+/// The number of frames after which clients can lock the model.
 const CHUNK: usize = 256;
 
 type Sender = oneshot::Sender<Result<Answer, Refused>>;
 
-/// Where a recorded log is to go.
+/// Where clients want to go in a recorded log.
 #[derive(Default)]
 pub(super) struct Recording {
     wanted: Mutex<Wanted>,
@@ -36,14 +36,14 @@ struct Wanted {
 }
 
 struct Seek {
-    /// Where it stands, without it.
+    /// `None` to stay at the present position.
     to: Option<Duration>,
-    /// From the first frame on, whatever was shown.
+    /// Whether to begin from the first frame, to decode everything again.
     anew: bool,
     sender: Option<Sender>,
 }
 
-/// The log, and where it stands.
+/// The log with its present position.
 struct Player {
     recording: Arc<Recording>,
     ports: Ports,
@@ -53,13 +53,13 @@ struct Player {
     position: Duration,
 }
 
-/// Begins to show a log, from its first to its last frame.
+/// Starts showing a log, at first from its first to its last frame.
 pub(super) fn begin(
     mut frames: Vec<(Instant, Frame)>,
     ports: Ports,
     model: Arc<Mutex<Model>>,
 ) -> std::io::Result<Arc<Recording>> {
-    // What was recorded by several clocks may go back in time by a little.
+    // Times recorded by several clocks may go back a little.
     let mut last = Instant::ZERO;
     for (at, _) in &mut frames {
         last = last.max(*at);
@@ -74,7 +74,7 @@ pub(super) fn begin(
 }
 
 impl Recording {
-    /// Goes to a time, and stands there.
+    /// Moves to a time, and pauses there.
     pub(super) fn seek(&self, to: Duration, sender: Option<Sender>) {
         self.want(|wanted| {
             wanted.speed = 0.0;
@@ -82,12 +82,12 @@ impl Recording {
         });
     }
 
-    /// Plays on, so many times as fast as it was recorded; 0 stands.
+    /// Plays at a multiple of the recording's speed; 0 pauses.
     pub(super) fn play(&self, speed: f64) {
         self.want(|wanted| wanted.speed = speed);
     }
 
-    /// Shows again what is shown, after more is known of a node.
+    /// Decodes everything again, after a node got a data sheet.
     pub(super) fn show_anew(&self) {
         self.want(|wanted| match &mut wanted.seek {
             Some(seek) => seek.anew = true,
@@ -100,7 +100,7 @@ impl Recording {
         self.changed.notify_all();
     }
 
-    /// Waits for what is wanted next: a place, and the speed.
+    /// Waits for the next seek or step of playing; returns the seek and the speed.
     fn next(&self) -> (Option<Seek>, f64) {
         let mut wanted = lock(&self.wanted);
         if wanted.seek.is_none() {
@@ -131,16 +131,16 @@ impl Player {
                     self.recording.play(speed);
                 }
             }
-            // A client that has its answer sees where the log stands.
+            // Update the view first: a client with its answer sees the new position.
             self.show(speed);
             if let Some((sender, result)) = answer {
-                // A client that has gone hears nothing.
+                // Ignore an error: the client may be gone.
                 let _ = sender.send(result);
             }
         }
     }
 
-    /// Goes to a time; `false` if something else is wanted meanwhile.
+    /// Moves to a time; `false` if another seek interrupts it.
     fn go(&mut self, to: Duration, anew: bool) -> bool {
         let to = to.min(self.length());
         if anew || to < self.position {
@@ -180,7 +180,7 @@ impl Player {
     }
 }
 
-/// Seconds as a span; nothing if they are negative.
+/// Seconds as a duration; zero if negative.
 pub(super) fn micros(seconds: f64) -> Duration {
     Duration::from_micros((seconds * 1e6) as u64)
 }

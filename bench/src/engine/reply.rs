@@ -9,16 +9,16 @@ use tokio::sync::oneshot;
 use super::lock::lock;
 use crate::request::{Answer, Refused};
 
-/// The answer to a request, when it is there.
+/// The answer to a request, which comes later.
 pub struct Reply(pub(super) oneshot::Receiver<Result<Answer, Refused>>);
 
 impl Reply {
-    /// Blocks until the answer is there.
+    /// Blocks until the answer has come.
     pub fn wait(self) -> Result<Answer, Refused> {
         self.0.blocking_recv().unwrap_or_else(|_| Err(gone()))
     }
 
-    /// The answer, if it is there.
+    /// The answer, if it has come.
     pub fn take(&mut self) -> Option<Result<Answer, Refused>> {
         match self.0.try_recv() {
             Ok(result) => Some(result),
@@ -36,10 +36,10 @@ impl Future for Reply {
     }
 }
 
-/// Somebody who waits for an answer.
+/// Receives an answer.
 pub(super) type Waiter = Box<dyn FnOnce(Result<Answer, Refused>) + Send>;
 
-/// The answers of several, as one: that all was done, or why the first one was not.
+/// Combines several answers into one: done if all are, else the first refusal.
 pub(super) struct Gathered(Mutex<Gathering>);
 
 struct Gathering {
@@ -49,7 +49,7 @@ struct Gathering {
 }
 
 impl Gathered {
-    /// `done` is called when nobody is left who could give one of so many answers.
+    /// `done` is called when all `answers` are taken, or when nobody is left to give one.
     pub(super) fn new(answers: usize, done: impl FnOnce(Result<Answer, Refused>) + Send + 'static) -> Arc<Self> {
         Arc::new(Gathered(Mutex::new(Gathering { missing: answers, refused: None, done: Some(Box::new(done)) })))
     }

@@ -1,4 +1,4 @@
-//! Sequences: what somebody does becomes lines of the command, and such lines are played over the bench's own link.
+//! Records requests as lines of the command, and plays such lines over the bench's own link.
 
 use std::sync::mpsc::{Sender, channel};
 
@@ -10,7 +10,7 @@ use super::jobs::Job;
 use super::lock::lock;
 use crate::request::{Answer, Refused, Request, Verb};
 
-/// Something that is asked for while it is recorded.
+/// A request that is being recorded.
 pub(super) struct Asked {
     text: String,
     at: Instant,
@@ -23,7 +23,7 @@ impl Bench {
         self.0.player.as_deref().ok_or_else(|| Refused::new("this bench knows no sequences"))
     }
 
-    /// Begins to record, or ends it: then [`Answer::File`].
+    /// Begins recording, or ends it and returns [`Answer::File`].
     pub(super) fn record(&self, on: bool) -> Result<Answer, Refused> {
         self.player()?;
         let before = std::mem::replace(&mut *lock(&self.0.recorded), on.then(Default::default));
@@ -34,21 +34,21 @@ impl Bench {
         })
     }
 
-    /// What is asked for as a line, if it is recorded.
+    /// The line for a request, while recording.
     pub(super) fn line(&self, request: &Request) -> Option<Asked> {
         let text = lock(&self.0.recorded).is_some().then(|| self.player().ok()?.line(request))??;
         let has_no_end = matches!(request, Request::Drive { order: Verb::Run, .. });
         Some(Asked { text, at: self.0.ports.now(), has_no_end })
     }
 
-    /// What was asked for has ended.
+    /// Notes that a recorded request has ended.
     pub(super) fn note(&self, asked: Option<Asked>, was_stopped: bool, result: &Result<Answer, Refused>) {
         let mut recorded = lock(&self.0.recorded);
         let (Some(Asked { text, at, has_no_end }), Some((lines, last))) = (asked, recorded.as_mut()) else { return };
         let now = self.0.ports.now();
         match last.replace(now) {
             Some(last) if at < last => *lines += "# Given before the line above had ended:\n",
-            // A shorter pause is none of a person's.
+            // A shorter pause was not made by a person.
             Some(last) if at.since(last) >= Duration::from_millis(100) => {
                 *lines += &format!("wait {:.1}s\n", at.since(last).as_secs_f64());
             }
@@ -56,7 +56,7 @@ impl Bench {
         }
         *lines += &match result {
             Ok(_) if has_no_end => format!("{text} --for {:.1}s\n", now.since(at).as_secs_f64()),
-            // Played, it would go on to its own end.
+            // When played, this line would run to its own end.
             Ok(_) if was_stopped => format!("# {text}: a stop has ended it\n"),
             Ok(_) => text + "\n",
             Err(refused) => format!("# {text}: {}\n", refused.why.replace('\n', " ")),
@@ -65,15 +65,15 @@ impl Bench {
         *count = count.map(|count| count + 1);
     }
 
-    /// Ends the sequence that is played, if one is.
+    /// Ends the sequence that is being played, if any.
     pub(super) fn end_play(&self) {
         if let Some(link) = lock(&self.0.playing).take() {
             self.0.ports.cut(link);
         }
     }
 
-    /// Plays a sequence, and stops all drives however it ends: [`Answer::File`] has what its lines have printed. A message of the
-    /// machine is one line, after which no drive is stopped.
+    /// Plays a sequence, and stops all drives at the end, however it comes; [`Answer::File`] holds the output. A
+    /// message of the machine is a single line, after which no drive is stopped.
     pub(super) fn play(&self, client: u32, name: &str, text: Option<String>, job: &Job) -> Result<Answer, Refused> {
         let player = self.player()?;
         let kept = lock(&self.0.model).kept.clone();
@@ -113,7 +113,7 @@ impl Bench {
         Ok(Answer::File { name: format!("{name}.txt"), bytes: report.into() })
     }
 
-    /// Keeps the bench from talking to nodes, until what is returned is dropped: an SDO server has one client.
+    /// Keeps the bench from talking to these nodes until the result is dropped, because an SDO server has one client.
     fn hold(&self, client: u32, nodes: Option<Vec<NodeId>>) -> Result<Vec<Sender<()>>, Refused> {
         let nodes = nodes.unwrap_or_else(|| lock(&self.0.model).nodes().collect());
         let hold = |node| {

@@ -1,4 +1,5 @@
-//! What clients want to be read again and again: it ends with the last client that wants it, and is bounded.
+//! Entries and signals that clients want to be read repeatedly. Each ends with the last client that wants it, and their
+//! number is limited.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,16 +9,16 @@ use lexican_toolbox::trace::sampler::Signal;
 
 use crate::request::Refused;
 
-/// The most entries that are watched, by all clients.
+/// The most watched entries of all clients.
 const MOST_WATCHES: usize = 64;
 
-/// The most objects and PDOs that have curves, by all clients; each curve may take 3 MB.
+/// The most plotted objects and PDOs of all clients; each curve may take 3 MB.
 const MOST_CURVES: usize = 32;
 
 type Watch = (NodeId, Address);
 type Curve = (NodeId, Signal);
 
-/// What is watched and drawn, and the clients that want it.
+/// Watched entries and plotted signals, with the clients that want them.
 #[derive(Default)]
 pub(super) struct Wanted {
     pub(super) watches: BTreeMap<Watch, BTreeSet<u32>>,
@@ -25,7 +26,7 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// A client watches an entry.
+    /// Watches an entry for a client.
     pub(super) fn watch(&mut self, client: u32, watch: Watch) -> Result<(), Refused> {
         want(&mut self.watches, client, &[watch], MOST_WATCHES).ok_or_else(|| {
             Refused::new(format_args!("{MOST_WATCHES} entries are watched, and no more can be"))
@@ -33,7 +34,7 @@ impl Wanted {
         })
     }
 
-    /// A client has curves drawn: all of these, or none if that would be too many.
+    /// Plots curves for a client: all of these, or none if there would be too many.
     pub(super) fn draw(&mut self, client: u32, curves: &[Curve]) -> Result<(), Refused> {
         want(&mut self.curves, client, curves, MOST_CURVES).ok_or_else(|| {
             Refused::new(format_args!("at most {MOST_CURVES} objects and PDOs have curves"))
@@ -41,7 +42,7 @@ impl Wanted {
         })
     }
 
-    /// A client is gone: what no other client wants.
+    /// Removes a client; returns what no other client wants.
     pub(super) fn leave(&mut self, client: u32) -> (Vec<Watch>, Vec<Curve>) {
         (ended(&mut self.watches, client), ended(&mut self.curves, client))
     }

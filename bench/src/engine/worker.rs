@@ -1,4 +1,4 @@
-//! One conversation at a time with a node: a thread that carries out what is asked of it, one after the other.
+//! Conversations with a node: a thread that carries out the tasks for it, one after the other.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,19 +18,19 @@ use super::reply::Waiter;
 use crate::model::{Braking, Model};
 use crate::request::{Answer, Refused, Verb};
 
-/// Something to do with a node.
+/// A task for a node.
 pub(super) type Task = Box<dyn FnOnce(&Worker) + Send>;
 
-/// How often a node is looked at that has nothing to do, so that the end of the bench is noticed.
+/// How often an idle thread checks whether the bench has ended.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The bench itself, among the clients for which something is done.
+/// The client number of the bench itself.
 pub(super) const NOBODY: u32 = 0;
 
-/// What carries an order out.
+/// Carries out an order to a drive.
 pub(super) type Carry = fn(&Worker, Verb, Option<&str>) -> Result<Answer, Refused>;
 
-/// A node, and what is to be done with it.
+/// A node with its tasks.
 pub(super) struct Worker {
     pub(super) node: NodeId,
     pub(super) ports: Ports,
@@ -42,24 +42,24 @@ pub(super) struct Worker {
 
 #[derive(Default)]
 struct Queue {
-    /// Those who wait until the drive stands, or the attempt to stop it has failed.
+    /// Those who wait for the end of the next attempt to stop the drive.
     waiters: Vec<Waiter>,
     tasks: VecDeque<(u32, Task)>,
     polls: BTreeMap<Address, Poll>,
-    /// Nobody looks at it any more: the bus is lost.
+    /// Whether the thread has ended because the bus is lost.
     is_over: bool,
     under_way: Option<UnderWay>,
 }
 
-/// What the thread of the node does.
+/// The task being carried out.
 struct UnderWay {
     client: u32,
     kind: Kind,
-    /// It is to end as soon as it can.
+    /// Whether it is to end as soon as possible.
     is_interrupted: bool,
-    /// Links whose loss ends it at once.
+    /// The links to cut to end it at once.
     ports: Vec<u64>,
-    /// An order that the drive carries out ends by this, since it has to stop the drive.
+    /// Ends an order by cancelling it, so that the order stops its drive.
     cancel: Option<CancelHandle>,
 }
 
@@ -70,10 +70,10 @@ enum Kind {
     Poll,
 }
 
-/// An entry that is read again and again.
+/// An entry that is read repeatedly.
 struct Poll {
     next: Instant,
-    /// How often, for each of its users.
+    /// The interval that each of its users wants.
     users: Vec<Duration>,
 }
 
@@ -85,7 +85,7 @@ enum Next {
 }
 
 impl Worker {
-    /// Begins to talk to a node; a drive is stopped by `stop_by`.
+    /// Starts the thread of a node; `stop_by` stops its drive.
     pub(super) fn begin(
         node: NodeId,
         ports: Ports,
@@ -98,7 +98,7 @@ impl Worker {
         Ok(worker)
     }
 
-    /// Does something for a client when what was asked before is done.
+    /// Carries out a task for a client after all earlier ones.
     pub(super) fn ask(&self, client: u32, task: impl FnOnce(&Worker) + Send + 'static) {
         let mut queue = lock(&self.queue);
         if queue.is_over {
@@ -109,8 +109,8 @@ impl Worker {
         self.changed.notify_all();
     }
 
-    /// The drive is to stand: ends what is under way, and drops what waits. Stopping comes before anything else, and goes on until
-    /// the drive has confirmed it; `waiter` gets the outcome of the attempt that comes next or is under way.
+    /// Stops the drive: ends the current task and drops waiting ones. Stopping precedes everything else, and is
+    /// repeated until the drive has confirmed its standstill. `waiter` gets the result of the current or next attempt.
     pub(super) fn stop(&self, braking: Braking, waiter: impl FnOnce(Result<Answer, Refused>) + Send + 'static) {
         lock(&self.model).drive(self.node).standstill.want(self.ports.now(), braking);
         let mut queue = lock(&self.queue);
@@ -121,12 +121,12 @@ impl Worker {
         queue.waiters.push(Box::new(waiter));
         self.interrupt(&mut queue);
         drop(queue);
-        // A client whose task is dropped gets its answer here, and may look at this worker.
+        // Drop them after unlocking: their clients get answers, and may lock this worker.
         drop(dropped);
         self.changed.notify_all();
     }
 
-    /// Ends what is under way if the drive is to be stopped again.
+    /// Ends the current task if another attempt to stop the drive is due.
     pub(super) fn hurry(&self) {
         let due = lock(&self.model).drive_if_known(self.node).and_then(|drive| drive.standstill.poll_timeout());
         if due.is_some_and(|due| due <= self.ports.now()) {
@@ -140,7 +140,7 @@ impl Worker {
             Braking::Programmed => Verb::Stop,
             Braking::Full => Verb::QuickStop,
         };
-        // An order that was cancelled has stopped its drive, but somebody else may move it.
+        // A cancelled order has stopped its drive already, but somebody else may be moving it.
         let result = (self.stop_by)(self, order, None);
         let outcome = result.as_ref().map(drop).map_err(|refused| refused.why.clone());
         let result = result.map_err(|refused| Refused {
@@ -153,11 +153,11 @@ impl Worker {
         let mut queue = lock(&self.queue);
         let mut model = lock(&self.model);
         let standstill = &mut model.drive(self.node).standstill;
-        // What an attempt fails by that the end of the bench cuts off says less of the drive than the one before it.
+        // If the end of the bench cuts off an attempt, its failure says less than that of the one before.
         if outcome.is_ok() || !self.ports.is_over() {
             standstill.handle_outcome(self.ports.now(), outcome);
         }
-        // Who wants a stronger stop than this one waits on.
+        // Those who want a stronger stop keep waiting.
         let is_answered = result.is_err() || standstill.unconfirmed().is_none();
         drop(model);
         let waiters = if is_answered { std::mem::take(&mut queue.waiters) } else { Vec::new() };
@@ -165,7 +165,7 @@ impl Worker {
         waiters.into_iter().for_each(|waiter| waiter(result.clone()));
     }
 
-    /// Ends what a client has asked for, whether it waits or is under way.
+    /// Ends all tasks of a client, waiting or current.
     pub(super) fn leave(&self, client: u32) {
         let mut queue = lock(&self.queue);
         let (dropped, kept) = std::mem::take(&mut queue.tasks).into_iter().partition(|(asker, _)| *asker == client);
@@ -179,7 +179,7 @@ impl Worker {
     }
 
     fn interrupt(&self, queue: &mut Queue) {
-        // A stop is not ended by another one: a drive whose stop was cancelled may move on.
+        // A stop must not be cancelled by another one, or the drive might move on.
         let Some(under_way) = queue.under_way.as_mut().filter(|under_way| under_way.kind != Kind::Stop) else { return };
         under_way.is_interrupted = true;
         match &under_way.cancel {
@@ -188,7 +188,7 @@ impl Worker {
         }
     }
 
-    /// Whether nothing was asked for that is not done.
+    /// Whether there is no task.
     pub(super) fn is_idle(&self) -> bool {
         let queue = lock(&self.queue);
         let is_asked = queue.under_way.as_ref().is_some_and(|under_way| under_way.kind != Kind::Poll);
@@ -197,12 +197,12 @@ impl Worker {
         queue.tasks.is_empty() && !is_asked && !is_stopping
     }
 
-    /// Whether what is under way is to end.
+    /// Whether the current task is to end.
     pub(super) fn is_interrupted(&self) -> bool {
         lock(&self.queue).under_way.as_ref().is_some_and(|under_way| under_way.is_interrupted)
     }
 
-    /// An order begins, which ends by being cancelled.
+    /// Notes that the current task is an order, which is ended by cancelling it.
     pub(super) fn begin_order(&self, cancel: CancelHandle) {
         if let Some(under_way) = &mut lock(&self.queue).under_way {
             if under_way.is_interrupted {
@@ -212,7 +212,7 @@ impl Worker {
         }
     }
 
-    /// Reads an entry every so often, for one more user.
+    /// Reads an entry at intervals, for one more user.
     pub(super) fn poll(&self, address: Address, every: Duration) {
         let now = self.ports.now();
         let mut queue = lock(&self.queue);
@@ -223,7 +223,7 @@ impl Worker {
         self.changed.notify_all();
     }
 
-    /// A user of it, who wanted it so often, has gone.
+    /// Removes a user of an entry with this interval.
     pub(super) fn unpoll(&self, address: Address, every: Duration) {
         let mut queue = lock(&self.queue);
         let Some(poll) = queue.polls.get_mut(&address) else { return };
@@ -235,12 +235,12 @@ impl Worker {
         }
     }
 
-    /// An entry that is due to be read, for what is under way to read it; it counts as read.
+    /// The entry that is due, for the current task to read; it counts as read from then on.
     pub(super) fn due(&self, now: Instant) -> Option<Address> {
         lock(&self.queue).due(now).ok()
     }
 
-    /// A link that is lost when what is under way is to end.
+    /// A link that is cut to end the current task.
     pub(super) fn link(&self) -> Result<Port, Refused> {
         let port = self.ports.link();
         match &mut lock(&self.queue).under_way {
@@ -267,7 +267,7 @@ impl Worker {
                 return;
             }
             let is_stop = matches!(next, Next::Stop(_));
-            // The node has no other thread: one that fails goes on, and its drive is to stand.
+            // The node has no other thread: after a panic it continues, and stops the drive.
             if catch_unwind(AssertUnwindSafe(|| self.carry_out(next))).is_err() {
                 self.handle_panic(is_stop);
             }
@@ -283,7 +283,7 @@ impl Worker {
             Next::Stop(braking) => self.bring_to_a_stand(braking),
             Next::Task(task) => task(self),
             Next::Poll(address) => {
-                // The model hears the answer; a node that is gone shows by its silence.
+                // The model takes the value from the bus, and notices a silent node itself.
                 if let Ok(mut network) = self.network() {
                     let _ = network.read_bytes(self.node, address);
                 }
@@ -292,7 +292,7 @@ impl Worker {
         }
     }
 
-    /// What was under way has failed by a panic: whether its drive stands is unknown.
+    /// After a panic in a task, it is unknown whether the drive stands still.
     fn handle_panic(&self, was_stop: bool) {
         const WHY: &str = "the program has failed (a panic)";
         let mut model = lock(&self.model);
@@ -307,11 +307,11 @@ impl Worker {
         drop(std::mem::take(&mut lock(&self.queue).waiters));
     }
 
-    /// Ends the SDO transfer in whose middle something was interrupted: the node waits for its next frame.
+    /// Aborts the SDO transfer that was interrupted, because the node waits for its next frame.
     fn abort(&self) {
         let abort = Abort { address: Address::new(0, 0), code: AbortCode::GENERAL };
         let id = CobId::of_node(connection::SDO_REQUEST, self.node);
-        // A node that does not hear it hears the next request.
+        // If the node misses it, the next request ends the transfer.
         let _ = self.ports.link().send(&Frame::from_array(id, ClientRequest::Abort(abort).to_bytes()));
     }
 
@@ -319,7 +319,7 @@ impl Worker {
         let mut queue = lock(&self.queue);
         loop {
             if self.ports.is_over() {
-                // The clients that wait for an answer get the one that the bench has ended.
+                // Waiting clients are answered that the bench has ended.
                 queue.is_over = true;
                 let (waiters, tasks) = (std::mem::take(&mut queue.waiters), std::mem::take(&mut queue.tasks));
                 drop(queue);
@@ -350,13 +350,13 @@ impl Worker {
 }
 
 impl Queue {
-    /// The entry that is to be read now, or how long until one is.
+    /// The entry to read now, or the time until the next one is due.
     fn due(&mut self, now: Instant) -> Result<Address, Duration> {
         let (address, poll) = self.polls.iter_mut().min_by_key(|(_, poll)| poll.next).ok_or(LOOK)?;
         if poll.next > now {
             return Err(poll.next.since(now));
         }
-        // A node that is slower than that is read without a pause, but for what else is asked of it.
+        // If the node is slower than the interval, reads follow without a pause, but other tasks come first.
         poll.next = now + poll.users.iter().copied().min().unwrap_or(LOOK);
         Ok(*address)
     }

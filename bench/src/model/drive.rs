@@ -1,4 +1,4 @@
-//! What is known of a drive.
+//! The model of a drive.
 
 use lexican_driver::Description;
 use lexican_eds::model::Value;
@@ -16,26 +16,26 @@ use super::standstill::Standstill;
 use crate::orders::ORDERS;
 use crate::view;
 
-/// A drive, and the order that it carries out.
+/// A drive with its current order.
 #[derive(Default)]
 pub(crate) struct Drive {
-    /// The order under way, in words.
+    /// The current order, as text.
     pub(crate) order: Option<String>,
-    /// Where its travel goes.
+    /// The target of the current motion.
     pub(crate) target: Option<i32>,
-    /// How the last one ended.
+    /// How the last order ended.
     pub(crate) ending: Option<view::Ending>,
-    /// Whether it is to stand.
+    /// Whether a standstill is wanted and not confirmed.
     pub(crate) standstill: Standstill,
-    /// Why it would not move now; `None` while nobody has looked.
+    /// What would prevent it from moving now; `None` if not checked yet.
     pub(crate) obstacles: Option<Vec<String>>,
-    /// What it is set to that bears on moving it; nothing while nobody has looked.
+    /// Settings that affect moving it; empty if not checked yet.
     pub(crate) lacks: Vec<view::Lack>,
-    /// What the order's sequence has seen last, by the time of the view.
+    /// What the current order has seen last.
     pub(crate) look: Option<Measured<Look>>,
 }
 
-/// The entries from which state, mode, position and velocity are read; a drive without velocity has its position twice.
+/// The entries for state, mode, position and velocity; a drive without velocity has its position twice.
 pub(crate) fn watched(description: &Description) -> [Address; 4] {
     let objects = &description.objects;
     let mode = description.modes.shown.unwrap_or(description.modes.chosen);
@@ -44,7 +44,7 @@ pub(crate) fn watched(description: &Description) -> [Address; 4] {
 }
 
 impl Drive {
-    /// What a client shows of it: state, position and velocity are old after `limit`.
+    /// The drive in the view. State, position and velocity are old after `limit`.
     pub(crate) fn view(
         &self,
         now: Instant,
@@ -60,7 +60,7 @@ impl Drive {
             let entry = values.entry(address)?;
             Some(ValueReport::of_value(values, entry, Value::Integer(number.into())))
         };
-        // While an order is carried out, its sequence reads as well.
+        // During an order, the order reads them as well.
         let look = self.look.filter(|_| self.order.is_some());
         let number = |address: Address, looked: Option<i32>| {
             let known = seen(address).and_then(|seen| Some(Measured::new(seen.value.number?, seen.at)));
@@ -96,7 +96,7 @@ impl Drive {
                 .and_then(|number| report(target, number))
                 .and_then(|report| series::number(&report))
                 .map(tidy),
-            // It may be moving.
+            // During an order, the drive may be moving, and obstacles mean nothing.
             obstacles: self.obstacles.clone().filter(|_| self.order.is_none()),
             order: self.order.clone(),
             ending: self.ending.clone(),
@@ -107,12 +107,12 @@ impl Drive {
     }
 }
 
-/// Without the noise of its scaling: 471.1 and not 471.1000000000001.
+/// Removes rounding noise of the scaling: 471.1 instead of 471.1000000000001.
 fn tidy(number: f64) -> f64 {
     format!("{number:.9}").parse().unwrap_or(number)
 }
 
-/// The one that was measured later.
+/// The later measurement.
 fn newer<T>(one: Option<Measured<T>>, other: Option<Measured<T>>) -> Option<Measured<T>> {
     match (one, other) {
         (Some(one), Some(other)) => Some(if other.at >= one.at { other } else { one }),
@@ -125,11 +125,11 @@ fn word(raw: &str) -> Option<u16> {
     Some(u16::from_le_bytes([bytes.next()??, bytes.next()??]))
 }
 
-/// The states that a drive may be ordered to.
+/// The states to which the drive may be ordered.
 fn allowed(description: &Description, from: State) -> Vec<String> {
     let arrows = description.transitions.0.iter().filter(|arrow| arrow.from == from && arrow.cause != Cause::Internal);
     let mut states: Vec<_> = arrows.map(|arrow| arrow.to.to_string()).collect();
-    // Several commands may lead to one state.
+    // Several commands may lead to the same state.
     states.dedup();
     states
 }

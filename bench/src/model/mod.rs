@@ -1,4 +1,4 @@
-//! The bus as the frames show it: no I/O, no thread, no clock. Frames go in with their times, a [`View`] comes out.
+//! The model of the bus, without I/O, threads or clock: frames with their times go in, a [`View`] comes out.
 
 mod age;
 mod drive;
@@ -44,36 +44,36 @@ pub(crate) use node::{DEVICE_NAME, value};
 pub(crate) use standstill::Braking;
 pub use trace::{Page, Which};
 
-/// How many rows of the trace are kept.
+/// The most rows of the trace that are kept.
 const ROWS: usize = 1_000_000;
 
-/// How many jobs that have ended are shown.
+/// The most ended jobs that are shown.
 const ENDED_JOBS: usize = 8;
 
-/// How a bus is called, and what is known of it before a frame is heard.
+/// Name and properties of a bus.
 #[derive(Clone, Debug, Default)]
 pub struct BusInfo {
     /// `can0`, `demo`, `bus.log`.
     pub name: String,
     /// Whether frames can be sent.
     pub is_writable: bool,
-    /// In bits per second.
+    /// In bit/s; `None` if unknown.
     pub bit_rate: Option<u32>,
 }
 
-/// The bus as the frames show it.
+/// The model of a bus, made from its frames.
 pub struct Model {
     info: BusInfo,
     began: Instant,
     now: Instant,
-    /// As [`Link::latency`](lexican_runtime::host::Link::latency).
+    /// See [`Link::latency`](lexican_runtime::host::Link::latency).
     latency: Duration,
     state: Option<BusState>,
-    /// Why there is no bus any more.
+    /// Why the bus was lost.
     lost: Option<String>,
     decoder: Decoder<'static>,
     transfers: Transfers,
-    /// The last frame of each node's SDO transfer.
+    /// The trace's row with the last SDO frame of each node.
     last_sdo: BTreeMap<NodeId, u64>,
     duplicates: DuplicateNodes,
     statistics: Statistics,
@@ -86,18 +86,18 @@ pub struct Model {
     plot: Plot,
     drives: BTreeMap<NodeId, Drive>,
     jobs: VecDeque<view::Job>,
-    /// Simulated devices, as their simulation describes them.
+    /// Simulated devices and their inputs.
     pub devices: Vec<view::Simulated>,
-    /// Who may change something.
+    /// Which client has control.
     pub control: view::Control,
-    /// Where a recorded log stands.
+    /// The position in a recorded log.
     pub log: Option<view::Log>,
-    /// What people keep of the machine.
+    /// What the file of the machine keeps for the bench.
     pub kept: view::Kept,
 }
 
 impl Model {
-    /// A bus of which nothing was heard, from `now` on.
+    /// A bus without any frame yet, beginning at `now`.
     #[must_use]
     pub fn new(now: Instant, info: BusInfo) -> Self {
         Model {
@@ -128,19 +128,19 @@ impl Model {
         }
     }
 
-    /// Handles a frame of somebody else, or of an unknown sender.
+    /// Handles a frame that the bench has not sent.
     pub fn observe(&mut self, now: Instant, frame: &Frame) {
         self.take(now, frame, false);
     }
 
-    /// Handles a frame that the bench has sent: it is on the bus, and what becomes of it is nobody's fault but its own.
+    /// Handles a frame that the bench has sent. Trouble with it is not blamed on other nodes.
     pub fn observe_own(&mut self, now: Instant, frame: &Frame) {
         self.take(now, frame, true);
     }
 
     fn take(&mut self, now: Instant, frame: &Frame, is_own: bool) {
         self.pass(now);
-        // From here on times are those since the beginning.
+        // From here on, times count from the beginning.
         let at = Instant::ZERO + now.since(self.began);
         let decoded = self.decoder.decode(frame);
         let row = self.trace.push(at, frame, &decoded);
@@ -155,13 +155,13 @@ impl Model {
         {
             self.transferred(at, row, &transfer);
         }
-        // The bench is no node of the bus, also where it sends heartbeats.
+        // The bench is no node of the bus, even if it sends heartbeats.
         if !(is_own && decoded.is_from_node()) {
             self.follow(at, row, decoded);
         }
     }
 
-    /// Time has passed.
+    /// Lets time pass.
     pub fn pass(&mut self, now: Instant) {
         self.now = self.now.max(now);
         let at = Instant::ZERO + self.now.since(self.began);
@@ -172,30 +172,30 @@ impl Model {
         }
     }
 
-    /// The nodes answer so much later than on CAN.
+    /// Sets by how much later nodes respond than on CAN.
     pub const fn set_latency(&mut self, latency: Duration) {
         self.latency = latency;
     }
 
-    /// The controller is in another state.
+    /// Notes a new state of the CAN controller.
     pub fn set_state(&mut self, now: Instant, state: BusState) {
         self.pass(now);
         self.state = Some(state);
         self.statistics.change_state(Instant::ZERO + now.since(self.began), state);
     }
 
-    /// So many frames were lost on the way from the controller.
+    /// Notes frames that were lost between the controller and the bench.
     pub fn miss(&mut self, frames: u32) {
         self.statistics.miss(frames);
         self.troubles.see(Kind::Missing, None, self.trace.end().saturating_sub(1));
     }
 
-    /// There is no bus any more.
+    /// Notes that the bus is lost.
     pub fn lose(&mut self, why: String) {
         self.lost = Some(why);
     }
 
-    /// What a frame shows of its node.
+    /// Updates the state of a node from a frame.
     fn follow(&mut self, at: Instant, row: u64, decoded: Decoded) {
         if let Detail::Nmt(command) = decoded.detail {
             let meant = self.nodes.iter_mut().filter(|(id, _)| decoded.node.is_none_or(|node| node == **id));
@@ -220,7 +220,7 @@ impl Model {
                 }
                 if state == NmtState::Initialising {
                     node.boot(at);
-                    // What its last order has reached is gone with its power.
+                    // The node's loss of power has undone the last order.
                     if let Some(drive) = self.drives.get_mut(&id) {
                         drive.ending.take_if(|ending| ending.is_success);
                         drive.target = None;
@@ -248,9 +248,9 @@ impl Model {
         }
     }
 
-    /// An SDO transfer has ended with a frame.
+    /// Handles the end of an SDO transfer.
     fn transferred(&mut self, at: Instant, row: u64, transfer: &Transfer) {
-        // One that another request has ended was silent since its own last frame.
+        // A transfer that another request ended belongs to the row of its own last frame.
         let row = if transfer.ended < at { self.last_sdo.get(&transfer.node).copied().unwrap_or(row) } else { row };
         self.trace.fold(row, transfer.to_string(), transfer.end != End::Done);
         if matches!(transfer.end, End::Aborted { .. }) {
@@ -258,7 +258,7 @@ impl Model {
             self.own.aborted(transfer.node);
         }
         if let (Some(report), Some(node)) = (&transfer.report, self.nodes.get_mut(&transfer.node)) {
-            // A device that has no product code says so.
+            // A device without product code has answered that, too.
             node.has_said_product |= report.address == PRODUCT && transfer.end != End::Unanswered;
         }
         if transfer.end == End::Done
@@ -278,7 +278,7 @@ impl Model {
         self.plot.take(at, transfer.node, report);
     }
 
-    /// Gives a node the data sheet of the device that it says that it is.
+    /// Gives a node the data sheet from the library that matches its identity.
     fn identify(&mut self, id: NodeId) {
         let is_due = |node: &&Node| node.sheet.is_none() && node.has_said_product;
         let Some(node) = self.nodes.get(&id).filter(is_due) else { return };
@@ -287,12 +287,12 @@ impl Model {
         self.introduce(id, Sheet::of_library(shipped));
     }
 
-    /// What has happened and is over was seen by somebody.
+    /// Acknowledges troubles that are over: they are no longer shown.
     pub fn acknowledge(&mut self) {
         self.troubles.acknowledge();
     }
 
-    /// Gives a node a data sheet.
+    /// Sets the data sheet of a node.
     pub fn introduce(&mut self, id: NodeId, sheet: Sheet) {
         self.decoder.introduce(id, sheet.device);
         let node = self.nodes.entry(id).or_default();
@@ -302,7 +302,7 @@ impl Model {
         }
     }
 
-    /// What its plant calls a node.
+    /// Sets the name of a node in the plant.
     pub fn name(&mut self, id: NodeId, name: String) {
         self.nodes.entry(id).or_default().given_name = Some(name);
     }
@@ -322,7 +322,7 @@ impl Model {
         self.drives.entry(id).or_default()
     }
 
-    /// The drives whose standstill is wanted and not confirmed, in words.
+    /// One sentence for each drive whose standstill is wanted and not confirmed.
     pub(crate) fn unconfirmed(&self) -> Vec<String> {
         let wanted = self.drives.iter().filter_map(|(id, drive)| Some((id, drive.standstill.unconfirmed()?)));
         let words = wanted.map(|(id, unconfirmed)| {
@@ -333,7 +333,7 @@ impl Model {
         words.collect()
     }
 
-    /// What to do about a node that does not answer an SDO request.
+    /// The remedy for a node that does not respond to an SDO request.
     pub(crate) fn no_answer(&self, id: NodeId) -> &'static str {
         let is_stopped =
             |node: &Node| node.was_stopped || node.state.is_some_and(|state| state.value == NmtState::Stopped);
@@ -348,25 +348,25 @@ impl Model {
         self.drives.get_mut(&id)
     }
 
-    /// What the sequence of a drive's order has seen.
+    /// Updates what the current order of a drive has seen.
     pub(crate) fn look(&mut self, id: NodeId, look: Look) {
         let at = Instant::ZERO + look.at.since(self.began);
         self.drive(id).look = Some(Measured::new(look, at));
     }
 
-    /// The values of a node that were seen, by which units and limits hold.
+    /// The values seen of a node, which decide about units and limits.
     #[must_use]
     pub fn values(&self, id: NodeId) -> Option<&DeviceValues<'static>> {
         self.decoder.values(id)
     }
 
-    /// The entries of a node's data sheet.
+    /// The entries in a node's data sheet.
     #[must_use]
     pub fn objects(&self, id: NodeId) -> Option<Vec<view::Object>> {
         Some(objects::list(id, self.nodes.get(&id)?, self.decoder.values(id)?))
     }
 
-    /// How a PDO of a node comes: the frames of the last second.
+    /// How many frames with this COB-ID came in the last second.
     #[must_use]
     pub fn per_second(&self, id: lexican_runtime::CobId) -> f64 {
         self.rates.of(id).frames.into()
@@ -378,12 +378,12 @@ impl Model {
         self.nodes.get(&id)?.values.get(&address).map(|seen| &seen.value)
     }
 
-    /// The entries of a node that were seen.
+    /// The entries of a node with known values.
     pub(crate) fn seen(&self, id: NodeId) -> Vec<Address> {
         self.nodes.get(&id).map(|node| node.values.keys().copied().collect()).unwrap_or_default()
     }
 
-    /// Shows an entry among the watched ones; returns how often it was read until now.
+    /// Adds an entry to the watched ones; returns the interval at which it was read before.
     pub fn watch(&mut self, id: NodeId, address: Address, every_ms: u32) -> Option<u32> {
         match self.watched.entry((id, address)) {
             Entry::Occupied(mut known) => Some(std::mem::replace(&mut known.get_mut().every_ms, every_ms)),
@@ -394,20 +394,20 @@ impl Model {
         }
     }
 
-    /// Shows it no longer; returns how often it was read.
+    /// Removes an entry from the watched ones; returns its interval.
     pub fn unwatch(&mut self, id: NodeId, address: Address) -> Option<u32> {
         self.watched.remove(&(id, address)).map(|watched| watched.every_ms)
     }
 
-    /// Whether a node is to be asked who it is, since it was heard first or has booted; it counts as asked from then on. One that boots
-    /// again and again is asked more and more rarely.
+    /// Whether to read a node's identity, because it is new or has booted. It counts as read from then on. A node that
+    /// boots again and again is read at growing intervals.
     pub fn is_stranger(&mut self, now: Instant, id: NodeId) -> bool {
         let at = Instant::ZERO + now.since(self.began);
         self.nodes.get_mut(&id).is_some_and(|node| node.identity_asked.begins(at))
     }
 
-    /// Whether the PDOs of a node are to be read, since it got its data sheet or has booted. Asking marks them as read. Those of a
-    /// node that boots again and again are read more and more rarely.
+    /// Whether to read a node's PDO configuration, because it got a data sheet or has booted. It counts as read from
+    /// then on. A node that boots again and again is read at growing intervals.
     pub fn lacks_pdos(&mut self, now: Instant, id: NodeId) -> bool {
         let at = Instant::ZERO + now.since(self.began);
         let known = self.nodes.get_mut(&id).filter(|node| node.sheet.is_some());
@@ -419,23 +419,23 @@ impl Model {
         self.plot.add(id, signals, every_ms)
     }
 
-    /// Removes the curves of a node, or all; returns the objects that they were of, and how often these were read.
+    /// Removes the curves of a node, or all; returns their objects with the intervals of reading.
     pub fn clear_plot(&mut self, id: Option<NodeId>) -> Vec<(NodeId, Address, u32)> {
         self.plot.clear(id)
     }
 
-    /// Removes the curves of a signal; returns how often it was read.
+    /// Removes the curves of a signal; returns its interval.
     pub fn unplot(&mut self, id: NodeId, signal: Signal) -> Option<u32> {
         self.plot.remove(id, signal)
     }
 
-    /// The points of the curves after a time.
+    /// The points of all curves after a time.
     #[must_use]
     pub fn curves(&self, since: f64) -> Vec<view::Curve> {
         self.plot.since(since, Instant::ZERO + self.now.since(self.began), self.latency)
     }
 
-    /// What makes the curves, as they are now, a file of `csv` or `svg`; the model is not needed for it.
+    /// A function that makes the present curves a `csv` or `svg` file without locking the model.
     pub fn plot_file(&self, format: &str) -> impl FnOnce() -> Result<Vec<u8>, String> + use<> {
         let (plot, name, format) = (self.plot.clone(), self.info.name.clone(), format.to_owned());
         move || match &*format {
@@ -445,24 +445,26 @@ impl Model {
         }
     }
 
-    /// Looks at some more rows for those that match; returns whether it has looked at all. Others may use the model between two steps.
+    /// Searches some more rows for matches; returns whether there were any left to search. The model can be unlocked
+    /// between two steps.
     pub fn search(&mut self, which: &Which) -> bool {
         self.trace.search(which)
     }
 
-    /// Rows of the trace: from a place on, or from a place counted from that of the row with the number `at`. They are those that a
-    /// [`search`](Self::search) has found, and of one step more.
+    /// Rows of the trace that match: from a position on, which counts from the row with number `at`, if that is given.
+    /// Only rows found by [`search`](Self::search) so far, and by one more step.
     pub fn rows(&mut self, which: &Which, at: Option<u64>, from: i64, count: usize) -> view::Frames {
         let Page { matching, from, rows } = self.trace.page(which, at, from, count);
         view::Frames { matching, from, rows }
     }
 
-    /// Adds the frames of the next rows that match, from a number on; returns the number to go on with, while there are more.
+    /// Adds the next matching frames, from a row number on; returns the row number to continue with, unless all are
+    /// done.
     pub fn frames(&self, which: &Which, from: u64, into: &mut Vec<(Instant, Frame)>) -> Option<u64> {
         self.trace.frames(which, from, into)
     }
 
-    /// A job has begun, goes on or has ended.
+    /// Updates a job.
     pub fn set_job(&mut self, job: view::Job) {
         match self.jobs.iter_mut().find(|known| known.number == job.number) {
             Some(known) => *known = job,
@@ -476,25 +478,25 @@ impl Model {
         }
     }
 
-    /// Whether frames can be sent.
+    /// Whether frames can be sent now.
     #[must_use]
     pub fn is_writable(&self) -> bool {
         self.info.is_writable && self.lost.is_none()
     }
 
-    /// Why there is no bus any more.
+    /// Why the bus was lost; `None` if it was not.
     #[must_use]
     pub fn lost(&self) -> Option<&str> {
         self.lost.as_deref()
     }
 
-    /// Whether frames could never be sent.
+    /// Whether sending is impossible in principle, as with a log.
     #[must_use]
     pub fn listens_only(&self) -> bool {
         !self.info.is_writable
     }
 
-    /// Forgets all frames, as if none was heard; what is known of nodes, and what is watched or drawn, stays.
+    /// Forgets all frames, as if none was received. Data sheets, watched entries and curves stay.
     pub fn rewind(&mut self) {
         let mut anew = Model::new(self.began, self.info.clone());
         for (id, node) in std::mem::take(&mut self.nodes) {
@@ -516,13 +518,13 @@ impl Model {
         *self = anew;
     }
 
-    /// The time since the beginning.
+    /// Seconds since the beginning.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.now.since(self.began).as_secs_f64()
     }
 
-    /// What a client shows.
+    /// A snapshot for clients.
     pub fn view(&mut self) -> View {
         let now = Instant::ZERO + self.now.since(self.began);
         let limit = age::old_after(DRIVE, self.latency);
@@ -549,7 +551,7 @@ impl Model {
         let nodes = self.nodes.iter().map(|(id, node)| {
             let mut view = node.view(id.get());
             view.lacks.extend(self.drives.get(id).into_iter().flat_map(|drive| drive.lacks.iter().cloned()));
-            // Without heartbeats nobody says when the state was to be seen again.
+            // Without heartbeats, it is unknown when the state should be seen again.
             view.seen = node.state.map(|state| age::shown(&state, now, limit));
             if let Some(of_node) = report.nodes.iter().find(|of_node| of_node.node == id.get()) {
                 view.heartbeat_ms = of_node.heartbeat.as_ref().map(|spans| spans.mean_ms);

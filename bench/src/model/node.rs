@@ -1,4 +1,4 @@
-//! What is known of a node.
+//! The model of a node.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -18,34 +18,34 @@ use crate::view;
 /// The manufacturer device name (CiA 301, 7.5.2.9).
 pub(crate) const DEVICE_NAME: u16 = 0x1008;
 
-/// How many emergencies are remembered.
+/// The most emergencies remembered.
 const HISTORY: usize = 100;
 
-/// How many changes are remembered.
+/// The most changes remembered.
 const CHANGES: usize = 20;
 
-/// The heartbeats of a node since it booted, or was silent.
+/// The heartbeats of a node since it booted or was silent.
 struct Beats {
     last: Instant,
-    /// How many times between two of them were seen.
+    /// The number of intervals seen.
     gaps: u32,
     longest: Duration,
 }
 
-/// What has happened to a node, and is over.
+/// Something that has happened to a node and is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// It was silent for so long.
+    /// It was silent for this long.
     Silent(Duration),
-    /// It has booted without a command of network management: its power was cut, or it has restarted by itself.
+    /// It has booted without an NMT command: it lost power, or restarted by itself.
     Booted,
 }
 
-/// From how many times on between two heartbeats it is known how often they come: the first ones after a boot-up, or when the state
-/// changes, come at once.
+/// The number of intervals after which the heartbeat period is known. The first heartbeats after a boot-up or a change
+/// of state may come early.
 const LEARNT: u32 = 3;
 
-/// What is done once, and again after each boot-up: a storm of boot-ups is no storm of it.
+/// Something to do once, and again after each boot-up, but at growing intervals if the node boots again and again.
 #[derive(Default)]
 pub(crate) struct Once {
     is_done: bool,
@@ -58,7 +58,7 @@ impl Once {
         self.pace.note(now);
     }
 
-    /// Whether it is to be done; it counts as done then.
+    /// Whether it is to be done now; it counts as done from then on.
     pub(crate) fn begins(&mut self, now: Instant) -> bool {
         let begins = !self.is_done && self.pace.attempt(now).is_ok();
         self.is_done |= begins;
@@ -66,36 +66,33 @@ impl Once {
     }
 }
 
-/// What is known of a node.
 #[derive(Default)]
 pub(crate) struct Node {
-    /// Its data sheet.
     pub(crate) sheet: Option<Sheet>,
-    /// What its plant calls it.
+    /// The name in the plant.
     pub(crate) given_name: Option<String>,
     /// 1008h.
     pub(crate) device_name: Option<String>,
     /// 1018h.
     pub(crate) identity: [Option<u32>; 4],
-    /// Whether it has its data sheet in it, as a text (1022h).
+    /// Whether it stores its data sheet as text (1022h).
     pub(crate) stores_sheet: bool,
-    /// Whether it has answered with its product code, or that it has none.
+    /// Whether it has answered which product code it has, or that it has none.
     pub(crate) has_said_product: bool,
-    /// By its error control, or the answer of a command.
+    /// From its error control, or assumed after a command.
     pub(crate) state: Option<Measured<NmtState>>,
-    /// Whether the last command of network management that it was given is the one to stop: without heartbeats it is not heard
-    /// to be STOPPED.
+    /// Whether the last NMT command to it was to stop: without heartbeats, its state STOPPED is not reported.
     pub(crate) was_stopped: bool,
-    /// Whether that command was to start anew.
+    /// Whether the last NMT command to it was a reset.
     pub(crate) was_reset: bool,
     beats: Option<Beats>,
-    /// The state when it was heard first.
+    /// The first state that was heard.
     first_state: Option<NmtState>,
-    /// The values that were seen last.
+    /// The last values seen.
     pub(crate) values: BTreeMap<Address, Measured<view::Value>>,
-    /// Whether it was asked who it is.
+    /// When to read the identity.
     pub(crate) identity_asked: Once,
-    /// Whether it was asked how its PDOs are configured.
+    /// When to read the PDO configuration.
     pub(crate) pdos_read: Once,
     faults: Vec<view::Fault>,
     history: VecDeque<view::Fault>,
@@ -109,7 +106,7 @@ impl Node {
         self.given_name.clone().or_else(|| self.device_name.clone()).or_else(sheet).unwrap_or_default()
     }
 
-    /// It has booted: it may be another device, and is without faults until it says otherwise (CiA 301, 7.2.7.1).
+    /// Handles a boot-up: it may be another device now, and has no fault until it reports one (CiA 301, 7.2.7.1).
     pub(crate) fn boot(&mut self, at: Instant) {
         self.set_state(at, NmtState::PreOperational);
         self.identity_asked.again(at);
@@ -117,7 +114,7 @@ impl Node {
         self.faults.clear();
     }
 
-    /// A heartbeat, or a boot-up: what has happened to the node since the last one, if it was no order of anybody.
+    /// Handles a heartbeat or boot-up; returns what has happened since the last one without a command.
     pub(crate) fn beat(&mut self, at: Instant, state: NmtState) -> Option<Event> {
         let was_reset = std::mem::take(&mut self.was_reset);
         let known = self.beats.replace(Beats { last: at, gaps: 0, longest: Duration::ZERO });
@@ -126,7 +123,8 @@ impl Node {
         }
         let known = known?;
         let gap = at.since(known.last);
-        // As the statistics have it: two heartbeats are missing. What is learnt begins anew then, since the time may have been changed.
+        // As in the statistics, this means that two heartbeats are missing. Then the period is learnt again, since it
+        // may have changed.
         if known.gaps >= LEARNT && gap.as_micros() * 2 > known.longest.as_micros() * 5 {
             return Some(Event::Silent(gap));
         }
@@ -140,7 +138,7 @@ impl Node {
         self.state = Some(Measured::new(state, at));
     }
 
-    /// An emergency; those with codes below 0100h say that errors are gone.
+    /// Adds an emergency; a code below 0100h means that errors are gone.
     pub(crate) fn add_fault(&mut self, code: u16, fault: view::Fault) {
         if code >> 8 == 0 {
             self.faults.clear();
@@ -152,7 +150,7 @@ impl Node {
         self.history.truncate(HISTORY);
     }
 
-    /// A value that was seen; `is_written` if somebody has written it.
+    /// Takes a value; `is_written` if somebody has written it.
     pub(crate) fn see(&mut self, at: Instant, report: &ValueReport, is_written: bool) -> Measured<view::Value> {
         let seen = Measured::new(value(seconds(at), report), at);
         let value = &seen.value;
@@ -167,7 +165,7 @@ impl Node {
         seen
     }
 
-    /// What 1008h, 1018h and 1022h say.
+    /// Learns from 1008h, 1018h and 1022h.
     fn learn(&mut self, report: &ValueReport) {
         let Some(raw) = &report.raw else { return };
         match (report.address.index(), report.address.sub()) {
@@ -189,7 +187,7 @@ impl Node {
         }
     }
 
-    /// What a client shows of it, but for what the statistics have.
+    /// The node in the view, without the fields from the statistics.
     pub(crate) fn view(&self, id: u8) -> view::Node {
         let mut changes: Vec<String> = self.changes.iter().cloned().collect();
         if let (Some(first), Some(state)) = (self.first_state, self.state)
@@ -213,7 +211,7 @@ impl Node {
     }
 }
 
-/// A value in words.
+/// A value in the view.
 pub(crate) fn value(at: f64, report: &ValueReport) -> view::Value {
     let encoded = || encode(report.data_type?, report.value.as_ref()?);
     view::Value {

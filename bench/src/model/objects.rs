@@ -1,4 +1,4 @@
-//! The entries of a data sheet, as a client lists them.
+//! The list of a data sheet's entries.
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_runtime::NodeId;
@@ -7,7 +7,7 @@ use lexican_toolbox::values::{DeviceValues, address, choices, given, resolved};
 use super::node::Node;
 use crate::view;
 
-/// The entries of a node's data sheet, with their values as far as they were seen.
+/// The entries in a node's data sheet, with the values known.
 pub(crate) fn list(id: NodeId, node: &Node, values: &DeviceValues<'_>) -> Vec<view::Object> {
     let device = values.device;
     device.objects.iter().flat_map(|object| &object.entries).map(|entry| of_entry(id, node, values, entry)).collect()
@@ -37,7 +37,7 @@ fn of_entry(id: NodeId, node: &Node, values: &DeviceValues<'_>, entry: &Entry) -
     }
 }
 
-/// The limits that hold now: those of a condition, else those of the entry.
+/// The limits that hold now: conditional ones, or else those of the entry.
 fn limits(values: &DeviceValues<'_>, entry: &Entry) -> (Option<Value>, Option<Value>) {
     match entry.ranges.iter().find(|range| values.holds(&range.when)) {
         Some(range) => (Some(Value::Integer(range.low)), Some(Value::Integer(range.high))),
@@ -45,7 +45,7 @@ fn limits(values: &DeviceValues<'_>, entry: &Entry) -> (Option<Value>, Option<Va
     }
 }
 
-/// Where an object belongs (CiA 301, 7.4.1, table 37).
+/// The area of an object (CiA 301, 7.4.1, table 37).
 fn group(device: &Device, index: u16) -> &'static str {
     match index {
         0x1000..=0x1FFF => "Communication",

@@ -1,4 +1,4 @@
-//! What the bench itself sends: its heartbeat and its SDO requests are no trouble of the bus.
+//! Keeps apart what the bench itself sends: its heartbeats and SDO requests are no trouble of the bus.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,25 +6,24 @@ use lexican_runtime::NodeId;
 use lexican_toolbox::bus::statistics::Report;
 use lexican_toolbox::decode::{Decoded, Detail};
 
-/// What the bench itself sends.
 #[derive(Default)]
 pub(crate) struct Own {
-    /// The node-IDs under which it sends heartbeats, so that drives notice when it is gone.
+    /// The node-IDs with which it sends heartbeats for drives to watch.
     nodes: BTreeSet<NodeId>,
-    /// The nodes whose last SDO request came from it.
+    /// The nodes whose last SDO request came from the bench.
     asked: BTreeSet<NodeId>,
-    /// How many of its transfers a node has refused.
+    /// How many of the bench's transfers each node has aborted.
     aborts: BTreeMap<NodeId, u32>,
 }
 
 impl Own {
-    /// A frame on the bus.
+    /// Handles a frame.
     pub(crate) fn observe(&mut self, is_own: bool, decoded: &Decoded) {
         let Some(node) = decoded.node else { return };
         let is_from_node = decoded.is_from_node();
         match decoded.detail {
             Detail::ErrorControl { .. } if is_own => drop(self.nodes.insert(node)),
-            // Somebody else has this node-ID.
+            // Somebody else uses this node-ID.
             Detail::ErrorControl { .. } => drop(self.nodes.remove(&node)),
             Detail::Sdo(_) if is_own && !is_from_node => drop(self.asked.insert(node)),
             Detail::Sdo(_) if !is_own && !is_from_node => drop(self.asked.remove(&node)),
@@ -32,14 +31,14 @@ impl Own {
         }
     }
 
-    /// A transfer of a node was aborted.
+    /// Handles an aborted transfer.
     pub(crate) fn aborted(&mut self, node: NodeId) {
         if self.asked.contains(&node) {
             *self.aborts.entry(node).or_default() += 1;
         }
     }
 
-    /// The report without what is the bench's own.
+    /// The report without what the bench itself has caused.
     pub(crate) fn removed_from(&self, mut report: Report) -> Report {
         report.nodes.retain(|of_node| self.nodes.iter().all(|own| own.get() != of_node.node));
         for of_node in &mut report.nodes {

@@ -1,4 +1,4 @@
-//! Values that are watched, and curves of them.
+//! Watched values and curves.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use lexican_toolbox::values::report::ValueReport;
 use super::age::{DRIVE, old_after, shown, time};
 use crate::view;
 
-/// Curves by node.
+/// The curves of each node.
 #[derive(Clone, Default)]
 pub(crate) struct Plot {
     nodes: BTreeMap<NodeId, Curves>,
@@ -21,7 +21,7 @@ pub(crate) struct Plot {
 
 #[derive(Clone)]
 struct Curves {
-    /// With how often they are read.
+    /// With their intervals of reading, in ms.
     signals: Vec<(Signal, u32)>,
     recording: Recording,
 }
@@ -43,7 +43,7 @@ impl Plot {
         new
     }
 
-    /// Removes the curves of a node, or all; returns the objects that they were of.
+    /// Removes the curves of a node, or all; returns their objects with the intervals of reading.
     pub(crate) fn clear(&mut self, node: Option<NodeId>) -> Vec<(NodeId, Address, u32)> {
         let (cleared, kept) =
             std::mem::take(&mut self.nodes).into_iter().partition(|(known, _)| node.is_none_or(|node| node == *known));
@@ -58,7 +58,7 @@ impl Plot {
         objects.collect()
     }
 
-    /// Removes a signal of a node; returns how often it was read.
+    /// Removes a signal of a node; returns its interval.
     pub(crate) fn remove(&mut self, node: NodeId, signal: Signal) -> Option<u32> {
         let curves = self.nodes.get_mut(&node)?;
         let place = curves.signals.iter().position(|(known, _)| *known == signal)?;
@@ -66,7 +66,7 @@ impl Plot {
         let signals = &curves.signals;
         let has_pdo = signals.iter().any(|(signal, _)| matches!(signal, Signal::Pdo { .. }));
         curves.recording.retain(|address| {
-            // What the PDOs that are left carry is not known here.
+            // The mapping of the remaining PDOs is unknown here, so their curves are kept.
             (has_pdo && signal != Signal::Object(address))
                 || signals.iter().any(|(known, _)| *known == Signal::Object(address))
         });
@@ -76,7 +76,7 @@ impl Plot {
         Some(every_ms)
     }
 
-    /// The same signals, of which nothing was seen.
+    /// The same signals without values.
     pub(crate) fn rewound(mut self) -> Self {
         for curves in self.nodes.values_mut() {
             curves.recording = Recording::beginning(Instant::ZERO);
@@ -84,12 +84,12 @@ impl Plot {
         self
     }
 
-    /// Takes a value of an entry.
+    /// Takes a value.
     pub(crate) fn take(&mut self, at: Instant, node: NodeId, report: &ValueReport) {
         self.take_if(at, node, report, |signal| *signal == Signal::Object(report.address));
     }
 
-    /// Takes the values of a PDO.
+    /// Takes the values in a PDO.
     pub(crate) fn take_pdo(&mut self, at: Instant, node: NodeId, pdo: Signal, fields: &[ValueReport]) {
         for report in fields {
             self.take_if(at, node, report, |signal| *signal == pdo || *signal == Signal::Object(report.address));
@@ -104,13 +104,13 @@ impl Plot {
         }
     }
 
-    /// The points after a time; a curve whose last point should have been followed by another one is old `now`.
+    /// The points after a time. A curve whose next point is overdue is old.
     pub(crate) fn since(&self, seconds: f64, now: Instant, latency: Duration) -> Vec<view::Curve> {
         let of_node = |(node, curves): (&NodeId, &Curves)| {
             let of_series = |series: &lexican_toolbox::trace::series::Series| {
                 let first = series.points.partition_point(|(at, _)| *at <= seconds);
                 let every = curves.signals.iter().find(|(signal, _)| *signal == Signal::Object(series.address));
-                // A PDO does not say when it comes again.
+                // The interval of a PDO is unknown.
                 let every = every.map_or(DRIVE, |(_, every_ms)| Duration::from_millis((*every_ms).into()));
                 let last = series.points.last().map(|(at, _)| Measured::new((), time(*at)));
                 view::Curve {
@@ -127,7 +127,7 @@ impl Plot {
         self.nodes.iter().flat_map(of_node).collect()
     }
 
-    /// All points as a table, in the order of their times.
+    /// All points as a table, by time.
     pub(crate) fn csv(&self) -> String {
         let curves = self.since(f64::NEG_INFINITY, Instant::ZERO, Duration::ZERO);
         let mut rows: Vec<_> =
@@ -142,7 +142,7 @@ impl Plot {
         text
     }
 
-    /// A picture with a panel for each node and unit, as an SVG document.
+    /// An SVG document with a panel for each node and unit.
     pub(crate) fn svg(&self, title: &str) -> String {
         let mut picture = Picture { title: title.to_owned(), axis: "time [s]".to_owned(), ..Picture::default() };
         for (node, curves) in &self.nodes {
@@ -157,18 +157,18 @@ impl Plot {
     }
 }
 
-/// A value that is read again and again.
+/// A watched value.
 pub(crate) struct Watched {
-    /// How often.
+    /// The interval of reading, in ms.
     pub(crate) every_ms: u32,
-    /// What was seen last, and how it was before.
+    /// The last value, and statistics of the earlier ones.
     pub(crate) value: Option<Measured<view::Value>>,
     bounds: Option<(f64, f64)>,
     changes: u64,
 }
 
 impl Watched {
-    /// A value that was not seen yet.
+    /// Without a value yet.
     pub(crate) fn new(every_ms: u32) -> Self {
         Watched { every_ms, value: None, bounds: None, changes: 0 }
     }
@@ -183,7 +183,7 @@ impl Watched {
         self.value = Some(value);
     }
 
-    /// What a client shows of it.
+    /// The watched value in the view.
     pub(crate) fn view(
         &self,
         now: Instant,

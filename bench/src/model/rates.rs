@@ -1,26 +1,25 @@
-//! How many frames and bits of each COB-ID the last second had.
+//! Counts frames and bits of each COB-ID in the last second.
 
 use std::collections::BTreeMap;
 
 use lexican_runtime::host::wire_bits;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-/// The span that is counted.
+/// The counting interval.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Counts by COB-ID.
+/// Counters by COB-ID.
 #[derive(Default)]
 pub(crate) struct Rates {
     began: Instant,
     ids: BTreeMap<CobId, [Count; 2]>,
 }
 
-/// The frames of a span.
+/// The frames in an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Count {
-    /// Their number.
     pub(crate) frames: u32,
-    /// Their length on the wire.
+    /// Their bits on the wire.
     pub(crate) bits: u32,
 }
 
@@ -33,7 +32,7 @@ impl Rates {
         now.bits += wire_bits(frame);
     }
 
-    /// Time has passed.
+    /// Lets time pass.
     pub(crate) fn advance(&mut self, now: Instant) {
         let seconds = now.since(self.began).as_micros() / SECOND.as_micros();
         if seconds == 0 {
@@ -45,17 +44,17 @@ impl Rates {
         self.began += Duration::from_micros(seconds * SECOND.as_micros());
     }
 
-    /// The last whole second of a COB-ID.
+    /// The count of a COB-ID in the last complete second.
     pub(crate) fn of(&self, id: CobId) -> Count {
         self.ids.get(&id).map(|[_, last]| *last).unwrap_or_default()
     }
 
-    /// The COB-IDs that were heard.
+    /// All COB-IDs heard.
     pub(crate) fn ids(&self) -> impl Iterator<Item = CobId> {
         self.ids.keys().copied()
     }
 
-    /// All bits of the last whole second.
+    /// All bits in the last complete second.
     pub(crate) fn bits(&self) -> u64 {
         self.ids.values().map(|[_, last]| u64::from(last.bits)).sum()
     }

@@ -1,12 +1,12 @@
-//! A stop is a state and not a job: that a drive is to stand is wanted until the drive has confirmed it.
+//! A stop is a state, not a job: the standstill stays wanted until the drive has confirmed it.
 
 use lexican_runtime::{Duration, Instant};
 
-/// From an attempt that has failed to the next one, so that the node can be asked something else. An attempt itself waits for a
-/// node that does not answer, so one that comes back is stopped at once.
+/// The pause after a failed attempt, in which the node can be asked something else. An attempt itself waits for a
+/// silent node, so a node that returns is stopped at once.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// How a drive is to be stopped; the stronger one is the greater.
+/// How to stop a drive; the stronger way is the greater value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Braking {
     /// With the programmed deceleration.
@@ -15,20 +15,20 @@ pub(crate) enum Braking {
     Full,
 }
 
-/// Whether a drive is to stand, and has confirmed that it does.
+/// Whether a standstill is wanted and not confirmed.
 #[derive(Debug, Default)]
 pub(crate) struct Standstill(Option<Wanted>);
 
 #[derive(Debug)]
 struct Wanted {
-    /// Since when it is not confirmed.
+    /// Since when the standstill has been wanted.
     since: Instant,
     braking: Braking,
-    /// The braking of the attempt under way.
+    /// The current attempt.
     under_way: Option<Braking>,
-    /// When the next attempt begins.
+    /// The time of the next attempt.
     next: Instant,
-    /// Why the last attempt has failed.
+    /// Why the last attempt failed.
     why: Option<String>,
 }
 
@@ -36,12 +36,13 @@ struct Wanted {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Unconfirmed {
     pub(crate) since: Instant,
-    /// Why the last attempt has failed; `None` during the first one.
+    /// Why the last attempt failed; `None` during the first one.
     pub(crate) why: Option<String>,
 }
 
 impl Standstill {
-    /// The drive is to stand. If that is wanted already, this shares its answer; in a pause, the next attempt begins at once.
+    /// Wants a standstill. If it is wanted already, the answer will be for both; in a pause, the next attempt is due at
+    /// once.
     pub(crate) fn want(&mut self, now: Instant, braking: Braking) {
         let new = Wanted { since: now, braking, under_way: None, next: now, why: None };
         let wanted = self.0.get_or_insert(new);
@@ -49,31 +50,31 @@ impl Standstill {
         wanted.next = now;
     }
 
-    /// The attempt that is to begin now: it has begun, and ends with [`handle_outcome`](Self::handle_outcome).
+    /// The attempt that is due now. It counts as begun, and ends with [`handle_outcome`](Self::handle_outcome).
     pub(crate) fn poll_transmit(&mut self, now: Instant) -> Option<Braking> {
         let wanted = self.0.as_mut().filter(|wanted| wanted.under_way.is_none() && wanted.next <= now)?;
         wanted.under_way = Some(wanted.braking);
         wanted.under_way
     }
 
-    /// When the next attempt begins, unless one is under way.
+    /// The time of the next attempt, unless one is being made.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.0.as_ref().filter(|wanted| wanted.under_way.is_none()).map(|wanted| wanted.next)
     }
 
-    /// The attempt has ended: the drive has confirmed that it stands, or why not.
+    /// Handles the end of an attempt: the drive has confirmed its standstill, or why not.
     pub(crate) fn handle_outcome(&mut self, now: Instant, outcome: Result<(), String>) {
         let Some(wanted) = &mut self.0 else { return };
         let braking = wanted.under_way.take();
         match outcome {
-            // A stronger stop was wanted meanwhile: the drive is still to do that.
+            // A stronger stop was wanted meanwhile; it comes next.
             Ok(()) if braking < Some(wanted.braking) => wanted.next = now,
             Ok(()) => self.0 = None,
             Err(why) => (wanted.next, wanted.why) = (now + PAUSE, Some(why)),
         }
     }
 
-    /// What is not confirmed.
+    /// The standstill that is not confirmed yet.
     pub(crate) fn unconfirmed(&self) -> Option<Unconfirmed> {
         self.0.as_ref().map(|wanted| Unconfirmed { since: wanted.since, why: wanted.why.clone() })
     }

@@ -1,4 +1,4 @@
-//! The frames of a bus with their words: the newest million, by number.
+//! The trace: the newest million frames with their texts, by row number.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -10,55 +10,55 @@ use lexican_toolbox::values::hex;
 
 use crate::view::Row;
 
-/// How many rows a chunk has: what is forgotten at once.
+/// The rows of a chunk; the oldest chunk is dropped as a whole.
 const CHUNK: usize = 4096;
 
-/// How many rows a step of a search looks at: the bus waits for the model meanwhile.
+/// The rows that one step of a search looks at, while the model is locked.
 const SCAN: u64 = CHUNK as u64;
 
-/// For how many filters the matching rows are remembered.
+/// The number of filters whose matches are remembered.
 const MOST_FILTERS: usize = 8;
 
-/// The trace. A row takes about 100 bytes, most of them text.
+/// The trace. A row takes about 100 bytes, mostly text.
 pub(crate) struct Trace {
     chunks: VecDeque<Chunk>,
-    /// The number of the first row of the first chunk.
+    /// The row number at which the first chunk begins.
     first: u64,
-    /// How many rows are kept at least, once there are so many.
+    /// The minimum number of rows kept.
     capacity: usize,
-    /// The newest first.
+    /// The most recently used filter first.
     found: VecDeque<Found>,
 }
 
-/// The rows that match a filter, as far as it was looked.
+/// The rows found to match a filter so far.
 struct Found {
     which: Which,
     numbers: VecDeque<u64>,
-    /// The number of the first row that was not looked at.
+    /// The row number at which to continue.
     next: u64,
 }
 
-/// Which rows of the trace.
+/// Selects rows of the trace.
 #[derive(Clone, Debug, Default)]
 pub struct Which {
-    /// What it was made of: equal texts are the same filter.
+    /// Identifies the selection: equal keys mean equal selections.
     pub key: String,
     /// Which frames.
     pub filter: Filter,
-    /// Only what is an error.
+    /// Whether to select only errors.
     pub alarming: bool,
-    /// SDO transfers as one row each.
+    /// Whether to fold each SDO transfer into one row.
     pub transfers: bool,
 }
 
 impl Which {
-    /// Whether it leaves nothing out and folds nothing.
+    /// Whether it selects all rows without folding.
     fn is_all(&self) -> bool {
         self.key.is_empty()
     }
 }
 
-/// Rows and their texts in one piece each.
+/// Rows, with their texts in one piece.
 #[derive(Default)]
 struct Chunk {
     rows: Vec<Stored>,
@@ -79,15 +79,15 @@ struct Stored {
     service: Service,
     node: Option<NodeId>,
     alarming: bool,
-    /// It is a part of an SDO transfer.
+    /// Whether it is a part of an SDO transfer.
     is_part: bool,
-    /// Where its name, its text and its addresses end in the chunk.
+    /// The ends of its name, text and addresses in the chunk.
     name: u32,
     text: u32,
     addresses: u32,
 }
 
-/// A row with its words.
+/// A row with its texts.
 struct Entry<'a> {
     stored: &'a Stored,
     name: &'a str,
@@ -96,19 +96,19 @@ struct Entry<'a> {
     transfer: Option<&'a Transfer>,
 }
 
-/// A page of rows that match.
+/// A page of matching rows.
 #[derive(Debug, Default)]
 pub struct Page {
-    /// How many match, as far as it was looked.
+    /// The number of matches found so far.
     pub matching: u64,
-    /// The place of the first one among them.
+    /// The position of the first row among the matches.
     pub from: u64,
     /// The rows.
     pub rows: Vec<Row>,
 }
 
 impl Trace {
-    /// A trace that keeps at least so many rows.
+    /// A trace that keeps at least `capacity` rows.
     #[must_use]
     pub(crate) fn new(capacity: usize) -> Self {
         Trace { chunks: VecDeque::new(), first: 0, capacity, found: VecDeque::new() }
@@ -159,11 +159,11 @@ impl Trace {
         number
     }
 
-    /// Says which transfer ended with a frame.
+    /// Notes the transfer that ended with a frame.
     pub(crate) fn fold(&mut self, number: u64, text: String, alarming: bool) {
         let Some((chunk, row)) = self.place(number) else { return };
         self.chunks[chunk].transfers.insert(row as u32, Transfer { text, alarming });
-        // A transfer that nobody answers is known to be one long after its last frame.
+        // A timed-out transfer is noted long after its last frame was searched.
         for place in 0..self.found.len() {
             let found = &self.found[place];
             if number < found.next && self.matches(&found.which, number) {
@@ -175,8 +175,8 @@ impl Trace {
         }
     }
 
-    /// The rows from a place among those that match; from the end backwards if it is negative. With `at`, from a place
-    /// counted from that of the first row with this number or a higher one.
+    /// Matching rows from a position on; from the end backwards if negative. With `at`, the position counts from the
+    /// first match with this row number or a higher one.
     pub(crate) fn page(&mut self, which: &Which, at: Option<u64>, from: i64, count: usize) -> Page {
         if which.is_all() {
             let (first, end) = (self.first, self.end());
@@ -194,7 +194,8 @@ impl Trace {
         Page { matching, from, rows }
     }
 
-    /// Adds the frames that match of some rows, from a number on; returns the number to go on with, while there are more.
+    /// Adds matching frames of some rows, from a row number on; returns the row number to continue with, unless all are
+    /// done.
     pub(crate) fn frames(&self, which: &Which, from: u64, into: &mut Vec<(Instant, Frame)>) -> Option<u64> {
         let which = Which { transfers: false, ..which.clone() };
         let from = from.max(self.first);
@@ -206,7 +207,7 @@ impl Trace {
         (until < self.end()).then_some(until)
     }
 
-    /// A step of a search; returns whether there is no row left to look at.
+    /// A step of a search; returns whether all rows have been searched.
     pub(crate) fn search(&mut self, which: &Which) -> bool {
         which.is_all() || {
             let found = self.look(which);
@@ -214,7 +215,7 @@ impl Trace {
         }
     }
 
-    /// Looks at rows that are new to a filter; returns its place.
+    /// Searches rows that are new for a filter; returns the position of the filter.
     fn look(&mut self, which: &Which) -> usize {
         let known = self.found.iter().position(|found| found.which.key == which.key);
         let mut found = match known.and_then(|place| self.found.remove(place)) {
@@ -238,7 +239,7 @@ impl Trace {
         let (text, alarming) = match transfer {
             _ if !which.transfers || !stored.is_part => (text, stored.alarming),
             Some(transfer) => (&*transfer.text, transfer.alarming),
-            // A part of a transfer, which has a row of its own at its end.
+            // A part of a transfer, which gets a row of its own when it ends.
             None => return false,
         };
         (alarming || !which.alarming)
@@ -290,12 +291,12 @@ impl Trace {
     }
 }
 
-/// Whether a frame is a part of an SDO transfer: one that nobody understands stands for itself.
+/// Whether a frame is folded into its SDO transfer; one that cannot be decoded is not.
 pub(crate) fn is_part(decoded: &Decoded) -> bool {
     matches!(&decoded.detail, Detail::Sdo(sdo) if sdo.step != Step::Unknown)
 }
 
-/// The place among so many rows.
+/// The position among `matching` rows.
 fn start(at: Option<u64>, from: i64, matching: u64) -> u64 {
     let base = at.unwrap_or(if from < 0 { matching } else { 0 });
     base.saturating_add_signed(from).min(matching)

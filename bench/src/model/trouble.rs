@@ -1,4 +1,4 @@
-//! What is wrong on the bus, and who does it.
+//! Finds what is wrong on the bus, and which node causes it.
 
 use std::collections::BTreeMap;
 
@@ -10,23 +10,23 @@ use lexican_toolbox::decode::duplicates::Evidence;
 use super::node::Event;
 use crate::view;
 
-/// From which load on a bus is full: then frames of low priority wait for long.
+/// The load from which on a bus counts as full: frames of low priority then wait for long.
 const FULL_PERCENT: f64 = 70.0;
 
-/// A COB-ID with more than this share of all bits is named as what fills the bus.
+/// A COB-ID with more than this share of all bits is named as the cause.
 const SHARE_PERCENT: f64 = 40.0;
 
-/// How many refused transfers of a node are more than a question or two.
+/// More aborted transfers of a node than this are a trouble.
 const ABORTS: u32 = 20;
 
-/// Troubles, since when they are there.
+/// The troubles, with the times since when they exist.
 #[derive(Default)]
 pub(crate) struct Troubles {
     duplicates: BTreeMap<(NodeId, Evidence), (f64, u64)>,
     /// The last row of the trace that shows a kind of trouble, by its node if it has one.
     rows: BTreeMap<(Kind, Option<u8>), u64>,
     since: BTreeMap<(Kind, Option<u8>), f64>,
-    /// What was and is over, by its node: how often, and the last time.
+    /// Past troubles by node: how often, and when last.
     past: BTreeMap<(Kind, NodeId), Past>,
 }
 
@@ -35,14 +35,14 @@ struct Past {
     last: view::Trouble,
 }
 
-/// What a trouble is about.
+/// The kind of a trouble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
-    /// The controller is not error active.
+    /// The CAN controller is not error active.
     State,
-    /// Frames were lost on the way from the controller.
+    /// Frames were lost between the controller and the bench.
     Missing,
-    /// A node is silent: its last sign of life.
+    /// A node is silent; the row is its last sign of life.
     Silent,
     /// A node boots again and again.
     Boots,
@@ -52,7 +52,7 @@ pub(crate) enum Kind {
     Load,
 }
 
-/// A trouble that was found: its kind, its node, and its text.
+/// A trouble found: kind, node and text.
 struct Found {
     kind: Kind,
     node: Option<u8>,
@@ -60,24 +60,24 @@ struct Found {
 }
 
 impl Found {
-    /// What makes it the same trouble as before: the bus is full, by one node or another.
+    /// Identifies a trouble over time: a full bus is the same trouble whichever node fills it.
     fn key(&self) -> (Kind, Option<u8>) {
         (self.kind, self.node.filter(|_| self.kind != Kind::Load))
     }
 }
 
 impl Troubles {
-    /// Two nodes may have one node-ID.
+    /// Notes a suspicion that two nodes have the same node-ID.
     pub(crate) fn suspect(&mut self, seconds: f64, row: u64, node: NodeId, evidence: Evidence) {
         self.duplicates.entry((node, evidence)).or_insert((seconds, row));
     }
 
-    /// A row of the trace shows something that may be, or become, a trouble.
+    /// Notes a row that shows a possible trouble.
     pub(crate) fn see(&mut self, kind: Kind, node: Option<NodeId>, row: u64) {
         self.rows.insert((kind, node.map(NodeId::get)), row);
     }
 
-    /// Something has happened, and is over: it stays until it is acknowledged.
+    /// Notes a past event, which stays until it is acknowledged.
     pub(crate) fn remember(&mut self, seconds: f64, row: u64, node: NodeId, event: Event) {
         let kind = match event {
             Event::Silent(_) => Kind::Silent,
@@ -102,12 +102,12 @@ impl Troubles {
         self.past.insert((kind, node), Past { count, last });
     }
 
-    /// What is over was seen.
+    /// Acknowledges past troubles.
     pub(crate) fn acknowledge(&mut self) {
         self.past.clear();
     }
 
-    /// What is wrong now, and what was and nobody has acknowledged.
+    /// The present troubles, and past ones that are not acknowledged.
     pub(crate) fn view(
         &mut self,
         now: f64,
@@ -134,7 +134,7 @@ impl Troubles {
             row: Some(*row),
             is_over: false,
         }));
-        // A trouble that goes on is shown as present, not as past.
+        // A trouble that continues is shown as present only.
         let is_present = |key: &(Kind, NodeId)| self.since.contains_key(&(key.0, Some(key.1.get())));
         let past = self.past.iter().filter(|(key, _)| !is_present(key)).map(|(_, past)| past);
         troubles.extend(past.map(|past| past.last.clone()));

@@ -1,43 +1,43 @@
-//! What the terminal asks for.
+//! The requests of the terminal.
 
 use crate::request::Request;
 
-/// What a key asks for.
+/// The effect of a key.
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// To leave.
+    /// Leave the bench.
     Leave,
-    /// To carry a request out.
+    /// Send a request.
     Ask(Purpose, Request),
 }
 
-/// What an answer is for.
+/// What the terminal does with an answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Purpose {
-    /// To be said.
+    /// Show its text.
     Say,
-    /// To say whether all drives have stopped.
+    /// Show whether all drives have stopped.
     Stop,
-    /// To say whether one drive has.
+    /// Show whether a drive has stopped.
     StopDrive,
-    /// To be shown: the PDOs of this node that were written.
+    /// Show the changed PDOs of this node.
     Mapped(u8),
-    /// To be shown: the entries of this node.
+    /// Show the entries of this node.
     Objects(u8),
-    /// The PDOs of this node.
+    /// Show the PDOs of this node.
     Pdos(u8),
-    /// What was seen of the entries in the PDOs of this node.
+    /// Show the last values of entries in this node's PDOs.
     Seen(u8),
-    /// Rows of the trace.
+    /// Show rows of the trace.
     Trace,
-    /// Curves.
+    /// Show curves.
     Plots,
-    /// A file of this name; that of the answer if it is empty.
+    /// Save as a file with this name, or, if empty, that of the answer.
     File(String),
 }
 
-/// Asks for a request whose answer is only said.
+/// A request whose answer is only shown as text.
 pub(super) fn say(request: Request) -> Option<Action> {
     Some(Action::Ask(Purpose::Say, request))
 }

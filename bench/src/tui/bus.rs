@@ -1,4 +1,4 @@
-//! The bus by numbers.
+//! The tab with statistics of the bus.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -16,10 +16,10 @@ use super::ui::Ui;
 use crate::request::Request;
 use crate::view::{Bus, Rate, Trouble, View};
 
-/// From which load on frames of low priority wait for long.
+/// The load from which on frames of low priority wait for long.
 const FULL: f64 = 70.0;
 
-/// The troubles come first, then the COB-IDs.
+/// The number of rows: troubles, then COB-IDs.
 pub(super) fn row_count(view: &View) -> usize {
     view.bus.troubles.len() + view.bus.ids.len()
 }
@@ -46,7 +46,7 @@ pub(super) fn draw(ui: &Ui, frame: &mut Frame<'_>, area: Rect, view: &View) -> V
     let (head, below) = (Rect { height: 1, ..above }, Rect { y: above.y + 1, height: shown, ..above });
     frame.render_widget(Line::from(ui.text(Text::Troubles)).bold(), head);
     let columns = Columns { head: [""; 2], widths: [Constraint::Length(11), Constraint::Fill(1)] };
-    // A row of the lists: that of a trouble, or of a COB-ID after them.
+    // The row within both lists: troubles first, then COB-IDs.
     let selected = ui.row();
     let in_troubles = Some(selected).filter(|row| *row < troubles.len());
     let trouble = |it: &Trouble| {

@@ -1,4 +1,4 @@
-//! Simulated devices, and what can be done to them.
+//! The tab with simulated devices and their inputs.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -14,7 +14,7 @@ use super::ui::Ui;
 use crate::request::Request;
 use crate::view::{Input, Simulated, View};
 
-/// The devices and their inputs, one after the other.
+/// The devices, each followed by its inputs.
 pub(super) fn rows(view: &View) -> impl Iterator<Item = (&Simulated, Option<&Input>)> {
     view.devices.iter().flat_map(|device| {
         let inputs = device.inputs.iter().map(move |input| (device, Some(input)));

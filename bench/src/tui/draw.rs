@@ -1,4 +1,4 @@
-//! How the terminal looks.
+//! Draws the terminal.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -14,14 +14,14 @@ use super::text::Text;
 use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
 use crate::view::{Log, View};
 
-/// How many lines at the foot of the screen what is said has at most.
+/// The most lines at the bottom of the screen for a message.
 const MOST_LINES: u16 = 4;
 
-/// How the state of a bus is called on which nothing is wrong.
+/// The controller's state on a healthy bus.
 const ACTIVE: &str = "error active";
 
 impl Screen {
-    /// Draws it all.
+    /// Draws everything.
     pub fn draw(&mut self, frame: &mut Frame<'_>, view: &View) {
         self.ui.follow(view);
         self.notices.follow(&self.ui, view);
@@ -92,7 +92,7 @@ impl Screen {
         frame.render_widget(line, state);
     }
 
-    /// The last line: the prompt, else the last message, else what the keys do.
+    /// The last line: the prompt, else the last message, else help on keys.
     fn foot(&self) -> Line<'static> {
         if let Some(Prompt { title, of, typed, .. }) = &self.ui.prompt {
             let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
@@ -105,7 +105,7 @@ impl Screen {
     fn draw_help(&self, frame: &mut Frame<'_>) {
         let area = frame.area().centered(Constraint::Percentage(90), Constraint::Percentage(80));
         let mut lines = vec![Line::from(self.ui.text(Text::HelpAll)), Line::default()];
-        // That of this tab first: a low screen has no space for all.
+        // Begin with the current tab: a low screen has no space for all.
         for tab in (0..Tab::ALL.len()).map(|by| self.ui.tab.further(by)) {
             lines.push(Line::from(self.ui.text(tab.title())).bold());
             lines.push(Line::from(tab.help(self.ui.language)));
@@ -116,7 +116,7 @@ impl Screen {
     }
 }
 
-/// Where a log stands.
+/// Draws the position in a log.
 fn draw_log(frame: &mut Frame<'_>, area: Rect, log: &Log) {
     let width = usize::from(area.width.saturating_sub(30));
     let place = (log.position / log.seconds.max(1e-9) * width as f64) as usize;
@@ -124,7 +124,7 @@ fn draw_log(frame: &mut Frame<'_>, area: Rect, log: &Log) {
     frame.render_widget(Line::from(format!(" {:>9.3} / {:<9.3} s {bar}", log.position, log.seconds)), area);
 }
 
-/// How many lines a text takes, wrapped at words.
+/// The number of lines of a text, wrapped at words.
 fn lines_of(text: &str, width: usize) -> u16 {
     let (mut lines, mut used, width) = (1, 0, width.max(1));
     for (word, place) in text.split(' ').zip(0..) {

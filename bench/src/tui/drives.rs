@@ -1,4 +1,4 @@
-//! The drives of the bus: their state machines, where they are, and orders to them.
+//! The tab with drives: state machines, positions, orders.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -18,7 +18,7 @@ use crate::view::{Drive, View};
 /// The states of CiA 402 on the way to OPERATION ENABLED.
 const WAY: [&str; 4] = ["SWITCH ON DISABLED", "READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED"];
 
-/// The states beside it.
+/// The states beside that way.
 const BESIDE: [&str; 4] = ["NOT READY TO SWITCH ON", "QUICK STOP ACTIVE", "FAULT REACTION ACTIVE", "FAULT"];
 
 pub(super) fn handle_key(ui: &mut Ui, code: KeyCode, view: &View) -> Option<Action> {
@@ -101,7 +101,7 @@ fn lines(ui: &Ui, drive: &Drive, now: f64) -> Vec<Line<'static>> {
         let line = |mark: &str| Line::from(format!("{} {mark} {}", ui.text(Text::Ended), ending.text));
         lines.push(match (ending.may_be_moving, ending.is_success) {
             (true, _) => line(ALARM).bold().red().reversed(),
-            // Whether it is still there is unknown.
+            // The reference point may be lost meanwhile.
             (false, true) if age.is_some() => line("✓").dim(),
             (false, true) => line("✓").green(),
             (false, false) => line(WRONG).red(),
@@ -119,7 +119,7 @@ fn lines(ui: &Ui, drive: &Drive, now: f64) -> Vec<Line<'static>> {
     lines
 }
 
-/// Two states beside each other: the present one stands out, those that it may be ordered to are in brackets.
+/// Two states side by side: the current one highlighted, states that can be ordered in brackets.
 fn machine(drive: &Drive, states: [&str; 2]) -> Line<'static> {
     let spans = states.map(|state| {
         let is_allowed = drive.allowed.iter().any(|allowed| allowed == state);

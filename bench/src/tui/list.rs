@@ -1,4 +1,4 @@
-//! Rows of which one is selected. What is selected or wrong has a mark, since not every terminal has colours.
+//! Lists with a selected row. Selection and errors have marks, since not every terminal has colours.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -7,35 +7,35 @@ use ratatui::widgets::{HighlightSpacing, Row, Table, TableState};
 
 use crate::view::Seen;
 
-/// Before the row that is selected.
+/// The mark of the selected row.
 pub(super) const SELECTED: &str = "▸";
 
-/// Before what is wrong.
+/// The mark of something wrong.
 pub(super) const WRONG: &str = "!";
 
-/// Before what may be dangerous.
+/// The mark of something possibly dangerous.
 pub(super) const ALARM: &str = "!!";
 
-/// Where rows were drawn: those from `first` on, a line each.
+/// The position of rows on the screen: from row `first` on, one line each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Listed {
     pub(super) area: Rect,
     pub(super) first: usize,
 }
 
-/// For how long nobody has seen what is shown, if somebody should have.
+/// The age of a value that should have been seen again; `None` if it is current.
 pub(super) fn age(seen: Option<Seen>, now: f64) -> Option<f64> {
     seen.filter(|seen| seen.is_old).map(|seen| now - seen.at)
 }
 
-/// The age behind what is shown; empty if that is new.
+/// The age as text; empty if the value is current.
 pub(super) fn ago(seen: Option<Seen>, now: f64) -> String {
     age(seen, now).map_or_else(String::new, |seconds| format!(" (-{seconds:.1} s)"))
 }
 
-/// What stands above rows, and how wide their columns are.
+/// The heads and widths of columns.
 pub(super) struct Columns<H, W> {
-    /// Empty for none.
+    /// Empty for no heads.
     pub(super) head: H,
     pub(super) widths: W,
 }
@@ -51,7 +51,7 @@ where
     H: AsRef<[&'h str]>,
     W: IntoIterator<Item = Constraint>,
 {
-    /// Draws as many rows as there is room for, so that the selected one is among them.
+    /// Draws as many rows as fit, including the selected one.
     pub(super) fn draw<'r, T>(
         self,
         frame: &mut Frame<'_>,

@@ -1,7 +1,7 @@
 //! The bench in a terminal.
 //!
-//! [`Screen`] is a state machine: keys and answers go in, requests come out, and it draws a view. [`run`] connects it to a bench
-//! and a terminal.
+//! [`Screen`] is a state machine: keys and answers go in, requests come out, and it draws a view. [`run`] connects it
+//! to a bench and a terminal.
 
 mod action;
 mod bus;
@@ -37,7 +37,7 @@ pub use action::{Action, Purpose};
 pub use screen::Screen;
 pub use text::Language;
 
-/// How often the screen is drawn.
+/// The interval of drawing.
 const DRAW: Duration = Duration::from_millis(100);
 
 /// Takes the terminal, with mouse events and bracketed paste. A panic restores the terminal.
@@ -53,7 +53,8 @@ pub fn take_terminal() -> io::Result<DefaultTerminal> {
     Ok(terminal)
 }
 
-/// Gives the terminal back if it was taken, unless it is gone: `ratatui::restore` would complain to it, and panic.
+/// Gives the terminal back if it was taken. If the terminal is gone, this does nothing: `ratatui::restore` would write
+/// to it and panic.
 pub fn give_terminal_back() {
     if IS_TAKEN.swap(false, Ordering::Relaxed) {
         release_input();
@@ -61,14 +62,14 @@ pub fn give_terminal_back() {
     }
 }
 
-/// Whether the terminal shows the bench.
+/// Whether the terminal is taken.
 static IS_TAKEN: AtomicBool = AtomicBool::new(false);
 
 fn release_input() {
     let _ = execute!(io::stdout(), DisableBracketedPaste, DisableMouseCapture);
 }
 
-/// Shows a bench on a terminal until somebody leaves. The terminal is taken and given back by the caller.
+/// Shows a bench on a terminal until the user leaves. The caller takes and gives back the terminal.
 pub fn run<B: Backend<Error = io::Error>>(
     bench: &Bench,
     terminal: &mut Terminal<B>,
@@ -98,7 +99,7 @@ pub fn run<B: Backend<Error = io::Error>>(
                     screen.paste(&text);
                     None
                 }
-                // It is drawn anew, in its new size.
+                // A change of size only needs drawing.
                 _ => None,
             };
             match action {

@@ -1,4 +1,4 @@
-//! The nodes of the bus.
+//! The tab with nodes.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;

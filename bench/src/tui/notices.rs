@@ -1,4 +1,4 @@
-//! What was said, and what stays until somebody has seen it.
+//! Messages, and notices that stay until the user has seen them.
 
 use ratatui::style::Stylize;
 use ratatui::text::Line;
@@ -9,19 +9,19 @@ use super::ui::Ui;
 use crate::request::Refused;
 use crate::view::{Job, View};
 
-/// How many jobs are shown.
+/// The most jobs shown.
 const MOST_JOBS: usize = 4;
 
-/// What is said to somebody.
+/// Messages to the user.
 #[derive(Default)]
 pub(super) struct Notices {
-    /// What was said last.
+    /// The last message.
     said: Option<Said>,
-    /// A drive could not be stopped. No later answer takes its place.
+    /// A drive could not be stopped. Later answers do not replace this.
     alarm: Option<String>,
-    /// The stop of the alarm is sent on, until it is confirmed.
+    /// Whether the stop of the alarm is still being sent, until it is confirmed.
     is_sent_on: bool,
-    /// The jobs whose ends were seen.
+    /// The jobs whose ends the user has seen.
     seen: Vec<u32>,
 }
 
@@ -39,13 +39,13 @@ impl Notices {
         self.said = Some(Said::Bad(text.into()));
     }
 
-    /// Says that something could not be stopped.
+    /// Shows that something could not be stopped.
     pub(super) fn alarm(&mut self, text: String) {
         self.said = None;
         (self.alarm, self.is_sent_on) = (Some(text), false);
     }
 
-    /// What was alarming may have been confirmed since.
+    /// Removes an alarm that has been confirmed since.
     pub(super) fn follow(&mut self, ui: &Ui, view: &View) {
         let is_unconfirmed = view.drives.iter().any(|drive| drive.unconfirmed.is_some());
         if self.alarm.is_some() && self.is_sent_on && !is_unconfirmed {
@@ -59,17 +59,17 @@ impl Notices {
         self.say(text);
     }
 
-    /// Somebody has seen what is said: the last line first, then an alarm, then the ends of jobs.
+    /// The user has seen a notice: the last message first, then an alarm, then the ends of jobs.
     pub(super) fn dismiss(&mut self, view: &View) {
         if self.said.take().is_none() && self.alarm.take().is_none() {
             self.seen = view.jobs.iter().filter(|job| job.is_success.is_some()).map(|job| job.number).collect();
         }
     }
 
-    /// The lines that are shown in every tab, whatever is asked for below them.
+    /// The lines shown in every tab above the last line.
     pub(super) fn lasting(&self, ui: &Ui, view: &View) -> Vec<Line<'static>> {
         let mut lines: Vec<_> = self.jobs(view).into_iter().map(|job| job_line(ui, job)).collect();
-        // Nobody can have seen the end of a drive that may be moving.
+        // A drive that may be moving cannot be dismissed.
         let moving = view.drives.iter().filter_map(|drive| drive.ending.as_ref().filter(|it| it.may_be_moving));
         let moving = moving.map(|ending| ending.text.clone());
         let unconfirmed = view.drives.iter().filter_map(|drive| Some((drive, drive.unconfirmed.as_ref()?)));
@@ -87,7 +87,7 @@ impl Notices {
         lines
     }
 
-    /// What was said last.
+    /// The last message.
     pub(super) fn last(&self) -> Option<Line<'static>> {
         self.said.as_ref().map(|said| match said {
             Said::Good(text) => Line::from(format!(" {text}")).green(),
@@ -95,7 +95,8 @@ impl Notices {
         })
     }
 
-    /// The jobs that run, those that have failed, and the newest one; not those whose end was acknowledged or has just been shown.
+    /// The jobs that run, those that failed, and the newest one, except those whose end was seen or has just been
+    /// shown.
     fn jobs<'v>(&self, view: &'v View) -> Vec<&'v Job> {
         let newest = view.jobs.iter().map(|job| job.number).max();
         let is_said = |job: &Job| matches!(&self.said, Some(Said::Bad(text)) if text.starts_with(&*job.text));
@@ -106,7 +107,7 @@ impl Notices {
             Some(false) => !is_said(job),
         };
         let mut shown: Vec<_> = view.jobs.iter().filter(is_shown).collect();
-        // What runs matters less than what has failed.
+        // Failed jobs first, then ended ones, then running ones.
         shown.sort_by_key(|job| (job.is_success != Some(false), job.is_success.is_none(), job.number));
         shown.truncate(MOST_JOBS);
         shown
@@ -128,7 +129,7 @@ fn job_line(ui: &Ui, job: &Job) -> Line<'static> {
     }
 }
 
-/// A refusal in words, with what to do.
+/// A refusal with its remedy, as text.
 pub(super) fn words(refused: &Refused) -> String {
     match &refused.remedy {
         Some(remedy) => format!("{} ({remedy})", refused.why),

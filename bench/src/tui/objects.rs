@@ -1,4 +1,4 @@
-//! The objects of a node.
+//! The tab with a node's objects.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -15,19 +15,19 @@ use super::ui::Ui;
 use crate::request::{Other, Request};
 use crate::view::{Object, View};
 
-/// Before a value that is not the default.
+/// The mark of a value that is not the default.
 const DIFFERS: &str = "≠ ";
 
-/// Before what a value could not be read for.
+/// The mark of the reason why a value could not be read.
 const FAILED: &str = "! ";
 
-/// How often a watched entry is read.
+/// The interval of reading a watched entry.
 const WATCHED_MS: u32 = 250;
 
-/// How often a plotted entry is read.
+/// The interval of reading a plotted entry.
 const PLOTTED_MS: u32 = 50;
 
-/// The entries of a node, and which of them are shown.
+/// The entries of a node, and the search.
 #[derive(Default)]
 pub(super) struct State {
     node: u8,
@@ -45,10 +45,10 @@ impl State {
     }
 }
 
-/// The entries that contain what is searched, in their names, addresses, values or groups.
+/// The entries whose name, address, value or group contains the searched text.
 pub(super) fn shown<'a>(ui: &Ui, state: &'a State, view: &View) -> impl Iterator<Item = &'a Object> + use<'a> {
     let wanted = state.search.to_lowercase();
-    // Those of the node before are no entries of this one.
+    // After the node has changed, entries of the last one are not shown.
     let are_of_node = ui.node(view).is_some_and(|node| node.id == state.node);
     state.objects.iter().filter(move |_| are_of_node).filter(move |object| {
         let value = object.value.as_ref().map_or("", |value| &value.text);

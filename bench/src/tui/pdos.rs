@@ -1,4 +1,4 @@
-//! The PDOs of a node, as bytes and bits.
+//! The tab with a node's PDOs, as bytes and bits.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -15,10 +15,10 @@ use super::ui::Ui;
 use crate::request::Request;
 use crate::view::{Pdo, Value, View};
 
-/// The colours of objects, one after the other.
+/// The colours of objects, used in turn.
 const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Blue, Color::Red];
 
-/// The PDOs of a node, and the mapping that is being made of one.
+/// The PDOs of a node, and a mapping being edited.
 #[derive(Default)]
 pub(super) struct State {
     pub(super) node: Option<u8>,
@@ -26,7 +26,7 @@ pub(super) struct State {
     draft: Option<Draft>,
 }
 
-/// A mapping that was not written yet.
+/// A mapping that is not written yet.
 #[derive(Clone)]
 struct Draft {
     pdo: String,
@@ -39,12 +39,12 @@ impl State {
         *self = State { node: Some(node), pdos, draft: None };
     }
 
-    /// The PDOs, if they are those of this node.
+    /// The PDOs, if they are of this node.
     pub(super) fn of(&self, node: u8) -> &[Pdo] {
         if self.node == Some(node) { &self.pdos } else { &[] }
     }
 
-    /// Takes PDOs of a node that were written.
+    /// Replaces PDOs of a node that were written.
     pub(super) fn replace(&mut self, node: u8, new: Vec<Pdo>) {
         if self.node != Some(node) {
             return;
@@ -57,12 +57,12 @@ impl State {
         }
     }
 
-    /// What the PDOs carry.
+    /// The addresses of all mapped objects.
     pub(super) fn addresses(&self) -> Vec<String> {
         self.pdos.iter().flat_map(|pdo| &pdo.fields).map(|field| field.address.clone()).collect()
     }
 
-    /// Takes values that were seen since.
+    /// Updates values of mapped objects.
     pub(super) fn see(&mut self, node: u8, values: &[Value]) {
         if self.node != Some(node) {
             return;
@@ -74,7 +74,7 @@ impl State {
         }
     }
 
-    /// Takes what was typed about the mapping of a PDO.
+    /// Adds the typed object to the mapping of a PDO.
     pub(super) fn add_object(&mut self, place: usize, object: String) {
         if let Some(draft) = self.draft(place) {
             draft.objects.push(object);
@@ -87,7 +87,7 @@ impl State {
         }
     }
 
-    /// The mapping of a PDO that is being made; begins with what is mapped.
+    /// The mapping of a PDO being edited; starts with the present one.
     fn draft(&mut self, place: usize) -> Option<&mut Draft> {
         let pdo = self.pdos.get(place)?;
         if self.draft.as_ref().is_none_or(|draft| draft.pdo != pdo.name) {
@@ -176,7 +176,7 @@ fn lines(ui: &Ui, state: &State, pdo: &Pdo) -> Vec<Line<'static>> {
     lines
 }
 
-/// The numbers of the bytes.
+/// The line with byte numbers.
 fn ruler() -> String {
     (0..8).map(|byte| format!("{byte:<9}")).collect()
 }

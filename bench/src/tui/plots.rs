@@ -1,4 +1,4 @@
-//! Curves, two cursors in them, and a trigger that holds them.
+//! The tab with curves, with two cursors and a trigger.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -18,36 +18,36 @@ use crate::number;
 use crate::request::Request;
 use crate::view::{Curve, View};
 
-/// How often a plotted entry is read.
+/// The interval of reading a plotted entry.
 const PLOTTED_MS: u32 = 50;
 
-/// The part of what is shown that was before the trigger.
+/// The share of the window before the trigger.
 const BEFORE_TRIGGER: f64 = 0.2;
 
 const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Blue, Color::Red];
 
-/// The curves, and how much of them is shown.
+/// The curves, and the window of time shown.
 pub(super) struct State {
     curves: Vec<Curve>,
     span: f64,
-    /// What is shown begins here; the newest points are shown without it.
+    /// The beginning of the window; `None` to follow the newest points.
     held: Option<f64>,
-    /// Whether the points of what is held are here.
+    /// Whether all points of a held window have been received.
     is_complete: bool,
-    /// The times of the cursors, and which of them is moved.
+    /// The times of the cursors.
     cursors: [Option<f64>; 2],
     active: usize,
     trigger: Option<Trigger>,
 }
 
-/// Holds the plot when a curve crosses a level.
+/// A trigger, which holds the window when a curve crosses a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Trigger {
-    /// The place of the curve.
+    /// The position of the curve.
     curve: usize,
     level: f64,
     is_rising: bool,
-    /// Since when.
+    /// The time since when it is armed.
     armed: f64,
 }
 
@@ -70,14 +70,14 @@ impl State {
         self.curves.len()
     }
 
-    /// Where what is shown begins, and where it ends.
+    /// The beginning and end of the window.
     fn window(&self, now: f64) -> (f64, f64) {
         let from = self.held.unwrap_or(now - self.span).max(0.0);
         let to = self.held.map_or(now, |from| from + self.span);
         (from, to.max(from + 0.1))
     }
 
-    /// The points that are shown, unless they are here.
+    /// The request for the points of the window, unless they have been received.
     pub(super) fn request(&self, now: f64) -> Option<Request> {
         let (since, _) = self.window(now);
         (self.held.is_none() || !self.is_complete).then_some(Request::Curves { since })
@@ -89,7 +89,7 @@ impl State {
         self.is_complete = self.held.is_some_and(|from| newest >= from + self.span);
         let Some(trigger) = self.trigger else { return };
         let at = self.curves.get(trigger.curve).and_then(|curve| trigger.crossing(&curve.points));
-        // With what came after it.
+        // Wait for the rest of the window after the trigger.
         let Some(at) = at.filter(|at| newest >= at + self.span * (1.0 - BEFORE_TRIGGER)) else { return };
         self.held = Some((at - self.span * BEFORE_TRIGGER).max(0.0));
         (self.cursors, self.active, self.trigger) = ([Some(at), None], 0, None);
@@ -100,7 +100,7 @@ impl State {
         last.map(|(at, _)| *at).fold(0.0, f64::max)
     }
 
-    /// Waits until a curve crosses a level: `> 100`, `< 100`; for nothing if it is empty.
+    /// Arms the trigger with a level: `> 100`, `< 100`; disarms it with an empty text.
     pub(super) fn arm(&mut self, curve: usize, words: &str, now: f64) -> Result<(), String> {
         let words = words.trim();
         if words.is_empty() {
@@ -115,17 +115,17 @@ impl State {
         Ok(())
     }
 
-    /// Shows the newest points.
+    /// Follows the newest points.
     pub(super) fn follow(&mut self) {
         (self.held, self.is_complete) = (None, false);
     }
 
-    /// Shows another span, or holds another part.
+    /// Changes the length of the window.
     fn show(&mut self, span: f64) {
         (self.span, self.is_complete) = (span, false);
     }
 
-    /// Moves a cursor that is there, and sets one that is not into the middle.
+    /// Selects a cursor for moving; a new one starts in the middle.
     fn choose_cursor(&mut self, cursor: usize, now: f64) {
         self.active = cursor;
         let (from, to) = self.window(now);
@@ -141,7 +141,7 @@ impl State {
 }
 
 impl Trigger {
-    /// When a curve first crosses the level after this was armed.
+    /// The first time at which the curve crosses the level after the trigger was armed.
     fn crossing(&self, points: &[(f64, f64)]) -> Option<f64> {
         let after = points.partition_point(|(at, _)| *at <= self.armed).saturating_sub(1);
         points[after..].windows(2).find_map(|pair| {
@@ -161,7 +161,7 @@ impl Trigger {
     }
 }
 
-/// The number at a time: that of the last point until then.
+/// The number at a time: that of the last point before it.
 fn number_at(points: &[(f64, f64)], time: f64) -> Option<f64> {
     let after = points.partition_point(|(at, _)| *at <= time);
     Some(points[after.checked_sub(1)?].1)
@@ -202,7 +202,7 @@ pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &V
     None
 }
 
-/// The curves by name, and a picture for each unit.
+/// Draws the list of curves, and a diagram for each unit.
 pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, view: &View) -> Vec<Listed> {
     let curves = &state.curves;
     if curves.is_empty() {
@@ -224,7 +224,7 @@ pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, vi
     vec![listed]
 }
 
-/// The curves with their last numbers, and those at the cursors.
+/// Draws the curves' names with their last numbers and those at the cursors.
 fn draw_names(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, now: f64) -> Listed {
     let columns = Columns {
         head: [""; 5],
@@ -252,7 +252,7 @@ fn draw_names(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, now: f6
     })
 }
 
-/// Where the cursors are, and what is waited for.
+/// The positions of the cursors and the state of the trigger, as text.
 fn how(ui: &Ui, state: &State) -> String {
     let mut words = vec![ui.text(if state.held.is_some() { Text::Stands } else { Text::Follows }).to_owned()];
     let moved = |cursor| if state.active == cursor { "*" } else { "" };
@@ -271,7 +271,7 @@ fn how(ui: &Ui, state: &State) -> String {
 
 fn draw_unit(state: &State, frame: &mut Frame<'_>, area: Rect, now: f64, unit: Option<&str>) {
     let (from, to) = state.window(now);
-    // A line leaves the picture towards the nearest points outside.
+    // Include the nearest points outside, towards which lines leave the window.
     let in_sight = |curve: &'_ Curve| {
         let first = curve.points.partition_point(|(at, _)| *at < from).saturating_sub(1);
         first..(curve.points.partition_point(|(at, _)| *at <= to) + 1).min(curve.points.len())
@@ -334,7 +334,7 @@ fn color(place: usize) -> Color {
     COLORS[place % COLORS.len()]
 }
 
-/// What a curve is called beside its line, since not every terminal has colours.
+/// The letter of a curve, since not every terminal has colours.
 fn letter(place: usize) -> char {
     (b'a' + (place % 26) as u8) as char
 }

@@ -1,26 +1,26 @@
-//! A question in the last line.
+//! The prompt in the last line.
 
 use super::action::Action;
 use super::text::Text;
 
-/// A question, and what was typed so far.
+/// A question with the text typed so far.
 pub(super) struct Prompt {
     pub(super) title: &'static str,
-    /// What it is about: `5 feeder 6081:00`.
+    /// The subject of the question: `5 feeder 6081:00`.
     pub(super) of: String,
     pub(super) typed: String,
     pub(super) then: Then,
 }
 
-/// What becomes of the answer to a question.
+/// What to do with the answer.
 pub(super) enum Then {
-    /// It knows what it is about: the selected row may be another one by then.
+    /// Make a request. It is bound to its subject now, because the selection may change meanwhile.
     Ask(Box<dyn FnOnce(String) -> Result<Action, String>>),
-    /// It changes the screen alone.
+    /// Change a field of the screen.
     Set(Field),
 }
 
-/// What somebody types for a tab, and no request asks for.
+/// A text that a tab keeps, without a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Field {
     Search,
@@ -47,7 +47,7 @@ impl Field {
 }
 
 impl Prompt {
-    /// Takes what was pasted: text, of which no part is a key. A line break would be one.
+    /// Takes pasted text. It counts as text, never as keys, so line breaks are removed.
     pub(super) fn paste(&mut self, text: &str) {
         self.typed.extend(text.chars().filter(|character| !character.is_control()));
     }

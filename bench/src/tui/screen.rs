@@ -1,4 +1,4 @@
-//! The terminal as a state machine: keys and answers go in, requests come out.
+//! The screen as a state machine: keys and answers go in, requests come out.
 
 use std::io::Write;
 
@@ -17,10 +17,10 @@ use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
 use crate::request::{Answer, Refused, Request};
 use crate::view::View;
 
-/// How many rows a turn of the wheel scrolls.
+/// How many rows the mouse wheel scrolls.
 const WHEEL: usize = 3;
 
-/// The terminal.
+/// The screen.
 #[derive(Default)]
 pub struct Screen {
     pub(super) ui: Ui,
@@ -33,7 +33,7 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// A client that has this number.
+    /// The screen of the client with this number.
     #[must_use]
     pub fn new(client: u32, language: Language) -> Self {
         Screen { ui: Ui { language, client, ..Ui::default() }, ..Screen::default() }
@@ -42,7 +42,7 @@ impl Screen {
     /// Handles a key.
     pub fn handle_key(&mut self, key: KeyEvent, view: &View) -> Option<Action> {
         let action = self.press(key, view);
-        // What is held has no points of a curve that is added.
+        // A held window lacks the points of a new curve.
         if let Some(Action::Ask(_, Request::Plot { .. })) = &action {
             self.plots.follow();
         }
@@ -57,13 +57,13 @@ impl Screen {
         if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
             return Some(Action::Leave);
         }
-        // Whatever else is shown: this stops. A space may belong to what is typed.
+        // These keys stop, whatever is shown. In a prompt, the space belongs to the text.
         if key.code == KeyCode::F(12) || (key.code == KeyCode::Char(' ') && self.ui.prompt.is_none()) {
             (self.ui.prompt, self.has_help) = (None, false);
             self.notices.say(self.ui.text(Text::Stopping));
             return Some(Action::Ask(Purpose::Stop, Request::StopAll));
         }
-        // Both together are AltGr on some terminals. Some send Ctrl-H for Backspace.
+        // Ctrl and Alt together are AltGr on some terminals. Some terminals send Ctrl-H for Backspace.
         let is_chord = key.modifiers.contains(KeyModifiers::CONTROL) != key.modifiers.contains(KeyModifiers::ALT);
         let code = match key.code {
             KeyCode::Char('h') if key.modifiers == KeyModifiers::CONTROL => KeyCode::Backspace,
@@ -169,9 +169,9 @@ impl Screen {
         }
     }
 
-    /// Handles what is done with the mouse: it selects and scrolls, and gives no order.
+    /// Handles the mouse, which selects and scrolls, but gives no orders.
     pub fn handle_mouse(&mut self, mouse: MouseEvent, view: &View) {
-        // What is asked is about what was selected when it was asked.
+        // A prompt keeps the selection that it is about.
         if self.ui.prompt.is_some() {
             return;
         }
@@ -207,20 +207,20 @@ impl Screen {
         }
     }
 
-    /// A tab in the first line.
+    /// The title of a tab in the first line.
     pub(super) fn tab(&self, tab: Tab) -> String {
         let marks = if tab == self.ui.tab { ['[', ']'] } else { [' ', ' '] };
         format!("{}{} {}{}", marks[0], tab as usize + 1, self.ui.text(tab.title()), marks[1])
     }
 
-    /// Takes what was pasted: text where something is typed, and nothing elsewhere. It is not somebody who presses keys.
+    /// Takes pasted text in a prompt; elsewhere it is ignored, since it was not typed as keys.
     pub fn paste(&mut self, text: &str) {
         if let Some(prompt) = &mut self.ui.prompt {
             prompt.paste(text);
         }
     }
 
-    /// A key while a question is asked.
+    /// Handles a key in a prompt.
     fn answer(&mut self, code: KeyCode, view: &View) -> Option<Action> {
         let prompt = self.ui.prompt.as_mut()?;
         match code {
@@ -258,7 +258,7 @@ impl Screen {
         Ok(())
     }
 
-    /// What the tab needs to be shown: asked again when the answer to the last one is there.
+    /// The request that the tab needs to be drawn; repeated when the last answer has come.
     #[must_use]
     pub fn wants(&self, view: &View) -> Option<(Purpose, Request)> {
         let node = self.ui.node.or_else(|| view.nodes.first().map(|node| node.id));
@@ -272,7 +272,7 @@ impl Screen {
         }
     }
 
-    /// Takes the answer to a request.
+    /// Handles the answer to a request.
     pub fn take(&mut self, purpose: Purpose, result: Result<Answer, Refused>) {
         let text = |text| self.ui.text(text);
         match (purpose, result) {
@@ -284,13 +284,13 @@ impl Screen {
                 self.notices.complain(words(&refused));
             }
             (Purpose::Seen(node), Ok(Answer::Values(values))) => self.pdos.see(node, &values),
-            // It says nothing that the reading of the PDOs does not say.
+            // Ignore it: reading the PDOs reports the same.
             (Purpose::Seen(_), _) => {}
             (Purpose::Trace, Ok(Answer::Frames(frames))) => self.trace.take(frames),
             (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.take(curves),
             (Purpose::File(path), Ok(Answer::File { name, bytes })) => {
                 let path = if path.is_empty() { unused(name) } else { path };
-                // It may be the very log that is shown.
+                // Never replace a file: it may be the log that is shown.
                 let file = std::fs::File::create_new(&path);
                 match file.and_then(|mut file| file.write_all(&bytes)) {
                     Ok(()) => self.notices.say(format!("{path} {}", text(Text::Written))),
@@ -329,7 +329,7 @@ impl Screen {
     }
 }
 
-/// The name of a file that is not there yet: a recording cannot be asked for once more.
+/// A file name that is not used yet, because a recording cannot be fetched again.
 fn unused(name: String) -> String {
     let mut numbered = (2..).map(|number| format!("{number}-{name}"));
     let is_there = |name: &str| std::path::Path::new(name).exists();

@@ -20,7 +20,7 @@ impl Tab {
     pub(super) const ALL: [Tab; 8] =
         [Tab::Nodes, Tab::Objects, Tab::Pdos, Tab::Trace, Tab::Plots, Tab::Drives, Tab::Bus, Tab::Devices];
 
-    /// The tab `by` places further on.
+    /// The tab `by` positions to the right.
     pub(super) const fn further(self, by: usize) -> Self {
         Tab::ALL[(self as usize + by) % Tab::ALL.len()]
     }
@@ -38,7 +38,7 @@ impl Tab {
         }
     }
 
-    /// What the keys do there.
+    /// Help on the keys of the tab.
     pub(super) fn help(self, language: Language) -> String {
         let text = match self {
             Tab::Nodes => Text::HelpNodes,

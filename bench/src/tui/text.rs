@@ -1,6 +1,6 @@
-//! What the terminal says, in English and German.
+//! The texts of the terminal in English and German.
 
-/// The language of the terminal; what the bench says of the bus is English.
+/// The language of the terminal; messages about the bus are in English.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Language {
     /// English.
@@ -11,7 +11,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// That of the value of `LANG`: `de_DE.UTF-8`.
+    /// The language for a value of `LANG`: `de_DE.UTF-8`.
     #[must_use]
     pub fn of_locale(locale: &str) -> Self {
         if locale.to_ascii_lowercase().starts_with("de") { Language::German } else { Language::English }
@@ -20,7 +20,6 @@ impl Language {
 
 macro_rules! texts {
     ($($name:ident, $english:literal, $german:literal;)*) => {
-        /// A text.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(super) enum Text {
             $($name,)*

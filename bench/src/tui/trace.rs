@@ -1,4 +1,4 @@
-//! The frames of the bus, in words.
+//! The tab with the trace.
 
 use lexican_toolbox::log::Format;
 use ratatui::Frame;
@@ -17,25 +17,25 @@ use crate::columns;
 use crate::request::Request;
 use crate::view::{Frames, TraceFilter, View};
 
-/// How many rows are asked for: some above those in sight, and as many as the largest terminal has.
+/// How many rows are requested: as many as the largest terminal shows, and some above.
 const PAGE: u32 = 300;
 
-/// How many of these rows lie above the screen, so that scrolling up finds them loaded.
+/// How many of these are above the screen, so that they are there when scrolling up.
 const ABOVE: u32 = 100;
 
-/// How many rows before the one that somebody wants to see are shown with it.
+/// How many rows before a marked one are shown.
 const BEFORE: u64 = 5;
 
-/// From which width on there is room for the bytes of a frame.
+/// The width of the terminal from which on the bytes of frames are shown.
 const WIDE: u16 = 110;
 
-/// Where the trace stands, and which frames are shown.
+/// The position in the trace, and the filter.
 #[derive(Default)]
 pub(super) struct State {
     filter: TraceFilter,
-    /// The number of the row that is shown first: its place changes when old ones are forgotten. The newest rows without it.
+    /// The row number at the top, because positions change when old rows are dropped; `None` to follow the newest rows.
     held: Option<u64>,
-    /// The number of the row that somebody wants to see.
+    /// The row number that the user wants to see.
     marked: Option<u64>,
     frames: Frames,
 }
@@ -50,19 +50,19 @@ impl State {
         self.frames = frames;
     }
 
-    /// Goes to a row, with some of those before it.
+    /// Moves to a row, with some rows before it.
     pub(super) fn show_row(&mut self, number: u64) {
         self.filter = TraceFilter::default();
         self.held = Some(number.saturating_sub(BEFORE));
         self.marked = Some(number);
     }
 
-    /// How many rows are here.
+    /// The number of rows received.
     pub(super) fn count(&self) -> usize {
         self.frames.rows.len()
     }
 
-    /// Other frames are shown.
+    /// Sets the filter.
     pub(super) fn set(&mut self, field: Field, typed: String) {
         match field {
             Field::Services => self.filter.services = typed,
@@ -71,22 +71,22 @@ impl State {
         }
     }
 
-    /// The place of the first row that is shown, of those that are here.
+    /// The position of the first row shown among those received.
     fn top(&self, lines: usize) -> usize {
         let rows = &self.frames.rows;
         let held = self.held.map(|held| rows.partition_point(|row| row.number < held));
-        // A log may have gone back to before the row.
+        // The log may have been moved to a time before the row.
         held.filter(|top| *top < rows.len()).unwrap_or(rows.len().saturating_sub(lines))
     }
 
-    /// Holds what is in sight, a few rows further up or down.
+    /// Holds the window, some rows further up or down.
     fn scroll(&mut self, by: isize, lines: usize) {
         let last = self.frames.rows.len().saturating_sub(1);
         let top = self.top(lines).saturating_add_signed(by).min(last);
         self.held = self.frames.rows.get(top).map(|row| row.number);
     }
 
-    /// Marks a row that is shown.
+    /// Marks a row on the screen.
     pub(super) fn mark(&mut self, row: usize, lines: usize) {
         self.scroll(0, lines);
         self.marked = self.frames.rows.get(row).map(|row| row.number);
@@ -108,7 +108,7 @@ pub(super) fn handle_key(ui: &mut Ui, state: &mut State, code: KeyCode, view: &V
         KeyCode::Char('!') => state.filter.alarming ^= true,
         KeyCode::Char('0') => state.filter = TraceFilter::default(),
         KeyCode::Char('k') => {
-            // One of the machine's after the other, then none.
+            // Cycle through the machine's filters, then none.
             let kept = &view.kept.filters;
             let next = kept.iter().position(|(_, filter)| *filter == state.filter).map_or(0, |at| at + 1);
             state.filter = kept.get(next).map_or_else(TraceFilter::default, |(_, filter)| filter.clone());
@@ -135,7 +135,7 @@ pub(super) fn draw(ui: &Ui, state: &State, frame: &mut Frame<'_>, area: Rect, vi
     let lost = lost.map_or_else(String::new, |number| format!("  {WRONG} #{number} {}", ui.text(Text::Forgotten)));
     let filter = words(ui, &state.filter);
     frame.render_widget(Line::from(format!(" {count} {rows}, {follows}  {filter}{lost}")).bold(), head);
-    // The words are worth more than the bytes.
+    // On a narrow terminal, texts are more useful than bytes.
     let is_shown = |name| name != "data" || list.width >= WIDE;
     let mut head = vec![""];
     let mut widths = vec![Constraint::Length(1)];

@@ -1,4 +1,4 @@
-//! What all tabs share: which one is shown, what is selected, and what is asked for in the last line.
+//! What all tabs share: the current tab, selections, and the prompt.
 
 use super::action::Action;
 use super::list::Listed;
@@ -13,13 +13,13 @@ pub(super) struct Ui {
     /// The number of this client.
     pub(super) client: u32,
     pub(super) tab: Tab,
-    /// The selected node and the selected drive: their rows change when others are found.
+    /// The selected node, and below it the selected drive: their rows change when others appear.
     pub(super) node: Option<u8>,
     pub(super) drive: Option<u8>,
-    /// The selected row of each tab.
+    /// The selected row in each tab.
     pub(super) rows: [usize; 8],
     pub(super) prompt: Option<Prompt>,
-    /// Where the rows of the tab were drawn.
+    /// Where rows of the tab were drawn.
     pub(super) listed: Vec<Listed>,
 }
 
@@ -28,13 +28,13 @@ impl Ui {
         text.of(self.language)
     }
 
-    /// The selected node, or the first one.
+    /// The selected node, or else the first one.
     pub(super) fn node<'v>(&self, view: &'v View) -> Option<&'v Node> {
         let selected = view.nodes.iter().find(|node| Some(node.id) == self.node);
         selected.or_else(|| view.nodes.first())
     }
 
-    /// The selected row of the tab.
+    /// The selected row in the tab.
     pub(super) fn row(&self) -> usize {
         self.rows[self.tab as usize]
     }
@@ -43,7 +43,7 @@ impl Ui {
         self.rows[self.tab as usize] = row;
     }
 
-    /// Finds the rows of the selected node and drive among those that there are now: a key means the one that was shown.
+    /// Finds the rows of the selected node and drive in the new view, so that a key refers to the one that was shown.
     pub(super) fn follow(&mut self, view: &View) {
         self.node = self.node.or_else(|| view.nodes.first().map(|node| node.id));
         self.drive = self.drive.or_else(|| view.drives.first().map(|drive| drive.node));
@@ -53,7 +53,7 @@ impl Ui {
         self.rows[Tab::Drives as usize] = drive.unwrap_or_default();
     }
 
-    /// Selects another node, and no row of it.
+    /// Selects another node, and its first row.
     pub(super) fn select_node(&mut self, view: &View, by: isize) {
         let count = view.nodes.len().max(1) as isize;
         let place = (self.rows[Tab::Nodes as usize] as isize + by).rem_euclid(count) as usize;
@@ -62,12 +62,12 @@ impl Ui {
         self.follow(view);
     }
 
-    /// How many rows are in sight.
+    /// The number of rows visible.
     pub(super) fn lines(&self) -> usize {
         self.listed.last().map_or(1, |listed| usize::from(listed.area.height).max(1))
     }
 
-    /// Asks in the last line for what a request about something needs.
+    /// Prompts for the value of a request.
     pub(super) fn ask(
         &mut self,
         title: Text,
@@ -77,7 +77,7 @@ impl Ui {
         self.ask_in_words(self.text(title), of, then)
     }
 
-    /// The same, for a question that is no text of the terminal's own.
+    /// The same with a title that is not among the terminal's texts.
     pub(super) fn ask_in_words(
         &mut self,
         title: &'static str,
@@ -88,7 +88,7 @@ impl Ui {
         None
     }
 
-    /// Asks in the last line for what changes the screen alone.
+    /// Prompts for a field of the screen.
     pub(super) fn ask_for(&mut self, field: Field) -> Option<Action> {
         let (title, of, typed) = (self.text(field.title()), String::new(), String::new());
         self.prompt = Some(Prompt { title, of, typed, then: Then::Set(field) });

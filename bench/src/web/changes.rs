@@ -1,10 +1,11 @@
-//! Which fields of the view have changed.
+//! Tracks which fields of the view have changed.
 
 use serde_json::Value as Json;
 
 use crate::View;
 
-/// The fields of a view in JSON, each with the number of the view that brought its present value. They are written once for all clients.
+/// The fields of a view in JSON, each with the number of the view that changed it last. They are serialised once for
+/// all clients.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fields {
     /// The number of the last view, from 1.
@@ -20,7 +21,7 @@ struct Field {
 }
 
 impl Fields {
-    /// The fields after another view.
+    /// Updates the fields from the next view.
     pub(super) fn update(&mut self, view: &View) {
         self.number += 1;
         let Ok(Json::Object(fields)) = serde_json::to_value(view) else { return };

@@ -1,4 +1,4 @@
-//! Connections, of which there are not too many, and none that says nothing.
+//! Limits the number of connections, and closes silent ones.
 
 use std::io;
 use std::net::SocketAddr;
@@ -13,16 +13,16 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Instant, Sleep, sleep};
 
-/// The most connections at once: each page has one, and some for its files.
+/// The most connections: each page has one, and some for its files.
 const MOST: usize = 128;
 /// How long the head of the first request may take.
 const HEAD: Duration = Duration::from_secs(5);
-/// How long a connection may say nothing. A page says every second that it has taken a view.
+/// How long a connection may be silent. A page acknowledges a view every second.
 const SILENCE: Duration = Duration::from_secs(30);
-/// What the head of a request ends with.
+/// The end of a request's head.
 const END: [u8; 4] = *b"\r\n\r\n";
 
-/// Listens, and takes a connection when there is a place for it.
+/// Accepts connections while there are fewer than allowed.
 pub(super) struct Connections {
     listener: TcpListener,
     places: Arc<Semaphore>,
@@ -41,7 +41,7 @@ impl Listener for Connections {
     async fn accept(&mut self) -> (Connection, SocketAddr) {
         let place = Arc::clone(&self.places).acquire_owned().await.expect("the places are never closed");
         let (stream, address) = Listener::accept(&mut self.listener).await;
-        // What is ordered leaves at once.
+        // Send orders without delay.
         let _ = stream.set_nodelay(true);
         (Connection { stream, patience: Box::pin(sleep(HEAD)), last: [0; 4], has_head: false, _place: place }, address)
     }
@@ -51,11 +51,11 @@ impl Listener for Connections {
     }
 }
 
-/// A connection that ends when it says nothing for too long.
+/// A connection that ends after a silence.
 pub(super) struct Connection {
     stream: TcpStream,
     patience: Pin<Box<Sleep>>,
-    /// The last bytes that were read.
+    /// The last bytes read.
     last: [u8; 4],
     has_head: bool,
     _place: OwnedSemaphorePermit,

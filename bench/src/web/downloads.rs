@@ -10,17 +10,17 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 
 use super::guard::Token;
 
-/// The most files that wait for a client; a new one takes the place of the oldest.
+/// The most files that wait for a client; a new one replaces the oldest.
 const WAITING: usize = 4;
 
-/// Files that wait until they are fetched.
+/// The waiting files.
 #[derive(Default)]
 pub(super) struct Downloads {
     waiting: Mutex<VecDeque<Download>>,
 }
 
 struct Download {
-    /// Whose it is: when the client is closed, nobody can want it any more.
+    /// The client that may fetch it; dropped when that is closed.
     client: u32,
     key: Token,
     name: String,
@@ -28,7 +28,7 @@ struct Download {
 }
 
 impl Downloads {
-    /// Keeps a file for a client; returns its address.
+    /// Keeps a file for a client; returns the address to fetch it from.
     pub(super) fn offer(&self, client: u32, name: String, content: Vec<u8>) -> std::io::Result<String> {
         let key = Token::new()?;
         let address = format!("/file/{}", key.as_str());
@@ -42,7 +42,7 @@ impl Downloads {
         Ok(address)
     }
 
-    /// The answer to the first request for a file.
+    /// The response to the first request for a file.
     pub(super) fn answer(&self, key: &str) -> Option<Response<Body>> {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         let found = waiting.iter().position(|download| download.key.is(key))?;
@@ -55,13 +55,13 @@ impl Downloads {
             .ok()
     }
 
-    /// Drops what waits for a client.
+    /// Drops the files of a client.
     pub(super) fn forget(&self, client: u32) {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner).retain(|download| download.client != client);
     }
 }
 
-/// As a parameter of a header has it (RFC 8187).
+/// Encodes a parameter of a header (RFC 8187).
 fn percent_encoded(name: &str) -> String {
     let mut encoded = String::new();
     for byte in name.bytes() {

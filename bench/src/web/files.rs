@@ -1,4 +1,4 @@
-//! The page, as it was built into the program.
+//! Serves the page, which is built into the program.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,10 +15,10 @@ use rust_embed::RustEmbed;
 #[folder = "page/dist"]
 struct Dist;
 
-/// The file that is the page itself.
+/// The file of the page itself.
 const INDEX: &str = "index.html";
 
-/// What to serve, compressed once.
+/// The files of the page, compressed once.
 pub(super) struct Files {
     files: BTreeMap<String, File>,
 }
@@ -27,7 +27,7 @@ struct File {
     content_type: &'static str,
     etag: String,
     plain: Bytes,
-    /// In the coding `deflate`, if that is shorter.
+    /// Encoded with `deflate`, if that is shorter.
     deflated: Option<Bytes>,
 }
 
@@ -37,11 +37,11 @@ impl Files {
         Files { files: Dist::iter().filter_map(file).collect() }
     }
 
-    /// The answer to a request for `/` or `/name`.
+    /// The response to a request for `/` or `/name`.
     pub(super) fn answer(&self, path: &str, asked: &HeaderMap) -> Option<Response<Body>> {
         let name = path.strip_prefix('/')?;
         let file = self.files.get(if name.is_empty() { INDEX } else { name })?;
-        // The page's address may have the token in it, so that it is kept nowhere; the others are kept, and asked about.
+        // The page's address may contain the token, so it must not be cached; other files are cached and revalidated.
         let kept = if name.is_empty() { "no-store" } else { "no-cache" };
         let answer =
             Response::builder().header(ETAG, &file.etag).header(CACHE_CONTROL, kept).header(VARY, "Accept-Encoding");
@@ -64,7 +64,7 @@ impl Files {
 
 impl File {
     fn new(name: &str, file: &rust_embed::EmbeddedFile) -> Self {
-        /// As small as it gets: it is done once, in milliseconds.
+        /// The best compression: it is done once, in milliseconds.
         const BEST: u8 = 9;
         let plain = Bytes::copy_from_slice(&file.data);
         let deflated = Some(compress_to_vec_zlib(&plain, BEST)).filter(|deflated| deflated.len() < plain.len());
@@ -117,7 +117,7 @@ mod tests {
     fn the_page_names_nothing_that_would_be_loaded_from_elsewhere() {
         let files = Files::new();
         let index = std::str::from_utf8(&files.files[INDEX].plain).unwrap();
-        // What a browser loads is named by these; the policy refuses it as well, which is tested in a browser.
+        // These name what a browser loads; the policy forbids foreign addresses as well, which is tested in a browser.
         let mut named = index.split(['<', '>']).flat_map(str::split_whitespace);
         assert!(
             named.all(|word| !(word.starts_with("src=") || word.starts_with("href=")) || !word.contains("//")),

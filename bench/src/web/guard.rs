@@ -1,4 +1,4 @@
-//! Who may talk to the bench: who knows its token, and comes by an address that is the bench's own.
+//! Checks who may talk to the bench: requests must have the token, and an address of the bench itself.
 
 use std::hint::black_box;
 use std::io;
@@ -7,7 +7,7 @@ use std::net::IpAddr;
 use axum::http::header::{HOST, HeaderMap, HeaderName, ORIGIN};
 use axum::http::uri::{Authority, Uri};
 
-/// The secret that `lexican bench` prints: 128 random bits in hexadecimal digits.
+/// The token that `lexican bench` prints: 128 random bits in hexadecimal.
 #[derive(Clone)]
 pub(super) struct Token(String);
 
@@ -22,7 +22,7 @@ impl Token {
         &self.0
     }
 
-    /// Whether this is the token. The time that it takes does not say how much of it is right.
+    /// Compares in constant time, so that the duration does not reveal how much of the token is right.
     pub(super) fn is(&self, text: &str) -> bool {
         let (this, text) = (self.0.as_bytes(), text.as_bytes());
         let differences = this.iter().zip(text).fold(0, |found, (this, other)| black_box(found | (this ^ other)));
@@ -30,7 +30,7 @@ impl Token {
     }
 }
 
-/// What is wrong with a request, and what to do.
+/// Why a request is refused, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Forbidden {
     pub(super) why: String,
@@ -40,14 +40,14 @@ fn forbidden(why: impl Into<String>) -> Forbidden {
     Forbidden { why: why.into() }
 }
 
-/// The names under which the bench may be asked, beside those that nobody can take from it.
+/// The names of the bench in addresses, besides those that nobody else can use.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names(pub(super) Vec<String>);
 
 impl Names {
-    /// Judges a request by where its page comes from. A page of anybody may send requests to this machine; and a name of theirs may
-    /// begin to mean this machine once their page is loaded (DNS rebinding), so that only addresses, `localhost` and the names that
-    /// the user gave are trusted.
+    /// Checks the host and the origin of a request. Foreign pages can send requests to this computer, and their names
+    /// can be made to point to it after they are loaded (DNS rebinding). So only IP addresses, `localhost` and the
+    /// names given by the user are trusted.
     pub(super) fn judge(&self, headers: &HeaderMap) -> Result<(), Forbidden> {
         let host = only(headers, &HOST)?.ok_or_else(|| forbidden("the request has no Host"))?;
         let host: Authority = host.parse().map_err(|_| forbidden(format!("{host:?} is no Host")))?;
@@ -59,7 +59,7 @@ impl Names {
         }
         let Some(origin) = only(headers, &ORIGIN)? else { return Ok(()) };
         let from = origin.parse::<Uri>().ok();
-        // The bench itself serves no TLS: that is a reverse proxy's, by a name that was given.
+        // The bench itself does not serve TLS; a reverse proxy does, with a given name.
         let schemes: &[&str] = if self.is_given(host.host()) { &["http", "https"] } else { &["http"] };
         let is_known = |from: &Uri| from.scheme_str().is_some_and(|scheme| schemes.contains(&scheme));
         if from.as_ref().filter(|from| is_known(from)).and_then(Uri::authority) == Some(&host) {
@@ -80,7 +80,7 @@ impl Names {
     }
 }
 
-/// The text of a header that may be there once.
+/// The text of a header that may occur once.
 fn only<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Result<Option<&'h str>, Forbidden> {
     let mut values = headers.get_all(name).iter();
     let first = values.next();
@@ -116,7 +116,7 @@ mod tests {
         for host in ["127.0.0.1:7001", "localhost", "LOCALHOST:1", "[::1]:7001", "192.168.0.7", "bench.example:443"] {
             assert_eq!(judge(&[(HOST, host)]), Ok(()), "{host}");
         }
-        // What browsers resolve, and what only looks like an address.
+        // Names that browsers resolve, and texts that only look like IP addresses.
         for host in
             ["evil.example:7001", "127.0.0.1.evil.example", "localhost.evil.example", "localhost.", "", "[::1", "a b"]
         {
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(from("http://127.0.0.1:7001"), Ok(()));
         // Behind a reverse proxy with TLS.
         assert_eq!(judge(&[(HOST, "bench.example"), (ORIGIN, "https://bench.example")]), Ok(()));
-        // Another port of this machine is another program.
+        // Another port of this computer is another program.
         for origin in [
             "http://127.0.0.1:7002",
             "http://127.0.0.1",

@@ -1,7 +1,7 @@
 //! The page and its WebSocket, over HTTP.
 //!
-//! Everybody who knows the token may use the bench, so the token is asked for wherever something of the bus is shown or done. The page itself
-//! is the same for all, and shows nothing without it.
+//! Whoever knows the token may use the bench, so every request that shows or does something needs it. The page itself
+//! is the same for all users, and shows nothing without the token.
 
 mod changes;
 mod connections;
@@ -42,20 +42,20 @@ use shared::{Shared, ended};
 #[cfg(test)]
 pub(crate) use socket::ToPage;
 
-/// How often views are taken.
+/// The interval of taking views.
 const VIEWS: Duration = Duration::from_millis(100);
-/// The most pages that are open at once.
+/// The most pages open at once.
 const CLIENTS: usize = 32;
-/// The most bytes of a message from a page: the text of a large DCF.
+/// The longest message of a page, in bytes: the text of a large DCF.
 const MESSAGE: usize = 4 << 20;
-/// The most threads on which requests of pages are begun.
+/// The most threads that begin requests of pages.
 const THREADS: usize = 8;
-/// For how long the end waits for answers under way.
+/// How long the end waits for open requests.
 const LEAVING: Duration = Duration::from_secs(1);
-/// The protocol inside the WebSocket; a page names it, and after it the token.
+/// The WebSocket subprotocol; a page requests it, followed by the token.
 const PROTOCOL: &str = "lexican-bench";
 
-/// What every answer says to the browser: nothing is loaded from elsewhere, and nobody else gets at it.
+/// Headers of all responses: nothing is loaded from elsewhere, and no other site gets access.
 const POLICIES: [(HeaderName, &str); 5] = [
     (
         CONTENT_SECURITY_POLICY,
@@ -67,7 +67,7 @@ const POLICIES: [(HeaderName, &str); 5] = [
     (X_CONTENT_TYPE_OPTIONS, "nosniff"),
 ];
 
-/// The bench's server, which listens from its beginning on.
+/// The bench's web server, which accepts connections from its creation on.
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
@@ -76,20 +76,20 @@ pub struct Server {
     end: watch::Sender<bool>,
 }
 
-/// Ends a server from anywhere.
+/// Ends a server from another thread.
 #[derive(Clone)]
 pub struct End(watch::Sender<bool>);
 
 impl End {
-    /// Ends it: pages are told so, then [`Server::run`] returns.
+    /// Tells the pages, then makes [`Server::run`] return.
     pub fn end(&self) {
         self.0.send_replace(true);
     }
 }
 
 impl Server {
-    /// Listens at an address; port 0 for any that is free. `names` are those by which pages may ask for it besides its addresses, as behind
-    /// a reverse proxy.
+    /// Listens at an address; port 0 means any free port. `names` are allowed in addresses besides the server's IP
+    /// addresses, as behind a reverse proxy.
     pub fn bind(address: SocketAddr, names: Vec<String>) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
@@ -97,22 +97,22 @@ impl Server {
         Ok(Server { listener, address, token: Token::new()?, names: Names(names), end: watch::Sender::new(false) })
     }
 
-    /// Where it listens.
+    /// The address it listens at.
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The address to open in a browser of this machine, with the token.
+    /// The URL for a browser on this computer, with the token.
     pub fn url(&self) -> String {
         let mut address = self.address;
-        // All addresses of this machine.
+        // The server listens at all addresses of this computer.
         if address.ip().is_unspecified() {
             address.set_ip(if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() });
         }
         format!("http://{address}/?token={}", self.token.as_str())
     }
 
-    /// What ends it.
+    /// A handle that ends the server.
     pub fn end(&self) -> End {
         End(self.end.clone())
     }
@@ -154,7 +154,7 @@ impl Server {
             .with_graceful_shutdown(async move { ended(&mut ending).await });
         let server = tokio::spawn(server.into_future());
         ended(&mut end).await;
-        // Until every page is told; connections that do not end by themselves end with the program.
+        // Wait until every page has been told; connections that stay open end with the program.
         let leave = async {
             let _ = clients.acquire_many(CLIENTS as u32).await;
             let _ = server.await;
@@ -164,7 +164,7 @@ impl Server {
     }
 }
 
-/// Takes a view every so often, once for all pages, while there are any.
+/// Takes views at intervals, once for all pages, while there are any.
 async fn take_views(shared: Arc<Shared>) {
     let mut ticks = interval(VIEWS);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -177,7 +177,7 @@ async fn take_views(shared: Arc<Shared>) {
     }
 }
 
-/// Lets a request pass that comes from here, and says what holds of every answer.
+/// Refuses foreign requests, and adds headers to all responses.
 async fn judge(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response<Body> {
     let mut answer = match shared.names.judge(request.headers()) {
         Ok(()) => next.run(request).await,
@@ -195,7 +195,7 @@ fn refuse(status: StatusCode, why: impl Into<String>) -> Response<Body> {
 
 const WRONG_TOKEN: &str = "this is not the bench's token\nopen the address that lexican bench printed";
 
-/// A file of the page. Who names a token names the right one.
+/// A file of the page. A token in the address must be the right one.
 async fn page(State(shared): State<Arc<Shared>>, uri: Uri, headers: HeaderMap) -> Response<Body> {
     let mut parameters = uri.query().unwrap_or_default().split('&');
     if parameters.any(|it| it.strip_prefix("token=").is_some_and(|token| !shared.token.is(token))) {
@@ -204,13 +204,13 @@ async fn page(State(shared): State<Arc<Shared>>, uri: Uri, headers: HeaderMap) -
     shared.files.answer(uri.path(), &headers).unwrap_or_else(|| refuse(StatusCode::NOT_FOUND, "there is no such file"))
 }
 
-/// A file that waits for the page that has got its address.
+/// A waiting file, for the page that knows its address.
 async fn download(State(shared): State<Arc<Shared>>, Path(key): Path<String>) -> Response<Body> {
     let answer = shared.downloads.answer(&key);
     answer.unwrap_or_else(|| refuse(StatusCode::NOT_FOUND, "this file has been fetched, or its page is closed"))
 }
 
-/// A new client.
+/// Opens the WebSocket of a new client.
 async fn open_socket(
     State(shared): State<Arc<Shared>>,
     headers: HeaderMap,

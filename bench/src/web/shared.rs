@@ -1,4 +1,4 @@
-//! What requests and pages share.
+//! The state shared by requests and pages.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::files::Files;
 use super::guard::{Names, Token};
 use crate::Bench;
 
-/// What all requests share.
+/// The state shared by all requests.
 pub(super) struct Shared {
     pub(super) bench: Bench,
     pub(super) token: Token,
@@ -24,6 +24,6 @@ pub(super) struct Shared {
 
 /// Waits for the end of the server.
 pub(super) async fn ended(end: &mut watch::Receiver<bool>) {
-    // Nobody is left who could end it: that is the end, too.
+    // If the sender is dropped, nobody can end the server any more; that counts as the end.
     let _ = end.wait_for(|is_ended| *is_ended).await;
 }

@@ -1,4 +1,4 @@
-//! A page: its requests, the answers, the views.
+//! The WebSocket of a page: requests, answers and views.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,29 +16,29 @@ use super::shared::{Shared, ended};
 use crate::engine::Reply;
 use crate::{Answer, Client, Refused, Request};
 
-/// How long a page may take for a view; then it is lost.
+/// How long a page may take to receive a view before it counts as lost.
 const LOST: Duration = Duration::from_secs(5);
-/// After how long a page is sent a view although nothing has changed, so that a lost one is noticed.
+/// A view is sent after this time even without changes, so that a lost page is noticed.
 const QUIET: Duration = Duration::from_secs(1);
-/// How long a page may take to close its end, too.
+/// How long a page may take to close its end.
 const FAREWELL: Duration = Duration::from_millis(500);
-/// The most requests of a page that are carried out at once, and as many answers that wait for it.
+/// The most requests of a page at the same time, and the most answers waiting for it.
 const UNDER_WAY: usize = 16;
 
-/// What the halves of a page's connection share with the requests that are under way.
+/// Shared by both directions of a page's connection and its open requests.
 struct Line {
     shared: Arc<Shared>,
-    /// The number of its client.
+    /// The number of the client.
     number: u32,
     answers: mpsc::Sender<String>,
-    /// The last view was taken.
+    /// Signals that the page has acknowledged the last view.
     seen: Notify,
 }
 
-/// A request with its number, and the place that it takes until it is answered.
+/// A request with its number, and the permit that it holds until it is answered.
 type Asked = (u64, Request, OwnedSemaphorePermit);
 
-/// Serves a page until it or the bench leaves, or it is lost. What it started is stopped then.
+/// Serves a page until the page or the bench leaves, or the page is lost. Then stops what it has started.
 pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     let client = Arc::new(shared.bench.open_client());
     let (sink, mut stream) = socket.split();
@@ -53,12 +53,13 @@ pub(super) async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     worker.abort();
     client.close();
     shared.downloads.forget(line.number);
-    // What the page has sent and nobody has read would reset the connection, and the page might not see why it was closed.
+    // Unread messages would reset the connection, and the page might not see why it was closed.
     let _ = timeout(FAREWELL, async { while let Some(Ok(_)) = stream.next().await {} }).await;
 }
 
-/// Gives the requests of a page to the bench, until there are no more. Some take their time before they are begun, such as to search a
-/// million frames: these are given on threads that all pages share. Requests that change something keep their order; those that only read do not wait for them.
+/// Passes the requests of a page to the bench, until there are no more. Beginning some of them takes time, such as
+/// searching a million frames, so this is done on threads shared by all pages. Requests that change something keep
+/// their order; those that only read do not wait for them.
 async fn ask_in_order(client: Arc<Client>, line: Arc<Line>, mut asking: mpsc::Receiver<Asked>) {
     while let Some((id, request, place)) = asking.recv().await {
         let only_asks = request.only_asks();
@@ -74,20 +75,20 @@ async fn ask_in_order(client: Arc<Client>, line: Arc<Line>, mut asking: mpsc::Re
     }
 }
 
-/// Sends the answer to a request when it is there.
+/// Sends the answer to a request when it has come.
 async fn conclude(id: u64, reply: Reply, line: Arc<Line>, place: OwnedSemaphorePermit) {
     let outcome = reply.await;
-    // Nobody waits for it when the page is gone.
+    // Ignore an error: the page may be gone.
     let _ = line.answers.send(answer(&line, id, outcome)).await;
     drop(place);
 }
 
-/// Sends answers and views, until the page does not take them.
+/// Sends answers and views, until the page does not accept them.
 async fn write(mut sink: SplitSink<WebSocket, Message>, mut answers: mpsc::Receiver<String>, line: &Line) {
     let mut fields = line.shared.fields.subscribe();
     let mut end = line.shared.end.subscribe();
     let mut message = Some(ToPage::Hello { client: line.number, version: env!("CARGO_PKG_VERSION") }.text());
-    // The view that was sent last, when that was, and whether the page has still to take it.
+    // The number of the last view sent, when that was, and whether the page still has to acknowledge it.
     let (mut number, mut sent, mut is_open) = (0, Instant::now(), false);
     loop {
         if let Some(text) = message.take() {
@@ -120,9 +121,9 @@ async fn write(mut sink: SplitSink<WebSocket, Message>, mut answers: mpsc::Recei
     }
 }
 
-/// Takes the page's messages, until it is gone or does not keep to the protocol.
+/// Receives the page's messages, until it is gone or violates the protocol.
 async fn read(stream: &mut SplitStream<WebSocket>, client: &Client, line: &Arc<Line>, asked: mpsc::Sender<Asked>) {
-    // A stop finds a place, whatever else is under way.
+    // Stops have permits of their own, so that other requests cannot hold them up.
     let (places, stops) = (Arc::new(Semaphore::new(UNDER_WAY)), Arc::new(Semaphore::new(UNDER_WAY)));
     while let Some(Ok(message)) = stream.next().await {
         let text = match message {
@@ -144,7 +145,7 @@ async fn read(stream: &mut SplitStream<WebSocket>, client: &Client, line: &Arc<L
                         tokio::spawn(conclude(id, client.ask(request), Arc::clone(line), place));
                         continue;
                     }
-                    // As many requests may wait as there are places.
+                    // The channel has room for as many requests as there are permits.
                     Ok(place) => match asked.try_send((id, request, place)) {
                         Ok(()) => continue,
                         Err(_) => return,
@@ -155,7 +156,7 @@ async fn read(stream: &mut SplitStream<WebSocket>, client: &Client, line: &Arc<L
             }
             Err(error) => Refused::new(format_args!("this is no request: {error}")),
         };
-        // A page that asks without end, and takes no answer, is not waited for.
+        // Do not wait for a page that sends requests without end and reads no answers.
         if line.answers.try_send(answer(line, id, Err(refused))).is_err() {
             return;
         }
@@ -180,14 +181,14 @@ fn answer(line: &Line, id: u64, outcome: Result<Answer, Refused>) -> String {
     ToPage::Outcome { id, outcome }.text()
 }
 
-/// A message to a page, besides the view ([`Fields`](super::changes::Fields)).
+/// A message to a page, other than a view ([`Fields`](super::changes::Fields)).
 #[derive(Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) enum ToPage {
-    /// The first one.
+    /// The first message.
     Hello { client: u32, version: &'static str },
-    /// What became of a request.
+    /// The result of a request.
     #[serde(untagged)]
     Outcome {
         id: u64,
@@ -210,7 +211,7 @@ pub(crate) enum Outcome {
     Refused(Refused),
 }
 
-/// What an answer has in it: a file is fetched from its address.
+/// The content of an answer. A file has to be fetched from its address.
 #[derive(Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -1,4 +1,4 @@
-//! The bench over simulated devices, in real time: what each request does, who may give it, and what a lost client leaves behind.
+//! The bench over simulated devices in real time: each request, who may make it, and the effects of a lost client.
 
 use std::thread::yield_now;
 

@@ -1,4 +1,4 @@
-//! The model by frames, the engine and its clients over simulated devices.
+//! The model fed with frames, and the engine with its clients over simulated devices.
 
 mod live;
 mod model;

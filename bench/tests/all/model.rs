@@ -1,4 +1,4 @@
-//! The model by frames alone.
+//! The model fed with frames only.
 
 use lexican_bench::model::{BusInfo, Model, Which};
 use lexican_bench::sheet::Sheet;

@@ -1,4 +1,4 @@
-//! A recorded log: what a bench shows of it, and how a client goes through it.
+//! A bench on a recorded log, and how clients move through it.
 
 use super::{Ending, until};
 use lexican_bench::engine::Setup;

@@ -1,4 +1,4 @@
-//! What ends what is under way: a stop, a lost client, a node that does not answer.
+//! What ends running tasks: a stop, a lost client, a silent node.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! The terminal's client: what each tab shows (`tests/tui/`, made by `LEXICAN_BLESS=1`), and what keys ask for.
+//! The terminal: the screen of each tab (`tests/tui/`, written by `LEXICAN_BLESS=1`), and the requests of keys.
 
 use std::fmt::Write as _;
 use std::fs;

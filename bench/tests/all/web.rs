@@ -1,4 +1,4 @@
-//! The bench's server, asked over real sockets on loopback.
+//! The bench's web server, over real sockets on loopback.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
