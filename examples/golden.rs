@@ -1,9 +1,9 @@
-//! What the README of an example shows, against the program. `cargo xtask bless` takes over what it does now.
+//! Compares the README of an example with its program. `cargo xtask bless` updates the README.
 
 use std::path::Path;
 
-/// The commands of the README, so many, print what it shows, and draw its pictures, to the byte. `run` takes the arguments of the
-/// program, and returns what it prints.
+/// Runs the commands in the README, whose number is `commands_shown`, and compares output and pictures byte by byte.
+/// `run` gets the arguments of the program and returns its output.
 pub(crate) fn check(package: &str, commands_shown: usize, run: impl Fn(&[&str]) -> String) {
     let bless = std::env::var_os("LEXICAN_BLESS").is_some();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));

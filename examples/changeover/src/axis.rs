@@ -1,4 +1,4 @@
-//! One drive of a change-over, from its check to its end.
+//! One drive of a change-over, from its check to its final state.
 
 use std::future::Future;
 
@@ -14,29 +14,29 @@ use crate::progress::Bar;
 use crate::recipe::{Entry, Problem, Unit};
 use crate::stop::{Reason, Stop};
 
-/// How long a drive may take to stand once it has been ordered to, and to be disabled then.
+/// How long a drive may take to stop, and again to be disabled.
 const WITHIN: Duration = Duration::from_secs(5);
 
-/// A drive and its way.
+/// A drive with its target.
 pub(crate) struct Axis {
     pub(crate) entry: Entry,
     pub(crate) drive: Drive,
     network: Network,
     units: Option<Units>,
     pub(crate) limits: Option<(i32, i32)>,
-    /// Where it was, and where it goes, as it counts.
+    /// The start position and the target, in counts.
     pub(crate) from: i32,
     pub(crate) to: i32,
-    /// It holds its target until SYNC.
+    /// Whether it waits for SYNC to move to its target.
     pub(crate) by_sync: bool,
-    /// Where it has been seen.
+    /// The positions seen so far.
     pub(crate) course: Vec<(Instant, i32)>,
-    /// When it has been ordered to stop.
+    /// When it was ordered to stop.
     pub(crate) halted: Option<Instant>,
     pub(crate) end: Option<End>,
 }
 
-/// How the way of a drive has ended.
+/// How the motion of a drive has ended.
 pub(crate) struct End {
     pub(crate) outcome: &'static str,
     /// A fault in the words of the manual, or errors.
@@ -107,7 +107,7 @@ impl Axis {
         self.drive.set_mode(Mode::Positioning).await?;
         if self.by_sync {
             match self.drive.set_start_by_sync(true).await {
-                // The drive does not allow it: it starts by itself.
+                // The drive does not support this, so it starts without SYNC.
                 Err(Error::Sdo(SdoError::Aborted { .. })) => self.by_sync = false,
                 other => other?,
             }
@@ -115,7 +115,7 @@ impl Axis {
         self.drive.enable().await
     }
 
-    /// Hands the drive its target, if it waits for SYNC.
+    /// Gives the drive its target, if it waits for SYNC.
     pub(crate) async fn prepare(mut self, stop: Stop) -> Axis {
         if stop.reason().is_none()
             && self.by_sync
@@ -126,7 +126,7 @@ impl Axis {
         self
     }
 
-    /// Travels to the end, or until all are stopped.
+    /// Waits for the end of the motion, or until all drives are stopped.
     pub(crate) async fn travel(mut self, started: Result<(), Error>, bar: Bar, stop: Stop) -> Axis {
         let travelled = tokio::select! {
             biased;
@@ -159,26 +159,27 @@ impl Axis {
         self.drive.finish_watched(watch).await
     }
 
-    /// Starts by itself.
+    /// Starts without SYNC.
     pub(crate) async fn start(&mut self) -> Result<(), Error> {
         (*self.drive).start_moving_to(self.to).await
     }
 
-    /// Releases the motor, and takes back that the drive waits for SYNC, as it would until it restarts.
+    /// Disables the drive, and takes back the setting to wait for SYNC, which would last until it restarts.
     pub(crate) async fn disable(mut self, _: Stop) -> Axis {
         if self.end.is_none() {
             self.halt("not started").await;
         }
         let released = async {
             match self.drive.disable().await {
-                // It has no torque then.
+                // After a fault it has no torque already.
                 Ok(()) | Err(Error::Fault(_)) => {}
                 Err(error) => return Err(error),
             }
             if self.by_sync {
                 self.drive.set_start_by_sync(false).await?;
             }
-            // The network ends with the program: a drive that stayed armed would notice that as if it had been killed.
+            // The network ends with the program: a drive that is still protected would take that for the loss of its
+            // manager.
             self.drive.unprotect().await
         };
         if let Err(error) = in_time(&self.network, released).await {
@@ -187,7 +188,7 @@ impl Axis {
         self
     }
 
-    /// This drive has failed, and so all others are stopped.
+    /// Notes that this drive has failed, and stops all others.
     async fn fail(&mut self, outcome: &'static str, why: String, stop: &Stop) {
         let at = self.now().await;
         stop.order(Reason::Drive { name: self.entry.name.clone(), outcome, why: why.clone(), at });
@@ -212,7 +213,7 @@ impl Axis {
         self.end = Some(End { outcome, why: Vec::new(), at });
     }
 
-    /// One more thing to know of its end.
+    /// Adds a reason to the end.
     fn add(&mut self, why: String) {
         self.end.iter_mut().for_each(|end| end.why.push(why.clone()));
     }
@@ -224,14 +225,14 @@ impl Axis {
         format!("{}{place}{why}", end.outcome)
     }
 
-    /// The time on the bus; that of the last thing seen if the bus is gone.
+    /// The time of the bus; if the bus is gone, the time of the last position.
     async fn now(&self) -> Instant {
         let last = self.course.last().map_or(Instant::ZERO, |(at, _)| *at);
         self.network.now().await.unwrap_or(last)
     }
 }
 
-/// What a call has led to, or why it has not ended in time.
+/// The error of a call, or that it has not ended in time.
 async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>>) -> Result<(), String> {
     let until = network.now().await.map_err(|error| error.to_string())? + WITHIN;
     tokio::select! {
@@ -241,7 +242,7 @@ async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>
     }
 }
 
-/// Where the drive is to go, as it counts, if it can go there.
+/// The target in counts, if the drive can move there.
 fn target(
     entry: &Entry,
     description: &Description,
@@ -274,7 +275,7 @@ fn target(
     Ok(target)
 }
 
-/// How a travel has ended that has not reached its target.
+/// The outcome of a motion that has not reached its target.
 fn words(outcome: Outcome) -> (&'static str, String) {
     match outcome {
         Outcome::Fault(cause) => ("fault", cause.to_string()),

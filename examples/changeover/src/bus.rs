@@ -1,4 +1,4 @@
-//! The simulated bus, with the drives of the machine on it.
+//! The simulated bus with the drives of the machine.
 
 use std::str::FromStr;
 
@@ -24,7 +24,7 @@ pub(crate) enum Pace {
     Real,
 }
 
-/// Which simulated drive fails, and when.
+/// A simulated fault: which drive, and when.
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
     node: NodeId,
@@ -43,7 +43,7 @@ impl FromStr for Fault {
     }
 }
 
-/// A bus with the drives of the machine; with `doors`, those of SIKO at their other interfaces.
+/// A bus with the drives of the machine; with `doors`, those of SIKO use their other interfaces.
 pub(crate) fn simulated(
     machine: &Machine,
     pace: Pace,
@@ -54,7 +54,7 @@ pub(crate) fn simulated(
     if let Some(Fault { node, ms }) = fault {
         let device = plant.devices.iter_mut().find(|device| device.node == Some(node));
         let device = device.ok_or_else(|| format!("--fault: the machine has no drive at node {node}"))?;
-        // The shaft of a drive of SIKO is held; the motor of an AKD does not follow.
+        // The shaft of a SIKO drive is blocked; the motor of an AKD has a following error.
         let what = if device.device.starts_with("siko/") { "shaft = \"blocked\"" } else { "fault = 0x8611" };
         device.script = Some(Source::new("--fault", format!("[[step]]\nat_ms = {ms}\n{what}\n")));
     }
@@ -69,7 +69,8 @@ pub(crate) fn simulated(
     Ok(Box::new(can.link()))
 }
 
-/// Puts a drive of SIKO at its serial port or on PROFIBUS, where a gateway makes it a node of the bus; whether it is one.
+/// Connects a SIKO drive by its serial port or PROFIBUS to a gateway, which is a node of the bus; false for other
+/// drives.
 fn behind_its_door(
     device: &PlantDevice,
     can: &VirtualBus,
@@ -80,7 +81,7 @@ fn behind_its_door(
         "siko/ag02" => {
             drop(can.attach(gateway::node(VirtualLine::new(SerialDrive::default()), Settings::default(), node)));
         }
-        // All of them share one segment; a node-ID is an address there.
+        // All of them share one segment, on which the node-ID is the address.
         "siko/ag03-1" => {
             let model = &siko_profibus::AG03_1;
             let _ = profibus.with(|segment| attach_unknown(segment, model, node.get()));

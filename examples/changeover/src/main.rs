@@ -81,7 +81,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all drives are where the recipe has them; else why nothing has moved.
+/// Whether all drives have reached the positions of the recipe; an error if nothing has moved.
 fn changeover(args: &Args) -> Result<bool, String> {
     let (recipe, machine) = Recipe::read(&args.recipe)?;
     let link = match &args.bus {
@@ -90,9 +90,9 @@ fn changeover(args: &Args) -> Result<bool, String> {
     };
     let stop = Stop::default();
     let signal = stop.clone();
-    // SIGINT and SIGTERM.
+    // Called for SIGINT and SIGTERM.
     ctrlc::set_handler(move || signal.order(Reason::Signal)).map_err(|error| error.to_string())?;
-    // One thread: simulated time passes when all tasks wait.
+    // A single thread, because simulated time passes when all tasks wait.
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|error| error.to_string())?;
     let report = runtime.block_on(async {

@@ -1,11 +1,10 @@
-//! The positions of all drives over time as a picture: a panel for each unit.
+//! A picture of the positions of all drives over time, with a panel for each unit.
 
 use lexican_pictures::{self as pictures, Curve, Event, Panel, Picture};
 
 use crate::recipe::Unit;
 use crate::report::Report;
 
-/// The picture as an SVG document.
 pub(crate) fn svg(report: &Report) -> String {
     let mut units: Vec<Unit> = report.drives.iter().map(|row| row.unit).collect();
     units.sort_unstable();
@@ -13,7 +12,7 @@ pub(crate) fn svg(report: &Report) -> String {
     let end = report.drives.iter().flat_map(|row| &row.course).map(|point| point.0).fold(0.1, f64::max);
     let panel = |unit: Unit| {
         let curves = report.drives.iter().filter(|row| row.unit == unit).map(|row| {
-            // A drive stays where it was seen last.
+            // The last position is held until the end.
             let last = row.course.last().map(|(_, position)| (end, *position));
             Curve::new(&row.name, row.course.iter().copied().chain(last).collect())
         });

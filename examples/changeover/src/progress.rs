@@ -1,4 +1,4 @@
-//! How far the drives have come, on stderr: a bar for each on a terminal, else a line for each beginning and end.
+//! Shows the progress on stderr: a bar for each drive on a terminal, else a line for each start and end.
 
 use std::io::{self, IsTerminal};
 

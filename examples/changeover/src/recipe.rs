@@ -1,4 +1,4 @@
-//! A recipe: which drive goes where.
+//! Reads recipes, which give the target of each drive.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use lexican_machine::Machine;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-/// A recipe that has been read and makes sense by itself.
+/// A recipe without mistakes of its own; whether it suits the drives is checked later.
 pub(crate) struct Recipe {
     pub(crate) source: Source,
     pub(crate) name: String,
@@ -21,17 +21,17 @@ pub(crate) struct Recipe {
 /// A drive of a recipe.
 #[derive(Clone)]
 pub(crate) struct Entry {
-    /// Its name in the machine.
+    /// The name in the machine.
     pub(crate) name: String,
     pub(crate) position: Position,
-    /// Whether it is to wait for SYNC, if it can.
+    /// Whether to wait for SYNC, if the drive supports that.
     pub(crate) sync: bool,
-    /// Where the node and the position stand in the file.
+    /// The places of the node and the position in the file.
     pub(crate) node_span: Range<usize>,
     pub(crate) position_span: Range<usize>,
 }
 
-/// Where a drive goes.
+/// The target of a drive.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Position {
@@ -40,7 +40,7 @@ pub(crate) enum Position {
     Increments(i32),
 }
 
-/// What positions are counted in.
+/// The unit of a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Unit {
@@ -49,14 +49,14 @@ pub(crate) enum Unit {
     Increments,
 }
 
-/// What is wrong, where in the recipe, and what to do about it.
+/// A mistake, its place in the recipe, and the remedy.
 pub(crate) struct Problem {
     pub(crate) what: String,
     pub(crate) span: Range<usize>,
     pub(crate) remedy: String,
 }
 
-/// The text of a recipe, for problems to point into.
+/// The text of a recipe, to show the lines of problems.
 pub(crate) struct Source {
     path: PathBuf,
     text: String,
@@ -80,7 +80,7 @@ struct Row {
 }
 
 impl Recipe {
-    /// Reads a recipe and its machine; else what to print.
+    /// Reads a recipe and its machine. The error is the text to print.
     pub(crate) fn read(path: &Path) -> Result<(Recipe, Machine), String> {
         let text = std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let source = Source { path: path.to_owned(), text };
@@ -128,7 +128,7 @@ impl Position {
         }
     }
 
-    /// The position as the drive counts it; `None` if the drive cannot.
+    /// The position in counts of the drive; `None` if the drive cannot express it.
     pub(crate) fn counts(self, units: Option<Units>) -> Option<i32> {
         match self {
             Position::Mm(mm) => units?.position_of_millimetres(mm),
@@ -139,7 +139,7 @@ impl Position {
 }
 
 impl Unit {
-    /// What a drive counts, in this unit.
+    /// Converts counts of the drive to this unit.
     pub(crate) fn of(self, counts: i32, units: Option<Units>) -> f64 {
         let value = match self {
             Unit::Mm => units.and_then(|units| units.millimetres(counts)),
@@ -157,7 +157,7 @@ impl Unit {
         }
     }
 
-    /// A value with as many decimals as the unit is worth.
+    /// A value with as many decimals as make sense for the unit.
     pub(crate) fn show(self, value: f64) -> String {
         let decimals = if self == Unit::Increments { 0 } else { 2 };
         format!("{value:.decimals$} {}", self.symbol())
@@ -174,7 +174,7 @@ impl fmt::Display for Position {
 }
 
 impl Source {
-    /// The problems with their lines, as a compiler shows them.
+    /// The problems with their lines, as compilers print them.
     pub(crate) fn report(&self, problems: &[Problem]) -> String {
         let path = self.path.to_string_lossy();
         let renderer = Renderer::plain().decor_style(DecorStyle::Ascii);

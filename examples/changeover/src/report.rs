@@ -1,4 +1,4 @@
-//! The result of a change-over: as text, as a table in Markdown, as JSON.
+//! The report of a change-over, as text, Markdown or JSON.
 
 use std::fmt::Write as _;
 
@@ -20,11 +20,11 @@ pub(crate) enum Format {
     Markdown,
 }
 
-/// The result of a change-over, or what would be done.
+/// The result of a change-over, or the plan for one.
 #[derive(Serialize)]
 pub(crate) struct Report {
     pub(crate) recipe: String,
-    /// In one sentence.
+    /// One sentence.
     pub(crate) summary: String,
     done: bool,
     /// `null` if nothing was stopped.
@@ -32,15 +32,15 @@ pub(crate) struct Report {
     pub(crate) drives: Vec<Row>,
 }
 
-/// How all drives were stopped. Times are seconds from the release.
+/// How all drives were stopped. Times are in seconds since the release.
 #[derive(Serialize)]
 pub(crate) struct Stop {
     pub(crate) because: String,
     /// When the reason was noticed; `null` before the release.
     pub(crate) at_s: Option<f64>,
-    /// After this, each of the others had been sent its stop.
+    /// The time after which every other drive had been sent its stop.
     ordered_within_s: f64,
-    /// After this, each of them was seen to stand.
+    /// The time after which every drive was at a standstill.
     stood_within_s: f64,
 }
 
@@ -55,22 +55,22 @@ pub(crate) struct Row {
     pub(crate) to: f64,
     low: Option<f64>,
     high: Option<f64>,
-    /// Where it was seen last.
+    /// The last position.
     reached: Option<f64>,
-    /// Seconds from the release to the end of its way.
+    /// From the release to the end of its motion, in seconds.
     time_s: Option<f64>,
-    /// What starts it.
+    /// What starts its motion.
     start: &'static str,
     outcome: &'static str,
     /// A fault in the words of the manual, or errors.
     why: Vec<String>,
-    /// Seconds from the release, and positions.
+    /// Seconds since the release, and positions.
     #[serde(skip)]
     pub(crate) course: Vec<(f64, f64)>,
 }
 
 impl Report {
-    /// Of a run that has ended, or of one that has only been checked.
+    /// The report of a finished run, or of a run that was only checked.
     pub(crate) fn of(run: &Run<'_>) -> Report {
         let axes = &run.axes;
         let is_plan = axes.iter().all(|axis| axis.end.is_none());
@@ -93,7 +93,7 @@ impl Report {
         Report { recipe: run.recipe.name.clone(), summary, done, stop, drives }
     }
 
-    /// Whether every drive is where the recipe has it, or nothing was to be moved.
+    /// Whether every drive has reached its position, or nothing was to be moved.
     pub(crate) fn is_done(&self) -> bool {
         self.done
     }
@@ -106,13 +106,13 @@ impl Report {
         }
     }
 
-    /// The head, and a table with `edges` to the left of, between and to the right of its cells.
+    /// The head, and a table with `edges` before, between and after the cells of a row.
     fn table(&self, head: &str, edges: [&str; 3]) -> String {
         const HEAD: [&str; 10] =
             ["drive", "node", "kind", "from", "to", "limits", "reached", "time", "start", "outcome"];
         let rows = [HEAD.map(str::to_owned)].into_iter().chain(self.drives.iter().map(Row::cells));
         let mut rows: Vec<Vec<String>> = rows.map(Vec::from).collect();
-        // A plan has no times; a report does not repeat limits.
+        // Leave out times in a plan, and limits in a report.
         for column in (0..HEAD.len()).rev() {
             if rows.iter().skip(1).all(|row| row[column].is_empty()) {
                 rows.iter_mut().for_each(|row| drop(row.remove(column)));

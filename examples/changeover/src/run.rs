@@ -1,4 +1,4 @@
-//! The change-over itself: all drives of one network, each a task.
+//! Runs the change-over: all drives of a network, each in its own task.
 
 use std::future::Future;
 
@@ -16,12 +16,13 @@ pub(crate) struct Run<'a> {
     pub(crate) recipe: &'a Recipe,
     pub(crate) axes: Vec<Axis>,
     stop: Stop,
-    /// When SYNC has released the drives.
+    /// When SYNC released the drives.
     pub(crate) released: Option<Instant>,
 }
 
 impl<'a> Run<'a> {
-    /// Boots the machine, connects to all drives, and checks whether they can go where the recipe has them; else what to print.
+    /// Boots the machine, connects to all drives, and checks whether they can reach their positions. The error is the
+    /// text to print.
     pub(crate) async fn connect(machine: Machine, recipe: &'a Recipe, stop: Stop) -> Result<Self, String> {
         machine.boot().await.map_err(|error| error.to_string())?;
         let connected = at_once(recipe.drives.clone(), |entry| Axis::connect(machine.clone(), entry)).await;
@@ -39,7 +40,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Moves all drives. However it ends, no drive is left enabled or waiting for SYNC, as long as it answers.
+    /// Moves all drives. Afterwards no drive that still responds is enabled or waits for SYNC, whatever has happened.
     pub(crate) async fn change_over(&mut self) {
         self.each(Axis::enable).await;
         self.each(Axis::prepare).await;
@@ -49,20 +50,20 @@ impl<'a> Run<'a> {
         self.each(Axis::disable).await;
     }
 
-    /// Why it was ended before all drives were in position.
+    /// Why it ended before all drives were in position.
     pub(crate) fn reason(&self) -> Option<Reason> {
         self.stop.reason()
     }
 
-    /// Does the same with all drives at once.
+    /// Does the same work for all drives at once.
     async fn each<F: Future<Output = Axis> + Send + 'static>(&mut self, work: impl Fn(Axis, Stop) -> F) {
         self.axes = at_once(std::mem::take(&mut self.axes), |axis| work(axis, self.stop.clone())).await;
     }
 
-    /// Releases all drives that have been prepared by one SYNC, starts the others, and waits for all of them.
+    /// Releases all waiting drives by one SYNC, starts the others, and waits for all of them.
     async fn travel(&mut self) {
         let progress = Progress::new(self.axes.iter().map(|axis| axis.entry.name.as_str()));
-        // A drive that misses it reports that it has not started.
+        // Ignore an error: drives without SYNC report that they have not started.
         let _ = self.machine.network().send(Frame::from_array(CobId::SYNC, [])).await;
         self.released = self.machine.network().now().await.ok();
         let mut axes = std::mem::take(&mut self.axes);
@@ -81,12 +82,12 @@ impl<'a> Run<'a> {
         for task in tasks {
             self.axes.push(task.await.expect("no task panics or is aborted"));
         }
-        // As the recipe has them.
+        // In the order of the recipe.
         self.axes.sort_by_key(|axis| axis.entry.node_span.start);
     }
 }
 
-/// Does the same for all at once. The results are in the order of the items.
+/// Does the same work for all items at once; the results are in their order.
 async fn at_once<T, R, F>(items: impl IntoIterator<Item = T>, work: impl Fn(T) -> F) -> Vec<R>
 where
     F: Future<Output = R> + Send + 'static,

@@ -1,11 +1,11 @@
-//! The end of a change-over before all drives are in position.
+//! Stops a change-over before all drives are in position.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use lexican_runtime::Instant;
 use tokio::sync::Notify;
 
-/// Ends the change-over: the first reason counts. Clones belong to the same change-over.
+/// Stops the change-over. The first reason counts. Clones belong to the same change-over.
 #[derive(Clone, Default)]
 pub(crate) struct Stop(Arc<(Mutex<Option<Reason>>, Notify)>);
 
@@ -29,7 +29,7 @@ impl Stop {
     }
 
     pub(crate) async fn ordered(&self) {
-        // It notices an order from here on.
+        // From here on, no order is missed.
         let notified = self.0.1.notified();
         if self.reason().is_none() {
             notified.await;

@@ -1,4 +1,4 @@
-//! Two servo drives, x and y, follow a circle by SYNC, in cyclic synchronous position mode.
+//! Two servo drives, x and y, follow a circle in cyclic synchronous position mode.
 //!
 //! ```text
 //! path      the circle, as set-points of each cycle
@@ -64,7 +64,6 @@ struct Args {
     pace: Pace,
 }
 
-/// How to stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Way {
     #[default]
@@ -93,7 +92,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the circle has been followed to its end; else why nothing has moved.
+/// Whether the circle was completed; an error if nothing has moved.
 fn run(args: &Args) -> Result<bool, String> {
     let machine = match &args.machine {
         Some(path) => Machine::open(path).map_err(|error| error.to_string())?,
@@ -103,7 +102,7 @@ fn run(args: &Args) -> Result<bool, String> {
     let nodes = [node(&machine, "x")?, node(&machine, "y")?];
     let mut link = open(args, &machine)?;
     let period = Duration::from_millis(args.period);
-    // What the axes can do: somewhat more than the circle needs.
+    // The limits of the axes: somewhat more than the circle needs.
     let max_step = (args.circle.greatest_step(period) * 1.5) as u32 + 1;
     let settings = AxisSettings::new(Mode::CyclicPosition, period, max_step);
     let mut axes = Vec::new();
@@ -114,7 +113,7 @@ fn run(args: &Args) -> Result<bool, String> {
     let start = [axes[0].position(), axes[1].position()];
     let cancel = CancelHandle::default();
     let signal = cancel.clone();
-    // SIGINT and SIGTERM.
+    // Called for SIGINT and SIGTERM.
     ctrlc::set_handler(move || signal.cancel()).map_err(|error| error.to_string())?;
     let mut recorder = Recorder::new(link, &axes);
     let path = args.circle.path(start, period, args.stop_at, cancel.clone());
@@ -147,7 +146,7 @@ fn node(machine: &Machine, name: &str) -> Result<NodeId, String> {
     id.ok_or_else(|| format!("{}: there is no node {name:?} with a node-ID", machine.input.eds.name()))
 }
 
-/// The bus that was named, or one with the simulated machine.
+/// Opens the named bus, or a simulation of the machine.
 fn open(args: &Args, machine: &Machine) -> Result<Box<dyn Link>, String> {
     if let Some(url) = &args.bus {
         return Ok(url.open().map_err(|error| format!("cannot open {url}: {error}"))?);

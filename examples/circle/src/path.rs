@@ -1,4 +1,4 @@
-//! The circle, as set-points of each cycle.
+//! The circle as set-points for each cycle.
 
 use std::f64::consts::TAU;
 
@@ -22,13 +22,13 @@ pub(crate) struct Circle {
     seconds: f64,
 }
 
-/// So that no set-point is beyond what an object of CiA 402 holds.
+/// Limits numbers, so that all set-points fit objects of CiA 402.
 fn number(text: &str) -> Result<f64, &'static str> {
     text.parse().ok().filter(|number| (0.01..=1e8).contains(number)).ok_or("it is a number from 0.01 to 100000000")
 }
 
 impl Circle {
-    /// From where the axes stand, which is the circle's lowest point, round and back to rest.
+    /// From the present positions, the lowest point of the circle, round and back to a standstill.
     pub(crate) fn path(
         self,
         start: [i32; 2],
@@ -48,13 +48,13 @@ impl Circle {
         }
     }
 
-    /// The longest way of an axis in a cycle.
+    /// The longest distance that an axis moves in one cycle.
     pub(crate) fn greatest_step(self, period: Duration) -> f64 {
         // In the middle, the angle changes 15/8 times as fast as on average.
         self.radius * TAU * self.turns / self.seconds * 15.0 / 8.0 * period.as_secs_f64()
     }
 
-    /// With velocity and acceleration 0 at both ends.
+    /// The angle at a time; velocity and acceleration are 0 at both ends.
     fn angle(self, time: f64) -> f64 {
         let t = (time / self.seconds).min(1.0);
         TAU * self.turns * t.powi(3) * (10.0 + t * (6.0 * t - 15.0))

@@ -1,10 +1,9 @@
-//! The circle as it was followed, as a picture.
+//! A picture of the circle that the axes have followed.
 
 use lexican_pictures::{self as pictures, Curve, GREY, Panel, Picture};
 
 use crate::recorder::{Cycle, Recording};
 
-/// The picture as an SVG document.
 pub(crate) fn svg(summary: String, recording: &Recording) -> String {
     let cycles = recording.cycles.get(2..).unwrap_or_default();
     let errors = |axis: usize| {

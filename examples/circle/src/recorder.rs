@@ -1,29 +1,29 @@
-//! What the axes were sent, and where they were, cycle by cycle: read from the frames of the bus.
+//! Records set-points and positions of the axes in each cycle, from the frames on the bus.
 
 use lexican_driver::cyclic::Axis;
 use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-/// A link that records what passes through it.
+/// Wraps a link and records what passes through it.
 pub(crate) struct Recorder<L> {
     link: L,
-    /// The PDOs of x and y: with set-points, with positions.
+    /// The PDOs of x and y with set-points; below, those with positions.
     set_points: [CobId; 2],
     positions: [CobId; 2],
     cycles: Vec<Cycle>,
 }
 
-/// From one SYNC to the next.
+/// The cycle from one SYNC to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cycle {
     pub(crate) at: Instant,
-    /// What the axes were sent; the next SYNC releases it.
+    /// The set-points sent in this cycle, which the next SYNC activates.
     pub(crate) set_points: [i32; 2],
-    /// Where they were at this SYNC.
+    /// The positions at this SYNC.
     pub(crate) positions: [i32; 2],
 }
 
-/// All cycles, with the centre of the circle as the origin.
+/// All cycles, relative to the centre of the circle.
 pub(crate) struct Recording {
     pub(crate) cycles: Vec<Cycle>,
     pub(crate) radius: f64,
@@ -35,7 +35,7 @@ impl<L> Recorder<L> {
         Recorder { link, set_points: of_both(Axis::rpdo), positions: of_both(Axis::tpdo), cycles: Vec::new() }
     }
 
-    /// What was recorded, of a circle that was begun at its lowest point.
+    /// The recording of a circle that began at its lowest point.
     pub(crate) fn finish(self, start: [i32; 2], radius: f64) -> Recording {
         let centre = [start[0], start[1].saturating_add(radius as i32)];
         let from_centre = |at: [i32; 2]| [at[0].saturating_sub(centre[0]), at[1].saturating_sub(centre[1])];
@@ -112,13 +112,13 @@ impl Recording {
         cycle.at.since(first).as_secs_f64()
     }
 
-    /// How far outside of the circle the axes were; below 0, inside of it.
+    /// How far the axes are outside of the circle; negative if inside.
     pub(crate) fn outside(&self, cycle: &Cycle) -> f64 {
         let [x, y] = cycle.positions.map(f64::from);
         x.hypot(y) - self.radius
     }
 
-    /// From one SYNC to the next: the least, the median, 99 % and the greatest time, in milliseconds.
+    /// The intervals between SYNCs, in milliseconds: minimum, median, 99th percentile and maximum.
     pub(crate) fn periods(&self) -> Option<[f64; 4]> {
         let between = |pair: &[Cycle]| pair[1].at.since(pair[0].at).as_secs_f64() * 1000.0;
         let mut periods: Vec<f64> = self.cycles.windows(2).map(between).collect();
@@ -128,7 +128,7 @@ impl Recording {
     }
 
     pub(crate) fn farthest(&self) -> f64 {
-        // In the first cycles the axes have not sent their positions.
+        // In the first cycles, the axes have not sent their positions yet.
         self.cycles.iter().skip(2).map(|cycle| self.outside(cycle).abs()).fold(0.0, f64::max)
     }
 }
@@ -137,7 +137,7 @@ impl Recording {
 mod tests {
     use super::*;
 
-    /// A link to drives behind something slow.
+    /// A link with latency.
     struct Slow;
 
     impl Link for Slow {

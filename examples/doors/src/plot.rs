@@ -1,13 +1,12 @@
-//! The positions through each interface, and how far they are from each other.
+//! A picture of the positions through each interface, and of their differences.
 
 use lexican_pictures::{self as pictures, Curve, INK, ORANGE, Panel, Picture, SKY};
 
 use crate::travel::{Run, TARGET};
 
-/// Each curve is drawn over the one before, and is narrower: where all are seen, they lie on each other.
+/// Later curves are narrower, so that curves at the same place remain visible.
 const STYLES: [(&str, f64); 3] = [(SKY, 12.0), (ORANGE, 6.0), (INK, 2.0)];
 
-/// The picture as an SVG document.
 pub(crate) fn svg(runs: &[Run; 3]) -> String {
     let positions = runs.iter().zip(STYLES).map(|(run, (color, width))| Curve {
         color: Some(color),

@@ -1,4 +1,4 @@
-//! The program, and the interfaces that it goes through.
+//! The program, and the interfaces through which it runs.
 
 use std::io;
 use std::sync::Arc;
@@ -19,20 +19,20 @@ use siko_serial::{Line, Settings, gateway};
 pub(crate) const TARGET: i32 = 5000;
 const NODE: NodeId = NodeId::literal(5);
 
-/// What the program has seen of a travel.
+/// What the program has seen of one motion.
 pub(crate) struct Run {
     pub(crate) door: &'static str,
     pub(crate) outcome: Outcome,
-    /// Seconds since the order, and the position then.
+    /// Seconds since the order, with the position then.
     pub(crate) positions: Vec<(f64, f64)>,
-    /// What went over the line in all.
+    /// The traffic on the line, as text.
     pub(crate) traffic: String,
 }
 
 /// Positions over seconds since the order.
 type Positions = Vec<(f64, f64)>;
 
-/// The program. Returns the outcome and the positions that it has read, over seconds since the order, and the link.
+/// The program: returns the outcome, the positions over seconds since the order, and the link.
 fn travel<L: Link + Send + 'static>(link: L) -> Result<(Outcome, Positions, L), Error> {
     let mut drive = Drive::connect(link, NODE)?;
     drive.enable()?;
@@ -87,7 +87,7 @@ fn through_profibus() -> Result<Run, Error> {
 }
 
 impl Run {
-    /// From the order to the last reading.
+    /// The time from the order to the last position.
     pub(crate) fn took_s(&self) -> f64 {
         self.positions.last().map_or(0.0, |(at_s, _)| *at_s)
     }
@@ -97,7 +97,7 @@ impl Run {
         self.positions.iter().map(|&(at_s, position)| (at_s, position - other.position_at(at_s)))
     }
 
-    /// Between two readings, and after the last one that.
+    /// The position at a time: interpolated between two readings, and the last one after them.
     fn position_at(&self, at_s: f64) -> f64 {
         let next = self.positions.iter().position(|point| point.0 >= at_s).unwrap_or(self.positions.len() - 1).max(1);
         let ((from_s, from), (to_s, to)) = (self.positions[next - 1], self.positions[next]);
@@ -105,7 +105,7 @@ impl Run {
     }
 }
 
-/// A line that counts.
+/// A serial line that counts bytes.
 struct Counted {
     line: VirtualLine,
     telegrams: usize,

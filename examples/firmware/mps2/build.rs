@@ -1,4 +1,4 @@
-//! Lends the linker the board's memory map, and generates the machine of the master.
+//! Passes the board's memory map to the linker, and generates the machine of the master.
 
 use std::env;
 use std::path::PathBuf;

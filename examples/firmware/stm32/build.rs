@@ -1,4 +1,4 @@
-//! The linker's scripts: of cortex-m-rt, and of defmt's log.
+//! Passes the linker scripts of cortex-m-rt and defmt.
 
 fn main() {
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {

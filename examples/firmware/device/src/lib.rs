@@ -1,8 +1,8 @@
-//! An I/O device of the kind of CiA 401: digital and analogue inputs and outputs, three PDOs each way, stored parameters,
-//! and its node-ID by LSS.
+//! An I/O device of CiA 401: digital and analogue inputs and outputs, three PDOs in each direction, stored parameters,
+//! and a node-ID by LSS.
 //!
-//! It knows no board: a [`Board`] has the inputs and outputs, a [`Flash`] what survives a loss of power, and the program
-//! moves frames and time by the four verbs of the runtime.
+//! It is independent of the board: a [`Board`] provides inputs and outputs, a [`Flash`] persistent memory, and the
+//! program drives it with frames and time through the four verbs of the runtime.
 #![no_std]
 
 mod board;
@@ -27,25 +27,25 @@ pub use board::{Board, Channels};
 use process::Process;
 use values::Values;
 
-/// How often the inputs are read.
+/// The interval of reading the inputs.
 const SAMPLING: Duration = Duration::from_millis(1);
 
-/// How often the stack is measured.
+/// The interval of measuring the stack.
 const MEASURING: Duration = Duration::from_millis(100);
 
-/// Where the node-ID is kept, below the objects that 1010h stores.
+/// The address under which the node-ID is stored, below all objects that 1010h stores.
 const NODE_ID: Address = Address::new(0x0001, 0);
 
-/// LSS entry 2 of table 0: 500 kbit/s, the one bit rate of the device.
+/// LSS table 0, entry 2: 500 kbit/s, the only bit rate of the device.
 const BIT_RATE: (u8, u8) = (0, 2);
 
-/// How many bytes the notebook (2000h) has.
+/// The size of the notebook (2000h), in bytes.
 pub const NOTEBOOK: usize = 10_240;
 
-/// The device. Its memory is in it, but for the notebook.
+/// The device with all its memory, except the notebook.
 pub struct IoDevice<B, F> {
     board: B,
-    /// `None` while it has no node-ID.
+    /// `None` until it has a node-ID.
     device: Option<od::Services>,
     values: Values,
     stored: Snapshot<F>,
@@ -56,7 +56,7 @@ pub struct IoDevice<B, F> {
 }
 
 impl<B: Board, F: Flash> IoDevice<B, F> {
-    /// Power-on. Without a stored node-ID the device waits for one by LSS.
+    /// Switches the device on. Without a stored node-ID it waits for one by LSS.
     pub fn new(now: Instant, board: B, flash: F, notebook: &'static mut [u8; NOTEBOOK]) -> Self {
         let mut stored = Snapshot::new(flash, &od::TABLE, values::is_stored);
         let node = stored.kept(NODE_ID, &mut [0]).and_then(|kept| NodeId::new(*kept.first()?));
@@ -81,7 +81,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
         io
     }
 
-    /// Begins anew with the defaults and what is stored.
+    /// Starts with the defaults and the stored values.
     fn boot(&mut self, now: Instant, reset: Reset, node: Option<NodeId>) {
         let Some(node) = node else {
             self.device = None;
@@ -96,7 +96,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
             self.process = Process::default();
         }
         self.values.od.reset(node, indices.clone());
-        // A flash that fails leaves defaults, and the device in reach.
+        // Ignore an error of the flash: the device starts with the defaults, and can be reached.
         let loaded = self.stored.load(node, indices, &mut self.values.od);
         let device = self.device.get_or_insert(od::Services::new(node, Behaviour::CIA_301));
         device.restart_as(node, now, &mut self.values);
@@ -106,7 +106,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
         self.process.drive(&mut self.board, &self.values.od);
     }
 
-    /// A frame came in.
+    /// Handles a received frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if frame.id() == lss::REQUEST {
             let event = self.lss.handle_frame(now, frame, &mut NodeIdStore(&mut self.stored));
@@ -120,7 +120,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
         self.follow(now, event);
     }
 
-    /// The time of [`IoDevice::poll_timeout`] has come.
+    /// To be called at the time of [`IoDevice::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Instant) {
         if self.next_sample <= now {
             self.next_sample = now + SAMPLING;
@@ -170,7 +170,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
         self.process.drive(&mut self.board, &self.values.od);
     }
 
-    /// The error code in the low half of 2002h, and two bytes of the manufacturer in the other.
+    /// Sends the error code in the low half of 2002h, with two manufacturer-specific bytes in the high half.
     fn report_emergency(&mut self) {
         let [low, high, info @ ..] = self.values.od.get(od::EMERGENCY_TO_BE_REPORTED).to_le_bytes();
         let [first, second] = info;
@@ -181,7 +181,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
     }
 }
 
-/// What LSS changes: the node-ID.
+/// Stores what LSS configures: the node-ID.
 struct NodeIdStore<'a, F>(&'a mut Snapshot<F>);
 
 impl<F: Flash> LssHost for NodeIdStore<'_, F> {

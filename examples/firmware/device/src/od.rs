@@ -1,6 +1,6 @@
-//! The objects of the data sheet.
+//! The object dictionary, generated from the data sheet.
 
 lexican_runtime::include_od!("io");
 
-/// The services for these objects: three PDOs each way with up to eight objects, one SDO server, two heartbeats.
+/// The services: three PDOs in each direction with up to eight objects, one SDO server, two heartbeat consumers.
 pub(crate) type Services = lexican_runtime::device::Device<3, 3, 1, 2, 8>;

@@ -1,4 +1,4 @@
-//! Inputs and outputs as CiA 401 has them: polarity, interrupts of analogue inputs, values in case of an error.
+//! Inputs and outputs by CiA 401: polarity, interrupts of analogue inputs, error values.
 
 use lexican_runtime::object::{Array, Value};
 use lexican_runtime::{Duration, Instant};
@@ -6,19 +6,19 @@ use lexican_runtime::{Duration, Instant};
 use crate::board::{Board, Channels};
 use crate::od;
 
-/// What inputs and outputs were last.
+/// The last states of inputs and outputs.
 #[derive(Default)]
 pub(crate) struct Process {
-    /// The analogue values that were last reported as changed.
+    /// The last analogue values that were reported.
     reported: [i16; 8],
     driven: Option<Channels>,
-    /// The level of the test signal, and when it changes next.
+    /// The level of the test signal, and the time of its next edge.
     signal: bool,
     next_edge: Option<Instant>,
 }
 
 impl Process {
-    /// Reads the inputs, and reports what has changed.
+    /// Reads the inputs, and reports changes.
     pub(crate) fn sample(
         &mut self,
         now: Instant,
@@ -50,11 +50,11 @@ impl Process {
         }
     }
 
-    /// The level of the test signal (2003h): a square wave, for tests that want an input that changes.
+    /// The level of the test signal (2003h): a square wave, for tests that need a changing input.
     fn test_signal(&mut self, now: Instant, od: &od::Storage) -> bool {
         let period = Duration::from_millis(od.get(od::PERIOD_OF_THE_TEST_SIGNAL).into());
         if period.is_zero() {
-            // The level stays, so that ending it is no other change of the input.
+            // Keep the level, so that switching the signal off does not change the input.
             self.next_edge = None;
         } else if self.next_edge.is_none_or(|edge| edge <= now) {
             self.signal = !self.signal;
@@ -63,7 +63,7 @@ impl Process {
         self.signal
     }
 
-    /// Sets the outputs to what the dictionary has, if that has changed.
+    /// Sets the outputs to the values in the dictionary, if those have changed.
     pub(crate) fn drive(&mut self, board: &mut impl Board, od: &od::Storage) {
         let polarity: [u8; 2] = all(od, od::CHANGE_POLARITY_OUTPUT_8_BIT);
         let digital: [u8; 2] = all(od, od::WRITE_OUTPUT_8_BIT);
@@ -78,7 +78,7 @@ impl Process {
     }
 }
 
-/// The manager is lost, or stops the device: outputs take their error values where their error mode says so.
+/// When the manager is lost or stops the device, outputs take their error values, if their error mode says so.
 pub(crate) fn take_error_values(od: &mut od::Storage) {
     let (modes, values) = (od::ERROR_MODE_OUTPUT_8_BIT, od::ERROR_VALUE_OUTPUT_8_BIT);
     for (output, (mode, value)) in od::WRITE_OUTPUT_8_BIT.iter().zip(modes.iter().zip(values.iter())) {
@@ -88,7 +88,7 @@ pub(crate) fn take_error_values(od: &mut od::Storage) {
     let (modes, values) = (od::ANALOGUE_OUTPUT_ERROR_MODE, od::ANALOGUE_OUTPUT_ERROR_VALUE_INTEGER);
     for (output, (mode, value)) in od::WRITE_ANALOGUE_OUTPUT_16_BIT.iter().zip(modes.iter().zip(values.iter())) {
         if od.get(mode) != 0 {
-            // The value fills 32 bits from the left (CiA 401), the output has the upper 16 of them.
+            // The value is left-aligned in 32 bits (CiA 401); the output takes the upper 16.
             od.set(output, (od.get(value) >> 16) as i16);
         }
     }

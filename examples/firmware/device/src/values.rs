@@ -1,14 +1,14 @@
-//! The dictionary of the device: what the data sheet generates, and the notebook, which is too long for that.
+//! The values of the device: the generated dictionary, and the notebook, which is too long for that.
 
 use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::od;
 
-/// What the dictionary begins with: the device gets its node-ID when it boots.
+/// The initial node-ID of the dictionary; the device gets its own when it boots.
 const NO_NODE: NodeId = NodeId::literal(127);
 
-/// Which of the writable entries 1010h stores: parameters, and not what is at the outputs.
+/// Whether 1010h stores an entry: parameters, but not the outputs.
 pub(crate) fn is_stored(address: Address) -> bool {
     !matches!(address.index(), 0x2000..=0x5FFF | 0x6200 | 0x6411)
 }
@@ -19,9 +19,9 @@ pub(crate) struct Values {
     pub(crate) notebook: Notebook,
 }
 
-/// 2000h: what a client has written.
+/// 2000h: bytes that a client has written.
 pub(crate) struct Notebook {
-    /// Lent, so that the device is moved without it.
+    /// Borrowed, so that moving the device does not move it.
     bytes: &'static mut [u8],
     len: usize,
 }
@@ -37,7 +37,7 @@ impl Notebook {
         pairs.map(|(to, from)| *to = *from).count()
     }
 
-    /// What comes in pieces is empty until the last one.
+    /// While a value arrives in pieces, the notebook is empty.
     fn write(&mut self, offset: usize, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let end = offset.checked_add(data.len()).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
         let place = self.bytes.get_mut(offset..end).ok_or(AbortCode::LENGTH_TOO_HIGH)?;

@@ -1,9 +1,10 @@
-//! Flash that survives the end of QEMU: a file of the host, by semihosting. It is erased and programmed as flash is.
+//! Flash memory that outlives QEMU: a file on the host, through semihosting. It must be erased and programmed as flash
+//! is.
 
 use cortex_m_semihosting::syscall;
 use lexican_runtime::service::snapshot::{Flash, FlashError};
 
-/// Two slots.
+/// Holds both slots.
 const NAME: &[u8] = b"flash.bin\0";
 const SLOT: u32 = 2048;
 
@@ -17,7 +18,7 @@ const CREATE: usize = 7;
 pub struct HostFile(usize);
 
 impl HostFile {
-    /// The file, or a new one that is erased.
+    /// Opens the file, or creates an erased one.
     pub fn open() -> Self {
         let open = |mode: usize| {
             // SAFETY: the host reads the name, whose length without the end is given.
@@ -47,7 +48,7 @@ impl HostFile {
 }
 
 impl Flash for HostFile {
-    /// As the controllers of the STM32 families G4 and L4.
+    /// As in the STM32 families G4 and L4.
     const WRITE_SIZE: usize = 8;
 
     fn slot_size(&self) -> u32 {
@@ -69,7 +70,7 @@ impl Flash for HostFile {
         let mut before = [0; 32];
         let before = before.get_mut(..data.len()).ok_or(FlashError)?;
         self.read(offset, before)?;
-        // Flash clears bits, and a double word is programmed once.
+        // Programming clears bits, and a double word can be programmed only once.
         let is_erased = before.iter().all(|byte| *byte == 0xFF);
         if is_erased { self.write(offset, data) } else { Err(FlashError) }
     }

@@ -1,8 +1,9 @@
-//! The board's timer, UART, interrupts and stack: addresses and bits as in Arm's AN386, the CMSDK and the ARMv7-M manual.
+//! Timer, UART, interrupts and stack of the board: addresses and bits from Arm's AN386, the CMSDK and the ARMv7-M
+//! manuals.
 
 use lexican_runtime::Instant;
 
-/// A register of 32 bits. The addresses are those of the constants below.
+/// A 32-bit register at one of the addresses below.
 #[derive(Clone, Copy)]
 struct Register(usize);
 
@@ -30,26 +31,26 @@ const UART_INTERRUPTS: Register = Register(0x4000_400C);
 const UART_DIVIDER: Register = Register(0x4000_4010);
 const SENDER_IS_FULL: u32 = 1 << 0;
 const RECEIVER_IS_FULL: u32 = 1 << 1;
-/// Sender, receiver, and the interrupt of the receiver.
+/// Enables transmitter, receiver, and the receiver's interrupt.
 const UART_IS_ON: u32 = 1 << 0 | 1 << 1 | 1 << 3;
 const RECEIVED: u32 = 1 << 1;
 
 const SYSTICK_CONTROL: Register = Register(0xE000_E010);
 const SYSTICK_RELOAD: Register = Register(0xE000_E014);
 const SYSTICK_VALUE: Register = Register(0xE000_E018);
-/// Counts, interrupts, takes the processor's clock.
+/// Enables counter and interrupt, with the processor clock.
 const SYSTICK_IS_ON: u32 = 0b111;
 
 const INTERRUPTS_ENABLED: Register = Register(0xE000_E100);
 const INTERRUPTS_PENDING_CLEAR: Register = Register(0xE000_E280);
-/// Of UART 0.
+/// The receive interrupt of UART 0.
 const RECEIVER: u32 = 1 << 0;
 const INTERRUPT_STATE: Register = Register(0xE000_ED04);
 const SYSTICK_PENDING_CLEAR: u32 = 1 << 25;
 
 /// The time since power-on.
 pub struct Clock {
-    /// What the timer showed last: it counts down, once around in 171 s.
+    /// The last value of the timer, which counts down and wraps around every 171 s.
     last: u32,
     ticks: u64,
 }
@@ -59,7 +60,7 @@ impl Clock {
         TIMER_RELOAD.write(u32::MAX);
         TIMER_VALUE.write(u32::MAX);
         TIMER_CONTROL.write(1);
-        // A tick every millisecond, which ends a wait.
+        // Ticks every millisecond, to end a wait.
         SYSTICK_RELOAD.write(1000 * TICKS_PER_US as u32 - 1);
         SYSTICK_VALUE.write(0);
         SYSTICK_CONTROL.write(SYSTICK_IS_ON);
@@ -97,21 +98,21 @@ impl Uart {
 
 /// Waits for a byte or for the next millisecond.
 pub fn wait() {
-    // Interrupts are masked: one that is pending ends the wait, and is cleared here.
+    // Interrupts are masked: a pending one ends the wait, and is cleared here.
     cortex_m::asm::wfi();
     UART_INTERRUPTS.write(RECEIVED);
     INTERRUPTS_PENDING_CLEAR.write(RECEIVER);
     INTERRUPT_STATE.write(SYSTICK_PENDING_CLEAR);
 }
 
-/// How many bytes of the stack are as cortex-m-rt has painted them at the start.
+/// The number of stack bytes that still have the pattern written by cortex-m-rt at the start.
 pub fn unused_stack() -> u32 {
     unsafe extern "C" {
         static _stack_end: u32;
         static _stack_start: u32;
     }
     let (end, start) = (&raw const _stack_end as usize, &raw const _stack_start as usize);
-    // Memory that is read as a register is: the compiler knows nothing of it.
+    // Read the memory as a register, because the compiler does not know its contents.
     let words = (end..start).step_by(4).map(|address| Register(address).read());
     4 * words.take_while(|word| *word == cortex_m_rt::STACK_PAINT_VALUE).count() as u32
 }

@@ -1,3 +1,3 @@
-//! The machine of `machine.toml`, with the data sheets of its nodes.
+//! The machine in `machine.toml`, with the data sheets of its nodes.
 
 lexican_runtime::include_od!("machine");

@@ -1,5 +1,5 @@
-//! The I/O device on Arm's MPS2 board with AN386, as QEMU has it: UART 0 is a serial CAN adapter (slcan), a timer is the
-//! clock, and a file of the host is the flash. The outputs are wired to the inputs.
+//! The I/O device on Arm's MPS2 board with AN386, as emulated by QEMU: UART 0 is a serial CAN adapter (slcan), a timer
+//! is the clock, and a file on the host is the flash. Outputs are wired to inputs.
 #![no_std]
 #![no_main]
 
@@ -17,7 +17,7 @@ use slcan::Slcan;
 
 #[entry]
 fn main() -> ! {
-    // Interrupts end the wait below, and have no handlers.
+    // Interrupts only end the wait below; they have no handlers.
     cortex_m::interrupt::disable();
     let mut clock = Clock::start();
     let mut adapter = Slcan::new(Uart::start());
@@ -37,7 +37,7 @@ fn main() -> ! {
     }
 }
 
-/// Wires from each output to the input of the same number.
+/// Connects each output to the input of the same number.
 #[derive(Default)]
 struct Wires(Channels);
 

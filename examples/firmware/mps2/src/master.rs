@@ -1,5 +1,5 @@
-//! A manager on Arm's MPS2 board: it boots the machine of `machine.toml` and enables its drive by PDOs. The plan lies in the
-//! flash; nothing is read from a file, nothing allocated.
+//! A manager on Arm's MPS2 board: it boots the machine in `machine.toml` and enables its drive by PDOs. The plan is a
+//! constant in flash; no file is read and nothing is allocated.
 #![no_std]
 #![no_main]
 
@@ -21,11 +21,11 @@ const NODES: usize = PLAN.nodes.len();
 
 #[entry]
 fn main() -> ! {
-    // Interrupts end the wait below, and have no handlers.
+    // Interrupts only end the wait below; they have no handlers.
     cortex_m::interrupt::disable();
     let mut clock = Clock::start();
     let mut adapter = Slcan::new(Uart::start());
-    // Before somebody is heard there is no bus.
+    // Wait until a node is heard: before that, there is no bus.
     while adapter.receive().is_none() {
         hardware::wait();
     }
@@ -56,7 +56,7 @@ fn main() -> ! {
     }
 }
 
-/// Commands the next step to OPERATION ENABLED; there the work is done.
+/// Commands the next step towards OPERATION ENABLED; ends the program there.
 fn enable(manager: &mut Manager<NODES>, statusword: feeder::Statusword) {
     let Some(state) = State::from_status_word(statusword.0) else { return };
     if state == State::OperationEnabled {
@@ -66,7 +66,7 @@ fn enable(manager: &mut Manager<NODES>, statusword: feeder::Statusword) {
     let step = Transitions::CIA_402.next(state, State::OperationEnabled);
     if let Some(Cause::Command(command)) = step.map(|step| step.cause) {
         let pdo = feeder::Rpdo1 { controlword: feeder::Controlword(command.apply(0)) };
-        // What there is no room for now is commanded with the next statusword.
+        // If there is no room now, the next statusword repeats the command.
         let _ = manager.send(pdo.to_frame());
     }
 }

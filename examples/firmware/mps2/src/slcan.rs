@@ -1,4 +1,4 @@
-//! A CAN controller behind a serial port: the Lawicel protocol, as an adapter speaks it.
+//! A CAN controller at a serial port: the Lawicel protocol of serial adapters.
 
 use lexican_runtime::{CobId, Frame};
 
@@ -7,11 +7,11 @@ use crate::hardware::Uart;
 /// The longest line: an extended frame with eight bytes.
 const LONGEST: usize = 26;
 
-/// The adapter and the bus that it leads to.
+/// The adapter and its bus.
 pub struct Slcan {
     uart: Uart,
     line: [u8; LONGEST],
-    /// More than there is room for: no frame.
+    /// Greater than the buffer if the line is too long to be a frame.
     len: usize,
 }
 
@@ -38,7 +38,7 @@ impl Slcan {
                         return frame;
                     }
                 }
-                // Opened, closed, a bit rate: there is one bus, and it is on.
+                // Open, close, bit rate: there is one bus, and it is always on.
                 _ => self.uart.send(b'\r'),
             }
         }
@@ -91,7 +91,7 @@ fn frame(line: &[u8]) -> Option<Frame> {
     (bytes.len() == usize::from(len)).then(|| Frame::new(id, bytes))?
 }
 
-/// A number of hexadecimal digits.
+/// Parses hexadecimal digits.
 fn number(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0, |number, digit| Some(number << 4 | char::from(*digit).to_digit(16)?))
 }

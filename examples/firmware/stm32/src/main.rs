@@ -1,7 +1,8 @@
 //! The I/O device on an STM32G474RE with FDCAN, as on ST's NUCLEO-G474RE with a CAN transceiver at PB8 and PB9.
 //!
-//! Compiled in CI, and run on no board there. What is wired: digital port 1, PC0 to PC7 in and PB0 to PB2, PB4 to PB7 and
-//! PB10 out; analogue inputs 1 and 2, PA0 and PA1; analogue output 1, PA4. The parameters are in the last pages of the flash.
+//! Compiled in CI, but never run on a board. Wiring: digital port 1 has inputs PC0 to PC7 and outputs PB0 to PB2, PB4
+//! to PB7 and PB10; analogue inputs 1 and 2 are PA0 and PA1; analogue output 1 is PA4. Parameters are stored in the
+//! last pages of the flash.
 #![no_std]
 #![no_main]
 
@@ -30,13 +31,13 @@ bind_interrupts!(struct Interrupts {
 
 const BIT_RATE: u32 = 500_000;
 
-/// Two pages in each of the two slots, which are at the end of the flash.
+/// The size of each of the two slots at the end of the flash: two pages.
 const SLOT: u32 = 4096;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
     let mut config = Config::default();
-    // The crystal: the internal oscillator is not exact enough for CAN.
+    // Use the crystal: the internal oscillator is not accurate enough for CAN.
     config.rcc.hse = Some(Hse { freq: Hertz(24_000_000), mode: HseMode::Oscillator });
     config.rcc.sys = Sysclk::HSE;
     config.rcc.mux.fdcansel = mux::Fdcansel::HSE;
@@ -87,7 +88,7 @@ async fn main(_spawner: Spawner) {
                     device.handle_frame(now(), &frame);
                 }
             }
-            // The controller is back on the bus by itself.
+            // The controller returns to the bus by itself.
             Either::First(Err(error)) => defmt::warn!("CAN: {}", error),
             Either::Second(()) => device.handle_timeout(now()),
         }
@@ -97,7 +98,7 @@ async fn main(_spawner: Spawner) {
 async fn transmit(device: &mut IoDevice<Terminals<'_>, FlashSlots<Flash<'_, Blocking>>>, can: &mut Can<'_>) {
     while let Some(frame) = device.poll_transmit(now()) {
         if let Some(frame) = frame.to_embedded() {
-            // A frame that this one replaces in the controller is of lower priority: it goes next.
+            // If the controller evicts a frame of lower priority for this one, send that next.
             let mut next = Some(frame);
             while let Some(frame) = next {
                 next = can.write(&frame).await;
@@ -110,7 +111,7 @@ fn now() -> lexican_runtime::Instant {
     lexican_runtime::Instant::from_micros(Instant::now().as_micros())
 }
 
-/// What is wired to the controller.
+/// What is connected to the controller.
 struct Terminals<'d> {
     inputs: [Input<'d>; 8],
     outputs: [Output<'d>; 8],
@@ -125,7 +126,7 @@ impl Board for Terminals<'_> {
         let [port, _] = &mut channels.digital;
         *port = self.inputs.iter().rev().fold(0, |bits, input| bits << 1 | u8::from(input.is_high()));
         for (value, channel) in channels.analogue.iter_mut().zip(&mut self.channels) {
-            // 12 bits, to the left of 15: the voltage has no sign.
+            // 12 bits, aligned to 15: the voltage has no sign.
             *value = (self.adc.blocking_read(channel, SampleTime::CYCLES24_5) << 3) as i16;
         }
         channels
