@@ -9,12 +9,12 @@ use pyo3::prelude::*;
 
 use crate::error::{Raise, also, wrong};
 
-/// What a restore has done.
+/// The result of a restore.
 #[pyclass(module = "lexican", frozen, get_all)]
 pub(crate) struct Restored {
-    /// Index and sub-index of what was written, in this order.
+    /// Index and sub-index of the entries written, in this order.
     written: Vec<(u16, u8)>,
-    /// How many had their value.
+    /// The number of entries that already had their value.
     equal: usize,
     /// Whether the node has stored its parameters.
     stored: bool,
@@ -27,11 +27,11 @@ impl From<Done> for Restored {
     }
 }
 
-/// A function of the program.
+/// A callback of the program.
 pub(crate) type Call = Option<Py<PyAny>>;
 
-/// Backs up or restores without the interpreter's lock, until a signal or the function of the program, which sees what is done,
-/// raises.
+/// Backs up or restores without the interpreter's lock. The callback, which gets the progress, or a signal ends it by
+/// raising.
 pub(crate) fn seen<T: Send>(
     py: Python<'_>,
     runner: &Runner,

@@ -1,4 +1,4 @@
-//! Functions of Python that are called when something happens.
+//! Calls Python functions when events happen.
 
 use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, spawn};
@@ -9,10 +9,11 @@ use tokio::sync::oneshot;
 
 use crate::wait::lock;
 
-/// Threads that may still be inside a function, and that nobody has waited for: none may be when the interpreter ends.
+/// Threads that may still be inside a Python function and have not been joined. They are joined before the interpreter
+/// ends.
 pub(crate) static LEFT: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
-/// The thread that calls a function, until this is gone.
+/// The thread that calls a function; it ends when this is dropped.
 pub(crate) struct Callback {
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -20,13 +21,13 @@ pub(crate) struct Callback {
 }
 
 impl Callback {
-    /// Calls a function with what `of` makes of each event.
+    /// Calls a function with the result of `of` for each event.
     pub(crate) fn new<E: for<'py> IntoPyObject<'py> + Send>(
         mut events: shell::Events,
         of: impl Fn(lexican_machine::Event) -> Option<E> + Send + 'static,
         function: Py<PyAny>,
     ) -> PyResult<Self> {
-        // It waits for what others receive, and lets no time of its own pass.
+        // It only waits for events that others receive, so it needs no timers.
         let waiting = tokio::runtime::Builder::new_current_thread().build()?;
         let (stop, mut stopped) = oneshot::channel();
         let failed = Arc::new(Mutex::new(None));
@@ -41,7 +42,7 @@ impl Callback {
             };
             while let Some(event) = waiting.block_on(next()) {
                 let Some(event) = of(event) else { continue };
-                // There is no interpreter any more when it ends.
+                // After the end of the interpreter, there is nothing to attach to.
                 let called = Python::try_attach(|py| {
                     let called = function.call1(py, (event,));
                     called.map(drop).inspect_err(|error| {
@@ -58,10 +59,10 @@ impl Callback {
         Ok(Callback { stop: Some(stop), thread: Some(thread), failed })
     }
 
-    /// Lets it have what has happened until now, and waits for that. The first exception of the function.
+    /// Delivers all events so far, and waits for that. Raises the first exception of the function.
     pub(crate) fn end(mut self) -> PyResult<()> {
         self.stop = None;
-        // One that ends its own network cannot wait for itself.
+        // A callback that ends its own network cannot wait for itself.
         if let Some(thread) = self.thread.take_if(|it| it.thread().id() != std::thread::current().id()) {
             let _ = thread.join();
         }
@@ -70,7 +71,8 @@ impl Callback {
 }
 
 impl Drop for Callback {
-    /// What collects garbage has the interpreter's lock, and may be in any thread, another function's too: it waits for none.
+    /// Garbage is collected in any thread, even in another callback's, and with the interpreter's lock: so this does
+    /// not wait.
     fn drop(&mut self) {
         let mut left = lock(&LEFT);
         left.retain(|thread| !thread.is_finished());

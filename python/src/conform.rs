@@ -1,4 +1,4 @@
-//! The conformance test of a device, case by case: what the pytest plugin is made of.
+//! The conformance test of a device, case by case, for the pytest plugin.
 
 use std::path::PathBuf;
 use std::sync::mpsc::RecvTimeoutError;
@@ -17,7 +17,7 @@ use crate::opened::{SIM, Shared, bus_url};
 use crate::sheet::node_id;
 use crate::wait::{SLICE, lock};
 
-/// The conformance test of the device with a node-ID on a bus. Nothing is opened before it begins.
+/// The conformance test of the device with a node-ID on a bus. The bus is opened when the test begins.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Conformance {
     bus: BusUrl,
@@ -29,7 +29,7 @@ pub(crate) struct Conformance {
 
 #[pymethods]
 impl Conformance {
-    /// A simulated device may do without a data sheet. `allow` names what may move a machine or outlasts the test: "motion",
+    /// A simulated device needs no data sheet. `allow` names what may move a machine or outlast the test: "motion",
     /// "outputs", "manufacturer", "store", "restore", "node-id".
     #[new]
     #[pyo3(signature = (bus, node, sheet = None, allow = Vec::new()))]
@@ -53,12 +53,13 @@ impl Conformance {
         Ok(Conformance { bus, sheet, settings, test, left })
     }
 
-    /// The cases for this device: the id and the title of each.
+    /// The cases for this device, each with id and title.
     fn cases(&self) -> Vec<(&'static str, &'static str)> {
         self.all().map(|case| (case.id, case.title)).collect()
     }
 
-    /// Opens the bus, and begins with the cases of these ids, in their order. Each waits until `next` has the one before.
+    /// Opens the bus and begins with the cases of these ids, in order. Each case waits until `next` has returned the
+    /// one before.
     ///
     /// Raises LinkFailed.
     fn begin(&self, py: Python<'_>, ids: Vec<String>) -> PyResult<()> {
@@ -69,7 +70,7 @@ impl Conformance {
         Ok(())
     }
 
-    /// Waits for the end of the next case; `None` when the test is over.
+    /// Waits for the end of the next case; `None` after the last one.
     fn next(&self, py: Python<'_>) -> PyResult<Option<CaseResult>> {
         loop {
             match py.detach(|| lock(&self.test).as_ref().map(|test| test.next(SLICE))) {
@@ -86,7 +87,7 @@ impl Conformance {
         }
     }
 
-    /// Ends it, when all is put back. What is not as it was, a sentence each.
+    /// Ends the test and restores what it has changed. Returns a sentence for everything that could not be restored.
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         lock(&self.test).iter().for_each(Running::cancel);
         while self.next(py)?.is_some() {}
@@ -114,8 +115,9 @@ impl Conformance {
     }
 }
 
-/// How a case has ended: its id; "passed", "failed", "advised" (failed, of what is recommended), "not applicable", "not allowed",
-/// "blocked", "not decidable" or "unfinished"; why it has not passed; all that the report has of it, with its last frames.
+/// The result of a case: its id; "passed", "failed", "advised" (a failed recommendation), "not applicable", "not
+/// allowed", "blocked", "not decidable" or "unfinished"; why it has not passed; and its part of the report, with the
+/// last frames.
 #[pyclass(module = "lexican", frozen, get_all)]
 pub(crate) struct CaseResult {
     id: String,

@@ -1,4 +1,4 @@
-//! Drives of CiA 402, until they are closed, and how they are stopped.
+//! Drives of CiA 402, and how they are stopped when they are closed.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -18,22 +18,22 @@ use crate::wait::{Run, Unlocked, seconds, wait};
 
 type Doing<'a, T> = Pin<Box<dyn Future<Output = Result<T, MachineError>> + Send + 'a>>;
 
-/// A drive of CiA 402. Positions and velocities are texts with a unit, "50 mm", or numbers as the drive counts.
+/// A drive of CiA 402. Positions and velocities are texts with a unit, "50 mm", or numbers in counts of the drive.
 ///
-/// A call that Ctrl-C, or another signal whose handler raises, ends, stops the drive and waits until it stands; so do `close()`,
-/// the end of a `with`, and the end of the interpreter. One that is collected as garbage while it may be moving is sent a stop,
-/// and standard error says so.
+/// If Ctrl-C, or another signal whose handler raises, ends a call, the drive is stopped, and the call waits for its
+/// standstill; so do `close()`, the end of a `with`, and the end of the interpreter. If the drive is collected as
+/// garbage while it may be moving, it is sent a stop, and standard error says so.
 #[pyclass(module = "lexican", frozen, weakref)]
 pub(crate) struct Drive {
     pub(crate) slot: Arc<Slot>,
     pub(crate) name: String,
-    /// The node that it is.
+    /// The node of the drive.
     #[pyo3(get)]
     pub(crate) node: Py<PyAny>,
 }
 
 impl Drive {
-    /// Carries something out; it is stopped when a signal or another thread ends that.
+    /// Carries out an operation. If a signal or another thread ends it, the drive is stopped.
     fn call<T: Send>(
         &self,
         py: Python<'_>,
@@ -53,7 +53,7 @@ impl Drive {
     }
 }
 
-/// The methods of a drive: a row for each order, whose arguments are taken in words of Python; then the others.
+/// The methods of a drive: first a row for each order, with its arguments in Python's types, then the others.
 macro_rules! drive {
     ({$(
         $(#[$attribute:meta])*
@@ -73,51 +73,51 @@ macro_rules! drive {
 
 drive! {
     {
-        /// The state of its state machine: "OPERATION ENABLED".
+        /// The state of CiA 402: "OPERATION ENABLED".
         state() -> String = |drive| drive.state().await?.to_string();
-        /// Where it is, as it counts (6064h).
+        /// The position in counts of the drive (6064h).
         position() -> i32 = |drive| drive.position().await?;
-        /// How fast it is, as it counts (606Ch).
+        /// The velocity in counts of the drive (606Ch).
         velocity() -> i32 = |drive| drive.velocity().await?;
-        /// Leads it to OPERATION ENABLED: it has torque, and nothing moves.
+        /// Enables it (OPERATION ENABLED): it has torque, and nothing moves.
         ///
-        /// Raises DriveError without supply, say.
+        /// Raises DriveError, for example without supply.
         enable() -> Outcome = |drive| drive.carry_out(Order::Enable, None).await?;
-        /// Stops it, then takes its torque away.
+        /// Stops it, then disables it.
         disable() -> Outcome = |drive| drive.carry_out(Order::Disable, None).await?;
         /// Resets a fault.
         ///
-        /// Raises DriveError when its cause is still there.
+        /// Raises DriveError if the cause is still there.
         reset_fault() -> Outcome = |drive| drive.carry_out(Order::ResetFault, None).await?;
-        /// Travels to a position, and waits for the end.
+        /// Moves to a position, and waits for the end.
         ///
-        /// Raises DriveError with every condition that is not met; nothing has moved then.
+        /// Raises DriveError with every condition that is not met; then nothing has moved.
         move_to(position: &Bound<'_, PyAny> = words(position)?) -> Outcome = |drive| drive.move_to(&position).await?;
-        /// Starts to travel; `finish()` waits for the end.
+        /// Starts to move to a position; `finish()` waits for the end.
         start_moving_to(position: &Bound<'_, PyAny> = words(position)?) -> () =
             |drive| drive.start_moving_to(&position).await?;
-        /// Waits until the travel under way is over.
+        /// Waits for the end of the current motion.
         finish() -> Outcome = |drive| Ending::from(drive.finish().await?);
-        /// Runs at a velocity for a time in seconds, and stops.
+        /// Runs at a velocity for a time in seconds, then stops.
         run_at(velocity: &Bound<'_, PyAny> = words(velocity)?, lasting: f64 = seconds(lasting)?) -> Outcome =
             |drive| drive.run_at(&velocity, lasting).await?;
-        /// Finds the reference point, by a method of 6098h or the one that it is set to.
+        /// Homes it, by a method of 6098h or the one that is set.
         #[pyo3(signature = (method = None))]
         home(method: Option<i8>) -> Outcome = |drive| drive.carry_out(Order::Home(method), None).await?;
-        /// Stops what moves, with the programmed deceleration; `resume()` goes on.
+        /// Stops it with the programmed deceleration; `resume()` continues.
         stop() -> Outcome = |drive| drive.carry_out(Order::Stop, None).await?;
-        /// Stops what moves, with full deceleration.
+        /// Stops it with full deceleration.
         quick_stop() -> Outcome = |drive| drive.carry_out(Order::QuickStop, None).await?;
-        /// Goes on with a travel that is interrupted.
+        /// Continues an interrupted motion.
         resume() -> Outcome = |drive| drive.carry_out(Order::Resume, None).await?;
     }
 
-    /// Ends the call that another thread has made, which raises DriveError once the drive stands. Returns at once.
+    /// Cancels a call in another thread, which raises DriveError once the drive stands still. Returns at once.
     fn cancel(&self) {
         self.slot.stop.stop();
     }
 
-    /// Stops it, if it may be moving, waits until it stands, and lets it go.
+    /// Stops it if it may be moving, waits for its standstill, and releases it.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| self.slot.end())
     }
@@ -136,7 +136,7 @@ drive! {
     }
 }
 
-/// How an order has ended. It is true if the order has been carried out.
+/// The end of an order. True if the order has been carried out.
 #[pyclass(module = "lexican", frozen, str = "{text}")]
 pub(crate) struct Outcome {
     /// One word: "reached", "blocked", "fault".
@@ -170,7 +170,7 @@ impl Outcome {
 
 type Described = shared::Drive<Any, shell::Drive>;
 
-/// The drive itself, until it is closed.
+/// Holds the drive until it is closed.
 pub(crate) struct Slot {
     pub(crate) drive: Unlocked<Arc<Mutex<Option<Described>>>>,
     pub(crate) runner: Run,
@@ -184,7 +184,7 @@ impl Slot {
         Slot { drive: Unlocked::new(Arc::new(Mutex::new(Some(drive)))), runner, stop }
     }
 
-    /// Stops it, if it may be moving, waits until it stands, and lets it go.
+    /// Stops it if it may be moving, waits for its standstill, and releases it.
     pub(crate) fn end(&self) -> PyResult<()> {
         self.stop.stop();
         let drive = self.runner.block_on(self.drive.lock()).take();
@@ -195,7 +195,7 @@ impl Slot {
     }
 }
 
-/// Stops a drive that may be moving, and waits until it stands; what that comes to.
+/// Stops a drive that may be moving, and waits for its standstill; returns the error to raise.
 pub(crate) fn stopped(drive: &mut Described, stop: &StopHandle) -> MachineError {
     stop.stop();
     let nothing: Result<(), MachineError> = drive.call(async |_| std::future::pending().await);

@@ -1,4 +1,4 @@
-//! Exceptions: a class for what a program may want to catch, with the whole text of the error.
+//! Exceptions: one class for each kind of error that a program may want to catch, with the full text.
 
 use lexican_machine::MachineError;
 use lexican_runtime::host::{AccessError, LinkError};
@@ -27,13 +27,12 @@ exceptions! {
     DriveError(LexicanError): "A drive that refuses, is in fault, or does not do what it was ordered.";
 }
 
-/// An error of Rust's side as an exception.
+/// Converts an error of Rust to an exception.
 pub(crate) trait Raise {
-    /// The exception.
     fn raise(self) -> PyErr;
 }
 
-/// The exception for a transfer that failed, with its entry.
+/// The exception for a failed transfer, with its entry.
 fn of_sdo(error: SdoError, text: String) -> PyErr {
     let exception = match error {
         SdoError::Aborted { .. } => SdoAborted::new_err(text),
@@ -54,7 +53,7 @@ fn of_sdo(error: SdoError, text: String) -> PyErr {
     .unwrap_or(exception)
 }
 
-/// The exception for an access that failed.
+/// The exception for a failed access.
 fn of_access(error: AccessError, text: String) -> PyErr {
     match error {
         AccessError::Sdo { error, .. } => of_sdo(error, text),
@@ -109,18 +108,18 @@ impl Raise for SheetError {
     }
 }
 
-/// An exception that also says what was done by then: in its text, or in a note to one that is not ours.
+/// Adds what had been done by then to an exception: to the text of our own, or as a note to another one.
 pub(crate) fn also(py: Python<'_>, error: PyErr, what: &str) -> PyErr {
     let value = error.value(py);
     let _ = match error.is_instance_of::<LexicanError>(py) {
         true => value.setattr("args", (format!("{value}; {what}"),)),
-        // Python has notes from 3.11 on.
+        // Notes exist from Python 3.11 on.
         false => value.call_method1("add_note", (what,)).map(drop),
     };
     error
 }
 
-/// What is neither of a device nor of a bus.
+/// The exception for an error of neither a device nor a bus.
 pub(crate) fn wrong(what: impl ToString) -> PyErr {
     LexicanError::new_err(what.to_string())
 }

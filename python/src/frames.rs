@@ -1,4 +1,4 @@
-//! Frames without meaning: for python-can, in both directions.
+//! Raw frames, for python-can in both directions.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
@@ -17,10 +17,10 @@ use crate::error::{Closed, Raise};
 use crate::opened::{Shared, bus_url};
 use crate::wait::{SLICE, Unlocked, lock, seconds};
 
-/// How long a link is listened to before it is looked what is to be sent.
+/// How long to wait for a frame before looking for frames to send.
 const LISTENING: Duration = Duration::from_millis(1);
 
-/// A frame; a remote one asks for `length` bytes.
+/// A frame; with `length`, a remote frame.
 pub(crate) fn frame(id: u32, is_extended: bool, data: &[u8], length: Option<u8>) -> PyResult<Frame> {
     let cob_id = match is_extended {
         true => CobId::extended(id),
@@ -34,12 +34,12 @@ pub(crate) fn frame(id: u32, is_extended: bool, data: &[u8], length: Option<u8>)
     frame.ok_or_else(|| PyValueError::new_err(wrong()))
 }
 
-/// A bus frame by frame: what python-can's interface `lexican` is made of. A thread owns its link.
+/// A bus frame by frame, for python-can's interface `lexican`. A thread owns the link.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Frames {
     outgoing: Mutex<Option<Sender<Frame>>>,
     incoming: Mutex<Receiver<Result<(f64, Frame), LinkError>>>,
-    /// Where the bus is simulated.
+    /// Kept alive if the bus is simulated.
     _simulation: Option<Arc<Shared>>,
 }
 
@@ -52,7 +52,7 @@ impl Frames {
     }
 }
 
-/// Sends what is asked and passes on what is received, until the other side is gone.
+/// Sends requested frames and passes on received ones, until the other side is dropped.
 fn carry(mut link: BoxedLink, asked: &Receiver<Frame>, received: &Sender<Result<(f64, Frame), LinkError>>) {
     loop {
         let sent = loop {
@@ -85,14 +85,14 @@ pub(crate) fn unix_time() -> f64 {
 
 #[pymethods]
 impl Frames {
-    /// The bus of a URL, whose simulated devices take their time.
+    /// The bus of a URL; simulated devices run in real time.
     #[new]
     fn new(py: Python<'_>, url: &str) -> PyResult<Self> {
         let (link, simulation) = py.detach(|| Shared::lone_link(&bus_url(url)?, Pace::RealTime))?;
         Frames::over(link, simulation)
     }
 
-    /// Sends a frame; a remote one if it asks for a length.
+    /// Sends a frame; with `length`, a remote frame.
     #[pyo3(signature = (id, extended, data, length = None))]
     fn send(&self, id: u32, extended: bool, data: Vec<u8>, length: Option<u8>) -> PyResult<()> {
         let frame = frame(id, extended, &data, length)?;
@@ -101,8 +101,8 @@ impl Frames {
         sent.and_then(Result::ok).ok_or_else(|| Closed::new_err("the bus is gone, or was closed"))
     }
 
-    /// Waits for a frame, no longer than so many seconds: its time as of Unix, identifier, whether that has 29 bits, whether it
-    /// is remote, its length, its data.
+    /// Waits for a frame for at most `timeout` seconds: its Unix time, its identifier, whether that has 29 bits,
+    /// whether it is a remote frame, its length, its data.
     #[pyo3(signature = (timeout = None))]
     fn receive<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Received<'py>>> {
         let mut left = timeout.map(seconds).transpose()?.map(|left| WallTime::from_micros(left.as_micros()));
@@ -124,7 +124,7 @@ impl Frames {
         }
     }
 
-    /// Lets the bus go.
+    /// Closes the bus.
     fn close(&self) {
         lock(&self.outgoing).take();
     }
@@ -132,24 +132,24 @@ impl Frames {
 
 type Received<'py> = (f64, u32, bool, bool, u8, Bound<'py, PyBytes>);
 
-/// A bus of python-can as a link. A thread receives from it.
+/// A link over a bus of python-can. A thread receives from it.
 pub(crate) struct PythonLink {
     bus: Py<PyAny>,
-    /// `lexican.can`, which has python-can's messages.
+    /// The module `lexican.can`, which creates python-can's messages.
     can: Py<PyModule>,
     incoming: Receiver<Result<Frame, LinkError>>,
     began: WallInstant,
     _receiving: Unlocked<Receiving>,
 }
 
-/// A thread that takes frames until this is gone: no thread may be inside Python when the interpreter ends.
+/// The receiving thread, joined on drop: no thread may be inside Python when the interpreter ends.
 struct Receiving(Option<(Arc<()>, JoinHandle<()>)>);
 
 impl Drop for Receiving {
     fn drop(&mut self) {
         if let Some((open, thread)) = self.0.take() {
             drop(open);
-            // A panic of it has been reported.
+            // A panic of the thread has been reported already.
             let _ = thread.join();
         }
     }
@@ -177,7 +177,7 @@ impl PythonLink {
     }
 }
 
-/// Passes one frame on; whether to go on.
+/// Passes on one frame; returns whether to continue.
 fn receive((can, bus): &(Py<PyModule>, Py<PyAny>), received: &Sender<Result<Frame, LinkError>>) -> bool {
     let read = |py: Python<'_>| {
         let fields = can.bind(py).call_method1("receive", (bus,))?;

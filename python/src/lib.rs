@@ -1,7 +1,7 @@
-//! The Python package `lexican`: what Rust's side has, with Python's names. There is no logic here.
+//! The Python package `lexican`: the API of Rust with Python's names. It has no logic of its own.
 //!
-//! Every wait releases the interpreter's lock and looks for signals ([`wait`]); what fails is an exception with the whole
-//! text of its error ([`error`]).
+//! Every wait releases the interpreter's lock and checks for signals ([`wait`]). Errors become exceptions with their
+//! full text ([`error`]).
 
 mod backup;
 mod callbacks;
@@ -18,7 +18,7 @@ mod simulation;
 mod value;
 mod wait;
 
-/// What is compiled of the package.
+/// The compiled module of the package.
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
@@ -42,7 +42,7 @@ mod _native {
         value::Value,
     };
 
-    /// No drive is left moving by an interpreter that ends, nor stopped by one that was forked.
+    /// The end of the interpreter stops all moving drives; a forked interpreter leaves them to its parent.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();

@@ -1,4 +1,4 @@
-//! LSS (CiA 305): node-IDs for devices that have none, or another.
+//! LSS (CiA 305): gives node-IDs to devices without one, or with another one.
 
 use lexican_machine::BoxedLink;
 use lexican_runtime::host::Pace;
@@ -14,7 +14,7 @@ use crate::sheet::node_id;
 /// Vendor-ID, product code, revision number and serial number (1018h).
 type Numbers = (u32, u32, u32, u32);
 
-/// Runs a conversation on the bus of a URL, or of a simulated network: for seconds, after which Ctrl-C is noticed.
+/// Runs an LSS session on the bus of a URL or of a simulated network. Ctrl-C is noticed at its end, after seconds.
 fn converse<T: Send>(
     bus: &Bound<'_, PyAny>,
     work: impl FnOnce(&mut Session<BoxedLink>) -> Result<T, Trouble> + Send,
@@ -31,8 +31,8 @@ fn converse<T: Send>(
     })
 }
 
-/// The identities of all devices without node-ID, by LSS fastscan: vendor-ID, product code, revision and serial number. `bus` is
-/// a URL, which no network has open, or a network that is simulated.
+/// The identities of all devices without node-ID, by LSS fastscan: vendor-ID, product code, revision and serial number.
+/// `bus` is a URL that no network has open, or a simulated network.
 ///
 /// Raises LexicanError if two devices have the same identity; LinkFailed.
 #[pyfunction]
@@ -41,10 +41,10 @@ pub(crate) fn lss_scan(bus: &Bound<'_, PyAny>) -> PyResult<Vec<Numbers>> {
     Ok(found.iter().map(|it| (it.vendor, it.product, it.revision, it.serial)).collect())
 }
 
-/// Gives the device with an identity, or the only one on the bus, a node-ID, which it takes at once, and stores with `store`. Whether
-/// it has booted with it.
+/// Gives a node-ID to the device with this identity, or to the only one on the bus. The device uses it at once, and
+/// stores it with `store`. Returns whether it has booted with it.
 ///
-/// Raises LexicanError if no device answers, or several, or it refuses; LinkFailed.
+/// Raises LexicanError if no device answers, or several do, or the device refuses; LinkFailed.
 #[pyfunction]
 #[pyo3(signature = (bus, node, identity = None, store = false))]
 pub(crate) fn lss_configure(

@@ -31,12 +31,12 @@ use crate::simulation::pace;
 use crate::value::{ObjectName, Value, by_name, words};
 use crate::wait::{Run, ask, lock, seconds, wait, within};
 
-/// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE", "sim:siko/ag03-1?node=5"), or
-/// of a bus of python-can.
+/// A network: the bus of a URL as the command has it ("can0", "slcan:/dev/ttyACM0", "log:FILE",
+/// "sim:siko/ag03-1?node=5"), or a bus of python-can.
 ///
-/// Calls block, and other threads of Python go on meanwhile; `lexican.aio` has the same for asyncio.
+/// Calls block while other Python threads run; `lexican.aio` has the same for asyncio.
 ///
-/// Raises LinkFailed if it cannot be opened.
+/// Raises LinkFailed if the bus cannot be opened.
 #[pyclass(module = "lexican", frozen, subclass, weakref)]
 pub(crate) struct Network {
     pub(crate) shared: Arc<Shared>,
@@ -61,7 +61,7 @@ impl Network {
         Ok(Network { shared })
     }
 
-    /// Names a node and its data sheet: a file, a device that lexican knows, or what `load` has read.
+    /// Adds a node with a data sheet: a file, a device that lexican knows, or the result of `load`.
     #[pyo3(signature = (id, sheet, overlays = Vec::new(), name = None))]
     fn add_node(
         &self,
@@ -81,7 +81,7 @@ impl Network {
         self.find(&name)
     }
 
-    /// The node of a name or a node-ID.
+    /// The node with this name or node-ID.
     fn node(&self, name_or_id: &Bound<'_, PyAny>) -> PyResult<Node> {
         if let Ok(name) = name_or_id.extract::<String>() {
             return self.find(&name);
@@ -99,14 +99,14 @@ impl Network {
         self.node(name_or_id)
     }
 
-    /// All nodes that have a data sheet and a node-ID.
+    /// All nodes with a data sheet and a node-ID.
     fn nodes(&self) -> PyResult<Vec<Node>> {
         let Some(machine) = self.shared.with(|opened| Ok(opened.machine.clone()))? else { return Ok(Vec::new()) };
         let names = machine.file().buses().flat_map(|bus| &bus.nodes).map(|node| node.name.value.clone());
         Ok(names.filter_map(|name| self.find(&name).ok()).collect())
     }
 
-    /// The node-IDs that answer to a read of 1000h within a time in seconds. Nothing is changed.
+    /// The node-IDs that respond to reading 1000h within a time in seconds. Changes nothing.
     #[pyo3(signature = (timeout = 0.5))]
     fn scan(&self, py: Python<'_>, timeout: f64) -> PyResult<Vec<u16>> {
         let (network, runner) = self.shared.network()?;
@@ -114,7 +114,7 @@ impl Network {
         Ok(found.into_iter().map(|id| id.get().into()).collect())
     }
 
-    /// Reads the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
+    /// Reads the bytes of an entry, by block transfer if that is faster. No data sheet is needed.
     ///
     /// Raises SdoAborted, NoAnswer.
     #[pyo3(signature = (node, index, sub = 0))]
@@ -124,7 +124,7 @@ impl Network {
         ask(py, &runner, network.read_bytes(node, Address::new(index, sub))).map(|bytes| PyBytes::new(py, &bytes))
     }
 
-    /// Writes the bytes of an entry, by block transfer where that is quicker. No data sheet is needed.
+    /// Writes the bytes of an entry, by block transfer if that is faster. No data sheet is needed.
     ///
     /// Raises SdoAborted, NoAnswer.
     fn write_bytes(&self, py: Python<'_>, node: u8, index: u16, sub: u8, data: Vec<u8>) -> PyResult<()> {
@@ -133,7 +133,8 @@ impl Network {
         ask(py, &runner, network.write_bytes(node, Address::new(index, sub), &data))
     }
 
-    /// Commands a node by NMT, or all nodes: "start", "stop", "pre-operational", "reset-node", "reset-communication".
+    /// Sends an NMT command to a node or to all: "start", "stop", "pre-operational", "reset-node",
+    /// "reset-communication".
     #[pyo3(signature = (command, node = None))]
     fn nmt(&self, py: Python<'_>, command: &str, node: Option<u8>) -> PyResult<()> {
         let command = match command {
@@ -149,14 +150,14 @@ impl Network {
         ask(py, &runner, network.command(command, node))
     }
 
-    /// Sends a frame as it is.
+    /// Sends a raw frame.
     #[pyo3(signature = (cob_id, data = Vec::new()))]
     fn send(&self, py: Python<'_>, cob_id: u32, data: Vec<u8>) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         ask(py, &runner, network.send(frame(cob_id, cob_id > 0x7FF, &data, None)?))
     }
 
-    /// Sends SYNC (080h) every so many seconds from now on; 0 ends that. Counts up to `overflow`, if it is not 0.
+    /// Sends SYNC (080h) with this period in seconds from now on; 0 ends it. Counts up to `overflow`, unless that is 0.
     #[pyo3(signature = (period, overflow = 0))]
     fn produce_sync(&self, py: Python<'_>, period: f64, overflow: u8) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
@@ -165,14 +166,14 @@ impl Network {
         ask(py, &runner, sync)
     }
 
-    /// Sends a heartbeat as `node` every so many seconds from now on; 0 ends that.
+    /// Sends a heartbeat as `node` with this period in seconds from now on; 0 ends it.
     fn produce_heartbeat(&self, py: Python<'_>, node: u8, period: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let (node, period) = (node_id(node)?, seconds(period)?);
         ask(py, &runner, network.with_manager(move |manager, now| manager.produce_heartbeat(now, node, period)))
     }
 
-    /// Watches a node: it is lost when no heartbeat has come for so many seconds.
+    /// Watches a node: it is lost after `timeout` seconds without heartbeat.
     fn watch_heartbeat(&self, py: Python<'_>, node: u8, timeout: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let remote = Remote::new(node_id(node)?).with_heartbeat(seconds(timeout)?);
@@ -181,14 +182,15 @@ impl Network {
         ask(py, &runner, watch)
     }
 
-    /// What happens to the nodes that have names, from now on.
+    /// The events of all named nodes from now on.
     fn events(&self) -> PyResult<Events> {
         let (machine, _) = self.shared.machine()?;
         Ok(Events { events: Arc::new(tokio::sync::Mutex::new(machine.events())), shared: Arc::clone(&self.shared) })
     }
 
-    /// Calls `function` with each event of a kind from now on, such as "emergency", or with all events: in a thread of its own,
-    /// soon after it has happened. Its exceptions go to `sys.unraisablehook`, and `close` raises the first.
+    /// Calls `function` with each event from now on, or only with those of a kind, such as "emergency". The calls are
+    /// made in a separate thread, soon after the event. Exceptions go to `sys.unraisablehook`, and `close` raises the
+    /// first one.
     #[pyo3(signature = (what, function))]
     fn on(&self, what: Option<String>, function: Py<PyAny>) -> PyResult<()> {
         let (machine, _) = self.shared.machine()?;
@@ -198,7 +200,7 @@ impl Network {
         Ok(())
     }
 
-    /// Lets so many seconds pass, by the time of the bus. In virtual time, nothing passes between calls.
+    /// Lets this many seconds pass, by the time of the bus. Virtual time does not pass between calls.
     fn sleep(&self, py: Python<'_>, span: f64) -> PyResult<()> {
         let (network, runner) = self.shared.network()?;
         let span = seconds(span)?;
@@ -213,14 +215,14 @@ impl Network {
         Ok(now.since(lexican_runtime::Instant::ZERO).as_secs_f64())
     }
 
-    /// Another link to a simulated bus, frame by frame: what python-can's interface `lexican` uses. Its time has to pass as on
-    /// the wall: `simulate(..., pace="real")`.
+    /// Another link to a simulated bus, for frames; python-can's interface `lexican` uses it. The simulation must run
+    /// in real time: `simulate(..., pace="real")`.
     fn frames(&self) -> PyResult<Frames> {
         Frames::over(self.shared.another_link()?, Some(Arc::clone(&self.shared)))
     }
 
-    /// Stops all its drives that may be moving, waits until they stand, and closes it. Callbacks have been called with all events
-    /// then.
+    /// Stops all its drives that may be moving, waits for their standstill, and closes the network. By then, callbacks
+    /// have been called with all events.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.shared.close(py)
     }
@@ -237,7 +239,7 @@ impl Network {
 
 /// A machine in one file, `machine.toml`: a network whose nodes have names. `machine.feeder` is `machine.node("feeder")`.
 ///
-/// Raises MachineFileError with all that is wrong in the file.
+/// Raises MachineFileError with all mistakes in the file.
 #[pyclass(module = "lexican", frozen, extends = Network)]
 pub(crate) struct Machine;
 
@@ -248,7 +250,7 @@ impl Machine {
         Ok(Machine::over(py.detach(|| Shared::of_machine(&path))?))
     }
 
-    /// Boots the machine as its file says (CiA 302-2), and keeps it up from now on.
+    /// Boots the machine as in its file (CiA 302-2), and keeps it running from now on.
     ///
     /// Raises LexicanError with the nodes that have not booted.
     fn boot(this: &Bound<'_, Self>) -> PyResult<()> {
@@ -256,8 +258,8 @@ impl Machine {
         ask(this.py(), &runner, machine.boot())
     }
 
-    /// Saves the parameters of all nodes in one file (tar), as `lexican backup` does, which reads it as well. What is missing, a
-    /// sentence each. `progress` is called as by `Node.backup`.
+    /// Saves the parameters of all nodes in one file (tar), in the format of `lexican backup`. Returns a sentence for
+    /// everything that is missing. `progress` is called as in `Node.backup`.
     ///
     /// Raises LexicanError if no node can be read.
     #[pyo3(signature = (path, progress = None))]
@@ -269,8 +271,8 @@ impl Machine {
         Ok(archive.missing().collect())
     }
 
-    /// Writes what differs into the nodes that a backup has, as `Node.restore` does, node by node. All are checked before anything is
-    /// written.
+    /// Writes parameters that differ from a backup into its nodes, one node after the other, as `Node.restore` does.
+    /// All nodes are checked before anything is written.
     #[pyo3(signature = (path, store = false, force = false, progress = None))]
     fn restore<'py>(
         this: &Bound<'py, Self>,
@@ -288,29 +290,30 @@ impl Machine {
         restored.into_iter().map(|it| (it.node.clone(), Restored::from(it))).into_py_dict(this.py())
     }
 
-    /// Has a simulated device carry out a command, and returns its answer: `carry_out("feeder", "blocked = true")`,
-    /// "emcy 3120 04", "power off", "get 6041".
+    /// Gives a simulated device a command, and returns its answer: `carry_out("feeder", "blocked = true")`, "emcy 3120
+    /// 04", "power off", "get 6041".
     fn carry_out(this: &Bound<'_, Self>, node: &str, line: &str) -> PyResult<String> {
         this.as_super().get().shared.carry_out(node, line)
     }
 
-    /// A simulated device is off as long as a `with` lasts, as all faults: `with machine.power_off("feeder"):`.
+    /// Switches a simulated device off for the duration of a `with`, as all faults: `with
+    /// machine.power_off("feeder"):`.
     fn power_off(this: &Bound<'_, Self>, node: String) -> Fault {
         Machine::fault(this, node, None)
     }
 
-    /// What a simulated device sends is lost: by the predefined identifiers of its node-ID.
+    /// Loses all frames of a simulated device, by the predefined COB-IDs of its node-ID.
     fn mute(this: &Bound<'_, Self>, node: String) -> Fault {
         Machine::fault(this, node, Some(Fate::Lose))
     }
 
-    /// What a simulated device sends is late by so many seconds.
+    /// Delays all frames of a simulated device by this many seconds.
     fn delay(this: &Bound<'_, Self>, node: String, span: f64) -> PyResult<Fault> {
         Ok(Machine::fault(this, node, Some(Fate::Delay(seconds(span)?))))
     }
 
     fn __getattr__(this: &Bound<'_, Self>, name: &str) -> PyResult<Node> {
-        // What Python itself looks for is no node.
+        // Names that Python itself looks for are no nodes.
         let found = if name.starts_with('_') { Err(wrong(name)) } else { this.as_super().get().find(name) };
         found.map_err(|error| PyAttributeError::new_err(error.value(this.py()).to_string()))
     }
@@ -326,8 +329,8 @@ impl Machine {
     }
 }
 
-/// Simulates the devices of a machine's file, or one device with a node-ID, inside the process. Their time is virtual: it passes
-/// during calls only, and takes no time on the wall; or real.
+/// Simulates the devices in a machine's file, or one device with a node-ID, in this process. Virtual time passes only
+/// during calls, as fast as possible; or the pace is real.
 #[pyfunction]
 #[pyo3(signature = (source, node = 1, pace = "virtual"))]
 pub(crate) fn simulate(py: Python<'_>, source: PathBuf, node: u8, pace: &str) -> PyResult<Py<Machine>> {
@@ -342,7 +345,7 @@ pub(crate) struct Node {
     shared: Arc<Shared>,
     #[pyo3(get)]
     name: String,
-    /// Its node-ID.
+    /// From 1 to 127.
     #[pyo3(get)]
     id: u8,
 }
@@ -364,15 +367,15 @@ impl Node {
         Value::of(py, ask(py, &runner, node.get(&object.text()))?)
     }
 
-    /// Reads all entries of an object that can be read: those of an array or a record, in their order.
+    /// Reads all readable entries of an object, in order.
     fn read_all(&self, py: Python<'_>, object: ObjectName) -> PyResult<Vec<Value>> {
         let (node, runner) = self.found()?;
         let read = ask(py, &runner, node.get_all(&object.text()))?;
         read.into_iter().map(|value| Value::of(py, value)).collect()
     }
 
-    /// Writes an object: a text as people write it, "2.5 mm", "profile velocity", a number as the device counts, or bytes as
-    /// they are, by block transfer where that is quicker.
+    /// Writes an object. The value is a text as users write it ("2.5 mm", "profile velocity"), a number in counts of
+    /// the device, or raw bytes, which use block transfer if that is faster.
     ///
     /// Raises ObjectUnknown, ValueRefused before anything is sent, SdoAborted, NoAnswer.
     fn write(&self, py: Python<'_>, object: ObjectName, value: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -384,7 +387,7 @@ impl Node {
         }
     }
 
-    /// The drive of CiA 402 that it is. Where it can notice that this program is gone, that is armed.
+    /// The drive of CiA 402 at this node. If it can notice the loss of this program, its protection is armed.
     ///
     /// Raises DriveError if it is no drive.
     fn drive(this: Bound<'_, Self>) -> PyResult<Drive> {
@@ -397,7 +400,7 @@ impl Node {
         Ok(Drive { slot, name: node.name.clone(), node: this.clone().into_any().unbind() })
     }
 
-    /// The PDOs that it sends, by its data sheet or the machine's file. What their units depend on is read now.
+    /// The PDOs that it sends, by its data sheet or the machine's file. Values on which units depend are read now.
     ///
     /// Raises NoAnswer.
     fn pdos(&self, py: Python<'_>) -> PyResult<Vec<Pdo>> {
@@ -418,8 +421,9 @@ impl Node {
         Ok(sent.into_iter().map(pdo).collect())
     }
 
-    /// Saves its parameters as a DCF; with `domains` also those that are DOMAINs, in files beside it. What the node did not give, a
-    /// sentence each. `progress` is called before each entry: with what is done, which entry it is, and of how many.
+    /// Saves its parameters as a DCF; with `domains`, DOMAINs as well, in files beside it. Returns a sentence for
+    /// everything that the node did not give. `progress` is called before each entry, with the step, the number of the
+    /// entry, and their total.
     ///
     /// Raises NoAnswer, LinkFailed, and what `progress` raises; then nothing is saved.
     #[pyo3(signature = (path, domains = false, progress = None))]
@@ -433,11 +437,11 @@ impl Node {
         Ok(backup.left_out.iter().map(|(address, why)| format!("{address}: {why}")).collect())
     }
 
-    /// Writes the parameters of a DCF that differ, in the order that the node takes, and reads each back. It is PRE-OPERATIONAL then.
-    /// With `store` it stores them at the end; with `force` it may be another product.
+    /// Writes the parameters that differ from a DCF in the required order, and reads each back. The node is
+    /// PRE-OPERATIONAL afterwards. With `store`, it stores them at the end; with `force`, it may be another product.
     ///
-    /// Raises LexicanError if it is another device, before anything is written; and if anything is refused, the node restarts or is
-    /// gone, or `progress` raises: what was written by then is said, and the same call goes on from there.
+    /// Raises LexicanError if it is another device, before anything is written; and if it refuses anything, restarts or
+    /// is gone, or `progress` raises. The text says what was written by then; the same call continues from there.
     #[pyo3(signature = (path, store = false, force = false, progress = None))]
     fn restore(&self, py: Python<'_>, path: PathBuf, store: bool, force: bool, progress: Call) -> PyResult<Restored> {
         let (node, runner) = self.found()?;
@@ -455,7 +459,7 @@ impl Node {
     }
 }
 
-/// What happens to the nodes of a network, one after the other: an iterator that waits.
+/// The events of a network's nodes: an iterator that waits.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Events {
     events: Arc<tokio::sync::Mutex<shell::Events>>,
@@ -464,7 +468,7 @@ pub(crate) struct Events {
 
 #[pymethods]
 impl Events {
-    /// Waits for the next event, no longer than so many seconds by the time of the bus.
+    /// Waits for the next event, at most this many seconds by the time of the bus.
     #[pyo3(signature = (timeout = None))]
     fn next(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<Option<Event>> {
         let (network, runner) = self.shared.network()?;
@@ -482,13 +486,13 @@ impl Events {
     }
 }
 
-/// Something that has happened to a node. Its text is a line.
+/// An event. Its text is one line.
 #[pyclass(module = "lexican", frozen, str = "{text}")]
 pub(crate) struct Event {
-    /// The name of the node, or the bus, if it has one.
+    /// The name of the node, or of the bus if it has one.
     #[pyo3(get)]
     node: Option<String>,
-    /// In a word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
+    /// One word: "booted-up", "booted", "failed", "ready", "state", "lost", "emergency", "pdo", "bus", "missed".
     #[pyo3(get)]
     pub(crate) what: &'static str,
     /// The error code of an emergency.
@@ -512,7 +516,7 @@ impl From<lexican_machine::Event> for Event {
 
 #[pymethods]
 impl Event {
-    /// The values of a PDO, by the names of their entries.
+    /// The values in a PDO, by the names of their entries.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         by_name(py, self.pdo.clone())
@@ -523,12 +527,12 @@ impl Event {
     }
 }
 
-/// A fault of a simulated device, which lasts as long as its `with`.
+/// A fault of a simulated device, for the duration of a `with`.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Fault {
     pub(crate) shared: Arc<Shared>,
     pub(crate) node: String,
-    /// `None` if it has no power.
+    /// `None` for no power.
     pub(crate) fate: Option<Fate>,
 }
 

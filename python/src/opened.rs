@@ -1,4 +1,4 @@
-//! A network that is open, and how it ends: no drive is left moving unsaid.
+//! An open network, and how it is closed: no drive is left moving without a word.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, Weak};
@@ -17,42 +17,42 @@ use crate::error::{Closed, LinkFailed, Raise, wrong};
 use crate::simulation::Simulation;
 use crate::wait::{Run, Unlocked, lock};
 
-/// Simulated devices, as the command has them.
+/// The scheme of simulated devices, as in the command.
 pub(crate) const SIM: Scheme = Scheme { what: "a simulated device", ..SCHEME };
 
-/// What errors call a machine without a file.
+/// The name of a machine without a file in errors.
 const NAMELESS: &str = "this network";
 
 /// How long simulated devices boot.
 const BOOTING: Duration = Duration::from_millis(100);
 
-/// All networks that are open, for the end of the interpreter.
+/// All open networks, to be closed at the end of the interpreter.
 static OPEN: Mutex<Vec<Weak<Shared>>> = Mutex::new(Vec::new());
 
 /// What all objects of a network share.
 pub(crate) struct Shared {
     opened: Mutex<Option<Opened>>,
-    /// Drives that the program may have.
+    /// The drives that the program may hold.
     pub(crate) drives: Mutex<Vec<Weak<Slot>>>,
     pub(crate) callbacks: Mutex<Vec<Callback>>,
 }
 
-/// A network that is open.
+/// An open network.
 pub(crate) struct Opened {
-    /// That of the first bus.
+    /// The network of the first bus.
     pub(crate) network: Network,
     pub(crate) runner: Run,
-    /// `None` while no node has a name.
+    /// `None` until a node is named.
     pub(crate) machine: Option<shell::Machine>,
     simulations: Vec<Simulation>,
-    /// The PDOs of each bus.
+    /// The PDOs received on each bus.
     pub(crate) heard: Vec<Heard>,
-    /// What its nodes are, in the words of a machine's file, where it has no file.
+    /// Its nodes in the words of a machine's file, if it has no file.
     words: Option<String>,
 }
 
 impl Opened {
-    /// Names a node, where no file does.
+    /// Names a node; only without a file.
     pub(crate) fn name(&mut self, node: &str, id: u8, sheet: &str, overlays: &[String]) -> PyResult<()> {
         let words = self.words.as_mut().ok_or_else(|| wrong("the machine's file names its nodes"))?;
         let all = words.clone() + &File::node_words(node, id, sheet, overlays);
@@ -62,26 +62,26 @@ impl Opened {
         Ok(())
     }
 
-    /// Where a device is simulated.
+    /// The simulation with this device.
     pub(crate) fn simulation(&self, node: &str) -> PyResult<&Simulation> {
         let simulation = self.simulations.iter().find(|simulation| simulation.has(node));
         simulation.ok_or_else(|| wrong(format_args!("there is no simulated device {node:?}")))
     }
 }
 
-/// The URL of a bus, which may be simulated.
+/// Parses the URL of a bus, which may be simulated.
 pub(crate) fn bus_url(url: &str) -> PyResult<BusUrl> {
     let known: Vec<_> = schemes::SCHEMES.iter().copied().chain([&SIM]).collect();
     BusUrl::among(&known, url).map_err(|error| LinkFailed::new_err(error.to_string()))
 }
 
 impl Shared {
-    /// The bus of a URL.
+    /// Opens the bus of a URL.
     pub(crate) fn of_url(url: &str, pace: Pace) -> PyResult<Arc<Self>> {
         Shared::link_of(&bus_url(url)?, pace)?.map_or_else(Ok, Shared::of_link)
     }
 
-    /// A link without a network, and what it simulates, if it does.
+    /// Opens a link without a network; if it is simulated, also returns the simulation.
     pub(crate) fn lone_link(url: &BusUrl, pace: Pace) -> PyResult<(BoxedLink, Option<Arc<Self>>)> {
         Ok(match Shared::link_of(url, pace)? {
             Ok(link) => (link, None),
@@ -89,7 +89,7 @@ impl Shared {
         })
     }
 
-    /// The link of a URL, or what it simulates.
+    /// Opens the link of a URL, or the simulation.
     fn link_of(url: &BusUrl, pace: Pace) -> PyResult<Result<BoxedLink, Arc<Self>>> {
         let failed = |error: String| LinkFailed::new_err(error);
         if url.scheme().name != SIM.name {
@@ -99,7 +99,7 @@ impl Shared {
         Shared::simulated(url.place(), node, url.pace().unwrap_or(pace)).map(Err)
     }
 
-    /// The bus behind a link.
+    /// A network over a link.
     pub(crate) fn of_link(link: BoxedLink) -> PyResult<Arc<Self>> {
         let (link, heard) = Heard::over(link);
         let (runner, network) = Runner::spawn(link).map_err(MachineError::from).map_err(Raise::raise)?;
@@ -108,13 +108,13 @@ impl Shared {
         Ok(Shared::new(Opened { network, runner, machine, simulations, heard, words }))
     }
 
-    /// A machine on the buses of its file.
+    /// Opens the machine of a file on its buses.
     pub(crate) fn of_machine(path: &Path) -> PyResult<Arc<Self>> {
         let file = File::of_path(path).map_err(Raise::raise)?;
         Shared::over(file.links().map_err(Raise::raise)?, file, Vec::new(), None)
     }
 
-    /// The devices of a machine's file, or one device, simulated.
+    /// Simulates the devices in a machine's file, or one device.
     pub(crate) fn simulated(name: &str, node: u8, pace: Pace) -> PyResult<Arc<Self>> {
         let (file, words) = if is_machine(name) {
             (File::of_path(Path::new(name)).map_err(Raise::raise)?, None)
@@ -150,18 +150,18 @@ impl Shared {
         shared
     }
 
-    /// Lends what is open.
+    /// Lends the open network; an error if it is closed.
     pub(crate) fn with<T>(&self, use_it: impl FnOnce(&mut Opened) -> PyResult<T>) -> PyResult<T> {
         let mut opened = lock(&self.opened);
         use_it(opened.as_mut().ok_or_else(|| Closed::new_err("the network was closed"))?)
     }
 
-    /// The network of the first bus, and what runs it.
+    /// The network of the first bus, and its runner.
     pub(crate) fn network(&self) -> PyResult<(Network, Run)> {
         self.with(|opened| Ok((opened.network.clone(), Arc::clone(&opened.runner))))
     }
 
-    /// The machine, and what runs it.
+    /// The machine, and its runner.
     pub(crate) fn machine(&self) -> PyResult<(shell::Machine, Run)> {
         self.with(|opened| {
             let machine = opened.machine.clone().ok_or_else(|| wrong("no node has a name: add_node(5, \"x.eds\")"))?;
@@ -175,20 +175,21 @@ impl Shared {
         Ok(Box::new(link.ok_or_else(|| wrong("only a simulated bus has room for another link"))?))
     }
 
-    /// Has a simulated device carry out a command, and returns its answer.
+    /// Gives a simulated device a command, and returns its answer.
     pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<String> {
         self.with(|opened| opened.simulation(node)?.carry_out(node, line))
     }
 
-    /// Stops all drives that may be moving, waits until they stand, and closes the network. The first error of a drive, or of a
-    /// callback.
+    /// Stops all drives that may be moving, waits for their standstill, and closes the network. Returns the first error
+    /// of a drive or callback.
     pub(crate) fn close(&self, py: Python<'_>) -> PyResult<()> {
         let drives = std::mem::take(&mut *lock(&self.drives));
         py.detach(|| {
             let ended: Vec<_> = drives.iter().filter_map(Weak::upgrade).map(|drive| drive.end()).collect();
             let callbacks = std::mem::take(&mut *lock(&self.callbacks));
             let called: Vec<_> = callbacks.into_iter().map(Callback::end).collect();
-            // Another call may want its lock, and hold the interpreter's, which the network's thread may wait for.
+            // Release this lock before waiting: another call may want it while holding the interpreter's lock, for
+            // which the network's thread may wait.
             let opened = lock(&self.opened).take();
             drop(opened);
             ended.into_iter().chain(called).collect()
@@ -196,14 +197,14 @@ impl Shared {
     }
 }
 
-/// Notes what is to be ended with others, for as long as it is there.
+/// Adds a weak reference to a list, and removes those whose objects are gone.
 pub(crate) fn note<T>(all: &Mutex<Vec<Weak<T>>>, it: &Arc<T>) {
     let mut all = lock(all);
     all.retain(|other| other.strong_count() > 0);
     all.push(Arc::downgrade(it));
 }
 
-/// Leaves all networks to the process that has forked this one: here they are closed, and their threads do not exist.
+/// In a forked process, forgets all networks: they belong to the parent, and their threads do not exist here.
 #[pyfunction]
 pub(crate) fn forget_all() {
     for shared in OPEN.try_lock().iter().flat_map(|open| open.iter()).filter_map(Weak::upgrade) {
@@ -216,7 +217,7 @@ pub(crate) fn forget_all() {
     std::mem::forget(LEFT.try_lock().map(|mut left| std::mem::take(&mut *left)));
 }
 
-/// Closes all networks that are open, at the end of the interpreter.
+/// Closes all open networks at the end of the interpreter.
 #[pyfunction]
 pub(crate) fn close_all(py: Python<'_>) -> PyResult<()> {
     let open = std::mem::take(&mut *lock(&OPEN));

@@ -1,4 +1,4 @@
-//! PDOs of a node: what came last, and how long ago; and many frames of one at once.
+//! The PDOs of a node: the last values with their age, and decoding of many frames at once.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -24,13 +24,13 @@ use crate::opened::Shared;
 use crate::value::by_name;
 use crate::wait::{ask, seconds, within};
 
-/// A PDO by its data sheet, or by the machine's file.
+/// A PDO as in its data sheet or the machine's file.
 #[pyclass(module = "lexican", frozen)]
 pub(crate) struct Pdo {
-    /// Where it comes; `None` if only the data sheet is known.
+    /// Where it is received; `None` for a PDO of a data sheet alone.
     pub(crate) live: Option<(Arc<Shared>, Heard, shell::Network)>,
     pub(crate) device: Arc<Device>,
-    /// What its units depend on.
+    /// The values on which its units depend.
     pub(crate) seen: Arc<[(Address, i128)]>,
     pub(crate) state: PdoState,
 }
@@ -55,27 +55,27 @@ impl Pdo {
 
 #[pymethods]
 impl Pdo {
-    /// "TPDO1".
+    /// `TPDO1`.
     #[getter]
     fn name(&self) -> String {
         self.state.name.to_string()
     }
 
-    /// Its COB-ID.
+    /// The COB-ID for this node.
     #[getter]
     fn cob_id(&self) -> u32 {
         self.state.cob_id.id().raw()
     }
 
-    /// The units of what `decode` gives, by the names of the entries; `None` for what has none.
+    /// The units of the numbers from `decode`, by the names of the entries; `None` for entries without unit.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = Column::of_pdo(&self.seen(), &self.state);
         columns.into_iter().map(|column| (column.name, column.unit)).into_py_dict(py)
     }
 
-    /// The values that came last, by the names of their entries, and how many seconds ago; `None` if none has come. The last ones known
-    /// need not be the present ones: a PDO may be lost, and its node off.
+    /// The last values by the names of their entries, and their age in seconds; `None` if none were received. They may
+    /// be outdated: a PDO may be lost, or its node off.
     fn latest<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyDict>, f64)>> {
         let (shared, heard, network) = self.live()?;
         let (_, runner) = shared.network()?;
@@ -84,7 +84,8 @@ impl Pdo {
         Ok(Some((self.values(py, &frame)?, now.since(at).as_secs_f64())))
     }
 
-    /// Waits for the next that comes from now on, no longer than so many seconds by the time of the bus; `None` if none has come.
+    /// Waits for the next PDO from now on, at most `timeout` seconds by the time of the bus; `None` if none was
+    /// received.
     #[pyo3(signature = (timeout = None))]
     fn next<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let (shared, _, network) = self.live()?;
@@ -105,14 +106,15 @@ impl Pdo {
         frame.map(|frame| self.values(py, &frame)).transpose()
     }
 
-    /// Decodes many frames at once: a memoryview of numbers for each entry by its name, which numpy and pandas take as they are. They are
-    /// floats in the unit that `units` has, else what the device counts.
+    /// Decodes many frames at once to a memoryview of numbers for each entry, by name; numpy and pandas accept these
+    /// without conversion. Numbers are floats in the unit given by `units`, or counts of the device.
     ///
-    /// Frames are the path of a log of any format, of which the PDO's own frames are taken (then "time" has their times in seconds); a
-    /// buffer with 8 bytes for each, such as an array of numpy; or an iterable of bytes. A log's frames that are shorter than the
-    /// mapping are left out, as a receiver does.
+    /// `frames` is the path of a log in any format, from which the PDO's own frames are taken (then "time" has their
+    /// times in seconds); a buffer with 8 bytes per frame, such as a numpy array; or an iterable of bytes. Frames in a
+    /// log that are shorter than the mapping are left out, as receivers ignore them.
     ///
-    /// Raises LexicanError if the log cannot be read; ValueError for a buffer of another length, or a frame that is too short.
+    /// Raises LexicanError if the log cannot be read; ValueError if the length of a buffer is wrong, or a frame is too
+    /// short.
     fn decode<'py>(&self, py: Python<'py>, frames: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let decoded = PyDict::new(py);
         let words = if let Ok(path) = frames.extract::<PathBuf>() {
@@ -151,12 +153,12 @@ impl Pdo {
     }
 }
 
-/// Whether an attribute of a buffer is so. References to objects are no bytes of frames.
+/// Whether an attribute of a buffer has this value. References to objects cannot be bytes of frames.
 fn has<'py>(view: &Bound<'py, PyMemoryView>, attribute: &str, is: impl IntoPyObject<'py>) -> bool {
     view.getattr(attribute).is_ok_and(|it| it.eq(is).unwrap_or_default())
 }
 
-/// Numbers that Python may share.
+/// Numbers as an array that Python can share.
 fn array(py: Python<'_>, numbers: Numbers) -> PyResult<Bound<'_, PyAny>> {
     let fill = |numbers: &mut dyn ExactSizeIterator<Item = [u8; 8]>| {
         PyByteArray::new_with(py, 8 * numbers.len(), |bytes| {

@@ -19,11 +19,11 @@ use crate::error::{ObjectUnknown, Raise, wrong};
 use crate::pdo::Pdo;
 use crate::value::{ObjectName, python};
 
-/// Reads a data sheet: an EDS, DCF, XDD or XDC file, or a device that lexican knows, with overlays from files.
+/// Loads a data sheet: an EDS, DCF, XDD or XDC file, or a device that lexican knows, with overlays from files.
 ///
-/// Reading never fails for what is wrong inside: `lint()` has that.
+/// Mistakes in the data sheet are no errors; `lint()` lists them.
 ///
-/// Raises DataSheetError if there is no such file or device, or nothing in it.
+/// Raises DataSheetError if there is no such file or device, or it describes no object.
 #[pyfunction]
 #[pyo3(signature = (name, overlays = Vec::new()))]
 pub(crate) fn load(py: Python<'_>, name: PathBuf, overlays: Vec<PathBuf>) -> PyResult<DataSheet> {
@@ -32,14 +32,15 @@ pub(crate) fn load(py: Python<'_>, name: PathBuf, overlays: Vec<PathBuf>) -> PyR
     Ok(DataSheet { library: sheet.library, sheet, name, overlays })
 }
 
-/// A device as its data sheet describes it: a mapping from index and sub-index to entries, which are also found by name.
+/// A device as described by its data sheet: a mapping from index and sub-index to entries, which can be looked up by
+/// name, too.
 #[pyclass(module = "lexican", frozen, mapping)]
 pub(crate) struct DataSheet {
     sheet: Sheet,
-    /// The device of the library that it is, if it came from there.
+    /// The id of the device in the library, if it is from there.
     #[pyo3(get)]
     library: Option<&'static str>,
-    /// What it was loaded by.
+    /// The name by which it was loaded.
     #[pyo3(get)]
     pub(crate) name: String,
     pub(crate) overlays: Vec<PathBuf>,
@@ -47,9 +48,9 @@ pub(crate) struct DataSheet {
 
 #[pymethods]
 impl DataSheet {
-    /// The entry of a name, an index, or index and sub-index; an index alone means its sub-index 0.
+    /// The entry by name, by index, or by index and sub-index; an index alone means sub-index 0.
     ///
-    /// Raises ObjectUnknown with what is similar.
+    /// Raises ObjectUnknown with similar names.
     fn __getitem__(&self, py: Python<'_>, object: ObjectName) -> PyResult<Entry> {
         let text = object.text();
         let device = &self.sheet.device;
@@ -82,18 +83,18 @@ impl DataSheet {
         self.sheet.device.entries().map(|entry| Entry::of(py, &self.sheet.device, entry)).collect()
     }
 
-    /// Index and sub-index of all entries, with these.
+    /// All entries with their index and sub-index.
     fn items(&self, py: Python<'_>) -> PyResult<Vec<((u16, u8), Entry)>> {
         Ok(self.keys().into_iter().zip(self.values(py)?).collect())
     }
 
-    /// The entries that a DCF configures: their `value` is what it says.
+    /// The entries that a DCF configures, with its values as `value`.
     fn configured(&self, py: Python<'_>) -> PyResult<Vec<Entry>> {
         let entries = self.sheet.device.entries().filter(|entry| entry.configured.is_some());
         entries.map(|entry| Entry::of(py, &self.sheet.device, entry)).collect()
     }
 
-    /// What is wrong with it, as `lexican eds lint` says it.
+    /// The findings of `lexican eds lint`.
     fn lint(&self, py: Python<'_>) -> Vec<Finding> {
         let input = &self.sheet.input;
         let (_, diagnostics) = py.detach(|| lexican_eds::load(input));
@@ -114,12 +115,12 @@ impl DataSheet {
         diagnostics.iter().map(finding).collect()
     }
 
-    /// How another data sheet differs from this one, by object, regardless of order and spelling.
+    /// The differences of another data sheet from this one, by object; order and spelling do not matter.
     fn diff(&self, other: &DataSheet) -> Vec<Change> {
         diff::diff(&self.sheet.device, &other.sheet.device).into_iter().map(Change::from).collect()
     }
 
-    /// All of it as `lexican eds dump --json` prints it.
+    /// The output of `lexican eds dump --json`.
     fn dump<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (dump::json(&self.sheet.device).to_string(),))
     }
@@ -137,7 +138,7 @@ impl DataSheet {
         .collect()
     }
 
-    /// Its PDOs with a node-ID, for `decode`: those that are switched on, in both directions.
+    /// The enabled PDOs of both directions, for a node-ID and for `decode`.
     fn pdos(&self, node: u8) -> PyResult<Vec<Pdo>> {
         let device = Arc::new(self.sheet.device.clone());
         let node = node_id(node)?;
@@ -147,7 +148,7 @@ impl DataSheet {
         Ok(pdos.map(pdo).collect())
     }
 
-    /// A CAN database (DBC) of its PDOs, of the nodes that have it; without any, of the one that a DCF says.
+    /// A CAN database (DBC) of its PDOs, for these node-IDs, or by default for that of a DCF.
     #[pyo3(signature = (*nodes))]
     fn to_dbc<'py>(&self, py: Python<'py>, nodes: Vec<u8>) -> PyResult<Bound<'py, PyBytes>> {
         let device = &self.sheet.device;
@@ -166,7 +167,6 @@ impl DataSheet {
     }
 }
 
-/// A node-ID.
 pub(crate) fn node_id(id: u8) -> PyResult<NodeId> {
     NodeId::new(id).ok_or_else(|| wrong(format_args!("{id} is no node-ID: they are 1 to 127")))
 }
@@ -177,7 +177,7 @@ pub(crate) struct Entry {
     index: u16,
     sub: u8,
     name: String,
-    /// The name of its object, which is its own if it is the only one.
+    /// The name of its object; the same as its own for a single value.
     object: String,
     data_type: &'static str,
     access: &'static str,
@@ -185,11 +185,11 @@ pub(crate) struct Entry {
     default: Py<PyAny>,
     low: Py<PyAny>,
     high: Py<PyAny>,
-    /// What a DCF configures.
+    /// The value that a DCF configures.
     value: Py<PyAny>,
-    /// The unit, as it is by default.
+    /// The unit by default.
     unit: Option<String>,
-    /// The names that it takes: of its values, or of its bits.
+    /// The names that can be written: of its values, or of its bits.
     choices: Vec<String>,
     description: Option<String>,
 }
@@ -227,7 +227,7 @@ impl Entry {
     }
 }
 
-/// What is wrong with a data sheet, and what to do about it. Its text has the lines that it is about.
+/// A finding about a data sheet, with its remedy. Its text includes the lines.
 #[pyclass(module = "lexican", frozen, get_all, str = "{text}")]
 pub(crate) struct Finding {
     rule: &'static str,
@@ -250,7 +250,7 @@ impl Finding {
     }
 }
 
-/// A difference of two data sheets.
+/// A difference between two data sheets.
 #[pyclass(module = "lexican", frozen, get_all, str = "{text}")]
 pub(crate) struct Change {
     /// `6064:00`, or "DeviceInfo".
@@ -258,7 +258,7 @@ pub(crate) struct Change {
     name: String,
     /// "added", "removed" or "changed".
     kind: &'static str,
-    /// The column that has changed.
+    /// The column that differs.
     attribute: Option<&'static str>,
     before: Option<String>,
     after: Option<String>,

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use crate::error::{MachineFileError, wrong};
 use crate::wait::lock;
 
-/// What happens to the frames of nodes as long as a fault lasts.
+/// The fates of nodes' frames while faults last.
 type Faults = Arc<Mutex<Vec<(NodeId, Fate)>>>;
 
 /// Whether a node has sent a frame, by the predefined connection set.
@@ -22,7 +22,7 @@ fn is_of(frame: &Frame, node: NodeId) -> bool {
     !frame.id().is_extended() && id & 0x7F == u32::from(node.get()) && sent.contains(&(id & 0x780))
 }
 
-/// The devices of a bus, and what happens to them.
+/// The simulated devices of a bus, and their faults.
 pub(crate) struct Simulation {
     pub(crate) bus: VirtualBus,
     devices: Arc<Mutex<Segment<SimulatedDevice>>>,
@@ -30,7 +30,7 @@ pub(crate) struct Simulation {
 }
 
 impl Simulation {
-    /// Switches the devices of a machine on: a link to each of its buses, and what is behind it.
+    /// Switches on the devices of a machine; returns a link and the simulation for each of its buses.
     pub(crate) fn of(machine: &Machine, pace: Pace) -> PyResult<(Vec<BoxedLink>, Vec<Simulation>)> {
         let start = |machine: &Machine| {
             let plant = Plant::of_machine(machine)?;
@@ -47,12 +47,12 @@ impl Simulation {
         Ok(started.map_err(|error| MachineFileError::new_err(error.to_string()))?.into_iter().unzip())
     }
 
-    /// Whether the device is one of them.
+    /// Whether this device is simulated here.
     pub(crate) fn has(&self, node: &str) -> bool {
         lock(&self.devices).nodes().any(|device| device.is_called(node))
     }
 
-    /// Has a device carry out a command, and returns its answer.
+    /// Gives a device a command, and returns its answer.
     pub(crate) fn carry_out(&self, node: &str, line: &str) -> PyResult<String> {
         let command = command::parse(line).map_err(wrong)?;
         let command = command.ok_or_else(|| PyValueError::new_err("the line is empty"))?;
@@ -63,7 +63,7 @@ impl Simulation {
     }
 }
 
-/// How fast simulated time passes: "virtual" or "real".
+/// Parses the pace of simulated time: "virtual" or "real".
 pub(crate) fn pace(word: &str) -> PyResult<Pace> {
     match word {
         "virtual" => Ok(Pace::Virtual),

@@ -1,4 +1,4 @@
-//! Values of objects, and what objects are called.
+//! Values and names of objects.
 
 use lexican_eds::model::Value as Known;
 use lexican_eds::types::{Class, DataType};
@@ -8,7 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBool, PyBytes, PyDict, PyInt, PyString};
 
-/// A value in Python's words: `bool`, `int`, `float`, `str` or `bytes`; a COB-ID that depends on the node-ID is a text.
+/// A value as `bool`, `int`, `float`, `str` or `bytes`; a COB-ID that depends on the node-ID is a `str`.
 pub(crate) fn python<'py>(
     py: Python<'py>,
     data_type: Option<DataType>,
@@ -27,7 +27,7 @@ pub(crate) fn python<'py>(
     })
 }
 
-/// What an object is called: its name or address, its index, or index and sub-index.
+/// How Python refers to an object: by name or address, by index, or by index and sub-index.
 #[derive(FromPyObject)]
 pub(crate) enum ObjectName {
     Index(u16),
@@ -36,7 +36,7 @@ pub(crate) enum ObjectName {
 }
 
 impl ObjectName {
-    /// As the toolbox's `resolve` takes it.
+    /// In the notation that the toolbox's `resolve` reads.
     pub(crate) fn text(&self) -> String {
         match self {
             ObjectName::Index(index) => format!("{index:04X}"),
@@ -46,21 +46,21 @@ impl ObjectName {
     }
 }
 
-/// The value of an object of a node: as a number, with its unit, in words and in bytes.
+/// The value of a node's object: in counts, with its unit, as text and as bytes.
 #[pyclass(module = "lexican", frozen, get_all, str = "{text}")]
 pub(crate) struct Value {
     index: u16,
     sub: u8,
-    /// By the data sheet: `Motor Parameter Set, v-Pos`.
+    /// From the data sheet: `Motor Parameter Set, v-Pos`.
     name: Option<String>,
-    /// As the device counts it; `None` if no data sheet says what the bytes are.
+    /// In counts of the device; `None` without a data sheet.
     value: Py<PyAny>,
-    /// The number in its unit: 24.0 of "24.0 V".
+    /// In its unit: 24.0 for "24.0 V".
     scaled: Option<f64>,
     unit: Option<String>,
-    /// The value with its unit, or the names of its enumeration or bits.
+    /// With its unit, or as names of its enumeration or bits.
     text: String,
-    /// The bytes of the SDO transfer; `None` of a value that came in a PDO.
+    /// The bytes of the SDO transfer; `None` for a value in a PDO.
     raw: Option<Py<PyBytes>>,
 }
 
@@ -107,7 +107,7 @@ pub(crate) fn by_name(py: Python<'_>, reports: Vec<ValueReport>) -> PyResult<Bou
     named.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
 }
 
-/// A value, a position or a velocity in words: a text as people write it, or a number as the device counts.
+/// A value, position or velocity as text: as given, or a number in counts of the device.
 pub(crate) fn words(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if value.is_instance_of::<PyBool>() {
         return Ok(value.extract::<bool>()?.to_string());

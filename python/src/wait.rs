@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 use crate::error::Raise;
 
-/// What is dropped without the interpreter's lock: a network's thread, which its end waits for, may wait for that lock.
+/// Drops a value without the interpreter's lock: dropping a network waits for its thread, which may wait for that lock.
 pub(crate) struct Unlocked<T: Send>(Option<T>);
 
 impl<T: Send> Unlocked<T> {
@@ -34,19 +34,19 @@ impl<T: Send> Deref for Unlocked<T> {
 impl<T: Send> Drop for Unlocked<T> {
     fn drop(&mut self) {
         let it = self.0.take();
-        // There is no interpreter any more when it ends.
+        // After the end of the interpreter, there is nothing to attach to.
         let _ = Python::try_attach(|py| py.detach(|| drop(it)));
     }
 }
 
-/// Runs a network. Each call that waits has a clone, so that the network cannot end before it.
+/// Runs a network. Each waiting call has a clone, so that the network cannot end before it.
 pub(crate) type Run = Arc<Unlocked<Runner>>;
 
-/// How soon Ctrl-C is noticed.
+/// The interval of checking for Ctrl-C.
 pub(crate) const SLICE: WallTime = WallTime::from_millis(50);
 
-/// Runs a network until `future` is done, while other threads of Python go on. A signal whose handler raises, as that of Ctrl-C
-/// does, drops the future.
+/// Runs a network until `future` is done, while other Python threads run. If the handler of a signal raises, as that of
+/// Ctrl-C does, the future is dropped.
 pub(crate) fn wait<T: Send>(py: Python<'_>, runner: &Runner, future: impl Future<Output = T> + Send) -> PyResult<T> {
     let mut future = pin!(future);
     loop {
@@ -64,7 +64,7 @@ pub(crate) fn wait<T: Send>(py: Python<'_>, runner: &Runner, future: impl Future
     }
 }
 
-/// As [`wait`]; an error is raised as an exception.
+/// The same; raises errors as exceptions.
 pub(crate) fn ask<T: Send, E: Raise + Send>(
     py: Python<'_>,
     runner: &Runner,
@@ -73,7 +73,7 @@ pub(crate) fn ask<T: Send, E: Raise + Send>(
     wait(py, runner, future)?.map_err(Raise::raise)
 }
 
-/// What a future returns; `None` if that takes longer than `timeout`, by the time of the bus.
+/// The result of a future; `None` after `timeout`, by the time of the bus.
 pub(crate) async fn within<T>(
     network: &Network,
     timeout: Option<Duration>,
@@ -88,7 +88,7 @@ pub(crate) async fn within<T>(
     }
 }
 
-/// A time in seconds, as Python counts.
+/// Parses a time in seconds.
 pub(crate) fn seconds(seconds: f64) -> PyResult<Duration> {
     if !(0.0..1e12).contains(&seconds) {
         return Err(PyValueError::new_err(format!("{seconds} s is no time to wait")));
@@ -96,7 +96,7 @@ pub(crate) fn seconds(seconds: f64) -> PyResult<Duration> {
     Ok(Duration::from_micros((seconds * 1e6).round() as u64))
 }
 
-/// A lock whose holder may have panicked: what it holds is put in place as one.
+/// Locks a mutex and ignores poisoning: its contents are replaced as a whole, so they are consistent.
 pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
