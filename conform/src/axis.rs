@@ -196,7 +196,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         Ok(())
     }
 
-    /// Checks that a control word leads nowhere.
+    /// Checks that the drive stays in `state` after a control word.
     pub(crate) fn ignores(&mut self, word: u16, state: State) -> Outcome {
         self.order(word)?;
         self.stays(state, &format!("control word {word:04X}h"))

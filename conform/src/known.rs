@@ -11,7 +11,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// Whether a reason is the known one.
+    /// Whether `reason` matches [`seen`](Self::seen).
     #[must_use]
     pub fn is_seen_in(&self, reason: &str) -> bool {
         let mut parts = self.seen.split('*');

@@ -441,7 +441,7 @@ fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome
     }
     t.hear(PATIENCE)?;
     if !is_there(t, device.node)? {
-        // Some devices take it only by a reset of their own communication.
+        // Some devices take a new node-ID only by a reset of their own communication.
         t.nmt(NmtCommand::ResetCommunication)?;
     }
     let end = t.now() + t.settings.boot;

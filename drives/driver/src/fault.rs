@@ -18,9 +18,9 @@ pub struct Code {
 /// The codes of a drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Codes {
-    /// Those that lead to the state FAULT.
+    /// The codes that lead to FAULT.
     pub faults: &'static [Code],
-    /// Those that do not.
+    /// The codes that do not lead to FAULT.
     pub notices: &'static [Code],
     /// The order of the two bytes of a code.
     pub order: ByteOrder,

@@ -195,7 +195,7 @@ macro_rules! operations {
             /// Reads all parameters of the manual's table.
             fn read_parameters(drive) -> Vec<Setting> = sequence::read_parameters(drive);
 
-            /// Those of the settings that the drive does not have.
+            /// The settings whose values differ in the drive.
             fn compare_parameters(drive, settings: &[Setting]) -> Vec<Difference> =
                 sequence::compare_parameters(drive, settings);
 

@@ -273,7 +273,7 @@ mod tests {
     use std::format;
     use std::string::String;
 
-    /// The writes of settings of bytes (`1800:05 0A00`) for a device that holds this (`1800:01 185`).
+    /// The questions and the writes for these settings, on a device that holds the values `found`.
     fn in_order(settings: &[(u16, u8, &[u8])], found: &[(u16, u8, u32)]) -> (Vec<Address>, Vec<String>) {
         let settings = settings
             .iter()

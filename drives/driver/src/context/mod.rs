@@ -64,7 +64,7 @@ pub(crate) struct Shared {
     pub(crate) restarted: bool,
     /// The drive has booted since it was last recovered.
     pub(crate) booted: bool,
-    /// What was last seen of it.
+    /// What was last seen of the drive.
     pub(crate) seen: Seen,
     pub(crate) motion: Motion,
     /// The target of a PDO that was sent together with a control word, until the drive has been seen to take it. A

@@ -92,7 +92,7 @@ impl Axis {
         self.node
     }
 
-    /// The position at which it stood when it was set up.
+    /// The position at which the drive stood when the axis was set up.
     #[must_use]
     pub const fn position(&self) -> i32 {
         self.position

@@ -363,7 +363,7 @@ impl<P: Path> Follower<P> {
         next.collect()
     }
 
-    /// During a stop, the set-points after `last`: those of the path, or else in the same direction on.
+    /// During a stop, the set-points after `last`: those of the path, or else straight on.
     fn beyond(&mut self, last: &[i32], before: &[i32]) -> Vec<i32> {
         let mut next = last.to_vec();
         self.has_more = self.has_more

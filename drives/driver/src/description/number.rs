@@ -90,7 +90,7 @@ impl Number {
         }
     }
 
-    /// The number in its wire form, little-endian in the low bytes.
+    /// The number that has this wire form, which is little-endian in the low bytes.
     pub(crate) fn decode(self, raw: u64) -> i64 {
         let unused = 64 - 8 * self.size() as u32;
         if self.data_type.is_signed() { (raw << unused) as i64 >> unused } else { (raw << unused >> unused) as i64 }

@@ -130,7 +130,7 @@ async fn has_begun(drive: &DriveContext, order: &Begin, from: i32) -> Result<boo
 /// Ends inching, and returns the position of the drive.
 pub async fn stop_inching(drive: &DriveContext) -> Result<i32, Error> {
     drive.need(drive.description().inching, Capability::Inching)?;
-    // With Stop set: its falling edge would resume an interrupted travel, or run at the last velocity.
+    // Stop stays set, since its falling edge would resume an interrupted travel, or run at the last velocity.
     come_to_rest(drive).await?;
     stopped(drive);
     drive.position().await

@@ -38,7 +38,7 @@ pub async fn read_parameters(drive: &DriveContext) -> Result<Vec<Setting>, Error
     Ok(settings)
 }
 
-/// Those of the settings that the drive does not have.
+/// The settings whose values differ in the drive.
 pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
     for setting in settings {
         object(drive, setting.address)?;

@@ -102,7 +102,7 @@ pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error
         }
         let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
         let Transition { cause: How::Command(command), .. } = next else {
-            // Either the drive goes on by itself, or no command leads on.
+            // Either the drive changes its state by itself, or no command leads to the goal.
             let Awaited { status_word, came } = drive.await_status(has_left(from)).await?;
             if !came {
                 return Err(Error::NoWay { from, to: goal });

@@ -23,7 +23,7 @@ pub async fn stop(drive: &DriveContext) -> Result<(), Error> {
 }
 
 /// Brakes with full deceleration and drops the travel; the motor keeps its torque, unless the drive is set to release
-/// it then (605Ah). [`disable`](super::disable) or [`enable`](super::enable) lead on.
+/// it then (605Ah). [`disable`](super::disable) and [`enable`](super::enable) leave that state.
 ///
 /// Errors: [`Error::Refused`] outside OPERATION ENABLED, where nothing moves; [`Error::NotStopped`].
 pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {

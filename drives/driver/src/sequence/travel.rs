@@ -249,7 +249,7 @@ pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
 }
 
 /// Drops the rest of the travel under way, interrupted or not: stops the drive and releases its motor, which makes
-/// every drive drop its travel. [`enable`](super::enable) leads on.
+/// every drive drop its travel. Before it moves again, it has to be [enabled](super::enable).
 ///
 /// Errors: [`Error::Refused`] when no travel is under way.
 pub async fn drop_travel(drive: &DriveContext) -> Result<(), Error> {

@@ -72,7 +72,7 @@ async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<boo
             Some(_) => {}
         }
         let status_word = drive.next_status().await?;
-        // The order would enable the drive.
+        // In any other state, sending the order again would enable the drive.
         if state_of(status_word)? != State::OperationEnabled {
             return Ok(true);
         }

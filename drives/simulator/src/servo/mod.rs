@@ -9,7 +9,7 @@
 //! next_emergency()  what to send
 //! ```
 //!
-//! [`follow`] and [`report`] do all this for a [`Device`](lexican_runtime::device::Device). Positions are those of
+//! [`follow()`] and [`report`] do all this for a [`Device`](lexican_runtime::device::Device). Positions are those of
 //! 6064h. Motion is calculated in closed form, so nothing depends on how often the servo is called.
 //!
 //! # Decisions where CiA 402 is silent

@@ -77,7 +77,7 @@ pub(super) struct Homing {
     pub(super) attained: bool,
     /// Status word, bit 13.
     pub(super) failed: bool,
-    /// The home position of the shaft, and 607Ch as it was at the start.
+    /// The home position of the shaft, and 607Ch as it was when homing began.
     pub(super) home: (f64, f64),
 }
 

@@ -139,7 +139,7 @@ impl SocketCan {
         if !self.is_drained {
             self.was_crowded = true;
         } else if core::mem::take(&mut self.was_crowded) {
-            // Frames carry the counter, but none may come after those that were dropped.
+            // A received frame has the count of dropped ones, but none may follow the drop, so the kernel is asked.
             self.dropped_behind = getsockopt(&self.socket, MemInfo).ok().map(|info| info[MemInfo::DROPS]);
         }
         if let Err(error) = read {
