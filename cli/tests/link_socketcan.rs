@@ -1,5 +1,5 @@
-//! Commands on a real kernel's CAN. Where the kernel has none:
-//! `cargo xtask vcan -- cargo test -p lexican --test link_socketcan`.
+//! Commands on CAN of a real kernel. If the kernel has none: `cargo xtask vcan -- cargo test -p lexican --test
+//! link_socketcan`.
 #![cfg(target_os = "linux")]
 #![expect(clippy::disallowed_methods, reason = "a real kernel takes real time")]
 

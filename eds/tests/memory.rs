@@ -1,5 +1,5 @@
-//! What reading costs in memory: of an ordinary file, and of files that are made to cost much. Each is read in a
-//! process of its own, because only the peak of a whole process is known.
+//! The memory that reading takes, for an ordinary file and for files made to take much. Each is read in a separate
+//! process, because only the peak of a whole process can be measured.
 
 use std::process::Command;
 use std::{env, fs};

@@ -1,4 +1,5 @@
-//! Sessions of an editor with the server, in memory. Each answer is read as the type that the protocol's meta model has for it.
+//! Sessions of an editor with the server, in memory. Each answer is parsed as the type that the protocol's meta model
+//! gives it.
 
 use std::thread::{JoinHandle, spawn};
 

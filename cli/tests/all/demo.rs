@@ -1,4 +1,4 @@
-//! The main job: the manual's worked examples, from the command line.
+//! The demo: the manual's worked examples from the command line.
 
 use crate::common::{files, folder, lexican, lexican_in};
 

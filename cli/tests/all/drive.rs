@@ -1,5 +1,5 @@
-//! `lexican drive`: a drive in a simulation that lasts as long as the command, and one on a bus of pseudo-terminals, on
-//! which the command ends in every way.
+//! `lexican drive`: on a simulation in the same process, and on a bus of pseudo-terminals, where the command ends in
+//! every possible way.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read, Write};

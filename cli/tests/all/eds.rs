@@ -1,4 +1,4 @@
-//! Data sheets on the command line: what is printed, and how the command ends.
+//! `lexican eds`: output and exit codes.
 
 use std::io::Read;
 use std::path::Path;

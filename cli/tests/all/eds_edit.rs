@@ -1,4 +1,4 @@
-//! Data sheets that the command writes and changes.
+//! `lexican eds` commands that write or change data sheets.
 
 use std::path::Path;
 

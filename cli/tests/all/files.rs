@@ -1,4 +1,4 @@
-//! Files that are there are replaced only by `--force`, and those that are read never are.
+//! Existing files are replaced only with `--force`, and files that are being read never.
 #![cfg(unix)]
 
 use crate::common::{files, folder, lexican_in};

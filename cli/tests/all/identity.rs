@@ -1,4 +1,4 @@
-//! A data sheet that is named for a node has to be that of its device (1018h).
+//! A data sheet that is named for a node must match the identity of its device (1018h).
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The command, each of its subcommands by a file.
+//! Tests of the command, one file for each subcommand.
 
 mod access;
 mod archive;

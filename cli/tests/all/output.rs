@@ -1,4 +1,4 @@
-//! Output to a closed pipe, colours, and inputs without end.
+//! Output to a closed pipe, colours, and endless inputs.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! `lexican backup`, `restore`, `compare` and `apply` with devices that stay between commands.
+//! `lexican backup`, `restore`, `compare` and `apply` with devices that keep running between commands.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};

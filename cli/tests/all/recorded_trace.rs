@@ -1,4 +1,4 @@
-//! `lexican convert --to trace`: a recorded session is asked of a device again.
+//! `lexican convert --to trace`: a recorded session becomes a test of a device.
 
 use std::fs;
 use std::path::Path;

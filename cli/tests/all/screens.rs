@@ -1,4 +1,4 @@
-//! Commands that draw on the whole terminal: what somebody sees in front of it.
+//! Full-screen commands, as a user sees them.
 #![cfg(unix)]
 
 use crate::terminal::{Screen, Terminal};

@@ -1,4 +1,4 @@
-//! Commands that send: on a simulated bus, and on one of pseudo-terminals, on which nodes come and go.
+//! Commands that send: on a simulated bus, and on a bus of pseudo-terminals where nodes come and go.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader};

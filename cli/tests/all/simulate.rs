@@ -1,4 +1,4 @@
-//! Simulated devices on a bus of pseudo-terminals: several commands at once against one device, on any machine.
+//! Simulated devices on a bus of pseudo-terminals: several commands at once with one device, on any computer.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader};

@@ -1,4 +1,4 @@
-//! `lexican conform --trace`: a device asked by the frames of a manual.
+//! `lexican conform --trace`: sends the frames of a manual to a device.
 
 use crate::common::{Run, folder, lexican_in};
 use serde_json::Value;

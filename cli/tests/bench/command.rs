@@ -1,4 +1,4 @@
-//! `lexican bench` on the command line; `page` has it in a browser.
+//! `lexican bench` on the command line; `page` tests it in a browser.
 #![cfg(unix)]
 
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `lexican bench` with its two clients, and what else a browser shows. Apart from `all`, whose tests judge times.
+//! `lexican bench` with both clients, and other pages in a browser. Separate from `all`, whose tests judge times.
 
 #[cfg(unix)]
 #[path = "../common/bench.rs"]

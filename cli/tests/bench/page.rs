@@ -1,7 +1,7 @@
-//! `lexican bench --demo` in a browser without a screen, used as people do: the faulty node is found, a limit written, a PDO mapped, a
-//! travel plotted and stopped, parameters are restored; two browsers, a lost page, and who is not let in.
+//! `lexican bench --demo` in a headless browser, used as people do: find the faulty node, write a limit, map a PDO,
+//! plot and stop a motion, restore parameters; two browsers, a lost page, and who is refused.
 //!
-//! With LEXICAN_PICTURES=FOLDER it leaves pictures there: `cargo xtask bench-pictures`.
+//! With LEXICAN_PICTURES=FOLDER it saves pictures there: `cargo xtask bench-pictures`.
 #![cfg(unix)]
 
 use std::path::Path;

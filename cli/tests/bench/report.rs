@@ -1,5 +1,5 @@
-//! The HTML report of `lexican conform` in a browser without a screen: what is shown and hidden, and that nothing is wrong
-//! with its script.
+//! The HTML report of `lexican conform` in a headless browser: what is shown and hidden, and that its script has no
+//! errors.
 #![cfg(unix)]
 
 use std::path::Path;

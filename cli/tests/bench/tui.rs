@@ -1,4 +1,4 @@
-//! The bench on a terminal, played on the demo plant: from the node that is faulty to the travel that is stopped.
+//! The bench on a terminal with the demo plant: from the faulty node to the stopped motion.
 #![cfg(unix)]
 
 use std::path::Path;

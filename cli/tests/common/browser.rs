@@ -1,4 +1,4 @@
-//! Headless Chromium, led by its DevTools protocol.
+//! Headless Chromium, controlled by its DevTools protocol.
 
 use std::cell::RefCell;
 use std::io::{BufRead, BufReader};

@@ -1,4 +1,4 @@
-//! Follows a page of the documentation to the letter.
+//! Carries out a page of the documentation to the letter.
 
 use std::fs;
 use std::path::Path;

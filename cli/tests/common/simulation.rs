@@ -1,4 +1,4 @@
-//! A simulated device on a bus of pseudo-terminals, for other commands.
+//! A simulated device on a bus of pseudo-terminals, to be used by other commands.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Runs the command on a terminal, and looks at its screen.
+//! Runs the command on a terminal, and reads its screen.
 #![expect(clippy::disallowed_methods, reason = "a process is waited for")]
 #![allow(dead_code, reason = "not every test needs all")]
 

@@ -1,4 +1,4 @@
-//! Runs the command in tmux, and looks at its screen.
+//! Runs the command in tmux, and reads its screen.
 
 use std::path::Path;
 use std::process::{Command, Output};

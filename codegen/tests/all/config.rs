@@ -1,4 +1,4 @@
-//! What a build script sees: files written whole or not at all, and errors that say all there is to say.
+//! The interface for build scripts: files are written whole or not at all, and errors are complete.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What holds for all generated code, shown on a device with one of everything.
+//! Properties of all generated code, shown on a device with one of everything.
 
 use std::collections::BTreeMap;
 

@@ -1,9 +1,9 @@
-//! The golden cases: `golden/<code>.txt` says how a data sheet differs from `golden/base.eds`, which no rule finds
-//! anything in, and what is found then. A case has up to three parts:
+//! The golden cases: `golden/<code>.txt` describes a change of `golden/base.eds`, which has no findings, and the
+//! findings after the change. A case has up to three parts:
 //!
-//! - the difference: `@[2000]` goes to a section, `@end` to the end of the file and `@start` to its beginning; a
-//!   line with `-` goes, one with `+` comes in its place, after the last line named, or at the end of the section;
-//!   a line with a blank is only named. `-[2000]` removes a section. After `file:` the whole file follows instead;
+//! - the difference: `@[2000]` moves to a section, `@end` to the end of the file, `@start` to its beginning. A line with
+//!   `-` is removed; a line with `+` is inserted in its place, after the last line named, or at the end of the section;
+//!   a line with a blank only names a position. `-[2000]` removes a section. With `file:`, the whole file follows instead;
 //! - `overlay:` and the overlay;
 //! - `findings:` and the findings as text.
 //!

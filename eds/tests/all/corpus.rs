@@ -1,4 +1,4 @@
-//! Real files of many vendors, which are not part of this project: see `corpus_files`.
+//! Tests on real files of many vendors, which are not part of this project: see `corpus_files`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

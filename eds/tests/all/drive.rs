@@ -1,4 +1,4 @@
-//! What is read of a drive: [`lexican_eds::drive`].
+//! Reading the data sheets of drives: [`lexican_eds::drive`].
 
 use lexican_eds::drive::{self, Drive, FINDINGS, Homing, Number, Outputs, Pdo, Signal};
 use lexican_eds::types::DataType;

@@ -1,4 +1,4 @@
-//! Changes of a data sheet: each line that has to change does, and no other.
+//! Edits of a data sheet: they change the necessary lines, and no others.
 
 use crate::cases::cases;
 use lexican_eds::edit::{EditError, Place, add_entry, add_object, remove_entry, remove_object, renumber, set};

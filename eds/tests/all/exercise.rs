@@ -1,4 +1,4 @@
-//! Everything that is done with a data sheet; what is fuzzed (`fuzz/`) does it, too.
+//! Runs everything that the crate does with a data sheet; the fuzz targets (`fuzz/`) use it, too.
 
 use lexican_eds::{Input, Source, convert, diff, dump, fmt, load, write, xdd};
 

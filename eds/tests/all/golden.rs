@@ -1,5 +1,5 @@
-//! Every rule has a case that shows what it finds (see `cases.rs`). `LEXICAN_BLESS=1 cargo test -p lexican-eds`
-//! rewrites the findings of the cases.
+//! Every rule has a case that shows its findings (see `cases.rs`). `LEXICAN_BLESS=1 cargo test -p lexican-eds` rewrites
+//! the findings of the cases.
 
 use std::path::Path;
 use std::{env, fs};

@@ -1,4 +1,5 @@
-//! Reading, judging, changing and writing data sheets. Apart from `memory`, which measures its process.
+//! Reading, judging, changing and writing data sheets. `memory` is a separate program, because it measures its own
+//! process.
 
 mod cases;
 mod corpus;

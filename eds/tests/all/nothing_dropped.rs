@@ -1,4 +1,4 @@
-//! What the reader does not understand it reports: no section and no key of a data sheet is dropped in silence.
+//! No section or key of a data sheet is dropped silently: what the reader does not understand, it reports.
 
 use crate::cases;
 use std::collections::BTreeSet;

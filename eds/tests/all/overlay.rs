@@ -1,4 +1,4 @@
-//! What overlays change, and that what they mend is no longer found.
+//! The effects of overlays, and that findings which they correct are gone.
 
 use lexican_eds::model::{AccessType, Direction, Mapped, Meaning, NmtState, Value};
 use lexican_eds::types::DataType;

@@ -1,11 +1,13 @@
-//! How precise the rules are: a drawn sample of findings in real data sheets, each labelled by a person.
+//! The precision of the rules: a random sample of findings in real data sheets, each labelled by a person.
 //!
-//! `precision.csv` has a line for each: the data sheet by the FNV-1a of its bytes (vendors' files are not ours to commit), the line
-//! in it, the code, the label and why. `right` is true and worth reading, `noise` is true of no consequence or a matter of
-//! taste, `wrong` is false or has a remedy that would harm. What can be judged by a machine is not in the file: a remedy is
-//! applied, then the finding is gone, nothing else is found, and the device is the same but for what the remedy names.
+//! `precision.csv` has one line for each finding: the data sheet by the FNV-1a of its bytes (vendors' files are not
+//! ours to commit), the line in it, the code, the label, and the reason. `right` is true and worth reading, `noise` is
+//! true but of no consequence or a matter of taste, `wrong` is false or has a harmful remedy. What a machine can judge
+//! is tested without labels: after applying a remedy, the finding is gone, there is no new one, and the device differs
+//! only in what the remedy names.
 //!
-//! `LEXICAN_DRAW=1 cargo test -p lexican-eds --test all precision -- --nocapture` draws the sample and prints what has no label yet.
+//! `LEXICAN_DRAW=1 cargo test -p lexican-eds --test all precision -- --nocapture` draws the sample and prints findings
+//! without a label.
 
 use crate::corpus_files;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! What real files do and readers break on, each in a few lines of our own.
+//! Quirks of real files that break readers, each reproduced in a few lines of our own.
 
 use lexican_eds::model::{AccessType, Device, Entry, ObjectKind, ObjectList, Value};
 use lexican_eds::types::DataType;

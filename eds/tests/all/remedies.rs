@@ -1,5 +1,5 @@
-//! Every remedy that is printed is applied as it is printed: the finding is gone, nothing new is found, and nothing of
-//! the device changes but what the remedy names.
+//! Applies every remedy as printed: the finding is gone, there is no new one, and only what the remedy names has
+//! changed in the device.
 
 use crate::cases::cases;
 use crate::remedy::{changes, count, remedies};

@@ -1,4 +1,4 @@
-//! The remedies that a finding prints, and what becomes of a data sheet when one is applied.
+//! The remedies that findings print, and the data sheet after applying them.
 
 #![allow(dead_code, reason = "not every test needs all of it")]
 

@@ -1,4 +1,4 @@
-//! No text makes the reader panic, loop or take memory without bound.
+//! No text makes the reader panic, loop, or take unlimited memory.
 
 use crate::exercise;
 use lexican_eds::{Input, MAX_PER_CODE, Memory, Source, load, load_again};

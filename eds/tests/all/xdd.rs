@@ -1,4 +1,4 @@
-//! Data sheets in XML: how they are read, and that nothing is lost on the way there and back.
+//! Data sheets in XML: reading them, and converting there and back without loss.
 
 use lexican_eds::convert::{Format, losses};
 use lexican_eds::model::{Device, Meaning, Value};

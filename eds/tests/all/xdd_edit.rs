@@ -1,4 +1,4 @@
-//! Data sheets in XML that are changed and brought into layout: all else stays.
+//! Editing and formatting data sheets in XML, which leaves everything else as it is.
 
 use std::collections::BTreeSet;
 

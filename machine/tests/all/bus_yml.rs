@@ -1,4 +1,4 @@
-//! What dcfgen and cogen drop, override or reorder without a word is said, and so is what cannot be read.
+//! Findings about a `bus.yml`: what dcfgen and cogen drop, override or reorder silently, and what cannot be read.
 
 use lexican_eds::Source;
 use lexican_machine::{BusYml, Files, Machine};

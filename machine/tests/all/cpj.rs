@@ -1,4 +1,4 @@
-//! A machine becomes a list of nodes with their DCFs (CiA 306-3), and that a machine again.
+//! Converts a machine to a list of nodes with their DCFs (CiA 306-3) and back.
 
 use lexican_eds::Source;
 use lexican_machine::{Cpj, Files, Machine};

@@ -1,4 +1,4 @@
-//! What other tools take of a machine.
+//! Exports of a machine to other tools.
 
 use std::collections::BTreeMap;
 

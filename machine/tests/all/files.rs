@@ -1,4 +1,4 @@
-//! The file itself: its usual form, and its keys for editors.
+//! Formatting the file, and its JSON Schema for editors.
 
 use lexican_machine::{format, schema};
 

@@ -1,4 +1,4 @@
-//! A typed machine: the mistakes of its file are those of the build.
+//! Typed machines: mistakes in the file fail the build.
 
 use std::path::PathBuf;
 use std::{env, fs};

@@ -1,5 +1,6 @@
-//! Six joints of a robot arm, as `dcfgen` of lely-core (620d1858) writes their concise DCFs from ros2_canopen's `bus.yml` of the
-//! PRBT: run in November 2026, its records are the oracle. The data sheet is ours, with the objects of these records.
+//! Six joints of a robot arm. The oracle are the records that `dcfgen` of lely-core (620d1858, run in November 2026)
+//! writes as concise DCFs from ros2_canopen's `bus.yml` of the PRBT. The data sheet is ours, with the objects of these
+//! records.
 
 use std::fmt::Write as _;
 

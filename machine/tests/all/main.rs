@@ -1,4 +1,4 @@
-//! Machines as people write them.
+//! The tests of machines.
 
 mod bus_yml;
 #[path = "../../../toolbox/tests/all/cantools.rs"]

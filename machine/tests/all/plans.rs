@@ -1,4 +1,4 @@
-//! What is written into nodes.
+//! The values that are written into nodes.
 
 use lexican_runtime::manager::Manager;
 use lexican_runtime::procedure::ConciseDcf;

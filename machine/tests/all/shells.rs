@@ -1,4 +1,4 @@
-//! A machine at work in both shells, on simulated devices in virtual time.
+//! Running machines in both shells, on simulated devices in virtual time.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,4 @@
-//! Python's cantools, which reads CAN databases.
+//! Runs Python's cantools, which reads CAN databases.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,5 +1,5 @@
-//! The CAN database of a data sheet with all that a mapping may have: `dbc/device.dbc` is what comes out (`LEXICAN_BLESS=1`
-//! writes it), and python's cantools reads the same values from frames.
+//! The CAN database of a data sheet with every kind of mapping: `dbc/device.dbc` is the expected file
+//! (`LEXICAN_BLESS=1` writes it), and Python's cantools reads the same values from frames.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

@@ -1,5 +1,5 @@
-//! Pages about devices: an XML parser reads them, and they have what `eds dump --json` has. Of the library, of the golden cases of
-//! all rules, and of real data sheets, if there are any (`eds/tests/corpus_files`).
+//! Pages about devices: an XML parser accepts them, and they contain what `eds dump --json` has. For the library, the
+//! golden cases of all rules, and real data sheets, if there are any (`eds/tests/corpus_files`).
 
 use std::collections::BTreeSet;
 use std::{fs, thread};

@@ -1,4 +1,4 @@
-//! Orders to simulated drives, in virtual time: how each of them ends, and what is seen on the way.
+//! Orders to simulated drives in virtual time: how each ends, and what is seen meanwhile.
 
 use kollmorgen_akd::driver::AKD;
 use lexican_driver::{Any, Cause, Description, Drive, Error};

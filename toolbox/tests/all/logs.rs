@@ -1,4 +1,4 @@
-//! Every format reads what it has written, and any bytes are read without panic.
+//! Every format reads what it has written, and no bytes make a reader panic.
 
 use std::io::Cursor;
 

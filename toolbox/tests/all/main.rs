@@ -1,4 +1,4 @@
-//! What the command shares with other tools.
+//! The tests of the toolbox.
 
 mod cantools;
 #[path = "../../../eds/tests/all/cases.rs"]

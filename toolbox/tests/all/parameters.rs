@@ -1,4 +1,4 @@
-//! What of a device is a parameter, with data sheets as makers of drives write them.
+//! Which entries of a device are parameters, with data sheets as makers of drives write them.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;

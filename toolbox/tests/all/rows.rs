@@ -1,4 +1,4 @@
-//! Data sheets as rows.
+//! Reads data sheets as rows.
 
 /// A data sheet of which `info` is the device's own section. A row is an address, a data type, an access, the default and the highest
 /// value, if there are any, and other keys: `607D:01 4 rww 0 PDOMapping=1`. The count of an array is there without a row.

@@ -1,6 +1,6 @@
-//! Drives of real data sheets, which are not part of this project (`eds/tests/corpus_files`). Each is simulated by its data
-//! sheet, a DCF with its own node-ID, and moved as `lexican drive` moves it. A table of what keeps the others from moving:
-//! `cargo test -p lexican-toolbox --test all data_sheets::corpus -- --nocapture`.
+//! Drives of real data sheets, which are not part of this project (`eds/tests/corpus_files`). Each is simulated by its
+//! data sheet as a DCF with its own node-ID, and moved as by `lexican drive`. A table of what keeps the others from
+//! moving is printed by `cargo test -p lexican-toolbox --test all data_sheets::corpus -- --nocapture`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

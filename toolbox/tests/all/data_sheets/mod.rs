@@ -1,4 +1,4 @@
-//! Drives that are known by their data sheets alone: what the driver uses instead of what is missing, and what it says of it.
+//! Drives known only by their data sheets: what the driver uses instead of missing objects, and how it reports that.
 
 mod corpus;
 mod rig;

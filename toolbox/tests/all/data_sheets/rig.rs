@@ -1,4 +1,4 @@
-//! A drive that is simulated and driven by its data sheet, as `lexican drive` does both.
+//! A drive that is both simulated and driven by its data sheet, as by `lexican drive`.
 
 use lexican_driver::{Any, Drive, Error, Protection, Supervision};
 use lexican_eds::Source;

@@ -1,5 +1,5 @@
-//! What is shown of a value goes in again and means the same: every object of the library's data sheets with their overlays, and of
-//! the golden ones.
+//! A value that is shown can be typed in again and means the same: for every object of the library's data sheets with
+//! their overlays, and of the golden ones.
 
 use lexican_eds::library;
 use lexican_eds::model::{Device, Entry, Meaning, Value};
