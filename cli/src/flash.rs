@@ -25,7 +25,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     network: NetworkArgs,
 
-    /// What the boot loader deviates in (TOML); see below
+    /// How the boot loader deviates from CiA 302-3 (TOML); see below
     #[arg(long, value_name = "FILE")]
     loader: Option<PathBuf>,
 

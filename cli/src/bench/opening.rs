@@ -7,7 +7,6 @@ use tempfile::{Builder, NamedTempFile};
 
 /// A file that redirects the browser to the page and that only this user can read, because all users can see the
 /// command lines of programs. Deleted when dropped.
-/// started. It goes when this is dropped.
 pub(super) struct Opening {
     _file: NamedTempFile,
 }

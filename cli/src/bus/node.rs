@@ -270,7 +270,6 @@ impl Nodes {
 
     /// Runs an action for each node with its device. With several nodes, a failure of one is reported and the others
     /// follow.
-    /// goes on to the next.
     pub(crate) fn for_each(
         mut self,
         mut action: impl FnMut(&mut Network<BoxedLink>, NodeId, Option<&Device>) -> Result<Outcome, Failure>,

@@ -29,8 +29,8 @@ use program::Program;
 /// Runs any program against simulated devices: once undisturbed, then once for each seed. A seed decides what is done and at which
 /// event of the bus: the program gets SIGTERM, SIGINT or SIGKILL, it is stopped for a while (SIGSTOP), its bus is cut, or
 /// the devices lose their supply. Then each axis has to stand within its dead-man time and may not move again, and no axis may leave
-/// its limits (607Dh). The program may not claim a success that is none, nor leave PDOs off, transfers open or files half
-/// written.
+/// its limits (607Dh). The program may not report success after a failure, or leave PDOs off, transfers open or files
+/// half written.
 ///
 /// The program gets the bus as LEXICAN_BUS, and in place of {bus}. It runs in real time, in a process group of its own, which
 /// is ended with it. What the devices store is forgotten after each run.

@@ -115,7 +115,7 @@ struct Conditions {
     #[arg(long)]
     strict: bool,
 
-    /// In what the device is known to deviate (TOML): the cases, what is seen (with * for any text), and why; they do not count
+    /// A file of known deviations (TOML): the cases, what is seen (with * for any text), and why; they do not count
     #[arg(long, value_name = "FILE")]
     known: Option<PathBuf>,
 
@@ -131,12 +131,12 @@ struct Conditions {
     #[arg(long, value_name = "KBIT")]
     bit_rate: Option<u16>,
 
-    /// What lets the device send an emergency, as a write: 2004=0xCDAB3120
+    /// A write that makes the device send an emergency: 2004=0xCDAB3120
     #[arg(long, value_name = "OBJECT=VALUE")]
     emergency: Option<String>,
 
-    /// What lets an input change faster than every 20 ms: the write that begins it, the one that ends it, and the object that
-    /// shows the input
+    /// How to make an input change faster than every 20 ms: the write that begins it, the one that ends it, and the object
+    /// that shows the input
     #[arg(long, value_name = "WRITE,WRITE,OBJECT", value_delimiter = ',', num_args = 3)]
     input: Vec<String>,
 

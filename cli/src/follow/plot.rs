@@ -39,7 +39,7 @@ pub(crate) struct PlotArgs {
     #[command(flatten)]
     force: ForceArgs,
 
-    /// How much of the end the terminal shows
+    /// How long the span of time is that the terminal shows
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = period)]
     window: Duration,
 }

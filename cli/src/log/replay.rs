@@ -35,7 +35,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     selection: SelectionArgs,
 
-    /// So many times as fast as it was recorded
+    /// The speed, as a multiple of that of the recording
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor)]
     speed: f64,
 
@@ -43,7 +43,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "speed")]
     fast: bool,
 
-    /// Again and again, so many times; without a number until the command is interrupted
+    /// Repeat the log this many times; without a number until the command is interrupted
     #[arg(long = "loop", value_name = "N", num_args = 0..=1, default_missing_value = "18446744073709551615")]
     passes: Option<u64>,
 

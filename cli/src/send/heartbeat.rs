@@ -32,7 +32,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NODES")]
     watch: Option<NodeIds>,
 
-    /// How soon a node that is watched is lost
+    /// How long a watched node may be silent before it is lost
     #[arg(long, value_name = "TIME", value_parser = period, default_value = "1500ms")]
     within: Duration,
 }
