@@ -26,7 +26,7 @@ use crate::read::{Named, Out, Sheets, similar, span};
 
 /// The default number of heartbeats or guarding responses that may be missing.
 pub(crate) const PATIENCE: u8 = 3;
-/// Larger concise DCFs are not read, in bytes.
+/// The largest concise DCF that is read, in bytes.
 const LONGEST_DCF: usize = 16 * 1024 * 1024;
 /// The word for the manager in wires, which no node may have as its name.
 pub(crate) const MANAGER: &str = "manager";

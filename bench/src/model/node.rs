@@ -79,7 +79,7 @@ pub(crate) struct Node {
     pub(crate) stores_sheet: bool,
     /// Whether it has answered which product code it has, or that it has none.
     pub(crate) has_said_product: bool,
-    /// From its error control, or assumed after a command.
+    /// From its error control.
     pub(crate) state: Option<Measured<NmtState>>,
     /// Whether the last NMT command to it was to stop: without heartbeats, its state STOPPED is not reported.
     pub(crate) was_stopped: bool,

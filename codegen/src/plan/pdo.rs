@@ -8,7 +8,7 @@ use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};
 
-/// The fields may take any name: all methods of the struct take `self`, so none collides with a field.
+/// Names that fields must not take: none, because fields do not collide with methods, and `self` is a keyword.
 const RESERVED: &[&str] = &[];
 
 #[derive(Debug)]

@@ -148,7 +148,7 @@ pub struct Code {
 }
 
 impl Drive {
-    /// The unit of velocities, if known. Without 606Ch, the driver derives velocities from positions, so there is none.
+    /// The unit of velocities, if known. Without 606Ch, the driver measures them in units of 6064h per second.
     #[must_use]
     pub fn velocity_unit(&self) -> Option<&str> {
         self.velocity_unit.as_deref().or(self.actual_velocity.is_none().then_some("units of 6064h per second"))

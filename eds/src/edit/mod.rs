@@ -89,7 +89,6 @@ pub enum EditError {
 
 /// Sets the value of a key, or removes the key if `value` is `None`. Keys are those of CiA 306-1, in upper or lower
 /// case.
-///
 pub fn set(sheet: &Source, place: Place, key: &str, value: Option<&str>) -> Result<Patch, EditError> {
     if value.is_some_and(|value| value.contains(['\r', '\n'])) {
         return Err(EditError::SeveralLines);

@@ -116,6 +116,6 @@ pub(crate) struct List {
 pub(crate) struct Listed {
     pub(crate) number: u32,
     pub(crate) index: u16,
-    /// The index.
+    /// Where the index is.
     pub(crate) span: Span,
 }

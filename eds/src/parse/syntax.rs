@@ -119,8 +119,8 @@ impl<'a> Line<'a> {
     }
 }
 
-/// The most lines that rust-ini gets at a time: its result takes about twenty times the memory. In tests it is small,
-/// so that almost every section has several portions.
+/// About how many bytes of a section rust-ini gets at a time: its result takes about twenty times the memory. In tests,
+/// almost every line begins a portion.
 const PORTION: u32 = if cfg!(test) { 8 } else { 64 * 1024 };
 
 /// Repairs the lines, reports the repairs, and lets rust-ini read every portion that is not in `memory` already.

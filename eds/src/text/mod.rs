@@ -8,7 +8,7 @@ use std::fmt;
 pub use encoding::Encoding;
 pub use markup::escaped;
 
-/// Larger files are not read.
+/// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 * 1024 * 1024;
 /// Files with more lines are not read.
 pub const MAX_LINES: usize = 1_000_000;

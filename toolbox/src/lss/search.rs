@@ -14,8 +14,7 @@ pub const SCAN_STEPS: u64 = 1 + 4 * 33;
 const RESTART: u8 = 0x80;
 
 impl<L: Link> Session<L> {
-    /// Finds and selects the next device without node-ID. Devices that were found before and have kept quiet do not
-    /// respond.
+    /// Finds and selects the next device without node-ID. Devices that were found before do not respond.
     pub fn fastscan(&mut self) -> Result<Option<Identity>, Trouble> {
         match self.operate(self.times.response, LssManager::fastscan)? {
             Event::Found(identity) => Ok(Some(identity)),
@@ -26,7 +25,7 @@ impl<L: Link> Session<L> {
     }
 
     /// Finds all devices without node-ID. `found` is called for each and returns whether to go on; `repeated` is called
-    /// for the first one that responds again although it was found.
+    /// for the first one that keeps responding after it was found.
     pub fn find_all<E: From<Trouble>>(
         &mut self,
         mut found: impl FnMut(Identity) -> Result<bool, E>,

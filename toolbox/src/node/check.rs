@@ -151,8 +151,8 @@ impl Comparison<'_> {
         Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
-    /// Checks the value of a constant, by the data sheet or by CiA 301. A writable entry may have been changed, and a
-    /// read-only one may be measured, so other entries are not checked.
+    /// Compares a value with that of the data sheet. A constant, by the data sheet or by CiA 301, must have it. Another
+    /// value of a writable entry is only noted, and any other entry may be measured.
     fn constant(&self, entry: &Entry, value: &Value, stated: &[u8]) -> Option<Finding> {
         let expected = parse(entry.data_type, stated).filter(|expected| expected != value)?;
         let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (cia301::DEVICE_TYPE, 0);

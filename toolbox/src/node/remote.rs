@@ -75,7 +75,7 @@ impl<'a, L: Link> RemoteNode<'a, L> {
         self.network
     }
 
-    /// Errors: [`AccessError`] if the link has failed, or the node is gone.
+    /// Reads the bytes of an entry.
     pub fn read(&mut self, address: Address) -> Answer<Vec<u8>> {
         let result = self.network.read_bytes(self.node, address);
         self.silence.answer(result)

@@ -27,7 +27,7 @@ use crate::values::{DeviceValues, address};
 
 /// The file extension.
 pub const ENDING: &str = "tar";
-/// Larger archives are not read, in bytes.
+/// The largest archive that is read, in bytes.
 pub const LONGEST: usize = 1 << 30;
 
 const MANIFEST: &str = "backup.json";

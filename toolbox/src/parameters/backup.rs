@@ -52,7 +52,7 @@ pub fn backup<N: Entries>(
     let mut no_parameters = parameters.rest(sheet.entries());
     found.values.retain(|address, _| !no_parameters.contains_key(address));
     found.refused.retain(|(address, _)| !no_parameters.contains_key(address));
-    // An entry that cannot be read keeps the value that a DCF gave it.
+    // An entry that cannot be read is left out, even if the data sheet is a DCF that gives it a value.
     for entry in sheet.entries().filter(|entry| !entry.access.readable()) {
         no_parameters.entry(address(entry)).or_insert(LeftOut::WriteOnly);
     }

@@ -177,7 +177,7 @@ fn write_entry<N: Entries>(
     if followed.is_interrupted() { Err(Ended::Stopped) } else { Ok(result) }
 }
 
-/// Longer values are not read, in bytes.
+/// The longest value that is read, in bytes.
 const LONGEST: usize = 64 << 20;
 
 /// Whether an entry of a PDO mapping is beyond the number of mapped objects.

@@ -14,7 +14,7 @@ use crate::values::DeviceValues;
 use crate::values::lookup::{ObjectError, resolve};
 use crate::values::report::ValueReport;
 
-/// Longer values are not read, in bytes.
+/// The longest value that is read, in bytes.
 const LONGEST: usize = 1024;
 
 /// A signal to sample.

@@ -205,7 +205,7 @@ fn cob_id(word: &str) -> Option<CobId> {
 
 /// Days since 30 December 1899, with microsecond resolution.
 fn since_1899(days: &str) -> Option<Instant> {
-    /// The decimals of a day that are read; the last one is 0.0864 µs.
+    /// The decimals of a day that are read; the last one is 86 ns.
     const PLACES: u32 = 12;
     let (whole, fraction) = days.split_once('.').unwrap_or((days, "0"));
     let whole = decimal(whole)?.checked_sub(DAYS_FROM_1899)?.checked_mul(DAY)?;
